@@ -92,6 +92,8 @@ def _content(file: str) -> str | None:
 def seed_random_sources(diagram: Diagram, context: Context, seed: int) -> None:
     """Gives each RandomSource in a diagram a stream of its own, derived from one seed, 0 or more.
 
+    The diagrams that hold them, those of the fingers, take turns by their names, whatever their order in a file.
+
     A source in Python has no other way to a fixed seed: a default context holds one that differs from instance to
     instance. Call it before `Simulator.Initialize`, in which the draws for a run are made.
 
@@ -101,8 +103,12 @@ def seed_random_sources(diagram: Diagram, context: Context, seed: int) -> None:
         seed: the seed of the run.
     """
     generator = RandomGenerator(seed)
-    for source in _random_sources(diagram):
+    for source in sorted(_random_sources(diagram), key=_name_of_owner):
         source.SetRandomContext(source.GetMyMutableContextFromRoot(context), generator)
+
+
+def _name_of_owner(source: RandomSource) -> str:
+    return source.GetSystemPathname().rpartition("::")[0]
 
 
 def _random_sources(diagram: Diagram) -> Iterator[RandomSource]:

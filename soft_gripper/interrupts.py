@@ -4,7 +4,7 @@ import signal
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-_ENDS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)  # the last as a terminal is closed
+ENDS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)  # the last as a terminal is closed
 
 
 @contextmanager
@@ -16,7 +16,7 @@ def held_back() -> Iterator[Callable[[], bool]]:
     under nohup, stays ignored.
     """
     came: list[int] = []
-    handlers = {number: handler for number in _ENDS if callable(handler := signal.getsignal(number))}
+    handlers = {number: handler for number in ENDS if callable(handler := signal.getsignal(number))}
     for number in handlers:
         signal.signal(number, lambda number, _: came.append(number))
     try:

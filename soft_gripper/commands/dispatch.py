@@ -14,6 +14,7 @@ from soft_gripper.commands.console import Console
 from soft_gripper.commands.parser import PROGRAM, Command, ExitCode, parsed
 from soft_gripper.errors import InputError, SimulationDivergedError, WorkerDiedError, first_line, in_one_line
 from soft_gripper.files.output import release_folders
+from soft_gripper.interrupts import ENDS
 from soft_gripper.library_messages import printed_as_notes
 
 
@@ -23,7 +24,7 @@ def dispatch(arguments: Sequence[str] | None = None) -> ExitCode:
         sys.stdout.reconfigure(errors="backslashreplace")  # for characters that the terminal cannot show
     options = argparse.Namespace()
     try:
-        with _ctrl_c_waits():
+        with _signals_wait():
             options = _parsed(arguments)
             run = _loaded(options.command)
         options.console = Console(getattr(options, "quiet", False), getattr(options, "json", False))
@@ -59,9 +60,12 @@ def _parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
 
 
 @contextmanager
-def _ctrl_c_waits() -> Iterator[None]:
-    """Delays Ctrl-C, which would leave a half-imported module if it came in the middle of an import."""
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+def _signals_wait() -> Iterator[None]:
+    """Delays Ctrl-C, SIGTERM and SIGHUP while modules are imported.
+
+    Libraries catch any exception of their optional imports, SystemExit too, and would go on as if nothing had happened.
+    """
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, ENDS)
     try:
         yield
     finally:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from concurrent.futures import Executor
 from pathlib import Path
 
-from soft_gripper.commands.tables import print_defects, print_identified, print_identified_states
+from soft_gripper.commands.tables import print_identified, print_identified_states
 from soft_gripper.files.csv_table import write_csv
 from soft_gripper.files.document import require
 from soft_gripper.files.output import check_file, keep_inputs
@@ -118,9 +118,7 @@ def _write(found: Tested | TestedStates, file: Path, outputs: Sequence[Path]) ->
 
 
 def _recordings(files: list[str], options: argparse.Namespace) -> list[HardwareRecording]:
-    recordings = find_recordings(files, options.described_as, options.data) if files else []
-    print_defects(recordings)
-    return recordings
+    return find_recordings(files, options.described_as, options.data) if files else []
 
 
 def _is_settled(recordings: Sequence[HardwareRecording]) -> bool:

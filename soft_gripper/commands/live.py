@@ -20,7 +20,7 @@ from soft_gripper.hardware.live.bench_schema import BenchConfig, described, load
 from soft_gripper.hardware.live.endpoints import Endpoints, Sink, Source
 from soft_gripper.hardware.live.session import Session
 from soft_gripper.hardware.live.twin import Twin, TwinSource
-from soft_gripper.hardware.tables import Columns
+from soft_gripper.hardware.table import Columns
 from soft_gripper.interrupts import held_back
 from soft_gripper.play.live_view import LiveView
 from soft_gripper.play.page_server import LivePage, page_contents, page_server
@@ -105,7 +105,7 @@ def _with_hardware(scenario: Scenario, file: Path, endpoints: Endpoints, options
     moving = [name for name, finger in config.fingers.items() if finger.base_pose is not None]
     bench = Bench(scenario, moving, records=_records(options))
     check_inputs(file, config, bench)
-    columns = None if config.time is None else Columns(config.names, config.time)
+    columns = None if config.time is None else Columns(dict.fromkeys(config.names, "fields"), config.time)
     if options.mcap is not None:
         keep_inputs([file, config.source.removeprefix("file:")], [options.mcap])
     source = endpoints.source(config.source, 0.0 if options.fast else bench.period, columns)

@@ -4,7 +4,7 @@ import argparse
 import logging
 from pathlib import Path
 
-from soft_gripper.commands.tables import print_defects, print_replay
+from soft_gripper.commands.tables import print_replay
 from soft_gripper.commands.viewing import viewed
 from soft_gripper.diagrams.view.meshcat_view import hidden_meshcat, write_animation
 from soft_gripper.errors import InputError
@@ -31,7 +31,6 @@ def run(options: argparse.Namespace) -> None:
     """Runs the command."""
     recordings = find_recordings(options.file, options.described_as, options.data)
     fitted = find_recordings(options.fit, options.described_as, options.data) if options.fit else None
-    print_defects([*recordings, *(fitted or [])])
     finger, gravity = _finger(recordings[0]), recordings[0].gravity
     expected = "give the direction of gravity: the arm bends under its own weight"
     require(gravity is not None, recordings[0].name, "gravity", None, expected)

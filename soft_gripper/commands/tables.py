@@ -17,7 +17,6 @@ from soft_gripper.hardware.identification.fit import Confidence, MotionScore
 from soft_gripper.hardware.identification.free_parameters import FreeParameters
 from soft_gripper.hardware.identification.identified_finger import Identified, Tested, doubts
 from soft_gripper.hardware.identification.settled_states import IdentifiedStates, TestedStates
-from soft_gripper.hardware.recordings import HardwareRecording
 from soft_gripper.hardware.replay.held_out import ALL, ArmReplay, ReplayRow
 from soft_gripper.placement.place_sensors import PlacedSensors
 from soft_gripper.placement.placements import as_borders
@@ -134,13 +133,6 @@ def print_claims(claims: Sequence[Claim]) -> None:
 def _red(text: str) -> str:
     """Colours text red on a terminal; a file or a pipe gets plain text."""
     return f"\033[31m{text}\033[0m" if sys.stdout.isatty() else text
-
-
-def print_defects(recordings: Iterable[HardwareRecording]) -> None:
-    """Prints, as notes, which data are missing or omitted in recordings."""
-    for recording in recordings:
-        for defect in recording.defects:
-            print(f"note: {recording.name}: {defect}", file=sys.stderr)
 
 
 _CORRELATED = 0.9

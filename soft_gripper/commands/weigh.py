@@ -3,7 +3,7 @@
 import argparse
 from dataclasses import astuple
 
-from soft_gripper.commands.tables import print_defects, print_table
+from soft_gripper.commands.tables import print_table
 from soft_gripper.files.csv_table import write_csv
 from soft_gripper.files.document import require
 from soft_gripper.files.output import keep_inputs, lock_folder
@@ -21,7 +21,6 @@ def run(options: argparse.Namespace) -> None:
     file = model_path(options.finger)
     finger = read_finger(file)
     recordings = find_recordings(options.file, options.described_as, options.data)
-    print_defects(recordings)
     for recording in recordings:
         expected = "only recordings of settled states are weighed"
         require(recording.config.event == "settled", recording.name, "event", recording.config.event, expected)

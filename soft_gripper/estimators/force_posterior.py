@@ -36,7 +36,7 @@ odds before, the probability of a contact is
 
 Several forces f_j >= 0 on one side, of any friction and spread over any places beyond `nearest`, have as the bound of
 their sum the largest with  |r - sum f_j c_j|^2  within 2.71 of its least, in the metric of R: non-negative least
-squares with a row that draws the sum to F_max, ever more strongly (Lawson and Hanson 1974, ch. 23). It needs no count
+squares with a row that draws the sum up (Lawson and Hanson 1974, ch. 23), as strongly as that allows. It needs no count
 of contacts. If no single force explains the bends (`misfit` above 1: several contacts, or a finger unlike the nominal
 one), nothing but these bounds is stated, and the probability is found with all variances scaled by this misfit (Birge
 1932, doi 10.1103/PhysRev.40.207).
@@ -45,6 +45,7 @@ Profile likelihood: Cox and Hinkley (1974), Theoretical Statistics, section 9.3.
 by side and place, S sections.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -62,7 +63,8 @@ INTERVAL = "least", "median", "most"  # of the posterior; the outer ones enclose
 _SET, _BOUND = 3.84, 2.71  # chi-squared of one degree of freedom: 95 % on two sides and on one
 _CHANCE = 1e-3  # that noise alone exceeds a misfit of 1
 _DECADES = 3  # of forces, below the largest
-_HALVINGS = 10  # of the logarithm of a weight
+_STRONGLY = 1e3  # draws to the largest sum, relative to the largest response
+_MOST_SETS, _EQUAL = 50, 1e-9  # of forces that are tried; relative
 _EDGES, _FINER = 41, 2  # of the bins of force, and how often what holds nearly all is divided again
 _INTERVAL, _TAIL, _LOWER_TAILS = 0.95, 1e-4, 41
 _FIRST = 1.0  # N, force whose uncertainty within a cell is assumed first, if refined
@@ -259,40 +261,61 @@ def _places(chi_squared: Array, ends: Array) -> Array:
 def _several(r: Array, cells: Cells, beyond: NDArray[np.bool_], most_of_noise: Array, largest: float) -> Array:
     """The bound of the sum of several forces on one side, in the cells `beyond`, (...) N."""
     response = np.broadcast_to(cells.response, (*r.shape[:-1], *cells.response.shape[-2:]))
+    beyond = beyond & ~_between(response, cells)
     sides = [response[..., beyond & (cells.side == side), :] for side in np.unique(cells.side)]
     bound = np.zeros(r.shape[:-1])
     for sample in np.ndindex(bound.shape):
         columns = [side[sample].T for side in sides]
-        least = [_sum_and_misfit(side, r[sample], 0.0, largest)[1] for side in columns]
-        level = min(least) + _BOUND * max(1.0, min(least) / float(most_of_noise[sample]))
-        possible = (side for side, misfit in zip(columns, least, strict=True) if misfit <= level)
-        bound[sample] = max(_largest_sum(side, r[sample], level, largest) for side in possible)
+        best = [nnls(side, r[sample]) for side in columns]
+        least = min(left for _, left in best) ** 2
+        level = least + _BOUND * max(1.0, least / float(most_of_noise[sample]))
+        possible = ((side, forces) for side, (forces, left) in zip(columns, best, strict=True) if left**2 <= level)
+        bound[sample] = max(_largest_sum(side, forces, r[sample], level, largest) for side, forces in possible)
     return bound
 
 
-def _largest_sum(columns: Array, r: Array, level: float, largest: float) -> float:
-    """The largest sum of forces with a misfit of up to `level`, N, not more than `largest`, within a percent above."""
-    size = float(np.abs(columns).max()) + _TINY
-    low, high, total = -3.0, 3.0, largest
-    if _sum_and_misfit(columns, r, size * 10**high, largest)[1] <= level:
-        return largest
-    for _ in range(_HALVINGS):
-        middle = (low + high) / 2
-        reached, misfit = _sum_and_misfit(columns, r, size * 10**middle, largest)
-        if misfit <= level:
-            low = middle
-        else:
-            high, total = middle, reached
+def _between(response: Array, cells: Cells) -> NDArray[np.bool_]:
+    """Cells halfway between two of the same side and place, which do nothing that these do not, (C)."""
+    off = np.abs(response[..., 2:, :] + response[..., :-2, :] - 2 * response[..., 1:-1, :])
+    halfway = (off <= _EQUAL * np.abs(response[..., 1:-1, :]).max(axis=-1, keepdims=True)).all(axis=-1)
+    alike = (cells.place[2:] == cells.place[:-2]) & (cells.side[2:] == cells.side[:-2])
+    return np.pad(alike & halfway.all(axis=tuple(range(halfway.ndim - 1))), 1)
+
+
+def _largest_sum(columns: Array, forces: Array, r: Array, level: float, largest: float) -> float:
+    """The largest sum of forces with a misfit of up to `level`, N, not more than `largest`.
+
+    Drawn to a larger sum, with a multiplier m, forces leave  e = r - C f  with  C^T e <= -m , and equality for those
+    above zero. While these are the same, e is linear in m, and the level gives m. Which are above zero is found by
+    least squares with this m; the first ones are the `forces` that fit best.
+    """
+    sizes = np.abs(columns).max(axis=0)
+    low, high, most = 0.0, np.inf, _STRONGLY * sizes.max() + _TINY
+    for _ in range(_MOST_SETS):
+        pressing = forces > 0 if forces.any() else sizes <= sizes.min()
+        m, total, best = _at_level(columns, columns[:, pressing], r, level)
+        if best:
+            break
+        m = m if low < m < high else (low + high) / 2
+        weight = min(math.sqrt(m / (2 * largest - min(max(total, 0.0), largest))), most)
+        rows = np.vstack([columns, np.full(columns.shape[1], weight)])
+        forces, _ = nnls(rows, np.append(r, 2 * weight * largest))
+        left, reached = r - columns @ forces, weight**2 * max(2 * largest - forces.sum(), 0.0)
+        low, high = (reached, high) if left @ left <= level else (low, reached)
+        if low == reached and forces.sum() >= largest:
+            return largest
     return min(total, largest)
 
 
-def _sum_and_misfit(columns: Array, r: Array, weight: float, largest: float) -> tuple[float, float]:
-    """Sum and misfit of the forces in columns, (S, J), drawn to the sum `largest` with a weight."""
-    rows = np.empty((len(r) + 1, columns.shape[1]))
-    rows[:-1], rows[-1] = columns, weight
-    forces, _ = nnls(rows, np.append(r, weight * largest))
-    left = r - columns @ forces
-    return float(forces.sum()), float(left @ left)
+def _at_level(columns: Array, pressing: Array, r: Array, level: float) -> tuple[float, float, bool]:
+    """The multiplier m with which forces in some columns have the misfit `level`, their sum, and if none is larger."""
+    sought = np.stack([pressing.T @ r, np.ones(pressing.shape[1])], axis=-1)
+    first, more = np.linalg.lstsq(pressing.T @ pressing, sought, rcond=None)[0].T
+    least, turned = r - pressing @ first, pressing @ more
+    m = math.sqrt(max(level - least @ least, 0.0) / max(turned @ turned, _TINY))
+    forces, others = first + m * more, columns.T @ (least - m * turned) + m
+    best = (forces >= 0).all() and others.max() <= _EQUAL * m
+    return m, float(forces.sum()), bool(best)
 
 
 class Modes(NamedTuple):

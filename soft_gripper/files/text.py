@@ -1,5 +1,6 @@
 """Files supplied by the user."""
 
+import codecs
 import os
 from pathlib import Path
 
@@ -35,16 +36,62 @@ def check_regular(path: Path) -> None:
         raise InputError("file", "name", str(path), f"cannot be read: {error}") from None
 
 
-def read_text(path: Path) -> str:
-    """The text of a regular file, UTF-8, with or without a byte order mark.
+def read_bytes(path: Path) -> bytes:
+    """The content of a regular file.
 
     Raises:
         InputError: if the file cannot be read, or is not a regular file.
     """
     check_regular(path)
     try:
-        return path.read_text(encoding="utf-8-sig")
+        return path.read_bytes()
     except OSError as error:
         raise InputError(path, "file", path.name, f"cannot be read: {error.strerror}") from None
-    except UnicodeDecodeError:
-        raise InputError(path, "file", path.name, "cannot be read: it is not a text file") from None
+
+
+def read_text(path: Path) -> str:
+    """The text of a regular file, in UTF-8, or in UTF-16 or UTF-32 with a byte order mark.
+
+    Raises:
+        InputError: if the file cannot be read, or is not a regular file.
+    """
+    return decoded(path, read_bytes(path))
+
+
+_MARKS = (  # those of UTF-32 begin like those of UTF-16
+    (codecs.BOM_UTF8, "utf-8-sig"),
+    (codecs.BOM_UTF32_LE, "utf-32"),
+    (codecs.BOM_UTF32_BE, "utf-32"),
+    (codecs.BOM_UTF16_LE, "utf-16"),
+    (codecs.BOM_UTF16_BE, "utf-16"),
+)
+
+
+def decoded(path: Path, data: bytes, encoding: str | None = None, fallback: str | None = None) -> str:
+    """Bytes of a file as text.
+
+    Args:
+        path: of the file, for messages.
+        data: the bytes.
+        encoding: how they are encoded; None: as a byte order mark says, or in UTF-8.
+        fallback: of a log: encoding of bytes that are text, and are not UTF-8.
+
+    Raises:
+        InputError: if they are not text.
+    """
+    marked = next((name for mark, name in _MARKS if data.startswith(mark)), "utf-8")
+    if len(data) > 3 and not data[1:64:2].strip(b"\0") and data[0]:
+        marked = "utf-16-le"  # as some write it, without a mark
+    tried = [encoding or marked]
+    if fallback is not None and encoding is None and b"\0" not in data:
+        tried.append(fallback)
+    for each in tried:
+        try:
+            # A log may end within a character. Newlines of all systems are one.
+            text = codecs.getincrementaldecoder(each)().decode(data, final=fallback is None)
+            return text.replace("\r\n", "\n").replace("\r", "\n")
+        except UnicodeDecodeError:
+            continue
+        except LookupError:
+            raise InputError(path, "text.encoding", encoding, "is not an encoding of Python, such as latin-1") from None
+    raise InputError(path, "file", path.name, "cannot be read: it is not a text file")

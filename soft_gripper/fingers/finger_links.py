@@ -4,6 +4,7 @@ Where the chain yields in several ways, a segment has a joint for each, all in o
 have a millionth of a finger link's mass, since cenic rejects massless bodies.
 """
 
+import math
 import xml.etree.ElementTree as ET
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -108,7 +109,10 @@ def finger_to_urdf(
     elastic = [spring for joint in sprung for spring in _springs(joint)]
     driven = [joint for joint in joints if is_implicit or joint.way in finger.driven_ways]
     actuators = [_actuator(joint, is_implicit) for joint in driven]
-    other = [_tip_frame(finger), *_collision_filters(finger, _NEIGHBOURS if touches_itself else finger.segments)]
+    other = [
+        _tip_frame(finger),
+        *_collision_filters(finger, _neighbours(finger) if touches_itself else finger.segments),
+    ]
     hinges = [_joint(joint, 0.0 if is_implicit else joint.damping) for joint in joints]
     return [*links, _mount(mounted), *between, *hinges, *elastic, *actuators, *other]
 
@@ -124,28 +128,51 @@ def _text(*values: float) -> str:
 
 
 def _link(finger: Finger, index: int, visuals: bool, points: int | None) -> ET.Element:
-    begin, end = finger.link_ends[index : index + 2]
-    length, middle = end - begin, np.array((begin + end) / 2)
-    section = finger.section(middle)
-    width, middle_of_section = float(section.width), -float(section.neutral_axis)
-    origin = _element("origin", xyz=_text(middle_of_section, 0, length / 2))
-    box = _element("geometry", _element("box", size=_text(section.thickness, width, length)))
-    seen = [_element("visual", origin, box, _material(finger))]
+    block = _Block.of(finger, index, index)
+    seen = [_element("visual", *block.box(), _material(finger))]
     if index:
-        seen.append(_knuckle(finger, width, begin))
+        seen.append(_knuckle(finger, block.width, block.begin))
     if finger.tip_load is not None and index == finger.segments:
-        seen.append(_ball(finger.tip_load, length))
-    skin = [_element("collision", origin, box, _proximity(finger))]
-    if points is not None:
-        size = float(section.thickness), width, float(length)
-        skin = _pads(finger, index, size, middle_of_section, points)
+        seen.append(_ball(finger.tip_load, block.length))
     return _element(
         "link",
         _inertial_of_link(finger, index),
         *(seen if visuals else []),
-        *skin,
+        *_skin(finger, index, points),
         name=link_name(finger.name, index),
     )
+
+
+class _Block(NamedTuple):
+    """The part of a straight finger that some links fill."""
+
+    begin: float  # m, arc lengths of its ends
+    end: float
+    thickness: float  # m
+    width: float
+    middle: float  # m, of the thickness, from the neutral axis
+
+    @classmethod
+    def of(cls, finger: Finger, first: int, last: int) -> "_Block":
+        """That of adjacent links."""
+        begin, end = float(finger.link_ends[first]), float(finger.link_ends[last + 1])
+        section = finger.section(np.array((begin + end) / 2))
+        return cls(begin, end, float(section.thickness), float(section.width), -float(section.neutral_axis))
+
+    @property
+    def length(self) -> float:
+        return self.end - self.begin
+
+    @property
+    def thinnest(self) -> float:
+        """Its smallest side, m."""
+        return min(self.thickness, self.width, self.length)
+
+    def box(self, origin: float | None = None) -> tuple[ET.Element, ET.Element]:
+        """Origin and geometry, in a frame at an arc length, m; None: where it begins."""
+        height = (0.0 if origin is None else self.begin - origin) + self.length / 2
+        size = _text(self.thickness, self.width, self.length)
+        return _element("origin", xyz=_text(self.middle, 0, height)), _element("geometry", _element("box", size=size))
 
 
 def _inertial_of_link(finger: Finger, index: int) -> ET.Element:
@@ -200,13 +227,44 @@ def _material(finger: Finger) -> ET.Element:
     return _element("material", _element("color", rgba=_COLOR), name=f"{finger.name}_skin")
 
 
-def _proximity(finger: Finger) -> ET.Element:
+_SKIN_LINKS = 12  # segments of a finger whose skin is as stiff as its modulus says
+_FINEST_SKIN = 24  # segments, of which each has a piece of skin of its own; of more, one in the middle of some
+
+
+def _skin(finger: Finger, index: int, points: int | None) -> list[ET.Element]:
+    """The collision geometry of a link: a piece of the skin, which may extend over its neighbours, or none.
+
+    The pressure in a hydroelastic box is its modulus times the depth over half its smallest side, so that with an equal
+    modulus, shorter boxes would be stiffer; and those of a very fine chain would be pressed to their middles.
+    """
+    pieces = _pieces(finger)
+    links = np.flatnonzero(pieces == pieces[index])
+    if index != (links[len(links) // 2] if links[0] else 0):  # only link 0 may touch what the finger is mounted on
+        return []
+    block, origin = _Block.of(finger, links[0], links[-1]), float(finger.link_ends[index])
+    at_end, usual = pieces[index] in (pieces[0], pieces[-1]), finger.length / _SKIN_LINKS
+    usual = min(block.thickness, block.width, usual / 2 if at_end else usual)
+    modulus = finger.contact.hydroelastic_modulus * block.thinnest / usual
+    if points is None:
+        return [_element("collision", *block.box(origin), _proximity(finger, modulus))]
+    return _pads(finger, block, origin, modulus, points)
+
+
+def _pieces(finger: Finger) -> Array:
+    """Number of the piece of skin that each link belongs to, (N + 1)."""
+    if finger.segments <= _FINEST_SKIN:
+        return np.arange(finger.segments + 1.0)
+    middles = (finger.link_ends[:-1] + finger.link_ends[1:]) / 2
+    return np.round(_FINEST_SKIN * middles / finger.length + 1e-9)
+
+
+def _proximity(finger: Finger, modulus: float) -> ET.Element:
     contact = finger.contact
     return _element(
         DRAKE + "proximity_properties",
         _element(DRAKE + "compliant_hydroelastic"),
         _element(DRAKE + "mesh_resolution_hint", value=_text(finger.thinnest.thickness / 2)),
-        _element(DRAKE + "hydroelastic_modulus", value=_text(contact.hydroelastic_modulus)),
+        _element(DRAKE + "hydroelastic_modulus", value=f"{modulus:.12g}"),
         _element(DRAKE + "hunt_crossley_dissipation", value=_text(contact.dissipation)),
         _element(DRAKE + "mu_static", value=_text(contact.friction)),
         _element(DRAKE + "mu_dynamic", value=_text(contact.friction)),
@@ -219,25 +277,25 @@ _TIP_ROW, _TIP_SHARE = 0.6, 0.5
 _PAD_RADIUS = 2e-3  # m at most
 
 
-def _pads(finger: Finger, index: int, size: tuple[float, float, float], middle: float, points: int) -> list[ET.Element]:
-    """Spheres under the skin on the inner and the outer side of a link, that many on each, in a row across its middle.
+def _pads(finger: Finger, block: _Block, origin: float, modulus: float, points: int) -> list[ET.Element]:
+    """Spheres under the skin on the inner and the outer side of a block, that many on each, in a row across its middle.
 
     Together they are as stiff as the surface: the pressure of a hydroelastic box is the modulus E times the depth over
     H, half its smallest side, so that all points of a side of area A have the stiffness E A / H.
 
     Args:
         finger: the finger.
-        index: of the link.
-        size: thickness, width and length of the link, m.
-        middle: of the thickness, x in the frame of the link, m.
+        block: the part of it that has the skin.
+        origin: arc length of the frame, m.
+        modulus: of the surface, Pa.
         points: in a row.
     """
-    thickness, width, length = size
-    is_last, radius = index == finger.segments, min(_PAD_RADIUS, thickness / 5)
-    row, share = (_TIP_ROW, _TIP_SHARE) if is_last else (0.5, 1.0)
-    stiffness = share * finger.contact.hydroelastic_modulus * width * length / (min(size) / 2) / points
+    radius, width = min(_PAD_RADIUS, block.thickness / 5), block.width
+    row, share = (_TIP_ROW, _TIP_SHARE) if block.end == finger.length else (0.5, 1.0)
+    stiffness = share * modulus * width * block.length / (block.thinnest / 2) / points
+    out, height = block.thickness / 2 - radius, block.begin - origin + row * block.length
     across = ((np.arange(points) + 0.5) / points - 0.5) * width
-    places = [(middle + side * (thickness / 2 - radius), y, row * length) for side in (1, -1) for y in across.tolist()]
+    places = [(block.middle + side * out, y, height) for side in (1, -1) for y in across.tolist()]
     sphere = _element("geometry", _element("sphere", radius=_text(radius)))
     return [
         _element("collision", _element("origin", xyz=_text(*at)), sphere, _touch(finger, stiffness)) for at in places
@@ -358,7 +416,12 @@ def _tip_frame(finger: Finger) -> ET.Element:
     )
 
 
-_NEIGHBOURS = 2  # links that lie no further apart never touch
+_NEIGHBOURS = 2  # pieces of skin that lie no further apart never touch
+
+
+def _neighbours(finger: Finger) -> int:
+    """Links that lie no further apart never touch."""
+    return _NEIGHBOURS * math.ceil(finger.segments / _FINEST_SKIN)
 
 
 def _collision_filters(finger: Finger, apart: int) -> list[ET.Element]:

@@ -53,6 +53,7 @@ class ContactMaterial:
     """Contact properties of the finger's skin (Drake's hydroelastic parameters)."""
 
     friction: float = quantity(0.9, least=0, sizes=SIZES)  # Coulomb, equal static and dynamic
+    # Of a link of a finger of 12 segments, whose skin is as stiff with any other number of them.
     hydroelastic_modulus: float = quantity(2e5, "Pa", above=0, sizes=SIZES)
     dissipation: float = quantity(3.0, "s/m", least=0, sizes=SIZES)  # Hunt and Crossley
 

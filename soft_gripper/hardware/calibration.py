@@ -22,8 +22,9 @@ from soft_gripper.files.document import given, require
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.hardware.live.bench_schema import BenchConfig
 from soft_gripper.hardware.recording_schema import RecordingConfig
-from soft_gripper.hardware.recordings import HardwareRecording, read_recording
-from soft_gripper.hardware.tables import Columns, Table, read_table
+from soft_gripper.hardware.recordings import HardwareRecording, check_relative, read_recording
+from soft_gripper.hardware.table import Columns, Table
+from soft_gripper.hardware.tables import read_table
 from soft_gripper.runs.scores.recorded_run import load_run, read_signal
 from soft_gripper.scenario.calibration_file import CalibrationConfig, as_config
 from soft_gripper.scenario.nominal_model import read_nominal_model
@@ -145,7 +146,7 @@ def _bench_logs(
     """The fingers of a log with the fields of a bench."""
     named = given(bench.time, file, "bench.time", "calibration needs the time of every row")
     table = _table(file, bench, named)
-    time = table.columns("bench.time", [named])[:, 0]
+    time = table.columns([named])[:, 0]
     backward = np.flatnonzero(~(np.diff(time) > 0))
     if len(backward):
         raise InputError(file, named, float(time[backward[0] + 1]), "times must increase from row to row")
@@ -155,12 +156,14 @@ def _bench_logs(
             known = ", ".join(fingers)
             raise InputError(file, "bench.fingers", name, f"the scenario has no such finger; it has {known}")
         _check_one_pressure(file, f"{field}.pressures", config.pressures)
-        pressure = bench.pressure_factor * table.columns(f"{field}.pressures", config.pressures)[:, 0]
+        pressure = bench.pressure_factor * table.columns(config.pressures)[:, 0]
+        how = "subtract what it has in open air, or describe the log for --as, with `pressures.ambient`"
+        check_relative(file, f"{field}.pressures", pressure, time <= time[0] + _REST, how)
         X_WB = np.tile(fingers[name].X_WB.GetAsMatrix34(), (len(time), 1, 1))
         if config.base_pose is not None:
-            X_WB = table.columns(f"{field}.base_pose", config.base_pose).reshape(-1, 3, 4)
-        readings = table.columns(f"{field}.readings", config.readings)
-        x, z = (None, None) if config.tip is None else table.columns(f"{field}.tip", config.tip).T
+            X_WB = table.columns(config.base_pose).reshape(-1, 3, 4)
+        readings = table.columns(config.readings)
+        x, z = (None, None) if config.tip is None else table.columns(config.tip).T
         tip = None if x is None else z + 1j * x
         yield fingers[name], _Measured(time, pressure, planar_gravity(X_WB, gravity), readings, tip)
 
@@ -202,12 +205,11 @@ def _check_one_pressure(file: Path, field: str, columns: list[str]) -> None:
 
 def _table(file: Path, bench: BenchConfig, time: str) -> Table:
     """The rows of a log."""
-    names = [
-        name
-        for finger in bench.fingers.values()
-        for name in (*finger.readings, *finger.pressures, *(finger.base_pose or ()), *(finger.tip or ()))
-    ]
-    return read_table(file, Columns(names, time, bench.fields or None, points="{marker}_{axis}"))
+    names: dict[str, str] = {}
+    for name, finger in bench.fingers.items():
+        for field in ("readings", "pressures", "base_pose", "tip"):
+            names |= dict.fromkeys(getattr(finger, field) or (), f"bench.fingers.{name}.{field}")
+    return read_table(file, Columns(names, time, header=bench.fields or None, points="{marker}_{axis}"))
 
 
 def _nominal(scenario: Scenario, finger: PlantFinger, file: Path) -> SensorLayout:

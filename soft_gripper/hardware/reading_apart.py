@@ -1,6 +1,7 @@
 """Reads files with libraries that a damaged file can crash, or keep busy without end: in a separate process."""
 
 import pickle
+import resource
 import subprocess
 import sys
 from collections.abc import Callable
@@ -8,22 +9,27 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from soft_gripper.errors import InputError
+from soft_gripper.files.notes import note
 
 _Found = TypeVar("_Found")
 _PATIENCE = 120.0  # s
 _MOST_MEMORY = 8 << 30  # bytes
+_LEAST_MEMORY = 3 << 30  # bytes, below which the libraries themselves may not fit
 _READS = """
 import pickle, resource, sys
 most = int(sys.argv[1])
 resource.setrlimit(resource.RLIMIT_AS, (most, most))
 try:
     read, arguments = pickle.load(sys.stdin.buffer)
-    answer = read(*arguments), None
+    from soft_gripper.files.notes import collected
+    with collected() as notes:
+        found = read(*arguments)
+    answer = found, None, notes
 except MemoryError:
-    answer = None, "it does not fit into memory"
+    answer = None, "it does not fit into memory", []
 except Exception as error:  # those of libraries need not survive pickling
     of_input = type(error).__name__ == "InputError"
-    answer = None, error if of_input else " ".join(str(error).split()) or type(error).__name__
+    answer = None, error if of_input else " ".join(str(error).split()) or type(error).__name__, []
 sys.stdout.buffer.write(pickle.dumps(answer))
 """
 
@@ -34,7 +40,9 @@ def read_apart(read: Callable[..., _Found], path: Path, *arguments: Any) -> _Fou
     Raises:
         InputError: if it raises one, or ends with any other error, a crash, or not in time.
     """
-    command = [sys.executable, "-c", _READS, str(_MOST_MEMORY)]
+    memory = _memory()
+    # Without -P, modules of the current folder would be imported in the place of Python's own.
+    command = [sys.executable, "-P", "-c", _READS, str(memory)]
     request = pickle.dumps((read, (path.resolve(), *arguments)))
     try:
         ended = subprocess.run(command, input=request, capture_output=True, timeout=_PATIENCE, check=True)
@@ -43,10 +51,20 @@ def read_apart(read: Callable[..., _Found], path: Path, *arguments: Any) -> _Fou
         raise InputError(path, "file", path.name, expected) from None
     except subprocess.CalledProcessError as error:
         expected = f"is damaged: its reader ended with code {error.returncode}"
+        if memory < _LEAST_MEMORY:
+            expected = f"cannot be read within {memory / 2**30:.1f} GiB of addresses, the limit here: see `ulimit -v`"
         raise InputError(path, "file", path.name, expected) from None
-    found, mistake = pickle.loads(ended.stdout)
+    found, mistake, notes = pickle.loads(ended.stdout)
     if isinstance(mistake, InputError):
         raise mistake
     if mistake is not None:
         raise InputError(path, "file", path.name, f"cannot be read: {mistake}")
+    for outcome, _, *rest in notes:
+        note(outcome, path, *rest)
     return found
+
+
+def _memory() -> int:
+    """The addresses that a reader may take, bytes: no more than this process may."""
+    limits = [limit for limit in resource.getrlimit(resource.RLIMIT_AS) if limit != resource.RLIM_INFINITY]
+    return min([_MOST_MEMORY, *limits])

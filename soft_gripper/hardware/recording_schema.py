@@ -19,7 +19,7 @@ from soft_gripper.quantity import Misfit, quantity
 LENGTH = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}  # m
 PRESSURE = {"Pa": 1.0, "hPa": 1e2, "mbar": 1e2, "kPa": 1e3, "bar": 1e5, "psi": 6894.757293168}  # Pa, NIST SP 811
 ANGLE = {"rad": 1.0, "deg": radians(1.0)}  # rad
-TIME = {"s": 1.0, "cs": 1e-2, "ms": 1e-3}  # s
+TIME = {"s": 1.0, "cs": 1e-2, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}  # s
 
 
 @dataclass
@@ -29,6 +29,15 @@ class SourceConfig:
     repository: str = ""
     path: str = ""
     license: str = ""
+
+
+@dataclass
+class TextConfig:
+    """How a file of text is written, where that cannot be told from the file."""
+
+    separator: str | None = quantity(None, filled=True)  # of the cells; " " stands for any number of spaces and tabs
+    decimal: str | None = quantity(None, known=(".", ","))  # sign
+    encoding: str | None = quantity(None, filled=True)  # such as latin-1
 
 
 @dataclass
@@ -58,6 +67,10 @@ class MarkersConfig:
     # Where along the finger those are that are not at its tip, as shares of its length
     at: dict[str, float] = quantity({}, least=0, most=1)
 
+    def of(self, marker: str) -> list[str]:
+        """The three columns of a marker."""
+        return [self.columns.format(marker=marker, axis=axis) for axis in "xyz"]
+
     def misfits(self) -> Iterator[Misfit]:
         if "{marker}" not in self.columns or "{axis}" not in self.columns:
             yield "columns", self.columns, "must have {marker} and {axis}"
@@ -82,15 +95,22 @@ class PoseConfig:
 
 @dataclass
 class PressuresConfig:
-    """Measured pressures, one column per chamber."""
+    """Measured pressures, one column per chamber.
+
+    They are relative to the surroundings: sensors that measure against vacuum need either `ambient` or `zeroed`.
+    """
 
     columns: list[str] = field(default_factory=list)
     sections: list[int] | None = quantity(None, least=1)  # section of each chamber, from the base; None: not given
     unit: str = quantity("Pa", known=(*PRESSURE, "V"))
     scale: float | None = quantity(None, "Pa/V", above=0)  # if the unit is V
+    ambient: float | None = None  # what the columns have at the pressure of the surroundings, in their unit
+    zeroed: bool = False  # whether the chambers are open in the reference span: its mean is subtracted
 
     def misfits(self) -> Iterator[Misfit]:
         yield from _scale_misfits(self.unit, self.scale)
+        if self.zeroed and self.ambient is not None:
+            yield "ambient", self.ambient, "leave it out, or `zeroed`: either says what is subtracted"
         if self.sections is not None and len(self.sections) != len(self.columns):
             yield "sections", self.sections, f"must be one for each of the {len(self.columns)} columns"
 
@@ -194,7 +214,8 @@ class RecordingConfig:
 
     description: str = ""
     source: SourceConfig | None = None
-    header: list[str] | None = None  # column names; None: in the first row of the file
+    header: list[str] | None = None  # column names of text; None: they are in the file
+    text: TextConfig = field(default_factory=TextConfig)
     time: str = "time"  # column
     time_unit: str = quantity("s", known=tuple(TIME))
     length: float = quantity(0.1, "m", above=0)  # approximate length of the straight finger, used to check units
@@ -224,18 +245,23 @@ class RecordingConfig:
     unknown: list[str] = field(default_factory=list)  # other information missing from the recording, as text
 
     @property
-    def columns(self) -> list[str]:
-        """The columns that are described, but for the time."""
-        found = [*self.readings]
+    def columns(self) -> dict[str, str]:
+        """The columns of numbers that are described, but for the time, each with the field that names it."""
+        found = dict.fromkeys(self.readings, "readings")
         if self.markers is not None:
-            names = (name for body in self.markers.bodies.values() for name in body)
-            found += [self.markers.columns.format(marker=name, axis=axis) for name in names for axis in "xyz"]
-        for pose in self.poses.values():
-            found += [*pose.position, *pose.quaternion]
-        found += [] if self.pressures is None else self.pressures.columns
-        found += [] if self.lengths is None else [wire.column for wire in self.lengths.wires.values()]
-        found += [] if self.tendons is None else [*self.tendons.columns.values(), *self.tendons.antagonists.values()]
-        return found + ([] if self.labels is None else [self.labels.column])
+            names = [name for body in self.markers.bodies.values() for name in body]
+            found |= dict.fromkeys((column for name in names for column in self.markers.of(name)), "markers")
+        for body, pose in self.poses.items():
+            found |= dict.fromkeys(pose.position, f"poses.{body}.position")
+            found |= dict.fromkeys(pose.quaternion, f"poses.{body}.quaternion")
+        if self.pressures is not None:
+            found |= dict.fromkeys(self.pressures.columns, "pressures.columns")
+        if self.lengths is not None:
+            found |= dict.fromkeys((wire.column for wire in self.lengths.wires.values()), "lengths.wires")
+        if self.tendons is not None:
+            found |= dict.fromkeys(self.tendons.columns.values(), "tendons.columns")
+            found |= dict.fromkeys(self.tendons.antagonists.values(), "tendons.antagonists")
+        return found
 
     def misfits(self) -> Iterator[Misfit]:
         header = self.header or []

@@ -6,7 +6,7 @@ Headings have no sign: motion capture sometimes reports a body with symmetric ma
 import os
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import combinations
 from pathlib import Path
 
@@ -17,6 +17,7 @@ from scipy.spatial.transform import Rotation
 from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
 from soft_gripper.files.document import given, require
+from soft_gripper.files.notes import LEFT_OUT, Note, collected, note
 from soft_gripper.hardware.recording_schema import (
     LENGTH,
     PRESSURE,
@@ -26,7 +27,8 @@ from soft_gripper.hardware.recording_schema import (
     RecordingConfig,
     load_description,
 )
-from soft_gripper.hardware.tables import Columns, Table, is_bag_folder, read_table
+from soft_gripper.hardware.table import Columns, Table
+from soft_gripper.hardware.tables import is_bag_folder, read_table
 
 _FURTHEST = 5.0  # lengths of the finger between its bodies, at most
 _NEAREST = 0.1  # and at least, or its markers are together
@@ -122,8 +124,7 @@ def markers_of(table: Table, config: RecordingConfig, time: Array) -> dict[str, 
     described, unit = config.markers, LENGTH[config.markers.unit]
     markers: dict[str, Array] = {}
     for name in (name for body in described.bodies.values() for name in body):
-        columns = [described.columns.format(marker=name, axis=axis) for axis in "xyz"]
-        p = table.columns("markers", columns) * unit
+        p = table.columns(described.of(name)) * unit
         p[np.isnan(p).any(axis=1) | (p == 0).all(axis=1)] = (
             np.nan
         )  # some systems write zeros for markers that are not seen
@@ -157,8 +158,8 @@ def poses_of(table: Table, config: RecordingConfig) -> dict[str, BodyPose]:
     """
     poses: dict[str, BodyPose] = {}
     for name, pose in config.poses.items():
-        p = table.columns(f"poses.{name}.position", pose.position) * LENGTH[pose.unit]
-        wxyz = table.columns(f"poses.{name}.quaternion", pose.quaternion)
+        p = table.columns(pose.position) * LENGTH[pose.unit]
+        wxyz = table.columns(pose.quaternion)
         good = np.abs(np.linalg.norm(wxyz, axis=1) - 1) < _NORM
         if not good.any():
             raise InputError(table.path, f"poses.{name}.quaternion", pose.quaternion, "none of them has unit norm")
@@ -189,28 +190,55 @@ class HardwareRecording:
     load_mass: float = 0.0  # kg, hung on the tip, from the file's name
     load_place: tuple[float, float] | None = None  # m, x and z of the load from the tip; None: unknown
     gravity: Array | None = None  # (3,) m/s^2; None: unknown
-    defects: tuple[str, ...] = ()  # missing or omitted data, as text
+    notes: tuple[Note, ...] = ()  # what is missing, was mended or left out
 
 
 _MOST_PRESSURE = 1e7  # Pa, highest plausible pressure in a soft body
 _LEAST_PRESSURE = 10.0  # Pa, lowest plausible driving pressure
 
 
-def pressures_of(table: Table, config: RecordingConfig) -> Array | None:
-    """Measured pressures, Pa, (T, C); None if none are described.
+_ATMOSPHERE = 80e3, 110e3  # Pa, of the air where people work
+_OPEN = 5e3  # Pa, below which a pressure is relative to the surroundings
+
+
+def check_relative(path: Path, field: str, pressure: Array, reference: NDArray[np.bool_], how: str) -> None:
+    """Checks that a pressure, (T,) Pa, is relative to the surroundings; `how` says what to do if it is not.
 
     Raises:
-        InputError: if a column is missing, or the unit cannot be right.
+        InputError: if it rests near the pressure of the air in the reference span, and is never near zero.
+    """
+    low, high = _ATMOSPHERE
+    seen = pressure[reference & np.isfinite(pressure)]
+    rests = float(np.median(seen)) if len(seen) else 0.0
+    if low < rests < high and np.nanmin(np.abs(pressure)) > _OPEN:
+        raise InputError(path, field, f"{rests / 1e3:.4g} kPa at rest", f"is it measured against vacuum? {how}")
+
+
+def pressures_of(table: Table, config: RecordingConfig, reference: NDArray[np.bool_]) -> Array | None:
+    """Measured pressures, relative to the surroundings, Pa, (T, C); None if none are described.
+
+    `reference` is true in the reference span, (T,).
+
+    Raises:
+        InputError: if the unit cannot be right, or they look absolute and nothing is said of it.
     """
     if config.pressures is None:
         return None
     described = config.pressures
     unit = described.scale or PRESSURE[described.unit]
-    pressures = table.columns("pressures.columns", described.columns) * unit
+    pressures = table.columns(described.columns) * unit
     most = float(np.nanmax(np.abs(pressures), initial=0.0))
     fine = most == 0 or _LEAST_PRESSURE < most < _MOST_PRESSURE
     require(fine, table.path, "pressures.unit", described.unit, f"the highest is then {most:.3g} Pa: is it right?")
-    return pressures
+    if described.zeroed:
+        seen = pressures[reference & np.isfinite(pressures).all(axis=1)]
+        require(len(seen) > 0, table.path, "pressures.zeroed", True, "no pressure is known in the reference span")
+        return pressures - seen.mean(axis=0)
+    if described.ambient is None:
+        how = "give `pressures.ambient`, what it has in open air, or `zeroed: true`; if not, `ambient: 0`"
+        for column, pressure in zip(described.columns, pressures.T, strict=True):
+            check_relative(table.path, f"pressure in {column}", pressure, reference, how)
+    return pressures - (described.ambient or 0.0) * unit
 
 
 def lengths_of(table: Table, config: RecordingConfig) -> dict[str, Array]:
@@ -224,7 +252,7 @@ def lengths_of(table: Table, config: RecordingConfig) -> dict[str, Array]:
     described = config.lengths
     unit = described.scale or LENGTH[described.unit]
     columns = [wire.column for wire in described.wires.values()]
-    lengths = table.columns("lengths.wires", columns) * unit
+    lengths = table.columns(columns) * unit
     most = float(np.nanmax(np.abs(lengths), initial=0.0))
     expected = f"the longest is then {most:.3g} m, and the finger {config.length:g} m: is it right?"
     require(most < 10 * config.length, table.path, "lengths.unit or scale", described.unit, expected)
@@ -245,7 +273,7 @@ def pulled_of(table: Table, config: RecordingConfig) -> dict[str, Array]:
         return {}
     described = config.tendons
     columns, let_out = list(described.columns.values()), list(described.antagonists.values())
-    wound = table.columns("tendons.columns", columns), -table.columns("tendons.antagonists", let_out)
+    wound = table.columns(columns), -table.columns(let_out)
     pulled = np.concatenate(wound, axis=1) * described.scale
     most = float(np.nanmax(np.ptp(pulled, axis=0), initial=0.0))
     expected = f"the most that a tendon moves is then {most:.3g} m, and the finger is {config.length:g} m long"
@@ -258,14 +286,14 @@ _FEWEST = 2  # samples, minimum for a recording
 _LONGEST_GAP = 60.0  # s, between two rows of one recording
 
 
-def without_repeats(table: Table, time: str, unit: float, longest_gap: float = _LONGEST_GAP) -> tuple[Table, int]:
-    """The samples with distinct times, and the number of omitted ones; `unit` of the times, and `longest_gap`, s.
+def without_repeats(table: Table, time: str, unit: float, longest_gap: float = _LONGEST_GAP) -> Table:
+    """The samples with distinct times; `unit` of the times, and `longest_gap`, s.
 
     Raises:
         InputError: if time runs backwards, most of it stands still, or rows are so far apart that they are of several
             recordings.
     """
-    t = table.columns("time", [time])[:, 0]
+    t = table.columns([time])[:, 0]
     timed = table.kept(np.isfinite(t))
     t = t[np.isfinite(t)]
     require(len(t) >= _FEWEST, table.path, time, len(t), f"needs at least {_FEWEST} samples with a time")
@@ -278,32 +306,33 @@ def without_repeats(table: Table, time: str, unit: float, longest_gap: float = _
     if len(far):
         row, value = int(timed.rows[far[0] + 1]), float(t[far[0] + 1])
         expected = f"a gap of more than {longest_gap:g} s before row {row}, after {t[far[0]]:g}: split the file there"
+        if 2 * len(far) > len(t):
+            expected = (
+                f"most rows are more than {longest_gap:g} s apart: is `time_unit` right? one of {', '.join(TIME)}"
+            )
         raise InputError(table.path, time, value, expected)
     own = np.concatenate(([True], np.diff(t) > 0))
     row = int(timed.rows[np.argmin(own)])
     expected = f"most rows repeat a time, the first of them row {row}: does the clock count seconds alone?"
     require(bool(own.mean() > 0.5), table.path, time, float(t[np.argmin(own)]), expected)
-    return timed.kept(own), len(table.values) - int(own.sum())
+    if not own.all():
+        why = f"they repeat a time, the first of them row {row}"
+        note(LEFT_OUT, table.path, f"{len(own) - own.sum()} of {len(own)} rows", "", why)
+    if len(timed.values) < len(table.values):
+        note(LEFT_OUT, table.path, f"{len(table.values) - len(timed.values)} rows", "", "they have no time")
+    return timed.kept(own)
 
 
-def defects_of(
-    table: Table, repeated: int, time: Array, markers: dict[str, Array], reference: NDArray[np.bool_]
-) -> tuple[str, ...]:
-    """Missing data, as text; `reference` is true in the reference span, (T,)."""
-    found = []
-    if table.dropped:
-        found.append(f"{len(table.dropped)} rows do not parse, the first of them row {table.dropped[0]}")
-    if repeated:
-        found.append(f"{repeated} rows repeat a time")
+def note_defects(path: Path, time: Array, markers: dict[str, Array], reference: NDArray[np.bool_]) -> None:
+    """Notes markers that are not always seen; `reference` is true in the reference span, (T,)."""
     for name, p in markers.items():
         lost = np.any(np.isnan(p), axis=1)
         if lost.any():
             first, longest = time[np.argmax(lost)], _longest(time, lost)
-            text = f"{name}: {lost.sum()} of {len(lost)} samples are missing, the first at {first:.2f} s"
-            found.append(f"{text}; the longest gap is {longest:.2f} s")
+            why = f"they are missing, the first at {first:.2f} s; the longest gap is {longest:.2f} s"
+            note(LEFT_OUT, path, f"{lost.sum()} of {len(lost)} samples of {name}", "", why)
         if lost[reference].all():
-            found.append(f"{name}: not seen in the reference span")
-    return tuple(found)
+            note(LEFT_OUT, path, f"the reference of {name}", "", "it is not seen in the reference span")
 
 
 def _longest(time: Array, lost: NDArray[np.bool_]) -> float:
@@ -401,13 +430,21 @@ def read_recording(path: Path, config: RecordingConfig) -> HardwareRecording:
     Raises:
         InputError: naming file, column or marker, and row or time, if it contradicts the description.
     """
+    with collected() as notes:
+        found = _read(path, config)
+    return replace(found, notes=tuple(notes))
+
+
+def _read(path: Path, config: RecordingConfig) -> HardwareRecording:
     longest_gap = np.inf if config.event == "settled" else _LONGEST_GAP  # between states at rest, time does not matter
-    table, repeated = without_repeats(_table(path, config), config.time, TIME[config.time_unit], longest_gap)
-    time = table.columns("time", [config.time])[:, 0] * TIME[config.time_unit]
+    unit = TIME[config.time_unit]
+    table = without_repeats(_table(path, config), config.time, unit, longest_gap)
+    time = table.columns([config.time])[:, 0] * unit
     reference = time <= time[0] + config.reference
     markers, poses = markers_of(table, config, time), poses_of(table, config)
     B = frame_of(path, config, markers, poses, reference)
     placed = {name: B.placed(p) for name, p in markers.items()}
+    note_defects(path, time, placed, reference)
     return HardwareRecording(
         name=path.stem,
         config=config,
@@ -415,8 +452,8 @@ def read_recording(path: Path, config: RecordingConfig) -> HardwareRecording:
         markers=placed,
         reference={name: seen_mean(p[reference]) for name, p in placed.items()},
         poses={name: B.posed(pose) for name, pose in poses.items()},
-        pressures=pressures_of(table, config),
-        readings=table.columns("readings", config.readings) if config.readings else None,
+        pressures=pressures_of(table, config, reference),
+        readings=table.columns(config.readings) if config.readings else None,
         lengths=lengths_of(table, config),
         pulled=pulled_of(table, config),
         labels=table.labels,
@@ -424,14 +461,22 @@ def read_recording(path: Path, config: RecordingConfig) -> HardwareRecording:
         load_mass=load_in_name(path, config.load),
         load_place=None if config.load_place is None else (config.load_place[0], config.load_place[1]),
         gravity=None if config.gravity is None else np.array(config.gravity) @ B.R,
-        defects=defects_of(table, repeated, time, placed, reference),
     )
 
 
 def _table(path: Path, config: RecordingConfig) -> Table:
-    points, unit = ("", "m") if config.markers is None else (config.markers.columns, config.markers.unit)
-    label = config.labels.column if config.labels else None
-    columns = Columns(config.columns, config.time, config.header, label, points, LENGTH[unit], config.hold)
+    markers, label = config.markers, config.labels
+    columns = Columns(
+        names=config.columns,
+        time=config.time,
+        time_unit=TIME[config.time_unit],
+        header=config.header,
+        text=config.text,
+        label=None if label is None else label.column,
+        points="" if markers is None else markers.columns,
+        point_unit=1.0 if markers is None else LENGTH[markers.unit],
+        hold=config.hold,
+    )
     return read_table(path, columns)
 
 

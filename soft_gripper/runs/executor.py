@@ -109,6 +109,7 @@ _CONTEXT = get_context("forkserver")
 _PATIENCE = 5.0  # s, to wait for a dead process to disappear
 _LONGEST = 70  # bytes in the path of the temporary folder; paths of its sockets are limited to 107
 _UNGUARDED = 79  # exit code of a process whose script opens an executor when imported
+_SAFE_PATH = "PYTHONSAFEPATH"
 _LOGGER = logging.getLogger(__name__)
 
 
@@ -243,15 +244,23 @@ def _exit_code(process: BaseProcess) -> int | None:
 
 
 def _start_server() -> None:
-    """Starts the server from which processes are forked; it ignores Ctrl-C, and so do they."""
+    """Starts the server from which processes are forked; it ignores Ctrl-C, and so do they.
+
+    Its own imports do not come from the current folder, which Python would search first.
+    """
     _CONTEXT.set_forkserver_preload(list(_PRELOADED))
     handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    before = os.environ.get(_SAFE_PATH)
+    os.environ[_SAFE_PATH] = "1"
     try:
         forkserver.ensure_running()
     except RuntimeError:  # raised by a process that has not yet started to work
         os._exit(_UNGUARDED)
     finally:
         signal.signal(signal.SIGINT, handler)
+        os.environ.pop(_SAFE_PATH)
+        if before is not None:
+            os.environ[_SAFE_PATH] = before
 
 
 @contextmanager

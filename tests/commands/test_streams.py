@@ -9,7 +9,9 @@ import signal
 import subprocess
 import sys
 import warnings
+from contextlib import suppress
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from command_line import soft_gripper
@@ -132,6 +134,22 @@ def test_a_signal_in_the_middle_of_a_command_ends_it_with_the_code_of_the_signal
         for each, handler in before.items():
             signal.signal(each, handler)
     assert caught.value.code == code
+
+
+def test_a_signal_while_modules_are_imported_is_obeyed_though_libraries_swallow_exceptions(monkeypatch) -> None:
+    def swallowing(name: str) -> object:
+        with suppress(BaseException):  # as scipy does around its optional imports
+            signal.raise_signal(signal.SIGTERM)
+        return SimpleNamespace(run=lambda options: None)
+
+    monkeypatch.setattr(sys.modules["soft_gripper.commands.dispatch"], "import_module", swallowing)
+    before = signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    try:
+        with pytest.raises(SystemExit) as caught:
+            soft_gripper("show", "free_bending")
+    finally:
+        signal.signal(signal.SIGTERM, before)
+    assert caught.value.code == 143
 
 
 def test_sighup_is_ignored_below_nohup(monkeypatch) -> None:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from loaded_fingers import Push, in_balance, torque_of
-from scipy.optimize import linprog
+from scipy.optimize import brentq, nnls
 
 from soft_gripper.estimators.contact import ContactShape, force_cells
 from soft_gripper.estimators.force_posterior import HERE, NOTHING, SOMEWHERE, Cells, Forces, posterior
@@ -153,16 +153,41 @@ def test_two_contacts_that_no_single_force_explains_show_in_the_misfit(shipped_f
 
 
 @pytest.mark.parametrize("r", [(0.03, 0.004), (0.01, 0.002), (0.02, 0.001)])
-def test_the_bound_of_several_forces_is_that_of_a_linear_program(r):
-    """Forces along the edge of what is possible: the largest sum that bends by r + e, over all e on an ellipse."""
-    cells = few_cells()
-    columns = cells.response[(cells.side == 1) & ((cells.place + 1) / 12 * LENGTH > NEAREST)].T
-    around = np.linspace(0, 2 * np.pi, 721)
-    errors = np.sqrt(2.71) * np.linalg.cholesky(COVARIANCE) @ np.array([np.cos(around), np.sin(around)])
-    cost = -np.ones(columns.shape[1])
-    best = max(-done.fun for e in errors.T if (done := linprog(cost, A_eq=columns, b_eq=np.array(r) + e)).success)
+def test_the_bound_of_several_forces_is_that_of_the_dual_problem(r):
+    """Every y with  c^T y >= 1  for all responses c bounds the sum by  r^T y + |y|  times what may be left of r."""
+    cells, whitening = few_cells(), np.linalg.inv(np.linalg.cholesky(COVARIANCE))
+    columns = whitening @ cells.response[(cells.side == 1) & ((cells.place + 1) / 12 * LENGTH > NEAREST)].T
+    around = np.linspace(0, 2 * np.pi, 400_001)
+    directions = np.stack([np.cos(around), np.sin(around)], axis=-1)
+    least = (directions @ columns).min(axis=-1)
+    left = np.sqrt(nnls(columns, whitening @ r)[1] ** 2 + 2.71)
+    bounds = (directions @ whitening @ r + left)[least > 0] / least[least > 0]
     found = posterior(np.array(r), COVARIANCE, np.array(2), cells, LENGTH, POSSIBLE, NEAREST)
-    assert found.force_bounds[2] == pytest.approx(best, rel=0.01)
+    expected = max(bounds.min(), found.force_bounds[1])  # which allows more where one force alone leaves more
+    assert found.force_bounds[2] == pytest.approx(expected, rel=1e-4)
+
+
+def test_the_bound_of_several_forces_on_four_sections_is_that_of_a_bisection(shipped_finger):
+    """The sum of forces that least squares draw to a large sum, with the weight that leaves as much as is allowed."""
+    rng, layout, std = np.random.default_rng(1), SensorLayout(shipped_finger, 4), 1e-3
+    cells = force_cells(layout, np.zeros(12), 1 / shipped_finger.stiffness, 0.45)
+    cells = cells._replace(spreads=0 * cells.spreads)
+    columns = cells.response[(cells.side == 1) & (cells.place >= 14)].T / std
+
+    def drawn(r, log_weight):
+        weight = np.exp(log_weight)
+        forces = nnls(np.vstack([columns, np.full(columns.shape[1], weight)]), np.append(r, 100 * weight))[0]
+        left = r - columns @ forces
+        return forces.sum(), left @ left
+
+    for _ in range(10):
+        forces = np.zeros(columns.shape[1])
+        forces[rng.integers(len(forces), size=2)] = rng.uniform(0.3, 2, 2)
+        r = columns @ forces + rng.standard_normal(4)
+        level = nnls(columns, r)[1] ** 2 + 2.71
+        weight = brentq(lambda log, r=r, level=level: drawn(r, log)[1] - level, -6, 6, xtol=1e-13)
+        found = posterior(std * r, std**2 * np.eye(4), np.array(4), cells, LENGTH, Forces(2.0, 100.0), NEAREST)
+        assert found.force_bounds[2] == pytest.approx(drawn(r, weight)[0], rel=1e-8)
 
 
 @pytest.mark.parametrize("lost", [[], [0, 4], list(range(8))])

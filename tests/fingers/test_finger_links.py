@@ -12,7 +12,8 @@ from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.multibody.tree import MultibodyForces, SpatialInertia, UnitInertia
 from pydrake.systems.framework import DiagramBuilder
 
-from soft_gripper.fingers.finger_links import joint_name, link_name
+from soft_gripper.fingers.finger_element import FingerElement
+from soft_gripper.fingers.finger_links import DRAKE, finger_to_urdf, joint_name, link_name
 from soft_gripper.fingers.finger_parts import TipLoad
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.models import DIRECTORY
@@ -160,3 +161,21 @@ def test_what_is_seen_of_a_straight_finger_stays_in_the_finger(shipped_finger):
     assert len(corners) == 13 + 12
     assert (z.min(), z.max()) == (pytest.approx(0, abs=rounding), pytest.approx(0.12, abs=rounding))
     assert float(base.outer_face) - rounding < x.min() < x.max() < float(base.inner_face) + rounding
+
+
+@pytest.mark.parametrize("segments", [6, 12, 15, 24, 30, 48, 96])
+def test_a_skin_is_as_stiff_for_any_number_of_segments(shipped_finger, segments):
+    """Its pieces cover the finger without a gap; the modulus over the smallest side is that of 12 segments."""
+    finger = replace(shipped_finger, segments=segments)
+    elements = finger_to_urdf(FingerElement(finger, "world"))
+    found = []
+    for i, link in enumerate(each for each in elements if each.tag == "link"):
+        for piece in link.findall("collision"):
+            size = [float(value) for value in piece.find("geometry/box").get("size").split()]
+            middle = float(finger.link_ends[i]) + float(piece.find("origin").get("xyz").split()[2])
+            modulus = float(piece.find(f"{DRAKE}proximity_properties/{DRAKE}hydroelastic_modulus").get("value"))
+            found.append((middle - size[2] / 2, middle + size[2] / 2, modulus / min(size)))
+    begins, ends, stiffnesses = np.array(found).T
+    np.testing.assert_allclose(np.append(begins, finger.length), np.append(0.0, ends), atol=1e-12)
+    np.testing.assert_allclose(stiffnesses[1:-1], finger.contact.hydroelastic_modulus / 0.01, rtol=1e-9)
+    assert len(found) == min(segments, 24) + 1

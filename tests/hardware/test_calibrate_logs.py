@@ -114,7 +114,11 @@ def changed(folder, old, new, file="bench.yaml"):
         ("[a, b, c, d], pressures", "[a, b, c], pressures", "give 4, as many as the scenario's sensors have"),
         ("pressures: [p]", "pressures: []", "give the one pressure that bends the finger"),
         ("time: t\n", "", "calibration needs the time of every row"),
-        ("fields: [t, a, b, c, d, p, x, z]", "fields: [t, a, b, c, d, p, x, y, z]", "no row parses"),
+        (
+            "fields: [t, a, b, c, d, p, x, z]",
+            "fields: [t, a, b, c, d, p, x, y, z]",
+            "has 8 cells, and there are 9 columns",
+        ),
         ("tip: [x, z]", "tip: [x]", "tip"),
     ],
 )

@@ -5,13 +5,13 @@ import pytest
 from refusals import refused
 
 from soft_gripper.hardware.live.endpoints import Endpoints
-from soft_gripper.hardware.tables import Columns
+from soft_gripper.hardware.table import Columns
 
 pytest.importorskip("rosbags", reason="bags take rosbags and mcap: pip install 'soft-gripper[ros]'")
 from bag_files import NUMBERS, write_ros
 
 TIME = np.arange(5) / 100
-COLUMNS = Columns(["/a.data[0]", "/a.data[1]"], "/a.log_time")
+COLUMNS = Columns({"/a.data[0]": "readings", "/a.data[1]": "readings"}, "/a.log_time")
 
 
 @pytest.fixture

@@ -10,7 +10,7 @@ from mcap.writer import Writer as McapWriter
 from rosbags.rosbag1 import Writer as Writer1
 from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Writer2
-from rosbags.typesys import Stores, get_typestore
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from soft_gripper.arrays import Array
 
@@ -85,4 +85,38 @@ def write_json_mcap(path: Path, series: Series, kinds: dict[str, str] | None = N
             data = json.dumps({"header": {"stamp": timestamp}, **named}).encode()
             writer.add_message(channels[topic], stamp + DELAY, data, stamp)
         writer.finish()
+    return path
+
+
+def write_named(path: Path, messages: Iterable[tuple[str, float, float, dict[str, float]]]) -> Path:
+    """Writes a ROS 1 bag of messages: their publisher, their stamp and how late they are recorded, s, and positions.
+
+    Each is a JointState on /joints, and a TFMessage on /tf whose children have these names and lie there along x.
+    """
+    store = get_typestore(Stores.ROS1_NOETIC)
+    store.register(get_types_from_msg("geometry_msgs/TransformStamped[] transforms", "tf2_msgs/msg/TFMessage"))
+    types, empty = store.types, np.empty(0)
+    joints, tf = types[JOINTS], types["tf2_msgs/msg/TFMessage"]
+    transform, stamped = types["geometry_msgs/msg/Transform"], types["geometry_msgs/msg/TransformStamped"]
+    vector, turn = types["geometry_msgs/msg/Vector3"], types["geometry_msgs/msg/Quaternion"](0.0, 0.0, 0.0, 1.0)
+    with Writer1(path) as bag:
+        lines: dict[tuple[str, str], Any] = {}
+        for publisher, at, late, positions in messages:
+            (stamp,) = stamps(np.array([at]))
+            time = types["builtin_interfaces/msg/Time"](sec=stamp // 10**9, nanosec=stamp % 10**9)
+            header = types["std_msgs/msg/Header"](seq=0, stamp=time, frame_id="")
+            values = np.array(list(positions.values()))
+            frames = [
+                stamped(header, name, transform(vector(value, 0.0, 0.0), turn)) for name, value in positions.items()
+            ]
+            for topic, kind, message in (
+                ("/joints", joints, joints(header, list(positions), values, empty, empty)),
+                ("/tf", tf, tf(frames)),
+            ):
+                if (topic, publisher) not in lines:
+                    lines[topic, publisher] = bag.add_connection(
+                        topic, kind.__msgtype__, typestore=store, callerid=publisher
+                    )
+                data = store.serialize_ros1(message, kind.__msgtype__)
+                bag.write(lines[topic, publisher], stamp + round(late * 1e9), data)
     return path

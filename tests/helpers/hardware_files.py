@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from soft_gripper.arrays import Array
+from soft_gripper.hardware.recordings import HardwareRecording
 
 MARKERS = {"tip_1": (10, 20, 100), "tip_2": (-15, 5, 100), "tip_3": (12, -22, 95), "base_1": (20, 0, 0)}  # mm
 OF_TIP = """
@@ -40,6 +41,11 @@ def write_csv(path: Path, columns: dict[str, Array]) -> Path:
     ]
     path.write_text("\n".join(rows) + "\n", encoding="utf-8")
     return path
+
+
+def whys(recording: HardwareRecording) -> list[str]:
+    """The notes on a recording, without its name."""
+    return [f"{note.subject}: {note.why}" for note in recording.notes]
 
 
 def _rows(columns: dict[str, Array]) -> Array:

@@ -28,7 +28,8 @@ from pydrake.lcm import DrakeLcm
 from soft_gripper.errors import InputError
 from soft_gripper.files.document import given
 from soft_gripper.hardware.live.messages import MOST_BYTES
-from soft_gripper.hardware.tables import OTHER_THAN_TEXT, Columns, is_bag_folder, read_table
+from soft_gripper.hardware.table import Columns
+from soft_gripper.hardware.tables import OTHER_THAN_TEXT, is_bag_folder, read_table
 from soft_gripper.scenario.own_functions import find_function
 
 MOST_WAITING = 4096  # messages that are read at once

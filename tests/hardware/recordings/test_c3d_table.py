@@ -3,12 +3,14 @@
 import numpy as np
 import pytest
 from damaged_files import damaged_bytes
-from hardware_files import MARKERS, swinging, write_csv
+from hardware_files import MARKERS, swinging, whys, write_csv
 from refusals import refused
 
 from soft_gripper.errors import InputError
 from soft_gripper.hardware import reading_apart
 from soft_gripper.hardware.recordings import read_recording
+from soft_gripper.hardware.table import Columns
+from soft_gripper.hardware.tables import read_table
 
 ezc3d = pytest.importorskip("ezc3d", reason="C3D files take ezc3d: pip install 'soft-gripper[c3d]'")
 
@@ -34,12 +36,22 @@ def test_the_same_as_from_text(tmp_path, describe, unit):
     np.testing.assert_allclose(b.time, a.time, atol=1e-9)
     for name in MARKERS:
         np.testing.assert_allclose(b.markers[name], a.markers[name], atol=1e-8)
-    assert b.defects == a.defects
+    assert whys(b) == whys(a)
 
 
 def test_labels_may_name_their_subject(tmp_path, describe):
     path = write_c3d(tmp_path / "a.c3d", swinging(), labels=tuple(f"Beam:{name}" for name in MARKERS))
     assert set(read_recording(path, describe()).markers) == set(MARKERS)
+
+
+def test_a_label_of_two_subjects_is_refused_without_the_subject(tmp_path, describe):
+    labels = ("left:tip_1", "right:tip_1", "left:tip_3", "left:base_1")
+    path = write_c3d(tmp_path / "a.c3d", swinging(), labels=labels)
+    columns = Columns({"right:tip_1_x_mm": "markers"}, "time_s", points="{marker}_{axis}_mm", point_unit=1e-3)
+    np.testing.assert_allclose(read_table(path, columns).values[:, 1], swinging()["tip_2_x_mm"], atol=1e-4)
+    with refused("markers", "tip_1_x_mm") as error:
+        read_recording(path, describe())
+    assert "left:tip_1_x_mm, right:tip_1_x_mm" in str(error.value)
 
 
 def test_a_missing_label_is_named(tmp_path, describe):
@@ -67,6 +79,23 @@ def test_damaged_files_end_in_a_line_even_where_ezc3d_crashes_or_does_not_end(tm
         return
     assert np.isfinite(recording.time).all()
     assert all(np.abs(p[np.isfinite(p)]).max(initial=0) < 1e20 for p in recording.markers.values())
+
+
+def test_modules_of_the_current_folder_are_not_run(tmp_path, describe, monkeypatch):
+    path = write_c3d(tmp_path / "a.c3d", swinging())
+    for name in ("resource", "pickle", "numpy", "json", "ezc3d"):
+        (tmp_path / f"{name}.py").write_text("open('was_run', 'w')")
+    monkeypatch.chdir(tmp_path)
+    assert len(read_recording(path, describe()).time) == 200
+    assert not (tmp_path / "was_run").exists()
+
+
+def test_a_low_limit_on_memory_does_not_make_a_file_damaged(tmp_path, describe, monkeypatch):
+    path = write_c3d(tmp_path / "a.c3d", swinging())
+    monkeypatch.setattr(reading_apart, "_MOST_MEMORY", 60 << 20)
+    with pytest.raises(InputError, match="ulimit -v") as error:
+        read_recording(path, describe())
+    assert "damaged" not in str(error.value)
 
 
 def test_a_crash_of_the_library_is_said(tmp_path, describe, monkeypatch):

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hardware_files import MARKERS, published, swinging, write_csv
+from hardware_files import MARKERS, published, swinging, whys, write_csv
 from refusals import refused
 
 from soft_gripper.errors import InputError
@@ -18,7 +18,7 @@ def test_markers_are_metres_in_frame_b(tmp_path, describe):
     x, y, z = np.array(MARKERS["base_1"]) * 1e-3
     np.testing.assert_allclose(recording.markers["base_1"][0], [x - 0.01, z, -y], atol=1e-12)
     np.testing.assert_allclose(recording.time, np.arange(200) / 100)
-    assert recording.defects == ()
+    assert recording.notes == ()
 
 
 def test_the_reference_is_the_mean_over_its_span(tmp_path, describe):
@@ -93,8 +93,9 @@ def test_gaps_are_reported_and_kept_as_nan(tmp_path, describe):
     recording = read_recording(write_csv(tmp_path / "a.csv", columns), describe())
     assert np.isnan(recording.markers["tip_1"][50:60]).all()
     assert np.isfinite(recording.markers["tip_1"][60:]).all()
-    assert "tip_1: 10 of 200 samples are missing, the first at 0.50 s; the longest gap is 0.11 s" in recording.defects
-    assert "tip_2: not seen in the reference span" in recording.defects
+    gap = "they are missing, the first at 0.50 s; the longest gap is 0.11 s"
+    assert f"10 of 200 samples of tip_1: {gap}" in whys(recording)
+    assert "the reference of tip_2: it is not seen in the reference span" in whys(recording)
 
 
 def test_rows_that_do_not_parse_are_counted(tmp_path, describe):
@@ -105,7 +106,7 @@ def test_rows_that_do_not_parse_are_counted(tmp_path, describe):
     path.write_text("\n".join(lines))
     recording = read_recording(path, describe())
     assert len(recording.time) == 198
-    assert recording.defects == ("2 rows do not parse, the first of them row 10",)
+    assert whys(recording) == ["2 of 200 rows: the first of them, row 10, has 1 cells, and there are 13 columns"]
 
 
 def test_a_header_may_be_described(tmp_path, describe):
@@ -177,10 +178,10 @@ def test_row_and_value_of_a_number_out_of_range_are_named(tmp_path, describe, co
     assert said in error.value.expected
 
 
-@pytest.mark.parametrize("text", ["", "time_s,a\n", "time_s,a\nnothing,here\n", "time_s,a\n,\n"])
-def test_empty_files_are_refused(tmp_path, describe, text):
+@pytest.mark.parametrize("rows", ["", "nothing,here\n", 12 * "," + "\n"])
+def test_empty_files_are_refused(tmp_path, describe, rows):
     path = tmp_path / "empty.csv"
-    path.write_text(text)
+    path.write_text(",".join(swinging()) + "\n" + rows)
     with refused("file", "empty.csv"):
         read_recording(path, describe())
 
@@ -202,5 +203,5 @@ def test_published_recordings_are_read_without_gaps(name):
     files = sorted(path for path in published(name).iterdir() if path.suffix in (".csv", ".txt"))
     for path in files:
         recording = read_recording(path, load_description(name))
-        assert recording.defects == ()
+        assert recording.notes == ()
         assert len(recording.time) > 400

@@ -87,6 +87,20 @@ def test_calls_are_made_in_other_processes_and_errors_arrive(executor):
         executor.submit(fail, 1).result()
 
 
+@pytest.mark.slow
+def test_modules_of_the_current_folder_are_not_run(tmp_path):
+    for name in ("multiprocessing", "pickle", "resource", "numpy"):
+        (tmp_path / f"{name}.py").write_text("open('was_run', 'w')")
+    script = tmp_path / "elsewhere" / "script.py"
+    script.parent.mkdir()
+    script.write_text(
+        "import os\nfrom soft_gripper.runs.executor import open_executor\n"
+        'if __name__ == "__main__":\n    with open_executor(1) as executor: executor.submit(os.getpid).result()'
+    )
+    subprocess.run([sys.executable, script], cwd=tmp_path, check=True)
+    assert not (tmp_path / "was_run").exists()
+
+
 def test_a_process_that_dies_takes_no_other_call_with_it(executor, caplog):
     calls = [executor.submit(die_at, i, 3) for i in range(8)]
     assert [call.result() for call in calls if call is not calls[3]] == [0, 1, 2, 4, 5, 6, 7]

@@ -1,0 +1,167 @@
+"""One log in the forms of loggers, spreadsheets and scripts, and in forms of other programs that are not read."""
+
+import gzip
+import io
+from collections.abc import Callable, Mapping
+from datetime import datetime, timedelta
+from typing import NamedTuple
+
+import numpy as np
+
+from soft_gripper.arrays import Array
+
+
+class Content(NamedTuple):
+    """The names of the columns, the time first, and the numbers as texts."""
+
+    names: list[str]
+    rows: list[list[str]]
+
+
+class Written(NamedTuple):
+    """A file, lines that its description needs more, and whether it is read with a note."""
+
+    content: bytes
+    more: str = ""
+    noted: bool = False
+
+
+def table(columns: Mapping[str, Array]) -> Content:
+    """The content of columns."""
+    rows = np.column_stack(list(columns.values()))
+    return Content(list(columns), [[f"{value:.6g}" for value in row] for row in rows])
+
+
+def joined(content: Content, separator: str = ",", decimal: str = ".") -> str:
+    """Lines of cells."""
+    lines = [content.names, *([cell.replace(".", decimal) for cell in row] for row in content.rows)]
+    return "\n".join(map(separator.join, lines)) + "\n"
+
+
+def _timed(content: Content, form: Callable[[float], str]) -> str:
+    return joined(Content(content.names, [[form(float(row[0])), *row[1:]] for row in content.rows]))
+
+
+def _clock(form: str, begin: str = "2026-11-25T08:00:00") -> Callable[[Content], Written]:
+    def write(content: Content) -> Written:
+        first = datetime.fromisoformat(begin)
+        text = _timed(
+            content, lambda t: (first + timedelta(seconds=t)).strftime(form)[: -3 if form[-1] == "f" else None]
+        )
+        return Written(text.encode(), noted="T23" in begin and "%d" not in form)
+
+    return write
+
+
+def _with(separator: str, decimal: str = ".", encoding: str = "utf-8") -> Callable[[Content], Written]:
+    return lambda content: Written(joined(content, separator, decimal).encode(encoding))
+
+
+def _changed(change: Callable[[str], str], noted: bool = False, more: str = "") -> Callable[[Content], Written]:
+    return lambda content: Written(change(joined(content)).encode(), more, noted)
+
+
+def _quoted(text: str, separator: str = ",") -> str:
+    return "\n".join(",".join(f'"{cell}"' for cell in line.split(separator)) for line in text.splitlines())
+
+
+def _without_names(content: Content) -> Written:
+    return Written(joined(content).partition("\n")[2].encode(), f"header: [{', '.join(content.names)}]")
+
+
+def _nanoseconds(unit: str, factor: float) -> Callable[[Content], Written]:
+    return lambda content: Written(_timed(content, lambda t: f"{round(t * factor)}").encode(), f"time_unit: {unit}")
+
+
+FORMS: dict[str, Callable[[Content], Written]] = {
+    "plain": _with(","),
+    "semicolons": _with(";"),
+    "semicolons and decimal commas": _with(";", ","),
+    "tabs": _with("\t"),
+    "tabs and decimal commas": _with("\t", ","),
+    "spaces": _with(" "),
+    "several spaces": _with("   "),
+    "bars": _with(" | "),
+    "spaces after commas": _with(", "),
+    "a byte order mark": _with(",", encoding="utf-8-sig"),
+    "UTF-16": _with("\t", encoding="utf-16"),
+    "UTF-16 without a mark": _with(",", encoding="utf-16-le"),
+    "Latin-1": lambda content: Written("Meßplatz\n".encode("latin-1") + joined(content).encode(), noted=True),
+    "newlines of Windows": _changed(lambda text: text.replace("\n", "\r\n")),
+    "newlines of old systems": _changed(lambda text: text.replace("\n", "\r")),
+    "no newline at the end": _changed(str.rstrip),
+    "empty lines": _changed(lambda text: text.replace("\n", "\n\n")),
+    "quotes": _changed(_quoted),
+    "decimal commas in quotes": lambda content: Written(
+        "\n".join(
+            ",".join(f'"{cell}"'.replace(".", ",") for cell in row) for row in [content.names, *content.rows]
+        ).encode()
+    ),
+    "a separator at the end": _changed(lambda text: text.replace("\n", ",\n")),
+    "comments": _changed(lambda text: f"# logger 2\n% of monday\n{text}", noted=True),
+    "comments between": _changed(lambda text: text.replace("\n", "\n# here\n", 3), noted=True),
+    "names in a comment": _changed(lambda text: f"# {text}"),
+    "lines before": _changed(lambda text: f"Logger,v2\nDate,2026-11-25\n\n{text}", noted=True),
+    "the line of a spreadsheet": lambda content: Written(("sep=;\n" + joined(content, ";")).encode(), noted=True),
+    "units below the names": _changed(lambda text: text.replace("\n", "\ns" + 12 * ",mm" + "\n", 1), noted=True),
+    "zeros at the end": _changed(lambda text: text + 100 * "\0", noted=True),
+    "an index": lambda content: Written(
+        joined(Content(["", *content.names], [[str(i), *row] for i, row in enumerate(content.rows)])).encode()
+    ),
+    "no names": _without_names,
+    "other names": lambda content: Written(
+        joined(content).replace("tip", "top").encode(), f"header: [{', '.join(content.names)}]", True
+    ),
+    "milliseconds": _nanoseconds("ms", 1e3),
+    "microseconds": _nanoseconds("us", 1e6),
+    "nanoseconds": _nanoseconds("ns", 1e9),
+    "times of day": _clock("%H:%M:%S.%f"),
+    "times of day with a comma": lambda content: Written(
+        _timed(content, lambda t: f"08:00:{t:06.3f}").replace(",", ";").replace(".", ",").encode()
+    ),
+    "minutes and seconds": lambda content: Written(_timed(content, lambda t: f"12:{t:06.3f}").encode()),
+    "midnight": _clock("%H:%M:%S.%f", "2026-11-25T23:59:59"),
+    "ISO 8601": _clock("%Y-%m-%dT%H:%M:%S.%f"),
+    "ISO 8601 with a zone": lambda content: Written(
+        _timed(content, lambda t: f"2026-11-25T08:00:{t:06.3f}+01:00").encode()
+    ),
+    "ISO 8601 with a space": _clock("%Y-%m-%d %H:%M:%S.%f"),
+    "dates with points": _clock("%d.%m.%Y %H:%M:%S.%f"),
+    "dates with slashes": _clock("%m/%d/%Y %H:%M:%S.%f"),
+    "missing values": _changed(lambda text: text.replace("\n", ",#N/A\n").replace("#N/A", "other", 1)),
+}
+
+
+def _npy(content: Content) -> bytes:
+    file = io.BytesIO()
+    np.save(file, np.array(content.rows, dtype=float))
+    return file.getvalue()
+
+
+REFUSED: dict[str, Callable[[Content], tuple[bytes, str]]] = {
+    "MATLAB 7.3": lambda _: (b"MATLAB 7.3 MAT-file".ljust(512) + b"\x89HDF\r\n\x1a\n", "MATLAB 7.3.*writetable"),
+    "HDF5": lambda _: (b"\x89HDF\r\n\x1a\n" + bytes(100), "HDF5"),
+    "a workbook": lambda _: (b"PK\x03\x04" + bytes(100), "workbook"),
+    "NumPy": lambda content: (_npy(content), "numpy.savetxt"),
+    "gzip": lambda content: (gzip.compress(joined(content).encode()), "unpack"),
+    "Motive": lambda _: (
+        b"Format Version,1.23,Take Name,Take 1\n\n,,Marker,Marker,Marker\nFrame,Time,X,Y,Z\n0,0.0,1,2,3\n",
+        "Motive.*C3D",
+    ),
+    "TRC": lambda _: (b"PathFileType\t4\t(X/Y/Z)\ta.trc\nFrame#\tTime\ttip\n1\t0.0\t1\n", "TRC.*C3D"),
+    "bytes": lambda _: (bytes(range(256)), "not a text file"),
+    "thousands or decimals": lambda content: (
+        joined(Content(content.names, [[str(i), *(12 * ["2,036"])] for i in range(200)]), ";").encode(),
+        "decimal",
+    ),
+    "a comma for both": lambda content: (joined(content, ",", ",").encode(), "only .* rows are numbers"),
+    "words": lambda content: (
+        joined(Content(content.names, [[row[0], *(12 * ["12 mm"])] for row in content.rows])).encode(),
+        "'12 mm' for base_1_x_mm, which is not a number",
+    ),
+    "another unit of time": lambda content: (_nanoseconds("us", 1e9)(content).content, "`time_unit`"),
+    "other columns": lambda content: (
+        joined(content).replace("tip_1_x", "tip1_x", 1).encode(),
+        "did you mean 'tip1_x_mm'",
+    ),
+}
