@@ -96,7 +96,8 @@ bench-peers: $(READY)
 bench-export: $(READY)
 	$(BIN)/python -m pip install -q -c constraints.txt -e .[mujoco]
 	$(BIN)/python benchmarks/export_tips.py
-	$(BIN)/python benchmarks/export_trials.py
+	$(BIN)/python benchmarks/export_tips.py --time-step 0.002
+	$(BIN)/python benchmarks/export_trials.py --time-step 0.002
 
 scaling: $(READY)
 	$(BIN)/python benchmarks/scaling.py

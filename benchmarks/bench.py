@@ -2,10 +2,10 @@
 
 Speed is simulated time over computing time of whole runs, logging included. "all blocks" is a difference: the time
 of a sample in the closed diagram, with its share of the recording, less that of the plant alone, run alternately. The
-single blocks written in Python are measured as they cost where all of them run and all their ports are read
-(record.live), which most are not: a run pauses midway between samples, when the new sample is taken but nothing is
-computed from it yet; a block's inputs are evaluated, then its output ports (and its next sample, if it takes samples),
-less the time of reading the same ports again.
+single blocks written in Python are measured as they cost where all of them run and all their ports are read, as in a
+station that a user holds; in a run whose diagram nobody sees most do not. A run pauses midway between samples, when the
+new sample is taken but nothing is computed from it yet; a block's inputs are evaluated, then its output ports (and its
+next sample, if it takes samples), less the time of reading the same ports again.
 
 All times are CPU time of the process, threads included; medians over repeats. Exit code 1: a bar is missed.
 """
@@ -30,7 +30,7 @@ from timed_run import bare_diagram
 
 from soft_gripper.diagrams.scene import add_plant
 from soft_gripper.diagrams.simulation import run_station, solver_config
-from soft_gripper.diagrams.station import make_station
+from soft_gripper.diagrams.station import make_private_station, make_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.diagrams.wiring.named_blocks import find_estimator
 from soft_gripper.fingers.finger import Finger
@@ -84,7 +84,7 @@ def main() -> int:
 
 
 def _print_speed(name: str, bar: float) -> bool:
-    station = make_station(load_scenario(name))
+    station = make_private_station(load_scenario(name))
     speeds = np.array([_speed(station) for _ in range(REPEATS)])
     holds = bool(np.median(speeds) >= bar)
     _print_row(name, speeds, f"{'at least' if holds else 'MISSES'} {bar:g}")
@@ -99,8 +99,8 @@ def _speed(station: Station) -> float:
 
 
 def _print_blocks(name: str, overrides: list[str]) -> bool:
-    station = make_station(load_scenario(name, overrides))
-    running = make_station(load_scenario(name, [*overrides, "record.live=true"]))
+    station = make_private_station(load_scenario(name, overrides))
+    running = make_station(load_scenario(name, overrides))
     plant = _bare(station)
     repeats = [(_run(plant, station), _run(station.diagram, station), cost_of_blocks(running)) for _ in range(REPEATS)]
     bare, closed = np.array([repeat[:2] for repeat in repeats]).T
@@ -124,7 +124,7 @@ def _bare(station: Station) -> Diagram:
 
 def _print_closed_over_bare(name: str, truth: str, bar: float) -> bool:
     """The station with all its signals over the plant with its drive."""
-    station = make_station(load_scenario(name, [f"record.truth={truth}"]))
+    station = make_private_station(load_scenario(name, [f"record.truth={truth}"]))
     plant = bare_diagram(station.scenario)
     ratios = np.array([_run(station.diagram, station) / _run(plant, station) for _ in range(REPEATS)])
     holds = bool(np.median(ratios) <= bar)
@@ -136,7 +136,7 @@ def _print_spatial_over_planar(name: str, models: tuple[str, ...], *bars: float)
     """Fingers that yield sideways and in twist too over those that bend in their plane, with as many segments."""
     steps = ["pressure.steps.all=[60.0e3, 120.0e3]"]
     yields = [f"models.{model}.fingers.all.yields=bending sideways twist" for model in models]
-    stations = [make_station(load_scenario(name, [*steps, *more])) for more in ([], yields)]
+    stations = [make_private_station(load_scenario(name, [*steps, *more])) for more in ([], yields)]
     runs = [(each, station) for station in stations for each in (bare_diagram(station.scenario), station.diagram)]
     times = np.array([[_run(*each) for each in runs] for _ in range(REPEATS)]).reshape(REPEATS, 2, 2)
     ratios = times[:, 1] / times[:, 0]
@@ -193,7 +193,7 @@ def _print_creep(name: str) -> bool:
         tree.write(file)
         overrides = [f"models.0.file={file}", "pressure.steps.all=[60.0e3, 120.0e3]"]
         nominals = (f"nominal.creep={nominal}" for nominal in ("false", "true"))
-        stations = [make_station(load_scenario(name, [*overrides, nominal])) for nominal in nominals]
+        stations = [make_private_station(load_scenario(name, [*overrides, nominal])) for nominal in nominals]
     plain, creeping = np.array([[_speed(station) for station in stations] for _ in range(REPEATS)]).T
     holds = bool(np.median(plain / creeping) <= CREEP_BAR)
     _print_row(f"{name}, fingers that creep", plain / creeping, f"{'at most' if holds else 'MISSES'} {CREEP_BAR:g}")

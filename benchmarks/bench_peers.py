@@ -1,4 +1,4 @@
-"""The same two fingers in other simulators: a table, docs/peers.png and .svg, and whether the bars are met.
+"""The same two fingers in other simulators: the table of docs/benchmarks.md, docs/peers.png and .svg, and the bars.
 
 Every setting of settings.yaml is run, alternately, and of every simulator the fastest one is compared that is as good
 as ours under its default: by the error of the tips against the simulator's own converged run where nothing is grasped,
@@ -6,7 +6,7 @@ by the creep of the object where something is. Times are CPU time of stepping an
 
     python benchmarks/bench_peers.py [--rounds N] [TASK ...]
 
-Exit code 1: a bar is missed.
+Tasks that are named are printed only. Exit code 1: a bar is missed.
 """
 
 import os
@@ -19,10 +19,10 @@ from pathlib import Path
 
 import yaml
 from peers.comparison import Result, chosen, compare, installed
-from peers.report import draw, print_heading, print_rows
+from peers.report import draw, rows, table, write_table
 
 HERE = Path(__file__).parent
-FIGURE = HERE.parent / "docs" / "peers"
+FIGURE, PAGE = (HERE.parent / "docs" / name for name in ("peers", "benchmarks.md"))
 BARS = {  # by task and simulator: how many times as long as ours it takes, at least
     ("free bending, sensed", "MuJoCo"): 1 / 5,
     ("non-convex grasp", "MuJoCo"): 2.5,
@@ -40,11 +40,13 @@ def main() -> int:
     arguments = parser.parse_args()
     tasks, simulators = arguments.tasks or list(config["tasks"]), installed(config["simulators"])
     results = {}
-    print_heading()
+    print(*table([]), sep="\n", flush=True)
     for task in tasks:
         results[task] = compare(task, config, simulators, arguments.rounds)
-        print_rows(results[task])
-    draw(results, FIGURE)
+        print(*rows(results[task]), sep="\n", flush=True)
+    if not arguments.tasks:
+        write_table(PAGE, results.values())
+        draw(results, FIGURE)
     met = [_print_bar(results[task], task, peer, bar) for (task, peer), bar in BARS.items() if task in results]
     return 0 if all(met) else 1
 

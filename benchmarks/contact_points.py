@@ -17,7 +17,7 @@ import numpy as np
 
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.simulation import run_station
-from soft_gripper.diagrams.station import make_station
+from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.scenario.scenario_file import load_scenario
 
@@ -59,7 +59,7 @@ def main(names: list[str]) -> None:
 
 
 def _station(name: str, overrides: list[str]) -> Station:
-    return make_station(load_scenario(name, [*SCENARIOS[name], *overrides]))
+    return make_private_station(load_scenario(name, [*SCENARIOS[name], *overrides]))
 
 
 def _last(recording: Recording, signal: str) -> np.ndarray:

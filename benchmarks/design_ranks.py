@@ -54,7 +54,7 @@ def normal_force(study: DesignStudy, row: dict[str, str]) -> float:
     values = {axis.key: parse_yaml("design", f"value: {row[axis.key]}")["value"] for axis in study.axes}
     scenario = replace(changed_scenario(study.scenario, {**study.fixed, **CLOSED, **values}), task=None)
     with tempfile.TemporaryDirectory() as folder:
-        export_mjcf(scenario, Path(folder))
+        export_mjcf(scenario, Path(folder), 0.002)
         model, data = closed(Path(folder))
     return max(pressed(model, data).values(), default=0.0)
 

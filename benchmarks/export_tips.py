@@ -1,8 +1,8 @@
-"""Fingertips at rest in Drake and, exported, in MuJoCo: the largest difference after each step of pressure.
+"""Fingertips at rest in Drake and, exported, in MuJoCo: the largest difference after each step of pressure; and speed.
 
-    python benchmarks/export_tips.py [SCENARIO ...]
+    python benchmarks/export_tips.py [--time-step S] [SCENARIO ...]
 
-Needs MuJoCo: pip install soft-gripper[mujoco]. Exit code 1: a bar is missed.
+Speed is simulated time over CPU time. Needs MuJoCo: pip install soft-gripper[mujoco]. Exit code 1: a bar is missed.
 """
 
 import os
@@ -12,16 +12,19 @@ os.environ["OMP_NUM_THREADS"] = os.environ["OPENBLAS_NUM_THREADS"] = "1"
 import csv
 import subprocess
 import sys
+from argparse import ArgumentParser
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from time import process_time
 from typing import NamedTuple
 
 import numpy as np
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.simulation import run_station
-from soft_gripper.diagrams.station import make_station
+from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.export.folder import LOADER, export_mjcf
+from soft_gripper.export.run_mjcf import simulate
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.schema import Scenario
 
@@ -58,23 +61,37 @@ CASES = {
 
 def main() -> int:
     """Prints a table; 1 if a bar is missed."""
+    parser = ArgumentParser(description="Fingertips in Drake and, exported, in MuJoCo.")
+    parser.add_argument("cases", nargs="*", choices=[*CASES, []], metavar="SCENARIO")
+    parser.add_argument("--time-step", type=float)
+    options = parser.parse_args()
     missed = 0
-    for name in sys.argv[1:] or CASES:
+    for name in options.cases or CASES:
         case = CASES[name]
-        apart = differences(load_scenario(case.scenario, [*case.overrides, "record.truth=none"])).max(axis=-1)
+        scenario = load_scenario(case.scenario, [*case.overrides, "record.truth=none"])
+        apart = differences(scenario, options.time_step).max(axis=-1)
         missed += apart.max() > case.bar
         steps = ", ".join(f"{1e3 * each:.4g}" for each in apart)
-        print(
-            f"{name:<24} {steps} mm; {'MISSES ' if apart.max() > case.bar else ''}bar {1e3 * case.bar:g} mm", flush=True
-        )
+        verdict = f"{'MISSES ' if apart.max() > case.bar else ''}bar {1e3 * case.bar:g} mm"
+        print(f"{name:<24} {speed(scenario, options.time_step):5.0f}x {steps} mm; {verdict}", flush=True)
     return int(missed > 0)
 
 
-def differences(scenario: Scenario) -> Array:
+def differences(scenario: Scenario, time_step: float | None = None) -> Array:
     """Distances of the tips at the end of each step, (steps, F) m; of a task, at its end."""
     with TemporaryDirectory() as folder:
-        distances: Array = np.linalg.norm(in_mujoco(scenario, Path(folder)) - in_drake(scenario), axis=-1)
+        tips = in_mujoco(scenario, Path(folder), time_step)
+    distances: Array = np.linalg.norm(tips - in_drake(scenario), axis=-1)
     return distances
+
+
+def speed(scenario: Scenario, time_step: float | None = None) -> float:
+    """How many times as fast as real time the loader runs in MuJoCo."""
+    with TemporaryDirectory() as folder:
+        export_mjcf(scenario, Path(folder), time_step)
+        start = process_time()
+        _, rows = simulate(Path(folder))
+    return float(rows[-1, 0] / (process_time() - start))
 
 
 def ends_of(scenario: Scenario, last: float) -> Array:
@@ -84,7 +101,7 @@ def ends_of(scenario: Scenario, last: float) -> Array:
 
 def in_drake(scenario: Scenario) -> Array:
     """The tips at the end of each step, (steps, F, 3) m in the world."""
-    station = make_station(scenario)
+    station = make_private_station(scenario)
     recording = run_station(station)
     times, states = recording["time"].values, recording["plant.state"].values
     plant, context = station.plant, station.plant.CreateDefaultContext()
@@ -95,9 +112,9 @@ def in_drake(scenario: Scenario) -> Array:
     return np.array(found)
 
 
-def in_mujoco(scenario: Scenario, folder: Path) -> Array:
+def in_mujoco(scenario: Scenario, folder: Path, time_step: float | None) -> Array:
     """The same, by the loader that is exported, in a process without this package."""
-    export_mjcf(scenario, folder)
+    export_mjcf(scenario, folder, time_step)
     subprocess.run([sys.executable, "-I", folder / LOADER], check=True, cwd=folder, capture_output=True)
     with (folder / "tips.csv").open(newline="") as file:
         fingers = sum(" tip x " in name for name in next(csv.reader(file)))

@@ -4,7 +4,7 @@
 that a good part is dropped. An object is held if it has been lifted by more than half of the lift at the end. Prints
 the table of confusion and writes every trial to export_trials.csv. Needs MuJoCo: pip install soft-gripper[mujoco].
 
-    python benchmarks/export_trials.py [--trials N] [--seed S] [--out DIR]
+    python benchmarks/export_trials.py [--time-step S] [--trials N] [--seed S] [--out DIR]
 
 Exit code 1: fewer than 95 % agree.
 """
@@ -22,7 +22,7 @@ from tempfile import TemporaryDirectory
 
 from soft_gripper.diagrams.scene import first_body
 from soft_gripper.diagrams.simulation import run_to_end
-from soft_gripper.diagrams.station import make_station
+from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.export.folder import export_mjcf
 from soft_gripper.export.run_mjcf import simulate
 from soft_gripper.files.csv_table import write_csv
@@ -59,6 +59,7 @@ class Row(Lifted, Variation):
 def main() -> int:
     """Runs the trials; 1 if too few agree."""
     parser = ArgumentParser(description="The same random grasps in Drake and in MuJoCo.")
+    parser.add_argument("--time-step", type=float)
     parser.add_argument("--trials", type=int, default=100)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--out", type=Path, default=Path("results/export_trials"))
@@ -66,7 +67,7 @@ def main() -> int:
     writable_folder(options.out)
     rows = []
     for number in range(options.trials):
-        rows.append(run_trial(options.seed, number))
+        rows.append(run_trial(options.seed, number, options.time_step))
         print(f"{number:>4} {rows[-1].object:<7} {rows[-1].drake_mm:8.2f} {rows[-1].mujoco_mm:8.2f} mm", flush=True)
     write_csv(options.out / "export_trials.csv", rows)
     return report(rows)
@@ -82,11 +83,12 @@ def report(rows: Sequence[Row]) -> int:
     return int(alike < BAR * len(rows))
 
 
-def run_trial(seed: int, number: int) -> Row:
+def run_trial(seed: int, number: int, time_step: float | None) -> Row:
     """One trial in both simulators."""
     kind = list(OBJECTS)[number % len(OBJECTS)]
     scenario, variation = random_grasp(kind, seed, number)
-    return Row(**asdict(variation), object=kind, drake_mm=1e3 * in_drake(scenario), mujoco_mm=1e3 * in_mujoco(scenario))
+    lifted = {"drake_mm": 1e3 * in_drake(scenario), "mujoco_mm": 1e3 * in_mujoco(scenario, time_step)}
+    return Row(**asdict(variation), object=kind, **lifted)
 
 
 def random_grasp(kind: str, seed: int, number: int) -> tuple[Scenario, Variation]:
@@ -102,7 +104,7 @@ def random_grasp(kind: str, seed: int, number: int) -> tuple[Scenario, Variation
 
 def in_drake(scenario: Scenario) -> float:
     """How far the object has risen at the end, m."""
-    station = make_station(scenario)
+    station = make_private_station(scenario)
     context = station.plant.GetMyContextFromRoot(run_to_end(station).get_context())
     assert scenario.task is not None
     body = first_body(station.plant, str(scenario.task.object))
@@ -110,10 +112,10 @@ def in_drake(scenario: Scenario) -> float:
     return float((body.EvalPoseInWorld(context).translation() - start)[2])
 
 
-def in_mujoco(scenario: Scenario) -> float:
+def in_mujoco(scenario: Scenario, time_step: float | None) -> float:
     """The same, from the exported folder."""
     with TemporaryDirectory() as folder:
-        export_mjcf(scenario, Path(folder))
+        export_mjcf(scenario, Path(folder), time_step)
         _, rows = simulate(Path(folder))
     return float(rows[-1, -1] - rows[0, -1])
 

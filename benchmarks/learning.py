@@ -17,7 +17,8 @@ import gymnasium
 import numpy as np
 from gymnasium.vector import AsyncVectorEnv
 
-from soft_gripper import load_scenario, make_simulator, make_station
+from soft_gripper import load_scenario, make_simulator
+from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.learning.environment import SoftGripperEnv
 
 ROUNDS, STEPS = 7, 50
@@ -45,7 +46,7 @@ def episode(env: SoftGripperEnv | AsyncVectorEnv, number: int) -> None:
 def main() -> None:
     """Prints the figures."""
     env = SoftGripperEnv("soft_grasp")
-    box = make_station(load_scenario("box_grasp", ["pressure.steps={all: [60e3]}"]))
+    box = make_private_station(load_scenario("box_grasp", ["pressure.steps={all: [60e3]}"]))
     vectors = {number: gymnasium.make_vec("SoftGrasp-v0", number, "async") for number in (1, 2)}
     found: dict[str, list[float]] = {name: [] for name in ("reset", "episode", "box", "one", "two")}
     for seed in range(ROUNDS):

@@ -18,7 +18,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from processes import family
 
-from soft_gripper import load_scenario, make_station, run_station
+from soft_gripper import load_scenario, run_station
+from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.pictures.style import STYLE, estimator_style, save_figure
 from soft_gripper.runs import Range, Values, open_executor, run_sweep, sweep_points
 
@@ -65,7 +66,7 @@ def timed_in_turns(jobs: list[int]) -> tuple[float, dict[tuple[str, int], float]
 
     The shortest of the rounds, since other load and a clock that slows down only ever add to them.
     """
-    station = make_station(load_scenario("free_bending", [f"{key}={value}" for key, value in FIXED.items()]))
+    station = make_private_station(load_scenario("free_bending", [f"{key}={value}" for key, value in FIXED.items()]))
     alone: list[float] = []
     times: dict[tuple[str, int], list[float]] = {(kind, n): [] for kind in KINDS for n in jobs}
     for _ in range(ROUNDS):

@@ -15,7 +15,7 @@ from pydrake.systems.framework import DiagramBuilder
 
 from soft_gripper.diagrams.scene import add_plant
 from soft_gripper.diagrams.simulation import make_simulator, solver_config
-from soft_gripper.diagrams.station import make_station
+from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.diagrams.wiring.drive import add_pressure_drive, add_steps
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.schema import Scenario
@@ -27,7 +27,7 @@ OF_A_TASK = 8.0  # s, in which every task of the scenarios handles its object
 def main(name: str) -> None:
     """The closed diagram; and the bare plant with its drive, if no task commands it."""
     scenario = load_scenario(name)
-    station = make_station(scenario)
+    station = make_private_station(scenario)
     simulator = make_simulator(station)
     times = {"closed": part_times(simulator, scenario, lambda: station.recording(simulator.get_context()))}
     if scenario.task is None:

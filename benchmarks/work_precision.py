@@ -20,7 +20,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator
 
 from soft_gripper.diagrams.simulation import run_station
-from soft_gripper.diagrams.station import make_station
+from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.fingers.kinematics import Planar, forward_kinematics
 from soft_gripper.pictures.style import STYLE
@@ -106,7 +106,7 @@ def measure(reference: Planar) -> Results:
 
 def make(overrides: list[str]) -> Station:
     """The closed diagram under the solver that the overrides choose."""
-    return make_station(load_scenario("free_bending", [*INPUT, *overrides]))
+    return make_private_station(load_scenario("free_bending", [*INPUT, *overrides]))
 
 
 def run(station: Station) -> tuple[float, Planar]:

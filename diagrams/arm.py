@@ -9,12 +9,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from pydrake.common.schema import Transform
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import Frame, ModelInstanceIndex, PdControllerGains, SpatialInertia
+from pydrake.multibody.tree import Frame, Joint, ModelInstanceIndex, PdControllerGains, SpatialInertia
 from pydrake.systems.framework import DiagramBuilder, InputPort, OutputPort
 from pydrake.systems.primitives import ConstantVectorSource, MatrixGain
 
 from soft_gripper.arrays import Array
 from soft_gripper.control.arm_motion import GravityCompensation
+from soft_gripper.control.couplings import Couplings, couplings
 from soft_gripper.diagrams.scene import add_model, arm_joints, find_frame, own_frame
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.plant_finger import PlantFinger
@@ -31,11 +32,12 @@ class Arm:
     tool: Frame  # in this plant: the frame at which the gripper is welded
     tool_model: ModelConfig  # the model welded at that frame
     config: ArmConfig
+    couplings: Couplings  # of its joints
 
     @property
     def home(self) -> Array:
         """The initial posture, (n) rad or m."""
-        return np.array(self.config.home)
+        return self.couplings.full(np.array(self.config.home))
 
 
 def make_arm(
@@ -51,14 +53,16 @@ def make_arm(
     alone = MultibodyPlant(0.0)
     alone.mutable_gravity_field().set_gravity_vector(plant.gravity_field().gravity_vector())
     X_WBase = own_frame(plant, config, f"models[{index}]").CalcPoseInWorld(plant.CreateDefaultContext())
-    add_model(alone, replace(config, parent="world", X_PC=Transform(X_WBase)), f"models[{index}]", is_arm=True)
+    placed = replace(config, parent="world", X_PC=Transform(X_WBase))
+    _, _, mimics = add_model(alone, placed, f"models[{index}]", arm)
     inertia = _inertia(plant, gripper, carried_models(models, arm.model))
     body = alone.AddRigidBody("payload", alone.AddModelInstance("carried"), inertia)
     parent = find_frame(alone, gripper.parent, "models", "parent")
     alone.WeldFrames(parent, body.body_frame(), gripper.X_PC.GetDeterministicValue())
     alone.Finalize()
     model = plant.GetModelInstanceByName(config.name)
-    return Arm(config.name, model, alone, body.body_frame(), gripper, arm)
+    joints = [joint.name() for joint in arm_joints(plant, model)]
+    return Arm(config.name, model, alone, body.body_frame(), gripper, arm, couplings(joints, mimics))
 
 
 def carried_models(models: Sequence[ModelConfig], arm: str) -> list[ModelConfig]:
@@ -96,7 +100,7 @@ def _inertia(plant: MultibodyPlant, gripper: ModelConfig, carried: Sequence[Mode
 
 def add_home(builder: DiagramBuilder, arm: Arm, desired: InputPort) -> OutputPort:
     """Adds `{arm}.home`, which holds the arm in its home posture; returns its desired state."""
-    home = ConstantVectorSource([*arm.home, *np.zeros(len(arm.home))])
+    home = ConstantVectorSource([*arm.home, *np.zeros_like(arm.home)])
     builder.AddNamedSystem(f"{arm.name}.home", home)
     builder.Connect(home.get_output_port(), desired)
     return home.get_output_port()
@@ -110,41 +114,43 @@ def add_arm_control(builder: DiagramBuilder, plant: MultibodyPlant, arm: Arm) ->
         desired state ----------------------------> PD controllers, solved with the plant's own equations
         state of the arm -> GravityCompensation -> actuators, within their effort limits
 
-    The compensation includes the weight of the gripper, but not that of a grasped object.
+    The compensation includes the weight of the gripper, but not that of a grasped object. Joints that follow others
+    have no actuator: those that they follow carry their weight.
 
     Returns:
         the input port of the desired state, positions and then velocities in the order of the joints, (2 n).
     """
-    _check_actuators(plant, arm)
     _set_gains(plant, arm)
     compensation = builder.AddNamedSystem(f"{arm.name}.gravity_compensation", GravityCompensation(arm.plant))
     builder.Connect(plant.get_state_output_port(arm.model), compensation.get_input_port())
     of_actuators = _actuator_rows(plant, arm)
-    torque = builder.AddNamedSystem(f"{arm.name}.torque", MatrixGain(of_actuators))
+    leading = np.eye(len(arm.couplings.offset))[arm.couplings.leads]
+    torque = builder.AddNamedSystem(f"{arm.name}.torque", MatrixGain(of_actuators @ arm.couplings.matrix.T))
     builder.Connect(compensation.get_output_port(), torque.get_input_port())
     builder.Connect(torque.get_output_port(), plant.get_actuation_input_port(arm.model))
-    desired = builder.AddNamedSystem(f"{arm.name}.desired", MatrixGain(np.kron(_folded(arm.config), of_actuators)))
+    desired = builder.AddNamedSystem(
+        f"{arm.name}.desired", MatrixGain(np.kron(_folded(arm.config), of_actuators @ leading))
+    )
     builder.Connect(desired.get_output_port(), plant.get_desired_state_input_port(arm.model))
     return desired.get_input_port()
 
 
-def _check_actuators(plant: MultibodyPlant, arm: Arm) -> None:
-    driven = [plant.get_joint_actuator(i).joint().name() for i in plant.GetJointActuatorIndices(arm.model)]
-    for joint in arm_joints(plant, arm.model):
-        if joint.name() not in driven:
-            expected = "has no actuator; give it an effort limit above 0, and in a URDF also a <transmission>"
-            raise InputError(f"arm '{arm.name}'", "joint", joint.name(), expected)
+def _leading(plant: MultibodyPlant, arm: Arm) -> list[Joint]:
+    """The joints of an arm that follow no other."""
+    joints = arm_joints(plant, arm.model)
+    return [joints[i] for i in arm.couplings.leads]
 
 
 def _set_gains(plant: MultibodyPlant, arm: Arm) -> None:
     """Gains of a joint for the desired frequency, from the inertia that it moves in the home posture."""
     context = arm.plant.CreateDefaultContext()
     arm.plant.SetPositions(context, arm.home)
-    inertia = np.diag(arm.plant.CalcMassMatrix(context))
+    follow = arm.couplings.matrix
+    inertia = np.diag(follow.T @ arm.plant.CalcMassMatrix(context) @ follow)
     angular_frequency, ratio = 2 * np.pi * arm.config.frequency, arm.config.damping_ratio  # rad/s, 1
     gains = {
         joint.name(): PdControllerGains(p=moment * angular_frequency**2, d=2 * ratio * moment * angular_frequency)
-        for joint, moment in zip(arm_joints(plant, arm.model), inertia, strict=True)
+        for joint, moment in zip(_leading(plant, arm), inertia, strict=True)
     }
     for index in plant.GetJointActuatorIndices(arm.model):
         actuator = plant.get_joint_actuator(index)
@@ -161,7 +167,7 @@ def _folded(arm: ArmConfig) -> Array:
 
 
 def _actuator_rows(plant: MultibodyPlant, arm: Arm) -> Array:
-    """Matrix from joint order to actuator order, (n, n)."""
-    names = [joint.name() for joint in arm_joints(plant, arm.model)]
+    """Matrix from the order of the joints that follow no other to that of the actuators, (k, k)."""
+    names = [joint.name() for joint in _leading(plant, arm)]
     actuators = (plant.get_joint_actuator(index) for index in plant.GetJointActuatorIndices(arm.model))
     return np.eye(len(names))[[names.index(actuator.joint().name()) for actuator in actuators]]

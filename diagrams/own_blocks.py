@@ -29,6 +29,7 @@ class OwnBlock(NamedTuple):
     name: str  # name of the function, "module:function"
     place: str  # the finger, or another prefix of its signals
     block: System
+    runs: bool  # in the diagram, and not in the recording alone
     port: str  # its required output
     quantity: str  # quantity that the sensors of the finger measure
 
@@ -47,21 +48,23 @@ def own_blocks(station: Station) -> list[OwnBlock]:
         finger = plant_finger.name
         quantity = sensor_layout(plant_finger.finger, station.scenario.sensor).quantity
         if is_own(parts.sensor):
-            block = _inside(station.diagram, f"{finger}.sensors", "sensor")
-            found.append(OwnBlock("sensor.type", parts.sensor, finger, block, quantity, quantity))
+            block = _inside(station, f"{finger}.sensors", "sensor")
+            found.append(OwnBlock("sensor.type", parts.sensor, finger, *block, quantity, quantity))
         if is_own(parts.estimator):
-            block = _inside(station.diagram, f"{finger}.estimation", "estimator")
-            found.append(OwnBlock("estimator.type", parts.estimator, finger, block, ANGLES, quantity))
+            block = _inside(station, f"{finger}.estimation", "estimator")
+            found.append(OwnBlock("estimator.type", parts.estimator, finger, *block, ANGLES, quantity))
         for kind in filter(is_own, station.scenario.estimator.alongside):
-            block = _inside(station.diagram, f"{finger}.{kind}.estimation", "estimator")
-            found.append(OwnBlock("estimator.alongside", kind, f"{finger}.{kind}", block, ANGLES, quantity))
+            block = _inside(station, f"{finger}.{kind}.estimation", "estimator")
+            found.append(OwnBlock("estimator.alongside", kind, f"{finger}.{kind}", *block, ANGLES, quantity))
     return found
 
 
-def _inside(diagram: Diagram, part: str, name: str) -> System:
-    within = diagram.GetSubsystemByName(part)
+def _inside(station: Station, part: str, name: str) -> tuple[System, bool]:
+    """A block of a part of a station, and whether it is in its diagram."""
+    runs = part not in station.removed
+    within = station.diagram.GetSubsystemByName(part) if runs else station.removed[part]
     assert isinstance(within, Diagram)
-    return within.GetSubsystemByName(name)
+    return within.GetSubsystemByName(name), runs
 
 
 def blamed(station: Station, context: Context, failure: BaseException) -> InputError | None:
@@ -73,7 +76,7 @@ def blamed(station: Station, context: Context, failure: BaseException) -> InputE
         failure: the exception from Drake or from a block.
     """
     blocks, when = own_blocks(station), f"failed at t = {context.get_time():.6g} s"
-    for own in blocks:
+    for own in (own for own in blocks if own.runs):
         for port in vector_outputs(own.block):
             again = _failure_of(own, port, context)
             if again is not None and type(again) is type(failure):

@@ -1,7 +1,7 @@
 """Recording: every named signal of a run over time, as labelled arrays with units.
 
 An ArrayBlock computes its outputs at all samples of a recording from its inputs at all samples. So a port of such a
-block needs no log, and is not computed while the diagram runs, if its inputs can be traced back to logged ports.
+block needs no log if its inputs can be traced back to logged ports.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -36,7 +36,6 @@ from soft_gripper.arrays import Array
 from soft_gripper.cached import Cached
 from soft_gripper.control.task import Phase
 from soft_gripper.diagrams.foxglove import write_mcap
-from soft_gripper.diagrams.live import add_live, wake_all
 from soft_gripper.diagrams.wires import Level
 from soft_gripper.errors import InputError, first_line, shortened
 from soft_gripper.files.document import require
@@ -241,18 +240,13 @@ class SignalLogs(Diagram):
             sink.values(root_context).clear()
 
 
-def add_logs(
-    builder: DiagramBuilder, signals: Mapping[str, OutputPort], period: float, live: bool = False
-) -> SignalLogs:
+def add_logs(builder: DiagramBuilder, signals: Mapping[str, OutputPort], period: float) -> SignalLogs:
     """Adds `logs` to any diagram; `read_logs` makes a Recording of all their signals after a run.
 
-    Signals of an ArrayBlock are not computed while the diagram runs unless another block reads them, see `add_live`.
-
     Args:
-        builder: builder of the diagram, in which the sources of the signals are connected; add all other blocks before.
+        builder: builder of the diagram, in which the sources of the signals are connected.
         signals: vector ports by name in the recording, such as "left_finger.strain".
         period: sampling period, s.
-        live: every port can be read while the diagram runs, at the cost of the blocks behind it.
     """
     sources = SignalSources(builder, period)
     logs = SignalLogs(signals, sources, period)
@@ -261,10 +255,6 @@ def add_logs(
         port = sources.ports[number]
         connect = builder.ConnectToSame if isinstance(port, InputPort) else builder.Connect
         connect(port, logs.get_input_port(i))
-    if live:
-        wake_all(builder)
-    else:
-        add_live(builder, period)
     return logs
 
 

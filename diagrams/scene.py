@@ -23,21 +23,23 @@ from pydrake.multibody.tree import Frame, Joint, ModelInstanceIndex, RigidBody
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
 from soft_gripper.arrays import Array
+from soft_gripper.control.couplings import Couplings, Mimic, couplings
 from soft_gripper.diagrams.point_contact import prepare_point_contact
 from soft_gripper.errors import InputError
+from soft_gripper.files.notes import collected
 from soft_gripper.fingers.finger_parts import SLIDES
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.library_messages import without_messages
 from soft_gripper.scenario.drake_parsing import drake_reads
-from soft_gripper.scenario.model_files import load_model
+from soft_gripper.scenario.model_files import LoadedModel, is_mjcf, load_model, model_path
 from soft_gripper.scenario.schema import ArmConfig, ModelConfig
 from soft_gripper.truth.soft_object import SoftBody, soft_bodies, soft_body
 
 _LOGGER = logging.getLogger(__name__)
 
 
-def set_home_posture(plant: MultibodyPlant, arm: ArmConfig) -> None:
-    """Sets the default positions of the arm to its home posture.
+def set_home_posture(plant: MultibodyPlant, arm: ArmConfig, mimics: Sequence[Mimic] = ()) -> Couplings:
+    """Sets the default positions of the arm to its home posture; returns how its joints depend on each other.
 
     Raises:
         InputError: if there is no such model, or the posture does not fit its joints.
@@ -45,14 +47,18 @@ def set_home_posture(plant: MultibodyPlant, arm: ArmConfig) -> None:
     if not plant.HasModelInstanceNamed(arm.model):
         raise InputError("arm", "model", arm.model, "no such model")
     joints = arm_joints(plant, plant.GetModelInstanceByName(arm.model))
-    if len(arm.home) != len(joints):
-        raise InputError("arm", "home", arm.home, f"give a position for each of: {', '.join(j.name() for j in joints)}")
-    for joint, position in zip(joints, arm.home, strict=True):
+    coupled = couplings([joint.name() for joint in joints], mimics)
+    leading = [joints[i].name() for i in coupled.leads]
+    if len(arm.home) != len(leading):
+        follow = f"; {', '.join(mimic.joint for mimic in mimics)} follow" if mimics else ""
+        raise InputError("arm", "home", arm.home, f"give a position for each of: {', '.join(leading)}{follow}")
+    for joint, position in zip(joints, coupled.full(np.array(arm.home)), strict=True):
         (low,), (high,) = joint.position_lower_limits(), joint.position_upper_limits()
         if not low <= position <= high:
             expected = f"give a position within its limits, {low:g} to {high:g}"
-            raise InputError("arm.home", joint.name(), position, expected)
+            raise InputError("arm.home", joint.name(), float(position), expected)
         joint.set_default_positions([position])
+    return coupled
 
 
 def arm_joints(plant: MultibodyPlant, model: ModelInstanceIndex) -> list[Joint]:
@@ -72,29 +78,55 @@ def add_model(
     plant: MultibodyPlant,
     config: ModelConfig,
     where: str,
-    is_arm: bool,
+    arm: ArmConfig | None,
     visuals: bool = True,
     points: int | None = None,
-) -> tuple[ModelInstanceIndex, list[PlantFinger]]:
-    """Loads a model and places it; returns the model and the fingers in it.
+) -> LoadedModel:
+    """Loads a model and places it.
 
     Raises:
         InputError: if its file or a frame that it names is invalid.
     """
-    model, fingers = load_model(plant, config, where, is_arm, visuals, points)
+    loaded = load_model(plant, config, where, arm, visuals, points)
     X_PC = config.X_PC.GetDeterministicValue()
-    soft = soft_body(plant, model)
+    soft = soft_body(plant, loaded.model)
     if soft is not None:
         soft.set_default_pose(X_PC)
+    elif is_mjcf(model_path(config.file)) and _is_joined(plant, loaded.model):
+        _check_stays(config, where)
+    elif stays_in_place(config):
+        raise InputError(where, "free", False, f"must be true: no joint of {config.file} holds the model")
     elif config.free:
         plant.SetDefaultFloatingBaseBodyPose(first_body(plant, config.name), X_PC)
     else:
         plant.WeldFrames(find_frame(plant, config.parent, where, "parent"), own_frame(plant, config, where), X_PC)
-    return model, fingers
+    return loaded
+
+
+def _is_joined(plant: MultibodyPlant, model: ModelInstanceIndex) -> bool:
+    """Whether the joints of a model that has not been placed join it to the world."""
+    joints = (plant.get_joint(index) for index in plant.GetJointIndices(model))
+    return any(joint.parent_body().index() == plant.world_body().index() for joint in joints)
+
+
+def stays_in_place(config: ModelConfig) -> bool:
+    """Whether a model stays where its file puts it, in the world: so does all that is not free in MJCF."""
+    return not config.free and is_mjcf(model_path(config.file))
+
+
+def _check_stays(config: ModelConfig, where: str) -> None:
+    """Raises an InputError if a scenario places a model that stays where its file puts it."""
+    moved = not config.X_PC.GetDeterministicValue().IsExactlyIdentity()
+    given = {"free": config.free, "parent": config.parent != "world", "child": config.child is not None, "X_PC": moved}
+    for field in [field for field, is_given in given.items() if is_given]:
+        expected = f"leave it out: {config.file} is MJCF, which joins the model to the world and says where it stands"
+        raise InputError(where, field, getattr(config, field), expected)
 
 
 def own_frame(plant: MultibodyPlant, config: ModelConfig, where: str) -> Frame:
     """The frame of a model at which it is welded to its parent."""
+    if stays_in_place(config):
+        return plant.world_frame()
     if config.child is not None:
         return find_frame(plant, f"{config.name}::{config.child}", where, "child")
     return first_body(plant, config.name).body_frame()
@@ -133,8 +165,10 @@ class Scene(NamedTuple):
     scene_graph: SceneGraph
     fingers: list[PlantFinger]
     soft: dict[str, SoftBody]  # the soft objects, by the names of their models
+    couplings: Couplings | None = None  # of the joints of the arm, if there is one
 
 
+@collected()  # so that the notes on all its models are few
 def add_plant(
     builder: DiagramBuilder,
     config: MultibodyPlantConfig,
@@ -161,11 +195,14 @@ def add_plant(
     plant, scene_graph = AddMultibodyPlant(config, builder)
     plant.mutable_gravity_field().set_gravity_vector(gravity)
     fingers: list[PlantFinger] = []
+    mimics: Sequence[Mimic] = ()
     if config.time_step == 0 and any(model.mesh.youngs_modulus is not None for model in models):
         raise InputError("plant_config", "time_step", 0, "must be above 0: soft objects are simulated in steps")
     for i, model in enumerate(models):
         where = f"models[{i}]"
-        _, found = add_model(plant, model, where, arm is not None and model.name == arm.model, visuals, points)
+        own = arm if arm is not None and model.name == arm.model else None
+        _, found, followers = add_model(plant, model, where, own, visuals, points)
+        mimics = followers if own is not None else mimics
         if model.half_space:
             make_half_space(plant, scene_graph, model, where)
         if model.free and found:
@@ -178,10 +215,9 @@ def add_plant(
             skins = (plant.GetCollisionGeometriesForBody(link) for finger in fingers for link in finger.links)
             prepare_point_contact(plant, scene_graph, {geometry for of_link in skins for geometry in of_link})
         plant.Finalize()
-    if arm is not None:
-        set_home_posture(plant, arm)
+    coupled = None if arm is None else set_home_posture(plant, arm, mimics)
     soft = soft_bodies(plant, scene_graph.model_inspector(), [model.name for model in models])
-    scene = Scene(plant, scene_graph, fingers, soft)
+    scene = Scene(plant, scene_graph, fingers, soft, coupled)
     remove_idle_skins(scene)
     return scene
 
@@ -227,7 +263,7 @@ def make_half_space(plant: MultibodyPlant, scene_graph: SceneGraph, config: Mode
     X_WBody = config.X_PC.GetDeterministicValue() @ frame.GetFixedPoseInBodyFrame().inverse()
     name = f"{config.name} half space"
     scene_graph.RemoveRole(source, geometry, Role.kProximity)
-    with without_messages("deformable contact"):  # there is none here
+    with without_messages(lambda message: "deformable contact" in message):  # there is none here
         plant.RegisterCollisionGeometry(plant.world_body(), X_WBody @ X_BodyTop, HalfSpace(), name, properties)
 
 
@@ -248,7 +284,7 @@ def remove_idle_skins(scene: Scene) -> None:
     That is known only where nothing moves but the joints of fingers, and these only turn: then a link cannot leave a
     ball about the base of its finger, whose radius is the length of the finger up to the end of the link.
     """
-    plant, scene_graph, fingers, soft = scene
+    plant, scene_graph, fingers, soft, _ = scene
     turning = sum(len(finger.joints_of(way)) for finger in fingers for way in finger.finger.yields if way not in SLIDES)
     other_joints = plant.num_positions() > turning
     if other_joints or soft or not all(finger.is_anchored for finger in fingers):

@@ -25,9 +25,10 @@ from pydrake.systems.primitives import RandomSource
 from soft_gripper.cached import kept
 from soft_gripper.diagrams.own_blocks import blamed, check_values, note_missing, own_blocks
 from soft_gripper.diagrams.recording import Recording
-from soft_gripper.diagrams.station import make_station
+from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.diagrams.view.meshcat_view import PERIOD
+from soft_gripper.diagrams.wiring.sensors import RANDOM
 from soft_gripper.errors import InputError, SimulationDivergedError
 from soft_gripper.models import DIRECTORY
 from soft_gripper.scenario.checks import checked_scenario
@@ -49,7 +50,7 @@ _kept: OrderedDict[tuple[str, ...], Station] = OrderedDict()
 
 
 def kept_station(scenario: Scenario) -> Station:
-    """A station without a Meshcat; a cached one if the scenario differs only in its seed and its solver.
+    """A private station without a Meshcat; a cached one if the scenario differs only in its seed and its solver.
 
     One with blocks of the user's is not kept, since they may remember a run; nor is one whose models consist of several
     files of the user's, any of which may have changed.
@@ -60,8 +61,10 @@ def kept_station(scenario: Scenario) -> Station:
     scenario = checked_scenario("scenario", scenario)
     key = _built_of(scenario)
     if key is None:
-        return make_station(scenario)
-    station = kept(_kept, key, lambda: make_station(deepcopy(scenario)), MOST)  # the caller may change the scenario
+        return make_private_station(scenario)
+    station = kept(
+        _kept, key, lambda: make_private_station(deepcopy(scenario)), MOST
+    )  # the caller may change the scenario
     return replace(station, parts=replace(station.parts, scenario=scenario))
 
 
@@ -92,7 +95,7 @@ def _content(file: str) -> str | None:
 def seed_random_sources(diagram: Diagram, context: Context, seed: int) -> None:
     """Gives each RandomSource in a diagram a stream of its own, derived from one seed, 0 or more.
 
-    The diagrams that hold them, those of the fingers, take turns by their names, whatever their order in a file.
+    The fingers to which they belong take turns by their names, whatever their order in a file.
 
     A source in Python has no other way to a fixed seed: a default context holds one that differs from instance to
     instance. Call it before `Simulator.Initialize`, in which the draws for a run are made.
@@ -103,12 +106,14 @@ def seed_random_sources(diagram: Diagram, context: Context, seed: int) -> None:
         seed: the seed of the run.
     """
     generator = RandomGenerator(seed)
-    for source in sorted(_random_sources(diagram), key=_name_of_owner):
+    for source in sorted(_random_sources(diagram), key=_owner):
         source.SetRandomContext(source.GetMyMutableContextFromRoot(context), generator)
 
 
-def _name_of_owner(source: RandomSource) -> str:
-    return source.GetSystemPathname().rpartition("::")[0]
+def _owner(source: RandomSource) -> tuple[str, str]:
+    """The diagram that holds a source, and the finger for whose sensors it draws, if it does."""
+    diagram, _, name = source.GetSystemPathname().rpartition("::")
+    return diagram, name.rsplit(".", 2)[0] if name.endswith(RANDOM) else ""
 
 
 def _random_sources(diagram: Diagram) -> Iterator[RandomSource]:
@@ -141,12 +146,15 @@ def simulate(scenario: Scenario, meshcat: Meshcat | None = None, progress: Progr
             a value that is not finite.
         SimulationDivergedError: if the state is no longer finite.
     """
-    station = kept_station(scenario) if meshcat is None else make_station(scenario, meshcat)
+    station = kept_station(scenario) if meshcat is None else make_private_station(scenario, meshcat)
     return run_station(station, meshcat, progress)
 
 
 def run_station(station: Station, meshcat: Meshcat | None = None, progress: Progress | None = None) -> Recording:
-    """Runs the scenario of a station with a fresh context; see `simulate`."""
+    """Runs the scenario of a station with a fresh context; see `simulate`.
+
+    In a station from `make_station` every block runs, so that every port can be read: `simulate` is faster.
+    """
     return _recording(station, run_to_end(station, meshcat, progress).get_context())
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 from pydrake.geometry import SceneGraph
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.systems.framework import Context, Diagram, InputPort, OutputPort
+from pydrake.systems.framework import Context, Diagram, InputPort, OutputPort, System
 
 from soft_gripper.control.task import TaskMachine
 from soft_gripper.diagrams.arm import Arm
@@ -71,12 +71,14 @@ class StationParts:
 class Station:
     """A station that is a diagram of its own, with a log for every signal.
 
-    The output ports of the diagram are the named signals; its input ports, the commands that the scenario leaves open.
+    The output ports of the diagram are the named signals, in a private station those that it computes; its input ports,
+    the commands that the scenario leaves open.
     """
 
     diagram: Diagram
     parts: StationParts
     logs: SignalLogs
+    removed: Mapping[str, System] = field(default_factory=dict)  # parts of which the recording alone knows, by name
 
     @property
     def scenario(self) -> Scenario:

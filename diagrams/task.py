@@ -216,7 +216,8 @@ def plan_phases(task: TaskConfig, models: Sequence[ModelConfig], arm: Arm) -> tu
     poses = [pose.GetDeterministicValue() for pose in (task.X_OG, task.X_WGoal)]
     if task.object is not None:
         poses.append(reported_pose(task, models))
-    numbers = (arm.home, arm.config.acceleration, [pose.GetAsMatrix34() for pose in poses])
+    law = arm.couplings
+    numbers = (arm.home, arm.config.acceleration, law.matrix, law.offset, [pose.GetAsMatrix34() for pose in poses])
     arrays = (np.array(each).tobytes() for each in numbers)
     key: tuple[bytes | str, ...] = (arm_fingerprint(arm.plant, arm.tool), repr(task.phases), *arrays)
     return kept(_planned, key, lambda: _planned_by(planner, task.phases, arm.home), _MOST_PLANS)
@@ -264,9 +265,14 @@ class MotionPlanner:
             InputError: if the arm cannot do it.
         """
         if config.posture is not None:
-            if len(config.posture) != len(start):
-                raise InputError(where, "posture", config.posture, f"give {len(start)} numbers, one per joint")
-            return self._timed(where, joint_path(start, np.array(config.posture)), config.speed)
+            count = len(self._arm.couplings.leads)
+            if len(config.posture) != count:
+                expected = f"give {count} numbers, one per joint" + (
+                    " that follows no other" if count < len(start) else ""
+                )
+                raise InputError(where, "posture", config.posture, expected)
+            posture = self._arm.couplings.full(np.array(config.posture))
+            return self._timed(where, joint_path(start, posture), config.speed)
         if config.to == "home":
             return self._timed(where, joint_path(start, self._arm.home), config.speed)
         if config.to is not None:
@@ -299,7 +305,7 @@ class MotionPlanner:
         plant, tool = self._arm.plant, self._arm.tool
         try:
             if config.straight:
-                path = straight_path(plant, tool, start, X_WTool)
+                path = straight_path(plant, tool, start, X_WTool, coupled=self._arm.couplings)
             else:
                 path = joint_path(start, self._posture(X_WTool, start))
         except UnreachableError as error:
@@ -307,14 +313,14 @@ class MotionPlanner:
         return self._timed(where, path, config.speed)
 
     def _posture(self, X_WTool: RigidTransform, start: Array) -> Array:
-        posture = solve_posture(self._arm.plant, self._arm.tool, X_WTool, start)
+        posture = solve_posture(self._arm.plant, self._arm.tool, X_WTool, start, self._arm.couplings)
         if posture is None:
             raise UnreachableError(f"no posture places the gripper at {X_WTool.translation().round(3).tolist()} m")
         return posture
 
     def _timed(self, where: str, path: Trajectory, speed: float) -> Trajectory:
         try:
-            return timed(self._arm.plant, path, self._limits, speed)
+            return timed(self._arm.plant, path, self._limits, speed, self._arm.couplings)
         except LimitError as error:
             raise InputError(where, "motion", self._arm.name, f"exceeds the limits of the arm: {error}") from None
 
@@ -371,7 +377,7 @@ def add_tool_target(
         limits = ArmLimits.of_plant(arm.plant, arm.config.acceleration)
     except LimitError as error:
         raise InputError("arm", "model", arm.name, str(error)) from None
-    follower = ToolFollower(arm.plant, arm.tool, limits, period)
+    follower = ToolFollower(arm.plant, arm.tool, limits, period, arm.couplings)
     builder.AddNamedSystem(f"{arm.name}.tool_follower", follower)
     builder.Connect(plant.get_state_output_port(arm.model), follower.GetInputPort("robot_state"))
     builder.Connect(follower.GetOutputPort("desired_state"), desired_state)

@@ -67,16 +67,10 @@ class Feed(NamedTuple):
         return self.system.get_output_port(self.output_index)
 
 
-def leaf_systems(builder: DiagramBuilder) -> Iterator[tuple[LeafSystem, Level]]:
-    """All leaf systems of a diagram, with their levels."""
-    level = Level.root(builder)
-    for system in builder.GetSystems():
-        yield from _leaves(system, level)
-
-
-def _leaves(system: System, level: Level) -> Iterator[tuple[LeafSystem, Level]]:
+def leaf_systems(system: System, level: Level) -> Iterator[tuple[LeafSystem, Level]]:
+    """All leaf systems of a system at a level, which may be a leaf itself, with their levels."""
     if isinstance(system, Diagram):
         for inner in system.GetSystems():
-            yield from _leaves(inner, level.inside(system))
+            yield from leaf_systems(inner, level.inside(system))
     else:
         yield system, level

@@ -18,7 +18,6 @@ from . import sensors as sensors
 from . import truth as truth
 from .array_block import ArrayBlock as ArrayBlock
 from .diagrams.arm import make_arm as make_arm
-from .diagrams.live import add_live as add_live
 from .diagrams.recording import Recording as Recording
 from .diagrams.recording import add_logs as add_logs
 from .diagrams.recording import read_logs as read_logs

@@ -1,12 +1,11 @@
 """ArrayBlock: a block made of functions over arrays whose leading axes are free.
 
-Its ports call the functions for one sample. A recording calls them once for all samples, and a diagram may compute the
-blocks that its loop reads together, sample by sample (`diagrams.live`): all three call the same functions.
+Its ports call the functions for one sample. A recording calls them once for all samples, and a run whose diagram nobody
+sees computes the blocks that its loop reads together, sample by sample (`diagrams.live`): all three call the same
+functions.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from contextvars import ContextVar
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, is_dataclass
 from functools import partial
 from inspect import signature
@@ -58,21 +57,22 @@ class Function(Step):
 class Sample(Step):
     """An earlier step, or the time, at the last sample; all samples are taken together, before any update.
 
-    A random source draws once when a run is initialized and again at time 0, where the other inputs are unchanged.
+    A random source draws once when a run is initialized and again at the first sample, where the other inputs are
+    unchanged.
     """
 
     source: str
     begin: Array  # before the first sample
     at_initialization: bool = True
-    at_zero: bool = True  # at time 0 anew
+    at_first: bool = True  # again at the first sample, which is at the same time if a run begins at a sample
 
     def over_time(self, values: Array) -> Array:
         """What a port shows at all samples of a recording, from the source at these times: that of the sample before.
 
         Raises:
-            ValueError: if time 0 is not sampled anew: what is sampled then is not in the recording.
+            ValueError: if nothing is taken at the first sample: what is taken before is not in the recording.
         """
-        if not self.at_zero:
+        if not self.at_first:
             raise ValueError("known only during a run")
         first = values[:1] if self.at_initialization else np.broadcast_to(self.begin, (1, *np.shape(values)[1:]))
         return np.concatenate([first, values[:-1]])
@@ -91,23 +91,6 @@ class Memory(Step):
     over_time: Callable[..., Any] | None = None  # from the sources at all samples; None: known only during a run
 
 
-_ASLEEP: ContextVar[bool] = ContextVar("asleep", default=False)
-
-
-@contextmanager
-def asleep() -> Iterator[None]:
-    """Blocks that are made inside rest until `wake`; an event that does nothing would cost time at every sample."""
-    token = _ASLEEP.set(True)
-    try:
-        yield
-    finally:
-        _ASLEEP.reset(token)
-
-
-class RestingError(RuntimeError):
-    """A port of a block is read that is not computed while the simulation runs."""
-
-
 class ArrayBlock(LeafSystem):
     """A block whose outputs follow from its inputs by functions, given in its constructor step by step.
 
@@ -115,7 +98,8 @@ class ArrayBlock(LeafSystem):
     (..., size) if they are inputs, and return an array, or anything else that keeps the leading axes. Caches and
     prerequisites are as narrow as the steps say.
 
-    A block that samples or remembers can rest: then it takes no samples, and its outputs may not be read.
+    Which sample is the first of a run is known from the state, not from the clock: a run may begin at any time, and one
+    that goes on with the context of another, at a later time, goes on with its samples and memories.
     """
 
     takes_axes = True  # functions for one sample take leading axes too, as those for a recording do
@@ -135,13 +119,15 @@ class ArrayBlock(LeafSystem):
         self.made_of: Any  # of the arguments; blocks of a class that are made of equal things are alike
         self.steps: dict[str, Step] = {}
         self.outputs: dict[str, tuple[Callable[..., Any], tuple[str, ...]]] = {}  # functions and their steps
-        self.period, self._rests, self._has_events = period, True, False
+        self.period = period
         self._read: dict[str, Callable[[Context], Any]] = {}  # the steps
         self._tickets: dict[str, set[Any]] = {}  # of each step
         self._calcs: dict[str, Callable[[Context], Any]] = {}  # of the steps that are cached
         self._groups: dict[str, int] = {}  # discrete state of samples and memories
-        if not _ASLEEP.get():
-            self.wake()
+        if period is not None:
+            self._last = int(self.DeclareDiscreteState([np.inf]))  # time of the last sample, s; infinite before any
+            self.DeclareInitializationDiscreteUpdateEvent(weakly(self._begin))
+            self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, weakly(self._advance))
 
     def take(self, name: str, size: int, random: RandomDistribution | None = None) -> InputPort:
         """Declares a vector input, which may be random, and the step of its name."""
@@ -184,14 +170,14 @@ class ArrayBlock(LeafSystem):
         begin: Array | float = 0.0,
         *,
         at_initialization: bool = True,
-        at_zero: bool = True,
+        at_first: bool = True,
     ) -> None:
         """Declares a step that is an earlier step, or the time, at the last sample; see `Sample`.
 
         `begin` has the size of the step, unless that is a vector input.
         """
         size = self.GetInputPort(source).size() if self.HasInputPort(source) else np.size(begin)
-        step = Sample(source, np.broadcast_to(begin, size).astype(float), at_initialization, at_zero)
+        step = Sample(source, np.broadcast_to(begin, size).astype(float), at_initialization, at_first)
         self._declare_state(name, step.begin)
         self.steps[name], self._tickets[name] = step, {self.xd_ticket()}
         self._read[name] = partial(weakly(self._state), name)
@@ -214,11 +200,12 @@ class ArrayBlock(LeafSystem):
             function: of what is remembered and the sources.
             sources: steps.
             begin: remembered before the first sample.
-            keep: what is remembered at the next sample, from this step and those named in `kept`; at time 0 nothing is.
+            keep: what is remembered at the next sample, from this step and those named in `kept`; at the first sample
+                nothing is.
             kept: further steps, which may be declared later.
             begin_of: a function and the input from which it finds `begin` when a run is initialized.
-            over_time: computes the step at all samples of a recording, from their times, (T,) s, and the sources;
-                None: the memory is known only during a run.
+            over_time: computes the step at all samples of a recording from the sources, at whose first sample nothing
+                is remembered; None: the memory is known only during a run.
         """
         begin = np.asarray(begin, dtype=float)
         self._declare_state(name, begin)
@@ -245,18 +232,6 @@ class ArrayBlock(LeafSystem):
         port = self.DeclareVectorOutputPort(name, size, calc, self._tickets_of(sources))
         describe(port, unit, meanings, **axes)
         self.outputs[name] = function, sources
-
-    def wake(self) -> None:
-        """Takes samples from now on; to be called before the diagram is used."""
-        self._rests = False
-        if self.period is not None and not self._has_events:
-            self._has_events = True
-            self.DeclareInitializationDiscreteUpdateEvent(weakly(self._begin))
-            self.DeclarePeriodicDiscreteUpdateEvent(self.period, 0.0, weakly(self._advance))
-
-    def rest(self) -> None:
-        """Takes no samples from now on: nothing that runs reads this block."""
-        self._rests = True
 
     def read(self, name: str, context: Context) -> Any:
         """A step of the present sample."""
@@ -295,14 +270,14 @@ class ArrayBlock(LeafSystem):
                 known[name] = step.over_time(values[:, None] if step.source == TIME else values)
             elif isinstance(step, Memory):
                 assert step.over_time is not None
-                known[name] = step.over_time(known[TIME], *[self._at_all(source, known) for source in step.sources])
+                known[name] = step.over_time(*[self._at_all(source, known) for source in step.sources])
             elif isinstance(step, Function):
                 known[name] = step.over_time(*[self._at_all(source, known) for source in step.sources])
         return known[name]
 
     def _follows(self, name: str, period: float) -> bool:
         step = self.steps[name]
-        if isinstance(step, Value) or (isinstance(step, Sample) and not (step.at_zero and self.period == period)):
+        if isinstance(step, Value) or (isinstance(step, Sample) and not (step.at_first and self.period == period)):
             return False
         if isinstance(step, Memory) and (step.over_time is None or self.period != period):
             return False
@@ -320,38 +295,44 @@ class ArrayBlock(LeafSystem):
         self._groups[name] = int(self.DeclareDiscreteState(begin.ravel()))
 
     def _state(self, name: str, context: Context) -> Array:
-        if self._rests:
-            why = "nothing in the diagram reads it while the simulation runs, and its signals are computed afterwards"
-            raise RestingError(f"block '{self.get_name()}' rests: {why}; set record.live: true to read it during a run")
         state: Array = context.get_discrete_state(self._groups[name]).value()
         return state
 
     def _begin(self, context: Context, values: DiscreteValues) -> None:
-        """Takes the samples at the initialization of a run."""
-        if self._rests:
+        """Takes the samples at the initialization of a run, unless it goes on with the context of another."""
+        if self._last_sample(context) <= context.get_time():
             return
-        for name, step in self.steps.items():
-            if isinstance(step, Sample) and step.at_initialization:
-                values.set_value(self._groups[name], self._source(step, context))
-            elif isinstance(step, Memory) and step.begin_of is not None:
-                function, source = step.begin_of
-                values.set_value(self._groups[name], function(self.read(source, context)).ravel())
+        values.set_value(self._last, [np.inf])
+        for name, group in self._groups.items():
+            step = self.steps[name]
+            if isinstance(step, Sample):
+                values.set_value(group, self._source(step, context) if step.at_initialization else step.begin)
+            elif isinstance(step, Memory):
+                values.set_value(group, self._remembered_first(step, context).ravel())
+
+    def _remembered_first(self, step: Memory, context: Context) -> Array:
+        if step.begin_of is None:
+            return step.begin
+        function, source = step.begin_of
+        return function(self.read(source, context))
 
     def _advance(self, context: Context, values: DiscreteValues) -> None:
-        """Takes samples, and remembers what belongs to the sample before; at time 0 there is none.
+        """Takes samples, and remembers what belongs to the sample before; at the first there is none.
 
         An event that began at `period` instead would drift off those at multiples of it by rounding.
         """
-        if self._rests:
-            return
-        is_later = context.get_time() > 0
+        is_later = self._last_sample(context) < context.get_time()
+        values.set_value(self._last, [context.get_time()])
         for name, group in self._groups.items():
             step = self.steps[name]
-            if isinstance(step, Sample) and (is_later or step.at_zero):
+            if isinstance(step, Sample) and (is_later or step.at_first):
                 values.set_value(group, self._source(step, context))
             elif isinstance(step, Memory) and is_later:
                 known = [self.read(source, context) for source in (name, *step.kept)]
                 values.set_value(group, step.keep(*known).ravel())
+
+    def _last_sample(self, context: Context) -> float:
+        return float(context.get_discrete_state(self._last).value()[0])
 
     def _source(self, step: Sample, context: Context) -> Any:
         return [context.get_time()] if step.source == TIME else self.read(step.source, context)

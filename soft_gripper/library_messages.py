@@ -4,7 +4,7 @@ import logging
 import re
 import sys
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
@@ -42,12 +42,12 @@ class _NotePrinter(logging.Handler):
 
 
 @contextmanager
-def without_messages(text: str) -> Iterator[None]:
-    """Drops Drake's messages that contain a text."""
+def without_messages(drop: Callable[[str], bool]) -> Iterator[None]:
+    """Drops those of Drake's messages for which a function returns True."""
     drake = logging.getLogger(_DRAKE)
 
     def concerns_us(record: logging.LogRecord) -> bool:
-        return text not in record.getMessage()
+        return not drop(record.getMessage())
 
     drake.addFilter(concerns_us)
     try:

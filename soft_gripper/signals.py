@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-from pydrake.systems.framework import Diagram, OutputPort
+from pydrake.systems.framework import OutputPort, System
 
 _DECLARED = "_signals"  # attribute of a system: what its output ports carry, by their names
 
@@ -63,10 +63,10 @@ def signal_of(port: OutputPort) -> Signal:
     return declared.get(port.get_name(), Signal(axes=counted))
 
 
-def export_outputs(diagram: Diagram, sources: Mapping[str, OutputPort]) -> None:
-    """Declares that the ports of a built diagram carry what the ports inside of the same names do."""
+def export_outputs(system: System, sources: Mapping[str, OutputPort]) -> None:
+    """Declares that the ports of a system, such as a built diagram, carry what others do, by the names of its ports."""
     for name, source in sources.items():
-        _declare(diagram.GetOutputPort(name), signal_of(source))
+        _declare(system.GetOutputPort(name), signal_of(source))
 
 
 def _declare(port: OutputPort, signal: Signal) -> OutputPort:

@@ -7,7 +7,7 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput, TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 
-from soft_gripper.array_block import TIME, ArrayBlock, RestingError, asleep
+from soft_gripper.array_block import TIME, ArrayBlock
 from soft_gripper.signals import signal_of
 
 PERIOD = 0.5
@@ -27,7 +27,7 @@ class Summing(ArrayBlock):
         self.remember("sum of y", lambda before, y: before + y, "y", begin=np.zeros(1), keep=lambda total: total)
         self.sample("now", TIME)
         self.sample("sampled", "y", 7.0, at_initialization=False)
-        self.sample("drawn", "y", at_zero=False)
+        self.sample("drawn", "y", at_first=False)
         self.constant("two", np.array([2.0]))
         self.put_out("squares", lambda squares: squares, "squares", unit="m^2", axis=range(3))
         self.put_out("sum", lambda squares, y: squares.sum(axis=-1) + y[..., 0], "squares", "y", unit="m^2")
@@ -41,7 +41,7 @@ class Summing(ArrayBlock):
         return x**2
 
 
-def _pairs(time, y):
+def _pairs(y):
     return np.stack([np.append(0.0, y[:-1, 0]), y[:, 0]], axis=-1)
 
 
@@ -107,24 +107,35 @@ def test_samples_are_those_before(block):
     np.testing.assert_array_equal(found["two"], [[2], [2], [2]])
 
 
-@pytest.fixture
-def run(block):
-    """A run in which y is 1 + 2 t, with a log of every output that is of one number."""
+NAMES = ("change", "total", "now", "sampled", "drawn")
+
+
+def diagram_of(block):
+    """A diagram in which y is 1 + 2 t, with a log of every output that is of one number."""
     builder = DiagramBuilder()
     builder.AddSystem(block)
     x = builder.AddSystem(ConstantVectorSource(np.zeros(3)))
-    y = builder.AddSystem(TrajectorySource(PiecewisePolynomial.FirstOrderHold([0, 10], [[1, 21]])))
+    y = builder.AddSystem(TrajectorySource(PiecewisePolynomial.FirstOrderHold([0, 20], [[1, 41]])))
     for source, name in ((x, "x"), (y, "y")):
         builder.Connect(source.get_output_port(), block.GetInputPort(name))
-    names = ("change", "total", "now", "sampled", "drawn")
-    logs = {name: LogVectorOutput(block.GetOutputPort(name), builder, PERIOD) for name in names}
-    simulator = Simulator(builder.Build())
+    logs = {name: LogVectorOutput(block.GetOutputPort(name), builder, PERIOD) for name in NAMES}
+    return builder.Build(), logs
+
+
+def logged(logs, context):
+    return {name: log.FindLog(context).data()[0] for name, log in logs.items()}
+
+
+@pytest.fixture
+def run(block):
+    diagram, logs = diagram_of(block)
+    simulator = Simulator(diagram)
     simulator.AdvanceTo(3 * PERIOD)
-    return {name: log.FindLog(simulator.get_context()).data()[0] for name, log in logs.items()}
+    return logged(logs, simulator.get_context())
 
 
 def test_a_run(run, block):
-    """The samples before; at time 0 nothing is remembered yet, and what is drawn is not drawn again."""
+    """The samples before; at the first nothing is remembered yet, and what is drawn is not drawn again."""
     np.testing.assert_array_equal(run["now"], [0, 0, PERIOD, 2 * PERIOD])
     np.testing.assert_array_equal(run["sampled"], [7, 1, 2, 3])
     np.testing.assert_array_equal(run["drawn"], [1, 1, 2, 3])
@@ -133,21 +144,62 @@ def test_a_run(run, block):
     np.testing.assert_array_equal(run["sampled"], block.over_time(time, {"y": y}, ["sampled"])["sampled"][:, 0])
 
 
-def test_a_block_that_rests_cannot_be_read(block, context):
-    block.rest()
-    np.testing.assert_array_equal(block.GetOutputPort("sum").Eval(context), [24])
-    with pytest.raises(RestingError, match=r"record\.live"):
-        block.GetOutputPort("sampled").Eval(context)
+@pytest.mark.parametrize("begin", [0.2, 10.0])
+def test_a_run_that_begins_later(begin):
+    """Its samples are at multiples of the period; the first of them is the first of the run."""
+    diagram, logs = diagram_of(Summing())
+    simulator = Simulator(diagram)
+    simulator.get_mutable_context().SetTime(begin)
+    first = PERIOD * np.ceil(begin / PERIOD)
+    simulator.AdvanceTo(first + 3 * PERIOD)
+    found, y = logged(logs, simulator.get_context()), 1 + 2 * (first + PERIOD * np.arange(4))
+    at_begin = 1 + 2 * begin
+    np.testing.assert_allclose(found["now"][-4:], [begin, first, first + PERIOD, first + 2 * PERIOD])
+    np.testing.assert_allclose(found["sampled"][-4:], [7, *y[:3]])
+    np.testing.assert_allclose(found["drawn"][-4:], [at_begin, at_begin, *y[1:3]])
+    np.testing.assert_allclose(found["total"][-4:], [y[0], y[1], y[1] + y[2], y[1] + y[2] + y[3]])
 
 
-def test_a_block_made_asleep_rests_until_it_wakes():
-    with asleep():
-        block = Summing()
-    context = block.CreateDefaultContext()
-    with pytest.raises(RestingError):
-        block.GetOutputPort("sampled").Eval(context)
-    block.wake()
-    np.testing.assert_array_equal(block.GetOutputPort("sampled").Eval(block.CreateDefaultContext()), [7])
+def counter():
+    class Counter(ArrayBlock):
+        def __init__(self):
+            super().__init__(0.01)
+            self.constant("one", np.ones(1))
+            self.remember("count", lambda n, one: n + one, "one", begin=np.zeros(1), keep=lambda n: n)
+            self.put_out("count", lambda n: n, "count")
+
+    return Counter()
+
+
+@pytest.mark.parametrize("begin", [0.0, 0.5, 10.0, 1234.5])
+def test_a_counter_counts_samples_whenever_it_begins(begin):
+    block = counter()
+    simulator = Simulator(block)
+    context = simulator.get_mutable_context()
+    context.SetTime(begin)
+    simulator.AdvanceTo(begin + 0.1)
+    assert block.get_output_port().Eval(context) == 10
+
+
+def test_another_simulator_goes_on_where_one_has_ended():
+    block = counter()
+    simulator = Simulator(block)
+    simulator.AdvanceTo(0.05)
+    other = Simulator(block, simulator.get_context().Clone())
+    other.Initialize()
+    for each in (simulator, other):
+        each.AdvanceTo(0.1)
+        assert block.get_output_port().Eval(each.get_context()) == 10
+
+
+def test_a_run_whose_time_is_set_back_begins_anew():
+    block = counter()
+    simulator = Simulator(block)
+    simulator.AdvanceTo(0.3)
+    simulator.get_mutable_context().SetTime(0.0)
+    simulator.Initialize()
+    simulator.AdvanceTo(0.1)
+    assert block.get_output_port().Eval(simulator.get_context()) == 10
 
 
 def test_memory_takes_a_period():

@@ -89,3 +89,9 @@ def test_three_fingers_hold_the_apple_with_the_torque_limit(run):
     assert all(recording[f"finger_{i}.contact"].values[-1] == 1 for i in (1, 2, 3))
     middle = recording["apple.pose"].values[-1, 4:6]
     assert np.linalg.norm(middle) < 1e-3
+
+
+def test_drakes_logger_and_the_port_give_the_same(run):
+    found = run("drake_logger")
+    np.testing.assert_array_equal(found["log"].data()[:, -1], found["now"])
+    assert np.isfinite(found["now"]).all()

@@ -54,7 +54,7 @@ def test_an_object_is_as_shipped(
     config = next(model for model in load_scenario(scenario).models if model.name == name)
     assert Path(config.file).name == file
     plant, scene_graph = AddMultibodyPlantSceneGraph(DiagramBuilder(), 0.0)
-    model, _ = load_model(plant, config, "models[0]")
+    model, *_ = load_model(plant, config, "models[0]")
     plant.Finalize()
     (body,) = (plant.get_body(index) for index in plant.GetBodyIndices(model))
     (geometry,) = plant.GetCollisionGeometriesForBody(body)
@@ -76,7 +76,7 @@ def test_all_shipped_objects_are_in_the_table() -> None:
 def test_the_block_to_learn_with_is_as_shipped() -> None:
     """Its rods reach as far as a box of 44 x 28 x 60 mm, of which it has the inertia."""
     plant, scene_graph = AddMultibodyPlantSceneGraph(DiagramBuilder(), 0.0)
-    model, _ = load_model(plant, ModelConfig("block", f"package://soft_gripper/objects/{TO_LEARN_WITH}"), "models[0]")
+    model, *_ = load_model(plant, ModelConfig("block", f"package://soft_gripper/objects/{TO_LEARN_WITH}"), "models[0]")
     plant.Finalize()
     (body,) = (plant.get_body(index) for index in plant.GetBodyIndices(model))
     inspector, reaches = scene_graph.model_inspector(), []

@@ -7,7 +7,7 @@ import pybullet
 from pybullet_utils.bullet_client import BulletClient
 
 from peers.bullet_model import Gripper, add_scene
-from peers.sensing import Sensing
+from peers.sensing import sense
 from peers.task import Run, Setting, Task, Trial
 from soft_gripper.arrays import Array
 from soft_gripper.fingers import forward_kinematics, gravity_torque
@@ -31,7 +31,6 @@ def make_run(task: Task, setting: Setting) -> Run:
         shares = np.split(np.arange(len(task.fingers)), np.cumsum([len(g.fingers) for g in grippers])[:-1])
         angles = np.zeros((len(pressures), len(task.fingers), task.fingers[0].segments))
         objects = np.zeros((len(pressures), 0 if held is None else 3))
-        sensing = Sensing(task) if task.sensed else None
         start = process_time()
         for sample, period in enumerate(pressures):
             for pressure in period:
@@ -41,8 +40,8 @@ def make_run(task: Task, setting: Setting) -> Run:
             angles[sample] = np.concatenate([spring.state()[0] for spring in springs])
             if held is not None:
                 objects[sample] = client.getBasePositionAndOrientation(held)[0]
-            if sensing is not None:
-                sensing.sample(angles[sample], period[-1])
+        if task.sensed:
+            sense(task, angles, pressures[:, -1])
         seconds = process_time() - start
         return Trial(seconds, forward_kinematics(angles, task.fingers[0].segment_length).tip, objects)
 

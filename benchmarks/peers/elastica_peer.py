@@ -6,7 +6,7 @@ import elastica
 import numpy as np
 from scipy.linalg import eigh
 
-from peers.sensing import Sensing
+from peers.sensing import sense
 from peers.task import Run, Setting, Task, Trial
 from soft_gripper.arrays import Array
 from soft_gripper.fingers import Finger
@@ -34,7 +34,7 @@ def make_run(task: Task, setting: Setting) -> Run:
         rods, fingers = _make_rods(task, step)
         bends = [_rest_curvature(finger) for finger in task.fingers]
         tips = np.zeros((len(pressures), len(fingers)), dtype=complex)
-        sensing = Sensing(task) if task.sensed else None
+        angles = np.zeros((len(pressures), len(fingers), task.fingers[0].segments))
         time = np.float64(0.0)
         stepper.step(rods, time, np.float64(1e-12))  # compiles
         start = process_time()
@@ -46,11 +46,10 @@ def make_run(task: Task, setting: Setting) -> Run:
             for number, rod in enumerate(fingers):
                 x, _, z = rod.position_collection[:, -1]
                 tips[sample, number] = z + 1j * x
-            if sensing is not None:
-                sensing.sample(
-                    np.array([rod.kappa[0] * rod.voronoi_dilatation * rod.rest_voronoi_lengths for rod in fingers]),
-                    period[-1],
-                )
+            if task.sensed:
+                angles[sample] = [rod.kappa[0] * rod.voronoi_dilatation * rod.rest_voronoi_lengths for rod in fingers]
+        if task.sensed:
+            sense(task, angles, pressures[:, -1])
         return Trial(process_time() - start, tips, np.zeros((len(tips), 0)))
 
     return run

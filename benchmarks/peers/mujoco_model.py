@@ -4,13 +4,14 @@ import mujoco
 import numpy as np
 
 from peers.task import Setting, Task
-from soft_gripper.export.mjcf import to_mjcf
+from soft_gripper.export.mjcf import EXPLICIT_STEP, to_mjcf
 from soft_gripper.fingers.finger_links import joint_name
 
 
 def make_model(task: Task, setting: Setting) -> mujoco.MjModel:
-    """The model under the options of a setting."""
-    exported = to_mjcf(task.scenario)
+    """The model under the options of a setting; the stiffness of its skins is that of the integrator."""
+    step = setting["step"] if setting["integrator"] == "discrete" else min(setting["step"], EXPLICIT_STEP)
+    exported = to_mjcf(task.scenario, step)
     meshes = {name: source.read_bytes() for name, source in exported.meshes.items()}
     spec = mujoco.MjSpec.from_string(exported.text, assets=meshes)
     _set_options(spec, task, setting)

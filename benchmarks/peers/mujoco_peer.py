@@ -4,31 +4,34 @@ from time import process_time
 
 import mujoco
 import numpy as np
+from mujoco.rollout import rollout
 
 from peers.mujoco_model import angles_of, held_of, make_model
-from peers.sensing import Sensing
+from peers.sensing import sense
 from peers.task import Run, Setting, Task, Trial
 from soft_gripper.fingers import forward_kinematics
 
+_STATE = mujoco.mjtState.mjSTATE_FULLPHYSICS  # time, qpos, qvel, act
+
 
 def make_run(task: Task, setting: Setting) -> Run:
-    """The model of the task; MuJoCo makes all steps of a period in one call."""
+    """The model of the task; MuJoCo makes all steps of the run in one call."""
     model = make_model(task, setting)
     angles, substeps = angles_of(model, task), task.substeps(setting["step"])
     held = held_of(model)
+    begin = np.zeros(mujoco.mj_stateSize(model, _STATE))
+    mujoco.mj_getState(model, mujoco.MjData(model), begin, _STATE)
 
     def run() -> Trial:
-        data, states = mujoco.MjData(model), np.zeros((len(task.commands), model.nq))
-        sensing = Sensing(task) if task.sensed else None
+        data, control = mujoco.MjData(model), np.repeat(task.commands, substeps, axis=0)
         start = process_time()
-        for command, state in zip(task.commands, states, strict=True):
-            data.ctrl[:] = command
-            mujoco.mj_step(model, data, substeps)
-            state[:] = data.qpos
-            if sensing is not None:
-                sensing.sample(state[angles], data.act)
+        states, _ = rollout(model, data, begin[None], control[None])
+        sampled = states[0, substeps - 1 :: substeps, 1:]
+        qpos, act = sampled[:, : model.nq], sampled[:, model.nq + model.nv :]
+        if task.sensed:
+            sense(task, qpos[:, angles], act)
         seconds = process_time() - start
-        tips = forward_kinematics(states[:, angles], task.fingers[0].segment_length).tip
-        return Trial(seconds, tips, states[:, held])
+        tips = forward_kinematics(qpos[:, angles], task.fingers[0].segment_length).tip
+        return Trial(seconds, tips, qpos[:, held])
 
     return run

@@ -1,5 +1,6 @@
 """The table and the figure of a comparison."""
 
+from collections.abc import Iterable
 from pathlib import Path
 
 import matplotlib as mpl
@@ -12,22 +13,34 @@ from peers.comparison import Result, chosen, ours_as_good
 from peers.simulators import OURS
 from soft_gripper.pictures.style import STYLE, estimator_style, save_figure
 
-_COLUMNS = (
-    "task | simulator | setting | times real time | tip error [mm] | creep [mm/s] | time ÷ ours | as good"
-    " | time ÷ ours, if ours must be as good"
+_HEADING = (
+    "| task | simulator | setting | times real time | tip error [mm] | creep [mm/s] | time ÷ ours | as good"
+    " | time ÷ ours, if ours must be as good |",
+    "|---|---|---|---:|---:|---:|---:|---|---:|",
 )
 
 
-def print_heading() -> None:
-    """The lines of the table, in Markdown."""
-    print(f"| {_COLUMNS} |\n|---|---|---|---:|---:|---:|---:|---|---:|", flush=True)
+def table(results: Iterable[list[Result]]) -> list[str]:
+    """The chosen settings of all tasks, as lines of Markdown."""
+    return [*_HEADING, *(line for of_task in results for line in rows(of_task))]
 
 
-def print_rows(results: list[Result]) -> None:
+def rows(results: list[Result]) -> list[str]:
     """The lines of a task: its chosen settings."""
+    found = []
     for result in chosen(results):
-        row = f"{result.task} | {result.simulator} | {_words(result)} | {_figures(result, results)}"
-        print(f"| {row} |", flush=True)
+        name = f"**{OURS}**" if result.simulator == OURS else result.simulator
+        found.append(f"| {result.task} | {name} | {_words(result)} | {_figures(result, results)} |")
+    return found
+
+
+def write_table(page: Path, results: Iterable[list[Result]]) -> None:
+    """Puts the table in the place of the one that a page has."""
+    lines = page.read_text(encoding="utf-8").splitlines()
+    start = lines.index(_HEADING[0])
+    end = next(number for number in range(start, len(lines)) if not lines[number].startswith("|"))
+    lines[start:end] = table(results)
+    page.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 def _words(result: Result) -> str:

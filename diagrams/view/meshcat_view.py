@@ -213,7 +213,7 @@ def add_estimates(
     `signals` must contain `{finger}.arcs` and `{finger}.external_torque`; contact, `position_std` and the places of an
     estimate in space are drawn if present, see EstimateVisualizer. For the other arguments see `add_meshcat_view`.
     """
-    plant, scene_graph, fingers, _ = scene
+    plant, scene_graph, fingers, *_ = scene
     MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat, MeshcatVisualizerParams(publish_period=PERIOD))
     drawn = [_drawn(scene_graph, finger, signals, sensor) for finger in fingers]
     limit = torque_limit(pressure, fingers)
@@ -243,7 +243,7 @@ def set_up_view(
     task: TaskConfig | None = None,
 ) -> None:
     """Sets up camera, light and legend for a scene. For the arguments see `add_meshcat_view`."""
-    plant, _, fingers, _ = scene
+    plant, _, fingers, *_ = scene
     direction = viewing_direction(arm, plant, fingers, _DIRECTION)
     _set_scene(meshcat)
     if arm is not None:
@@ -313,13 +313,13 @@ def _set_scene(meshcat: Meshcat) -> None:
 
 def _landmarks(scene: Scene, models: Sequence[ModelConfig], arm: ArmConfig | None, task: TaskConfig | None) -> Array:
     """Points to keep in view, (M, 3) m: the reach of the fingers, the arm, the object handled, and its goal."""
-    plant, scene_graph, fingers, soft = scene
+    plant, scene_graph, fingers, soft, couplings = scene
     points = [finger.X_WB @ (finger.finger.length * corner) for finger in fingers for corner in _REACH]
-    if arm is not None:
+    if arm is not None and couplings is not None:
         model, context = plant.GetModelInstanceByName(arm.model), plant.CreateDefaultContext()
         moved = {model, *(finger.model for finger in fingers)}
         for posture in [arm.home, *(phase.posture for phase in (task.phases if task else ()) if phase.posture)]:
-            plant.SetPositions(context, model, posture)
+            plant.SetPositions(context, model, couplings.full(np.array(posture)))
             points += [*box_corners(plant, scene_graph, context, moved, Role.kIllustration)]
     free = [plant.GetModelInstanceByName(model.name) for model in models if model.free]
     context = plant.CreateDefaultContext()

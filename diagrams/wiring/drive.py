@@ -4,8 +4,16 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from pydrake.systems.framework import DiagramBuilder, InputPort, OutputPort
-from pydrake.systems.primitives import Adder, ConstantVectorSource, MatrixGain, Saturation, TrajectorySource
+from pydrake.math import BarycentricMesh
+from pydrake.systems.framework import Diagram, DiagramBuilder, InputPort, OutputPort
+from pydrake.systems.primitives import (
+    Adder,
+    BarycentricMeshSystem,
+    ConstantVectorSource,
+    MatrixGain,
+    Saturation,
+    TrajectorySource,
+)
 from pydrake.trajectories import PiecewisePolynomial
 
 from soft_gripper.arrays import Array
@@ -16,6 +24,7 @@ from soft_gripper.fingers.path_drive import BentChambers, TendonDrive
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.fingers.pressure_drive import PressureDrive, lag, pressure_torque_map
 from soft_gripper.fingers.statics import elastic_law_block
+from soft_gripper.run_begin import RunBegin
 from soft_gripper.scenario.schema import PressureConfig, TendonConfig
 from soft_gripper.signals import describe
 
@@ -309,14 +318,47 @@ def add_steps(builder: DiagramBuilder, where: str, steps: Steps, duration: float
     signals = {}
     for finger, command in commands.inputs.items():
         paths = [path for names in commands.axes[finger].values() for path in names]
-        source = step_source(steps_of(where, steps, finger, paths), duration)
+        source = StepSource(steps_of(where, steps, finger, paths), duration)
         builder.AddNamedSystem(f"{finger}.{commands.kind}_steps", source)
         builder.Connect(source.get_output_port(), command)
         signals[f"{finger}.{commands.kind}_command"] = commands.described(finger, source.get_output_port())
     return signals
 
 
-def step_source(values: Array, duration: float) -> TrajectorySource:
-    """A source that outputs each of (steps,) or (steps, C) values in turn for `duration` s, then holds the last one."""
-    times, rows = np.arange(len(values) + 1) * duration, np.reshape(values, (len(values), -1))
-    return TrajectorySource(PiecewisePolynomial.ZeroOrderHold(times, np.vstack([rows, rows[-1:]]).T))
+_EARLY = 1e-9  # s before a step is due, by which the sum of sampling periods may fall short
+_LONGEST = 1e9  # s, of any run
+
+
+class StepSource(Diagram):
+    """Outputs values in turn, each for the same time from the beginning of a run, then holds the last one.
+
+    ::
+
+        time ------> elapsed ---> which step (steps), 1 and else 0 ---> value (C)
+        begin ---------^
+
+    Nothing in it is written in Python, because the plant reads it at every step.
+    """
+
+    def __init__(self, values: Array, duration: float):
+        """`values`, (steps,) or (steps, C), of `duration` s each."""
+        super().__init__()
+        rows, builder = np.reshape(values, (len(values), -1)), DiagramBuilder()
+        time = TrajectorySource(PiecewisePolynomial.FirstOrderHold([0.0, _LONGEST], [[0.0, _LONGEST]]))
+        elapsed = builder.AddNamedSystem("elapsed", Adder(2, 1))
+        begin = builder.AddNamedSystem("begin", RunBegin())
+        builder.Connect(builder.AddNamedSystem("time", time).get_output_port(), elapsed.get_input_port(0))
+        builder.Connect(begin.get_output_port(), elapsed.get_input_port(1))
+        step = builder.AddNamedSystem("step", BarycentricMeshSystem(*_which_step(len(rows), duration)))
+        value = builder.AddNamedSystem("value", MatrixGain(np.ascontiguousarray(rows.T)))
+        builder.Connect(elapsed.get_output_port(), step.get_input_port())
+        builder.Connect(step.get_output_port(), value.get_input_port())
+        builder.ExportOutput(value.get_output_port(), "value")
+        builder.BuildInto(self)
+
+
+def _which_step(steps: int, duration: float) -> tuple[BarycentricMesh, Array]:
+    """Nodes in time, and at each node 1 for the step that lasts then and 0 for the others, (steps, nodes)."""
+    changes = np.arange(1, steps) * duration - _EARLY
+    nodes = [0.0, *np.stack([changes - _EARLY, changes], axis=-1).ravel(), steps * duration]
+    return BarycentricMesh([set(nodes)]), np.repeat(np.eye(steps), 2, axis=1)

@@ -5,7 +5,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, Syste
 from pydrake.systems.primitives import MatrixGain, RandomSource
 
 from soft_gripper.diagrams.wiring.named_blocks import make_block, name_of
-from soft_gripper.diagrams.wiring.named_wires import NamedWires, Ports, connect_known, vector_outputs
+from soft_gripper.diagrams.wiring.named_wires import NamedWires, Ports, connect_known, inputs, vector_outputs
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.finger_parts import SLIDES
 from soft_gripper.fingers.plant_finger import PlantFinger
@@ -19,7 +19,7 @@ from soft_gripper.sensors.sensor_block import Hold, SensorBlock, joints_port
 from soft_gripper.sensors.strain_errors import ReadingErrorBlock
 from soft_gripper.signals import describe
 
-_RANDOM = ".random"  # suffix of the ports of random numbers
+RANDOM = ".random"  # suffix of the inputs of random numbers, and of their sources
 IDEAL = "ideal_"  # prefix of error-free signals; estimation has no access to them
 
 
@@ -34,10 +34,12 @@ class FingerSensors(Diagram):
 
     of the C chambers and the T tendons that there are. With errors, the sensor's error-free readings, its
     `extension_ratio` and the sampled true pressure are the outputs `ideal_strain`, `ideal_extension_ratio` and
-    `ideal_pressure`; a RandomSource feeds each block of errors::
+    `ideal_pressure`; each block of errors takes random numbers::
 
         sensor ------------> ideal_strain ----> reading_errors ---> strain
+        reading_errors.random -----------------------^
         sampled_pressure --> ideal_pressure --> pressure_errors --> sampled_pressure
+        pressure_errors.random ----------------------^
     """
 
     def __init__(self, sensor: System, layout: MeasurementModel, config: SensorConfig):
@@ -66,22 +68,29 @@ class FingerSensors(Diagram):
             hold = Hold(period, len(finger.tendons), 0, "N", **finger.tendon_axis)
             wires.add("sampled_tension", hold, {"u": "tension", "y": "sampled_tension"})
         if errors is not None:
-            _add_errors(wires, "reading_errors", ReadingErrorBlock(layout, errors, period), period)
+            wires.add("reading_errors", ReadingErrorBlock(layout, errors, period), _random_input("reading_errors"))
         if config.pressure_errors is not None and count:
             ideal, disturbed = f"{IDEAL}pressure", "sampled_pressure"
             block = ErrorBlock(
                 config.pressure_errors, count, period, ideal, disturbed, unit="Pa", **finger.chamber_axis
             )
-            _add_errors(wires, "pressure_errors", block, period)
+            wires.add("pressure_errors", block, _random_input("pressure_errors"))
         wires.build_into(self)
 
 
-def _add_errors(wires: NamedWires, name: str, block: ErrorBlock, period: float) -> None:
-    """Adds an error block and its random numbers, which are not signals of the finger."""
-    random = f"{name}{_RANDOM}"
-    size = block.GetInputPort("standard_normal").size()
-    wires.add(random, RandomSource(RandomDistribution.kGaussian, size, period), {"output": random})
-    wires.add(name, block, {"standard_normal": random})
+def _random_input(name: str) -> dict[str, str]:
+    """Names the random input of a block of errors after the block."""
+    return {"standard_normal": f"{name}{RANDOM}"}
+
+
+def _add_random(builder: DiagramBuilder, finger: str, sensors: FingerSensors, period: float) -> Ports:
+    """Adds a `{finger}.{input}` for each random input of the sensors of a finger; returns them by input."""
+    found = {}
+    for name, port in inputs(sensors).items():
+        if name.endswith(RANDOM):
+            source = RandomSource(RandomDistribution.kGaussian, port.size(), period)
+            found[name] = builder.AddNamedSystem(f"{finger}.{name}", source).get_output_port()
+    return found
 
 
 def add_joint_angles(builder: DiagramBuilder, finger: PlantFinger, way: str = "bending") -> OutputPort:
@@ -142,10 +151,10 @@ def add_sensors(
         }
         known = {name: port for name, port in possible.items() if port is not None}
         inside = FingerSensors(sensor, layout, config)
+        random = _add_random(builder, finger.name, inside, config.period)
         sensors = builder.AddNamedSystem(f"{finger.name}.sensors", inside)
-        connect_known(builder, sensors, known, "sensor")
-        found_ports = vector_outputs(sensors)
-        outputs = {name: port for name, port in found_ports.items() if not name.endswith(_RANDOM)}
+        connect_known(builder, sensors, known | random, "sensor")
+        outputs = vector_outputs(sensors)
         if layout.quantity not in outputs:
             expected = f"a sensor outputs its readings as '{layout.quantity}'"
             raise InputError("sensor", "output ports", ", ".join(outputs), expected)

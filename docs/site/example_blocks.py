@@ -55,7 +55,7 @@ def example_blocks() -> dict[type, Placed]:
 def station(name: str) -> Station:
     """A shipped scenario, built; kept, since Drake does not free it."""
     meshcat = Meshcat() if name in ("pick_and_place_delicate", "pick_and_place_sponge") else None
-    return sg.make_station(sg.load_scenario(name, [*_SCENARIOS.get(name, []), "record.live=true"]), meshcat)
+    return sg.make_station(sg.load_scenario(name, _SCENARIOS.get(name, [])), meshcat)
 
 
 def _all_systems() -> Iterator[Placed]:

@@ -15,7 +15,7 @@ from tqdm import tqdm
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.simulation import run_station
-from soft_gripper.diagrams.station import make_station
+from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.evaluation.random_grasps import SENSORS, SETS, SHAPES, draw, with_errors, with_object
 from soft_gripper.files.output import atomic_file
 from soft_gripper.recognition.recognizer import SAMPLES
@@ -43,7 +43,7 @@ def columns() -> list[str]:
 def readings(set: str, number: int, shape: str) -> Array:
     """Simulates a grasp and reads it, (columns,)."""
     scenario = with_object(load_scenario(SCENARIO), shape, draw(_SEED, set, number, shape))
-    station = make_station(scenario)
+    station = make_private_station(scenario)
     recording = run_station(station)
     rng = np.random.default_rng([_SEED, SETS.index(set), number, *shape.encode(), SENSORS])
     errors = strain_errors(scenario.sensor)

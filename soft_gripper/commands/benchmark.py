@@ -18,7 +18,7 @@ from soft_gripper.benchmark.scores import Score, score_task
 from soft_gripper.benchmark.task import Task, missing_files, read_task
 from soft_gripper.benchmark.tasks import TASKS
 from soft_gripper.errors import InputError
-from soft_gripper.files.output import atomic_file
+from soft_gripper.files.output import atomic_file, check_file
 from soft_gripper.hardware.recordings import DATA_FOLDER
 from soft_gripper.pictures.style import save_figure
 from soft_gripper.scenario.own_functions import find_function
@@ -32,6 +32,7 @@ def run(options: argparse.Namespace) -> int:
     given = options.data or (Path(named) if (named := os.environ.get(DATA_FOLDER)) else None)
     if given is not None and not given.is_dir():
         raise InputError("benchmark", "--data", str(given), "give a folder of recordings")
+    check_file(options.out)
     own = {} if options.estimator is None else {options.estimator: find_function("--estimator", options.estimator)}
     folders = {task: folder for task in TASKS if (folder := _folder(task, given)) is not None}
     scores = _scores(folders, own)

@@ -42,14 +42,15 @@ def run(options: argparse.Namespace) -> None:
     _check_chosen(options)
     opened = open_executor(options.jobs, options.scheduler)
     file = model_path(options.finger)
-    setup, model = setup_file(file), Model(read_finger(file), read_setup(file))
-    fitted, tested = (_recordings(files, options) for files in (options.file, options.test))
-    is_settled = _is_settled([*fitted, *tested])
+    setup = setup_file(file)
     paths = recording_paths([*options.file, *options.test], options.described_as, options.data)
     outputs = _outputs(options.out, fits=bool(options.file)) if options.out else []
     keep_inputs([file, *([setup] if setup.exists() else []), *paths], outputs)
     if options.out:
         check_file(options.out)
+    model = Model(read_finger(file), read_setup(file))
+    fitted, tested = (_recordings(files, options) for files in (options.file, options.test))
+    is_settled = _is_settled([*fitted, *tested])
     with opened as executor:
         found = (_of_states if is_settled else _of_motions)(model, fitted, tested, options, executor)
     print(file=sys.stderr)

@@ -138,6 +138,13 @@ def urdf(text: str) -> Path:
     return path(text)
 
 
+def json_file(text: str) -> Path:
+    """Reads the path of a JSON file to write."""
+    if not text.endswith(".json"):
+        raise ValueError("name a .json; the figure is named after it")
+    return path(text)
+
+
 CONSOLE = (
     flag("-q --quiet", "print errors only"),
     flag("--json", "print tables and file names as one JSON document instead of text"),
@@ -670,7 +677,7 @@ COMMANDS = (
             DATA,
             option("--estimator", "your own estimator, beside the baselines", "MODULE:FUNCTION"),
             option("--compare", "print results files beside each other instead", "FILE", path, nargs="+", default=[]),
-            option("--out", "file to write (default: %(default)s)", "FILE", path, default=Path("benchmark.json")),
+            option("--out", "file to write (default: %(default)s)", "FILE", json_file, default=Path("benchmark.json")),
         ),
     ),
     Command("list", "list the shipped scenarios", ("--json",), CONSOLE),
@@ -691,6 +698,7 @@ COMMANDS = (
             *CONSOLE,
             *scenario(),
             option("--to", "format (default: %(default)s)", choices=("mjcf", "sdf"), default="mjcf"),
+            option("--time-step", "time step of the MJCF (default: that of the scenario)", "S", number(0.1)),
             option("--out", "folder for the files", "DIR", path, required=True),
         ),
     ),

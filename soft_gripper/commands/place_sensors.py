@@ -9,7 +9,7 @@ from soft_gripper.commands import sensors_in_space
 from soft_gripper.commands.console import Console
 from soft_gripper.commands.tables import print_left_out, print_ranking, print_snippet
 from soft_gripper.diagrams.simulation import run_station
-from soft_gripper.diagrams.station import make_station
+from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.errors import InputError
 from soft_gripper.evaluation.contacts.dataset import load_contacts
@@ -97,7 +97,7 @@ def _named(files: Sequence[Path]) -> dict[str, Path]:
 
 def _station(name: str) -> Station:
     try:
-        station = make_station(load_scenario(name))
+        station = make_private_station(load_scenario(name))
     except InputError as error:
         raise error.inside(name) from error.__cause__
     if not station.fingers:

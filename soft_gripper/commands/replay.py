@@ -29,6 +29,13 @@ from soft_gripper.scenario.model_files import model_path
 
 def run(options: argparse.Namespace) -> None:
     """Runs the command."""
+    paths = recording_paths(options.file, options.described_as, options.data)
+    fit_paths = recording_paths(options.fit, options.described_as, options.data) if options.fit else []
+    written = [options.out / name for name in ("replay.csv", *(f"{path.stem}.nc" for path in paths))]
+    keep_inputs([*paths, *fit_paths], [*written, *([options.html] if options.html else [])])
+    out = lock_folder(options.out)
+    if options.html is not None:
+        check_file(options.html)
     recordings = find_recordings(options.file, options.described_as, options.data)
     fitted = find_recordings(options.fit, options.described_as, options.data) if options.fit else None
     finger, gravity = _finger(recordings[0]), recordings[0].gravity
@@ -37,12 +44,6 @@ def run(options: argparse.Namespace) -> None:
     assert gravity is not None
     arms = [arm_recording(recording) for recording in recordings]
     rows = estimator_rows(options.estimator, len(arms[0].bodies))
-    read = recording_paths([*options.file, *(options.fit or [])], options.described_as, options.data)
-    written = [options.out / name for name in ("replay.csv", *(f"{recording.name}.nc" for recording in recordings))]
-    keep_inputs(read, [*written, *([options.html] if options.html else [])])
-    out = lock_folder(options.out)
-    if options.html is not None:
-        check_file(options.html)
     to_fit = None if fitted is None else [arm_recording(recording) for recording in fitted]
     replay = replay_recordings(arms, to_fit, rows, finger, gravity)
     options.console.table("errors", replay.table)

@@ -20,7 +20,7 @@ from soft_gripper.commands.viewing import viewed
 from soft_gripper.control.task import Outcome
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.simulation import check_closed, run_station
-from soft_gripper.diagrams.station import make_station
+from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.diagrams.view.meshcat_view import hidden_meshcat, write_animation
 from soft_gripper.estimators.faults import FAULTS
@@ -51,7 +51,7 @@ def run(options: argparse.Namespace) -> int:
     logging.getLogger("drake").setLevel(logging.WARNING)  # suppress the "Meshcat listening" messages
     meshcat = hidden_meshcat() if options.meshcat or options.html else None
     if meshcat is not None:
-        station = make_station(scenario, meshcat)
+        station = make_private_station(scenario, meshcat)
     with viewed(meshcat, options.host) if meshcat is not None and options.meshcat else nullcontext():
         recording = _simulated(options, name, station, meshcat, out)
     return 0 if station.task is None or outcome(recording) == Outcome.DONE else 1

@@ -1,7 +1,6 @@
 """soft-gripper show: prints a scenario with all its fields, and draws its block diagram."""
 
 import argparse
-from dataclasses import replace
 
 from soft_gripper.commands.chosen_station import chosen_scenario, station_of
 from soft_gripper.diagrams.view.block_diagram import save_block_diagram
@@ -11,8 +10,7 @@ from soft_gripper.scenario.scenario_file import dump_scenario
 def run(options: argparse.Namespace) -> None:
     """Runs the command."""
     scenario = chosen_scenario(options)
-    every_block = replace(scenario, record=replace(scenario.record, live=True))
-    station = station_of(options.scenario, every_block)
+    station = station_of(options.scenario, scenario)
     if options.graphviz is not None:
         save_block_diagram(station.diagram, options.graphviz)
     print(dump_scenario(scenario), end="")

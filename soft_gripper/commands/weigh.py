@@ -19,16 +19,16 @@ from soft_gripper.scenario.model_files import model_path
 def run(options: argparse.Namespace) -> None:
     """Runs the command."""
     file = model_path(options.finger)
-    finger = read_finger(file)
-    recordings = find_recordings(options.file, options.described_as, options.data)
-    for recording in recordings:
-        expected = "only recordings of settled states are weighed"
-        require(recording.config.event == "settled", recording.name, "event", recording.config.event, expected)
     named = options.file if options.tare is None else [*options.file, options.tare]
     read = recording_paths(named, options.described_as, options.data)
     outputs = [options.out / f"weigh{suffix}" for suffix in (".csv", ".png", ".svg")]
     keep_inputs([file, *read], outputs)
     out = lock_folder(options.out)
+    finger = read_finger(file)
+    recordings = find_recordings(options.file, options.described_as, options.data)
+    for recording in recordings:
+        expected = "only recordings of settled states are weighed"
+        require(recording.config.event == "settled", recording.name, "event", recording.config.event, expected)
     tare = None if options.tare is None else _tare(finger, options)
     states = [settled_states(recording, finger) for recording in recordings]
     weighings = [row for of in states for row in weigh(finger, of, options.window, tare)]

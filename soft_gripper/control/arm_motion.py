@@ -29,6 +29,7 @@ from pydrake.systems.framework import Context, Diagram, DiagramBuilder, Discrete
 from pydrake.trajectories import PathParameterizedTrajectory, PiecewisePolynomial, PiecewisePose, Trajectory
 
 from soft_gripper.arrays import Array
+from soft_gripper.control.couplings import Couplings, couplings
 
 POSE_TOLERANCE = 1e-6  # m and rad, tolerance of a solution
 NEAR_SEED = 1.0  # rad, distance from the seed within which no other branch is searched for
@@ -43,21 +44,24 @@ def tool_pose(plant: MultibodyPlant, tool: Frame, q: Array) -> RigidTransform:
     return tool.CalcPoseInWorld(context)
 
 
-def solve_posture(plant: MultibodyPlant, tool: Frame, X_WTool: RigidTransform, seed: Array) -> Array | None:
+def solve_posture(
+    plant: MultibodyPlant, tool: Frame, X_WTool: RigidTransform, seed: Array, coupled: Couplings | None = None
+) -> Array | None:
     """Joint positions (n) that put the tool at X_WTool, within joint limits and near `seed` (n), rad or m.
 
     Starts from the seed. If the solution is far away or there is none, it also starts from other postures, the same in
     every call, and returns the solution nearest to the seed. Joints do not wind up: none makes a superfluous turn.
+    `coupled` joints follow others; None: there are none.
 
     Returns:
         The positions, exact to POSE_TOLERANCE; None if none were found.
     """
-    context = plant.CreateDefaultContext()
-    moving = _moves_tool(plant, context, tool, seed)
+    context, law = plant.CreateDefaultContext(), coupled or uncoupled(plant)
+    moving = _moves_tool(plant, context, tool, seed, law)
     nearest, distance = None, np.inf
     for number, start in enumerate(_starts(plant, seed)):
-        q = _solve(plant, context, tool, X_WTool, seed, start)
-        q = np.where(moving, _unwound(plant, q, seed), seed)
+        q = _solve(plant, context, tool, X_WTool, seed, law.kept(start), law)
+        q = law.kept(np.where(moving, _unwound(plant, q, seed), seed))
         plant.SetPositions(context, q)
         if np.linalg.norm(q - seed) < distance and _miss(tool.CalcPoseInWorld(context), X_WTool) <= POSE_TOLERANCE:
             nearest, distance = q, float(np.linalg.norm(q - seed))
@@ -72,6 +76,11 @@ def movable_joints(plant: MultibodyPlant) -> list[Joint]:
     return sorted((joint for joint in joints if joint.num_positions()), key=lambda joint: joint.position_start())
 
 
+def uncoupled(plant: MultibodyPlant) -> Couplings:
+    """The couplings of an arm whose joints follow no others."""
+    return couplings([joint.name() for joint in movable_joints(plant)])
+
+
 def _starts(plant: MultibodyPlant, seed: Array) -> Iterator[Array]:
     """The seed, from which most are found, and random postures around it, NEAR_STARTS of them spread ever wider."""
     lower, upper = plant.GetPositionLowerLimits(), plant.GetPositionUpperLimits()
@@ -82,7 +91,13 @@ def _starts(plant: MultibodyPlant, seed: Array) -> Iterator[Array]:
 
 
 def _solve(
-    plant: MultibodyPlant, context: Context, tool: Frame, X_WTool: RigidTransform, seed: Array, start: Array
+    plant: MultibodyPlant,
+    context: Context,
+    tool: Frame,
+    X_WTool: RigidTransform,
+    seed: Array,
+    start: Array,
+    law: Couplings,
 ) -> Array:
     """Result of SNOPT, whether a solution or not, (n); changes the context of the plant.
 
@@ -96,6 +111,11 @@ def _solve(
     ik.AddPositionConstraint(tool, [0, 0, 1], world, X_WTool, [0, 0, 0], [0, 0, inf])
     ik.AddPositionConstraint(tool, [1, 0, 0], world, X_WTool, [0, 0, -inf], [inf, 0, inf])
     ik.prog().AddQuadraticErrorCost(np.eye(len(seed)), seed, ik.q())
+    following = np.setdiff1d(np.arange(len(seed)), law.leads)
+    if len(following):
+        differences = np.eye(len(seed))[following]
+        differences[:, law.leads] -= law.matrix[following]
+        ik.prog().AddLinearEqualityConstraint(differences, law.offset[following], ik.q())
     options = SolverOptions()
     options.SetOption(SnoptSolver.id(), "Major feasibility tolerance", 1e-9)
     options.SetOption(SnoptSolver.id(), "Major iterations limit", 100)
@@ -113,12 +133,13 @@ def _unwound(plant: MultibodyPlant, q: Array, seed: Array) -> Array:
     return q + np.where(is_revolute, turns * turn, 0.0)
 
 
-def _moves_tool(plant: MultibodyPlant, context: Context, tool: Frame, q: Array) -> Array:
-    """Which joints move the tool, (n) bool; sets the positions in the context of the plant."""
+def _moves_tool(plant: MultibodyPlant, context: Context, tool: Frame, q: Array, law: Couplings) -> Array:
+    """Which joints move the tool, by themselves or by what follows, (n) bool; sets the positions in the context."""
     plant.SetPositions(context, q)
     world, by_v = plant.world_frame(), JacobianWrtVariable.kV
     jacobian = plant.CalcJacobianSpatialVelocity(context, by_v, tool, [0, 0, 0], world, world)
-    return jacobian.any(axis=0)
+    moves: Array = (law.matrix @ (jacobian @ law.matrix).any(axis=0)).astype(bool)
+    return moves
 
 
 def _miss(X_WA: RigidTransform, X_WB: RigidTransform) -> float:
@@ -180,7 +201,12 @@ def joint_path(q0: Array, q1: Array) -> Trajectory:
 
 
 def straight_path(
-    plant: MultibodyPlant, tool: Frame, q0: Array, X_WTool: RigidTransform, spacing: float = 0.01
+    plant: MultibodyPlant,
+    tool: Frame,
+    q0: Array,
+    X_WTool: RigidTransform,
+    spacing: float = 0.01,
+    coupled: Couplings | None = None,
 ) -> Trajectory:
     """The tool moves in a straight line, turning evenly, from its pose at q0 (n) to X_WTool.
 
@@ -198,7 +224,7 @@ def straight_path(
     s = np.linspace(0.0, 1.0, 1 + steps)
     postures = [q0]
     for part in s[1:]:
-        q = solve_posture(plant, tool, line.GetPose(part), postures[-1])
+        q = solve_posture(plant, tool, line.GetPose(part), postures[-1], coupled)
         if q is None or np.abs(q - postures[-1]).max() > BRANCH_JUMP:
             place = line.GetPose(part).translation().round(3).tolist()
             why = "is out of reach" if q is None else "takes a jump of the joints"
@@ -214,7 +240,7 @@ def _steps(X_AB: RigidTransform, spacing: float) -> int:
 
 
 def timed(
-    plant: MultibodyPlant, path: Trajectory, limits: ArmLimits, speed: float = 1.0
+    plant: MultibodyPlant, path: Trajectory, limits: ArmLimits, speed: float = 1.0, coupled: Couplings | None = None
 ) -> PathParameterizedTrajectory:
     """The motion along a path from rest to rest, as quickly as the limits allow if `speed` is 1.
 
@@ -229,7 +255,7 @@ def timed(
     q, v, vdot = (unit.MakeDerivative(order).vector_values(LIMIT_GRID).T for order in range(3))
     _check_inside(plant, "position", q, limits.lower - LIMIT_TOLERANCE, limits.upper + LIMIT_TOLERANCE)
     q, v, vdot = np.split(np.unique(np.hstack([q, v, vdot]), axis=0), 3, axis=1)  # one state if the arm stays
-    rest, linear, quadratic = _efforts(plant, q, v, vdot)
+    rest, linear, quadratic = map((coupled or uncoupled(plant)).carried, _efforts(plant, q, v, vdot))
     _check_inside(plant, "effort at rest", rest, LIMIT_TOLERANCE - limits.effort, limits.effort - LIMIT_TOLERANCE)
     none = np.zeros_like(v)
     rate = min(
@@ -325,13 +351,15 @@ class ToolFollower(LeafSystem):
     simulation begins.
     """
 
-    def __init__(self, arm: MultibodyPlant, tool: Frame, limits: ArmLimits, period: float):
+    def __init__(
+        self, arm: MultibodyPlant, tool: Frame, limits: ArmLimits, period: float, coupled: Couplings | None = None
+    ):
         """`arm` is a finalized plant of the arm alone, with `tool` in it; samples every `period` s."""
         super().__init__()
         n = arm.num_positions()
-        self._arm, self._tool, self._period = arm, tool, period
+        self._arm, self._tool, self._period, self._law = arm, tool, period, coupled or uncoupled(arm)
         self._scratch, self._brake = arm.CreateDefaultContext(), limits.acceleration * period
-        self._parameters = _parameters(limits, n, period)
+        self._parameters = _parameters(limits, self._law, period)
         self._target = self.DeclareAbstractInputPort("X_WTool", AbstractValue.Make(RigidTransform()))
         self._robot_state = self.DeclareVectorInputPort("robot_state", 2 * n)
         self.DeclareStateOutputPort("desired_state", self.DeclareDiscreteState(2 * n))
@@ -347,11 +375,17 @@ class ToolFollower(LeafSystem):
         self._arm.SetPositionsAndVelocities(self._scratch, state)
         positions, velocities = np.split(state, 2)
         missing = GAIN * self._missing(self._target.Eval(context))
-        found = DoDifferentialInverseKinematics(self._arm, self._scratch, missing, self._tool, self._parameters)
+        world, leads = self._arm.world_frame(), self._law.leads
+        jacobian = self._arm.CalcJacobianSpatialVelocity(
+            self._scratch, JacobianWrtVariable.kV, self._tool, [0, 0, 0], world, world
+        )
+        found = DoDifferentialInverseKinematics(
+            positions[leads], velocities[leads], missing, jacobian @ self._law.matrix, self._parameters
+        )
         if found.status == DifferentialInverseKinematicsStatus.kNoSolutionFound:
             velocity = velocities - np.clip(velocities, -self._brake, self._brake)
         else:
-            velocity = found.joint_velocities
+            velocity = self._law.matrix @ found.joint_velocities
         values.set_value(np.concatenate([positions + self._period * velocity, velocity]))
 
     def _missing(self, X_WGoal: RigidTransform) -> Array:
@@ -361,13 +395,17 @@ class ToolFollower(LeafSystem):
         return np.concatenate([turn.angle() * turn.axis(), X_WGoal.translation() - X_WTool.translation()])
 
 
-def _parameters(limits: ArmLimits, n: int, period: float) -> DifferentialInverseKinematicsParameters:
-    parameters = DifferentialInverseKinematicsParameters(n, n)
-    lower, upper, velocity = (np.clip(limit, -_FAR, _FAR) for limit in (limits.lower, limits.upper, limits.velocity))
+def _parameters(limits: ArmLimits, law: Couplings, period: float) -> DifferentialInverseKinematicsParameters:
+    """The limits of the joints that follow no other."""
+    parameters = DifferentialInverseKinematicsParameters(len(law.leads), len(law.leads))
+    lower, upper, velocity = (
+        np.clip(limit[law.leads], -_FAR, _FAR) for limit in (limits.lower, limits.upper, limits.velocity)
+    )
     parameters.set_time_step(period)
     parameters.set_joint_position_limits((lower, upper))
     parameters.set_joint_velocity_limits((-velocity, velocity))
-    parameters.set_joint_acceleration_limits((-limits.acceleration, limits.acceleration))
+    acceleration = limits.acceleration[law.leads]
+    parameters.set_joint_acceleration_limits((-acceleration, acceleration))
     return parameters
 
 

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
 from soft_gripper.estimators.force_posterior import INTERVAL
+from soft_gripper.run_begin import since_begin
 from soft_gripper.signals import describe
 
 
@@ -113,13 +114,14 @@ class SampledSteps(LeafSystem):
     """
 
     def __init__(self, values: Sequence[float], duration: float, period: float):
-        """Each value lasts `duration` s, the last one forever; samples every `period` s."""
+        """Each value lasts `duration` s from the beginning of a run, the last forever; samples every `period` s."""
         super().__init__()
-        self._values, self._duration = tuple(values), duration
-        self.DeclareStateOutputPort("value", self.DeclareDiscreteState([values[0]]))
+        self._values, self._duration, self._since_begin = tuple(values), duration, since_begin(self)
+        self._value = self.DeclareDiscreteState([values[0]])
+        self.DeclareStateOutputPort("value", self._value)
         if len(values) > 1:
             self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
 
     def _update(self, context: Context, values: DiscreteValues) -> None:
-        step = int((context.get_time() + 1e-9) / self._duration)
-        values.set_value([self._values[min(step, len(self._values) - 1)]])
+        step = int((self._since_begin(context) + 1e-9) / self._duration)
+        values.set_value(self._value, [self._values[min(step, len(self._values) - 1)]])

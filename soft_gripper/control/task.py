@@ -10,6 +10,7 @@ from pydrake.systems.framework import Context, DiscreteValues, InputPort, LeafSy
 from pydrake.trajectories import Trajectory
 
 from soft_gripper.arrays import Array
+from soft_gripper.run_begin import since_begin
 from soft_gripper.signals import describe
 
 QUIET_BAND = 5e-4  # m, the default band of the opening ...
@@ -195,6 +196,7 @@ class TaskMachine(LeafSystem):
                 ("outcome", np.zeros(1)),
             )
         }
+        self._since_begin = since_begin(self)
         describe(ports["set_point"], "m")
         describe(ports["phase"], meanings=[*(phase.name for phase in rules.phases), "over"])
         describe(ports["outcome"], meanings=[outcome.words for outcome in Outcome])
@@ -229,7 +231,7 @@ class TaskMachine(LeafSystem):
                 break
 
     def _update(self, context: Context, values: DiscreteValues) -> None:
-        time = context.get_time()
+        time = self._since_begin(context)
         observed = GripObservation(time, _value(self._opening, context), _value(self._torque, context))
         progress = self._rules.step(self.progress(context), observed)
         values.set_value(_PROGRESS, np.array(progress, dtype=float))

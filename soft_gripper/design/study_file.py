@@ -57,6 +57,9 @@ class LimitConfig:
             yield "least", self.least, f"must be at most {self.most:g}"
 
 
+_MOST_OBJECTS = 1000
+
+
 @dataclass
 class DesignConfig:
     """A design study, as its file has it."""
@@ -67,7 +70,7 @@ class DesignConfig:
     # What is searched: "0.1..0.2", "1..4" (whole numbers), "-20..20 %", or a list of choices.
     vary: dict[str, Any] = quantity({}, filled=True)
     # What every design must hold: changes of the scenario, by names of your choice. A range is drawn at random.
-    objects: dict[str, dict[str, Any]] = field(default_factory=lambda: {_IN_SCENARIO: {}})
+    objects: dict[str, dict[str, Any]] = field(default_factory=lambda: {_IN_SCENARIO: {}})  # 1000 with `unseen` at most
     unseen: dict[str, dict[str, Any]] = field(default_factory=dict)  # objects for the test alone
     draw: dict[str, Any] = field(default_factory=dict)  # ranges, drawn at random for each run; an object comes on top
     draws: int = quantity(4, least=1, most=1000)  # runs of a design with each object, the same for every design
@@ -88,6 +91,9 @@ class DesignConfig:
             for name in getattr(self, part):
                 if not is_name(name):
                     yield part, name, "give names of letters, digits, _ and -, beginning with a letter"
+        count = len(self.objects) + len(self.unseen)
+        if count > _MOST_OBJECTS:
+            yield "objects", f"{count} with unseen", f"give at most {_MOST_OBJECTS}: every design runs with each"
         for name in self.unseen:
             if name in self.objects:
                 yield f"unseen.{name}", name, "is an object of the search already"

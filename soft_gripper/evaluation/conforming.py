@@ -19,7 +19,7 @@ from pydrake.geometry import Box, QueryObject, Role
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.simulation import run_station
-from soft_gripper.diagrams.station import make_station
+from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.pictures.rendering import RecordedScene
@@ -56,7 +56,7 @@ def scenarios() -> dict[str, Scenario]:
 
 def run_grasp(scenario: Scenario) -> Grasp:
     """Simulates a scenario in which fingers hold a box; of the first of them."""
-    station = make_station(scenario)
+    station = make_private_station(scenario)
     return read_grasp(scenario, run_station(station))
 
 

@@ -20,7 +20,7 @@ from pydrake.math import RigidTransform
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.simulation import run_station
-from soft_gripper.diagrams.station import make_station
+from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.estimators.faults import FAULTS
 from soft_gripper.estimators.health import LOOK, HealthFilter
 from soft_gripper.estimators.health_monitor import named
@@ -125,7 +125,7 @@ def run_health(number: int, kind: str, seed: int) -> HealthRun:
         scenario = moved_scenario(rng, motion, overrides, HELD_AT if kind == "held" else None)
         if kind == "held":
             _hold(scenario, rng)
-        station = make_station(scenario)
+        station = make_private_station(scenario)
         recording = run_station(station)
         chosen = station.fingers[int(rng.integers(len(station.fingers)))]
         chosen = next((one for one in station.fingers if one.name == finger), chosen)

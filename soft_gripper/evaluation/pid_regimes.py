@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from soft_gripper.control.pid_controller import PidGains
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.simulation import run_station
-from soft_gripper.diagrams.station import make_station
+from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.files.csv_table import write_csv
 from soft_gripper.files.output import atomic_folder
 from soft_gripper.runs.scores.steps import StepRow, step_figure, step_table
@@ -57,7 +57,7 @@ def run_regimes(name: str, folder: Path) -> None:
     rows = []
     with atomic_folder(folder) as partial:
         for i, (regime, of_regime) in enumerate(regime_scenarios(scenario).items()):
-            station = make_station(of_regime)
+            station = make_private_station(of_regime)
             recording = run_station(station)
             recording.save(partial / f"regime_{i}.nc")
             rows.append(_row(regime, of_regime.control.gains, step_table(station, recording)[-1]))

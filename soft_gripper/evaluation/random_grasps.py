@@ -16,7 +16,7 @@ from pydrake.math import RigidTransform, RotationMatrix
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.simulation import run_station
-from soft_gripper.diagrams.station import make_station
+from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.diagrams.wiring.grip_control import find_gripper
 from soft_gripper.errors import InputError
@@ -84,7 +84,7 @@ def run_grasp(file: str, seed: int, set: str, number: int, shape: str) -> Grasp:
     """
     drawn = draw(seed, set, number, shape)
     rng = np.random.default_rng([seed, SETS.index(set), number, *shape.encode(), SENSORS])
-    station = make_station(with_object(load_scenario(file), shape, drawn))
+    station = make_private_station(with_object(load_scenario(file), shape, drawn))
     recording = run_station(station)
     return Grasp(set, number, shape, drawn, {n: probe(station, recording, n, rng) for n in SECTIONS})
 
@@ -211,7 +211,9 @@ def check_scenario_for_recognition(file: str) -> None:
     if list(steps) != ["all"] or len(set(steps["all"])) < len(steps["all"]) or min(steps["all"]) <= 0:
         raise InputError(file, "pressure.steps", steps, "give steps for all, each at another pressure above 0 Pa")
     try:
-        station = make_station(with_object(scenario, next(iter(SHAPES)), draw(0, SETS[0], 0, next(iter(SHAPES)))))
+        station = make_private_station(
+            with_object(scenario, next(iter(SHAPES)), draw(0, SETS[0], 0, next(iter(SHAPES))))
+        )
         find_gripper(station.fingers, "recognition")
     except InputError as error:
         raise error.inside(file) from error.__cause__

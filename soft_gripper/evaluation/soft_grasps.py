@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.recording import phase_spans
 from soft_gripper.diagrams.simulation import run_station
-from soft_gripper.diagrams.station import make_station
+from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.pictures.rendering import Picture, SceneRenderer, framing_camera
 from soft_gripper.pictures.style import STYLE, save_figure
 from soft_gripper.runs.trials.trial import Judged, judged
@@ -45,7 +45,7 @@ class SoftGrasp:
 def run_grasp(name: str) -> SoftGrasp:
     """Simulates the scenario of an object."""
     scenario = load_scenario(f"pick_and_place_{name}")
-    station = make_station(scenario)
+    station = make_private_station(scenario)
     recording = run_station(station)
     assert station.task is not None
     spans = {span.phase.name: span for span in phase_spans(recording, station.task.phases)}

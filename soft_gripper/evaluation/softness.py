@@ -18,7 +18,7 @@ import numpy as np
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.simulation import run_station
-from soft_gripper.diagrams.station import make_station
+from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.evaluation.random_grasps import free_model, with_errors, with_mesh
 from soft_gripper.files.csv_table import write_csv
@@ -111,7 +111,7 @@ def compliance(gaps: Array, forces: Array) -> float:
 
 def grasp_compliance(seed: int, set: str, number: int, material: str) -> dict[int, Compliance]:
     """Simulates a grasp, and estimates its compliance for each number of sections."""
-    station = make_station(block_scenario(material, draw(seed, set, number, material)))
+    station = make_private_station(block_scenario(material, draw(seed, set, number, material)))
     recording = run_station(station)
     rng = np.random.default_rng([seed, SETS.index(set), number, *material.encode(), SENSORS])
     return {sections: _compliance(station, recording, sections, rng) for sections in SECTIONS}

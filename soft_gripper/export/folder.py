@@ -12,13 +12,15 @@ from soft_gripper.scenario.schema import Scenario
 LOADER = "run_mjcf.py"
 
 
-def export_mjcf(scenario: Scenario, out: Path) -> Mjcf:
+def export_mjcf(scenario: Scenario, out: Path, time_step: float | None = None) -> Mjcf:
     """Writes scenario.xml, meshes, commands.csv and a loader that needs MuJoCo alone.
+
+    `time_step` is that of `to_mjcf`.
 
     Raises:
         InputError: if the scenario cannot be exported, or the folder cannot be written to.
     """
-    found = to_mjcf(scenario)
+    found = to_mjcf(scenario, time_step)
     files = {
         "scenario.xml": found.text.encode(),
         "commands.csv": table(found.actuators, found.commands).encode(),

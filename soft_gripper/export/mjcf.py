@@ -1,18 +1,12 @@
 """A scenario as MJCF: bodies, joints, springs, chambers, contacts and objects as they stand in the finalized plant.
 
-All numbers are written in full precision. Every pair of shapes that may touch is listed, with the friction of the pair
-as Drake combines it: MuJoCo by itself would take the larger of two coefficients. A chamber is a fixed tendon along the
+All numbers are written in full precision. A chamber is a fixed tendon along the
 joints of its finger, weighted by the pressure gain of each, that an actuator with the lag of the supply pulls at. A
 branch of creep is an actuator at every joint, whose activation is the internal angle: it follows the angle of the
 joint, which is its command.
 
 MuJoCo knows contact at points only, so that a finger has the points under its skin of `contact: points`, of the same
-stiffness. MuJoCo takes the stiffness K of a contact of impedance d as an acceleration per penetration,
-
-    k = (1 - d) K (sum of the mobilities of both bodies),
-
-where the mobility is its body_invweight0 (the documentation of MuJoCo, "Solver parameters": at rest R f = -a_ref, with
-the regularisation R = (1 - d) / d times that sum); the damping is critical.
+stiffness.
 """
 
 import xml.etree.ElementTree as ET
@@ -36,6 +30,7 @@ from pydrake.geometry import (
     Sphere,
 )
 from pydrake.math import RigidTransform
+from pydrake.multibody.plant import CoulombFriction
 from pydrake.multibody.tree import Joint, RevoluteJoint, RigidBody, WeldJoint
 
 from soft_gripper.diagrams.station import make_station
@@ -43,6 +38,7 @@ from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.diagrams.wiring.drive import chambers_turn
 from soft_gripper.errors import InputError
 from soft_gripper.export.commands import ArmActuator, Commands, arm_actuators, chamber_names, make_commands
+from soft_gripper.export.mjcf_contact import Surface, contacts
 from soft_gripper.export.tree import (
     SOFT,
     axis_of,
@@ -51,6 +47,7 @@ from soft_gripper.export.tree import (
     joints_below,
     left_out,
     mobilities,
+    neighbors,
     pose_at_zero,
     scoped_name,
     springs,
@@ -58,15 +55,11 @@ from soft_gripper.export.tree import (
 )
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.scenario.schema import Scenario
-from soft_gripper.truth.contact import combined_friction
 
-LONGEST_STEP = 0.002  # s
-# Time constant, s, and damping ratio of contacts. With MuJoCo's 0.02 s light links sink in; see docs/export.md.
-_SOLREF = "0.004 1"
-_IMPEDANCE = 0.95  # d of a contact with a skin
-# m, radius of the patch over which a link touches, shared by its points; 35 to 90 mm^2 in the shipped grasps.
-_PATCH = 4e-3
-_RIGID = 1e9  # N/m, from which on a contact is not that of a skin
+# s, longest step of the integrator implicitfast, for which contacts act by the state at the begin of a step: half of
+# the shortest time constant of a contact. The integrator discrete takes longer steps, and damps motion.
+EXPLICIT_STEP = 0.002
+_RIGID = 1e9  # N/m, stiffness from which on a shape is not a skin
 _HALF_SPACE = "1 1 0.1"  # m, of a plane as it is drawn; it has no end
 
 
@@ -80,17 +73,25 @@ class Mjcf(NamedTuple):
     left_out: Sequence[str]  # what MuJoCo simulates otherwise, or not at all
 
 
-def to_mjcf(scenario: Scenario) -> Mjcf:
+def to_mjcf(scenario: Scenario, time_step: float | None = None) -> Mjcf:
     """A scenario as MJCF.
 
+    Args:
+        scenario: to be written.
+        time_step: s; None: that of the scenario, or 2 ms if it is continuous.
+
     Raises:
-        InputError: if a part of the scenario cannot be built, is soft, or has a joint or a shape without a counterpart.
+        InputError: if a part of the scenario cannot be built, is soft, or has a joint or a shape without a counterpart,
+            or the time step is not above 0.
     """
+    if time_step is not None and not 0 < time_step < np.inf:
+        raise InputError("export", "time_step", time_step, "give a number of seconds above 0")
     for model in scenario.models:
         if model.mesh.youngs_modulus is not None:
             raise InputError("export", "models", model.name, SOFT)
     models = [replace(model, self_contact=False) for model in scenario.models]
-    found = _Writer(make_station(replace(scenario, models=models, contact="points"))).write()
+    step = time_step or scenario.plant_config.time_step or EXPLICIT_STEP
+    found = _Writer(make_station(replace(scenario, models=models, contact="points")), step).write()
     idle = [f"{model.name}: self_contact of its fingers" for model in scenario.models if model.self_contact]
     return found._replace(left_out=[*found.left_out, *idle])
 
@@ -98,8 +99,9 @@ def to_mjcf(scenario: Scenario) -> Mjcf:
 class _Writer:
     """Writes one station."""
 
-    def __init__(self, station: Station):
+    def __init__(self, station: Station, step: float):
         self._station, self._scenario, self._plant = station, station.scenario, station.plant
+        self._step, self._is_explicit = step, step <= EXPLICIT_STEP
         self._inspector: SceneGraphInspector = station.parts.scene_graph.model_inspector()
         self._context = self._plant.CreateDefaultContext()
         self._positions = self._plant.GetPositions(self._context)
@@ -109,13 +111,16 @@ class _Writer:
         self._root = ET.Element("mujoco", model="scenario")
         self._assets = ET.Element("asset")
         self._meshes: dict[str, Path] = {}
-        self._geoms: dict[GeometryId, str] = {}
+        self._geoms: dict[GeometryId, ET.Element] = {}
         self._children = joints_below(self._plant)
         self._springs = dict(springs(station.fingers))
         self._left_out = [*left_out(station), *self._approximations()]
-        self._mobilities = mobilities(self._plant)
+        driven = {each.joint.index(): (each.stiffness, each.damping) for each in arm_actuators(station)}
+        self._mobilities = mobilities(self._plant, self._springs | driven, 0.0 if self._is_explicit else step)
 
     def _approximations(self) -> Iterator[str]:
+        if not self._is_explicit:
+            yield f"how fast objects slip: in steps of {1e3 * self._step:g} ms they slide slowly; see --time-step"
         for finger in self._station.fingers:
             points = self._scenario.contact_points
             own = finger.finger
@@ -128,16 +133,16 @@ class _Writer:
                 yield f"{finger.name}: chambers that turn as it twists; their torques are those of the straight finger"
 
     def write(self) -> Mjcf:
-        step = min(self._scenario.plant_config.time_step or LONGEST_STEP, LONGEST_STEP)
         ET.SubElement(self._root, "compiler", angle="radian", meshdir="meshes", autolimits="true")
-        option = {"timestep": repr(step), "gravity": text(self._scenario.gravity), "integrator": "implicitfast"}
+        option = {"timestep": repr(self._step), "gravity": text(self._scenario.gravity)}
+        option |= {"integrator": "implicitfast" if self._is_explicit else "discrete"}
         option |= {"cone": "elliptic", "impratio": "10", "noslip_iterations": "10"}
         ET.SubElement(self._root, "option", option)
         self._root.append(self._assets)
         world = ET.SubElement(self._root, "worldbody")
         self._add_geoms(world, self._plant.world_body())
         self._add_children(world, self._plant.world_body())
-        self._add_pairs(ET.SubElement(self._root, "contact"))
+        self._add_contacts(ET.SubElement(self._root, "contact"))
         tendons, actuators = ET.SubElement(self._root, "tendon"), ET.SubElement(self._root, "actuator")
         for finger in self._station.fingers:
             self._add_chambers(tendons, actuators, finger)
@@ -199,10 +204,9 @@ class _Writer:
             if self._inspector.GetProximityProperties(geometry) is None:
                 continue  # nothing can ever touch it
             name = f"{_name(body)} {len(self._geoms)}"
-            self._geoms[geometry] = name
-            settings = {"name": name, "contype": "0", "conaffinity": "0", "group": "3"}
-            settings |= self._shape(self._inspector.GetShape(geometry), name)
-            ET.SubElement(element, "geom", settings | _placed(self._inspector.GetPoseInFrame(geometry)))
+            settings = {"name": name, "group": "3"} | self._shape(self._inspector.GetShape(geometry), name)
+            settings |= _placed(self._inspector.GetPoseInFrame(geometry))
+            self._geoms[geometry] = ET.SubElement(element, "geom", settings)
 
     def _shape(self, shape: Shape, name: str) -> dict[str, str]:
         if isinstance(shape, Mesh | Convex):
@@ -234,42 +238,39 @@ class _Writer:
         self._meshes[file] = source
         ET.SubElement(self._assets, "mesh", name=name, file=file, scale=text(shape.scale3()))
 
-    def _add_pairs(self, contact: ET.Element) -> None:
-        for one, other in sorted(self._inspector.GetCollisionCandidates(), key=_values):
-            if one in self._geoms and other in self._geoms:
-                settings = self._compliance(one, other) | self._friction(one, other)
-                ET.SubElement(contact, "pair", settings, geom1=self._geoms[one], geom2=self._geoms[other])
+    def _add_contacts(self, contact: ET.Element) -> None:
+        """Adds to every shape how it touches others, and the pairs that touch otherwise than two shapes say."""
+        numbers = {geometry: number for number, geometry in enumerate(self._geoms)}
+        elements, bodies = list(self._geoms.values()), [self._body_of(geometry) for geometry in self._geoms]
+        candidates = sorted(
+            (numbers[one], numbers[other])
+            for one, other in self._inspector.GetCollisionCandidates()
+            if one in numbers and other in numbers
+        )
+        near = neighbors(self._plant)
+        filtered = {(one, other) for one, other in candidates if bodies[other].index() in near[bodies[one].index()]}
+        found = contacts(self._surfaces(), candidates, filtered, self._scenario.contact_points)
+        for element, settings in zip(elements, found.geoms, strict=True):
+            element.attrib.update(settings)
+        for (one, other), settings in found.pairs.items():
+            names = {"geom1": elements[one].attrib["name"], "geom2": elements[other].attrib["name"]}
+            ET.SubElement(contact, "pair", names | settings)
 
-    def _is_skin(self, *pair: GeometryId) -> bool:
-        """Whether one of two shapes gives way."""
-        return min(map(self._stiffness, pair)) < _RIGID
+    def _surfaces(self) -> list[Surface]:
+        """The surfaces of all shapes."""
+        frictions = [
+            self._property(each, "coulomb_friction", CoulombFriction()).static_friction() for each in self._geoms
+        ]
+        stiffnesses = [self._property(each, "point_contact_stiffness", np.inf) for each in self._geoms]
+        compliances = [1 / stiffness if stiffness < _RIGID else 0.0 for stiffness in stiffnesses]
+        moved = [self._mobilities[self._body_of(geometry).index()] for geometry in self._geoms]
+        return list(map(Surface, frictions, compliances, moved))
 
-    def _compliance(self, *pair: GeometryId) -> dict[str, str]:
-        """How a pair gives way."""
-        if not self._is_skin(*pair):
-            return {"solref": _SOLREF}
-        mobility = sum(self._mobilities[self._body_of(each).index()] for each in pair)
-        k = (1 - _IMPEDANCE) / sum(1 / self._stiffness(each) for each in pair) * mobility
-        return {"solref": text([-k, -2 * np.sqrt(k)]), "solimp": text([_IMPEDANCE, _IMPEDANCE, 1e-3, 0.5, 2])}
-
-    def _friction(self, *pair: GeometryId) -> dict[str, str]:
-        """Of a pair; that of a skin also resists turning, as pressure that is even over a patch does."""
-        friction = combined_friction(*map(self._coefficient, pair))
-        torsion = 2 / 3 * _PATCH / np.sqrt(self._scenario.contact_points) * friction
-        settings = {"friction": text([friction, friction, torsion, 1e-4, 1e-4])}
-        return settings | {"condim": "4" if self._is_skin(*pair) else "3"}
+    def _property(self, geometry: GeometryId, name: str, default: Any) -> Any:
+        return self._inspector.GetProximityProperties(geometry).GetPropertyOrDefault("material", name, default)
 
     def _body_of(self, geometry: GeometryId) -> RigidBody:
         return self._plant.GetBodyFromFrameId(self._inspector.GetFrameId(geometry))
-
-    def _stiffness(self, geometry: GeometryId) -> float:
-        """Of a point of contact, N/m."""
-        properties = self._inspector.GetProximityProperties(geometry)
-        return float(properties.GetPropertyOrDefault("material", "point_contact_stiffness", np.inf))
-
-    def _coefficient(self, geometry: GeometryId) -> float:
-        properties = self._inspector.GetProximityProperties(geometry)
-        return float(properties.GetProperty("material", "coulomb_friction").static_friction())
 
     def _add_chambers(self, tendons: ET.Element, actuators: ET.Element, finger: PlantFinger) -> None:
         """Adds the chambers of a finger, and their actuators."""
@@ -318,7 +319,3 @@ def _name(body: RigidBody) -> str:
 
 def _placed(X: RigidTransform) -> dict[str, str]:
     return {"pos": text(X.translation()), "quat": text(X.rotation().ToQuaternion().wxyz())}
-
-
-def _values(pair: tuple[GeometryId, GeometryId]) -> tuple[int, int]:
-    return pair[0].get_value(), pair[1].get_value()

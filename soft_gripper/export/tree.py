@@ -1,6 +1,6 @@
 """The tree of bodies of a finalized plant, as files of other simulators describe it: in the zero posture."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -31,6 +31,24 @@ def joints_below(plant: MultibodyPlant) -> dict[Any, list[Joint]]:
     for index in plant.GetJointIndices():
         joint = plant.get_joint(index)
         found.setdefault(joint.parent_body().index(), []).append(joint)
+    return found
+
+
+def neighbors(plant: MultibodyPlant) -> dict[Any, set[Any]]:
+    """Bodies whose shapes MuJoCo lets touch a body only as a pair, by its index.
+
+    They are fixed to the body, or to one that a joint connects with it, unless that is fixed to the world.
+    """
+    bodies = [plant.get_body(BodyIndex(number)) for number in range(plant.num_bodies())]
+    fixed = {body.index(): {other.index() for other in plant.GetBodiesWeldedTo(body)} for body in bodies}
+    found = {index: set(of_body) for index, of_body in fixed.items()}
+    for joint in map(plant.get_joint, plant.GetJointIndices()):
+        parents, children = fixed[joint.parent_body().index()], fixed[joint.child_body().index()]
+        if plant.world_body().index() not in parents:
+            for body in parents:
+                found[body] |= children
+            for body in children:
+                found[body] |= parents
     return found
 
 
@@ -97,24 +115,35 @@ def inertia_of(body: RigidBody) -> RotationalInertia:
     return about_center
 
 
-def mobilities(plant: MultibodyPlant) -> dict[Any, float]:
+def mobilities(plant: MultibodyPlant, held: Mapping[Any, tuple[float, float]], step: float) -> dict[Any, float]:
     """How easily the centre of mass of each body moves, 1/kg, by its index: the mean over all directions.
 
-    With all joints at zero, acceleration per force: a third of the trace of J M^-1 J^T.
+    With all joints at zero, acceleration per force: a third of the trace of J M^-1 J^T. What springs and dampers take
+    from it within a step is approximated joint by joint, by the diagonals of M and M + h D + h^2 K.
+
+    Args:
+        plant: finalized.
+        held: stiffness K and damping D of joints, by their index; others have their own damping.
+        step: h, s; 0 for mobilities at an instant.
     """
     context = plant.CreateDefaultContext()
-    positions = plant.GetPositions(context)
+    positions, drag = plant.GetPositions(context), np.zeros(plant.num_velocities())
     for joint in map(plant.get_joint, plant.GetJointIndices()):
         if isinstance(joint, RevoluteJoint | PrismaticJoint):
             positions[joint.position_start()] = 0.0
+            stiffness, damping = held.get(joint.index(), (0.0, joint.default_damping()))
+            drag[joint.velocity_start()] = step * damping + step**2 * stiffness
     plant.SetPositions(context, positions)
     mass, world, found = plant.CalcMassMatrix(context), plant.world_frame(), {}
+    inertia = np.diag(mass)
     for number in range(plant.num_bodies()):
         body = plant.get_body(BodyIndex(number))
         J = plant.CalcJacobianTranslationalVelocity(
             context, JacobianWrtVariable.kV, body.body_frame(), body.default_com(), world, world
         )
-        found[body.index()] = float(np.trace(J @ np.linalg.solve(mass, J.T))) / 3 if J.size else 0.0
+        mean = float(np.trace(J @ np.linalg.solve(mass, J.T))) / 3 if J.size else 0.0
+        at_once, within_step = (((J**2).sum(axis=0) / each).sum() for each in (inertia, inertia + drag))
+        found[body.index()] = mean * float(within_step / at_once) if mean > 0 else 0.0
     return found
 
 

@@ -7,7 +7,13 @@ from pathlib import Path
 from soft_gripper.errors import InputError
 from soft_gripper.files.text import read_text
 
+DRAKE = "{http://drake.mit.edu}"  # namespace of Drake's own elements, under whichever of its names a file has it
+ET.register_namespace("drake", DRAKE.strip("{}"))
 _DEEPEST = 100  # elements inside each other
+_MOST = 50_000  # elements: many times as many as any model has, and fewer than take minutes
+_COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
+_PREFIX = re.compile(r"[<\s/]([A-Za-z_][\w.-]*):[A-Za-z_][\w.-]*(?=[\s=/>])")
+_ROOT = re.compile(r"<[A-Za-z_][\w:.-]*")
 
 
 def read_xml(path: Path) -> ET.Element:
@@ -18,36 +24,63 @@ def read_xml(path: Path) -> ET.Element:
 def parse_xml(where: Path | str, text: str) -> ET.Element:
     """The root element of XML text, with its comments.
 
-    A DOCTYPE is refused: no model file needs one, and its entities can grow without bound or name other files.
+    A DOCTYPE is refused: no model file needs one, and its entities can grow without bound or name other files. As
+    the parsers of ROS do, this one accepts `--` inside comments, which are then lost, and prefixes without a
+    declaration.
 
     Raises:
-        InputError: if the text is not well-formed, has a DOCTYPE, or is nested too deeply.
+        InputError: if the text is not well-formed, has a DOCTYPE, is nested too deeply, or is too large.
     """
     try:
-        return ET.fromstring(text, ET.XMLParser(target=_Builder(where)))
+        return _parsed(where, text)
     except ET.ParseError as error:
-        raise InputError(where, "file", Path(where).name, f"is not well-formed XML: {error}") from None
+        try:
+            return _parsed(where, _forgiven(text))
+        except ET.ParseError:
+            raise InputError(where, "file", Path(where).name, f"is not well-formed XML: {error}") from None
     except UnicodeEncodeError:
         raise InputError(where, "file", Path(where).name, "is not well-formed XML: it holds half characters") from None
+
+
+def _parsed(where: Path | str, text: str) -> ET.Element:
+    return ET.fromstring(text, ET.XMLParser(target=_Builder(where)))
+
+
+def _forgiven(text: str) -> str:
+    """XML text without comments, but with their lines, and with a declaration of each prefix that has none."""
+    text = _COMMENT.sub(lambda comment: "\n" * comment[0].count("\n"), text)
+    prefixes = sorted(set(_PREFIX.findall(text)) - {"xml", "xmlns"} - set(re.findall(r"\sxmlns:([\w.-]+)\s*=", text)))
+    uris = {"drake": DRAKE.strip("{}")}
+    declared = "".join(f' xmlns:{prefix}="{uris.get(prefix, prefix)}"' for prefix in prefixes)
+    return _ROOT.sub(lambda root: root[0] + declared, text, count=1)
 
 
 class _Builder(ET.TreeBuilder):
     def __init__(self, where: Path | str):
         super().__init__(insert_comments=True)
-        self._where, self._depth = where, 0
+        self._where, self._depth, self._count = where, 0, 0
 
     def doctype(self, name: str, pubid: str | None, system: str | None) -> None:
         raise InputError(self._where, "DOCTYPE", name, "leave it out; a model needs none, nor entities")
 
     def start(self, tag: str, attrs: dict[str, str]) -> ET.Element:
         self._depth += 1
+        self._count += 1
+        if self._count > _MOST:
+            raise InputError(self._where, "element", tag, f"is one of more than {_MOST}: no model needs as many")
         if self._depth > _DEEPEST:
             raise InputError(self._where, "element", tag, f"lies in more than {_DEEPEST} others")
-        return super().start(tag, attrs)
+        return super().start(_of_drake(tag), attrs)
 
     def end(self, tag: str) -> ET.Element:
         self._depth -= 1
-        return super().end(tag)
+        return super().end(_of_drake(tag))
+
+
+def _of_drake(tag: str) -> str:
+    """A tag, in Drake's namespace if a file has that by another name, such as drake.mit.edu."""
+    uri, _, name = tag.rpartition("}")
+    return DRAKE + name if uri.endswith("drake.mit.edu") else tag
 
 
 LEAST, MOST = 1e-30, 1e15  # of the size of a number that is not 0: enough for all that models contain, in SI units
@@ -90,13 +123,21 @@ def finite_numbers(where: object, field: str, text: str, *counts: int, least: fl
     return numbers
 
 
-def number(where: object, element: ET.Element | None, attribute: str) -> float:
-    """The value of an attribute; 0, as in URDF, if the attribute or the element is missing.
+def number(where: object, element: ET.Element | None, name: str, default: str = "0") -> float:
+    """A number of an element: its attribute or, as in SDFormat, its child of that name, or the `value` of that child.
 
     Raises:
         InputError: if it is not a number.
     """
-    text = "0" if element is None else element.get(attribute, "0")
-    tag = "" if element is None else element.tag
-    (value,) = read_numbers(where, f"{tag}.{attribute}", text, 1)
+    tag, text = ("", default) if element is None else (element.tag, element.get(name))
+    if text is None and element is not None:
+        child = element.find(name)
+        text = default if child is None else child.get("value", child.text or "")
+    (value,) = read_numbers(where, f"{tag}.{name}", text or "", 1)
     return value
+
+
+def joint_end(joint: ET.Element, which: str) -> str:
+    """The link at the `parent` or `child` of a joint: an attribute in URDF, a text in SDFormat, else empty."""
+    element = joint.find(which)
+    return "" if element is None else (element.get("link") or element.text or "").strip()

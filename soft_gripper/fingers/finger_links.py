@@ -12,12 +12,11 @@ from typing import NamedTuple
 import numpy as np
 
 from soft_gripper.arrays import Array
+from soft_gripper.files.xml_text import DRAKE
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_element import FingerElement
 from soft_gripper.fingers.finger_parts import AXES, SLIDES, TipLoad
 
-DRAKE = "{http://drake.mit.edu}"
-ET.register_namespace("drake", DRAKE.strip("{}"))
 _COLOR = "0.93 0.55 0.36 1"
 _BETWEEN = 1e-6  # mass of a link between two joints of a segment over that of the link before
 _STEEL = 7850.0  # kg/m^3

@@ -4,6 +4,7 @@ from pydrake.systems.framework import BasicVector, Context, LeafSystem
 
 from soft_gripper.arrays import Array
 from soft_gripper.cached import weakly
+from soft_gripper.run_begin import since_begin
 
 
 class Leak(LeafSystem):
@@ -15,13 +16,14 @@ class Leak(LeafSystem):
     """
 
     def __init__(self, shares: Array, time: float):
-        """Loses the `shares`, (C), from `time` s on."""
+        """Loses the `shares`, (C), from `time` s after the beginning of a run on."""
         super().__init__()
+        self._since_begin = since_begin(self)
         self._left, self._time = 1 - shares, time
         port = self.DeclareVectorInputPort("pressure", len(shares))
-        tickets = {port.ticket(), self.time_ticket()}
+        tickets = {port.ticket(), self.time_ticket(), self.xd_ticket()}
         self.DeclareVectorOutputPort("pressure_left", len(shares), weakly(self._calc), tickets)
 
     def _calc(self, context: Context, output: BasicVector) -> None:
         pressure = self.GetInputPort("pressure").Eval(context)
-        output.SetFromVector(pressure * self._left if context.get_time() >= self._time else pressure)
+        output.SetFromVector(pressure * self._left if self._since_begin(context) >= self._time else pressure)

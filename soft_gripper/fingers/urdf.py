@@ -19,10 +19,10 @@ from typing import NamedTuple
 
 from soft_gripper.errors import InputError
 from soft_gripper.files.text import read_text
-from soft_gripper.files.xml_text import parse_xml
+from soft_gripper.files.xml_text import DRAKE, joint_end, parse_xml
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_element import FingerElement, read_finger_element
-from soft_gripper.fingers.finger_links import DRAKE, finger_to_urdf
+from soft_gripper.fingers.finger_links import finger_to_urdf
 from soft_gripper.fingers.finger_writer import finger_element
 
 
@@ -34,7 +34,7 @@ def remove_links(path: Path, robot: ET.Element, names: Sequence[str]) -> None:
     """
     if not names:
         return
-    parents = {_end(joint, "child"): _end(joint, "parent") for joint in robot.findall("joint")}
+    parents = {joint_end(joint, "child"): joint_end(joint, "parent") for joint in robot.findall("joint")}
     links = [link.get("name", "") for link in robot.findall("link")]
     for name in names:
         if name not in links:
@@ -42,19 +42,13 @@ def remove_links(path: Path, robot: ET.Element, names: Sequence[str]) -> None:
         if name not in parents:
             raise InputError(path, "without", name, "hangs on nothing; only what a joint carries can be left out")
     cut = {link for link in links if _hangs_on(link, names, parents)}
-    joints = {joint.get("name") for joint in robot.findall("joint") if _end(joint, "child") in cut}
+    joints = {joint.get("name") for joint in robot.findall("joint") if joint_end(joint, "child") in cut}
     for element in list(robot):
         if _is_of(element, cut, joints):
             robot.remove(element)
     for group in robot.findall(DRAKE + "collision_filter_group"):
         for member in [member for member in group.findall(DRAKE + "member") if member.get("link") in cut]:
             group.remove(member)
-
-
-def _end(joint: ET.Element, which: str) -> str:
-    """The link at an end of a joint."""
-    end = joint.find(which)
-    return "" if end is None else end.get("link", "")
 
 
 def _hangs_on(link: str, names: Sequence[str], parents: dict[str, str]) -> bool:
@@ -70,7 +64,7 @@ def _is_of(element: ET.Element, links: set[str], joints: set[str | None]) -> boo
     if element.tag == "link":
         return element.get("name") in links
     if element.tag == "finger":
-        return _end(element, "parent") in links
+        return joint_end(element, "parent") in links
     spoken_of = {joint.get("name") for joint in element.findall("joint")}
     return element.get("reference") in links | joints or element.get("link") in links or bool(spoken_of & joints)
 

@@ -45,19 +45,19 @@ def read_apart(read: Callable[..., _Found], path: Path, *arguments: Any) -> _Fou
     command = [sys.executable, "-P", "-c", _READS, str(memory)]
     request = pickle.dumps((read, (path.resolve(), *arguments)))
     try:
-        ended = subprocess.run(command, input=request, capture_output=True, timeout=_PATIENCE, check=True)
+        ended = subprocess.run(command, input=request, capture_output=True, timeout=_PATIENCE)
     except subprocess.TimeoutExpired:
         expected = f"is damaged or too large: it could not be read within {_PATIENCE:g} s"
         raise InputError(path, "file", path.name, expected) from None
-    except subprocess.CalledProcessError as error:
-        expected = f"is damaged: its reader ended with code {error.returncode}"
-        if memory < _LEAST_MEMORY:
-            expected = f"cannot be read within {memory / 2**30:.1f} GiB of addresses, the limit here: see `ulimit -v`"
-        raise InputError(path, "file", path.name, expected) from None
-    found, mistake, notes = pickle.loads(ended.stdout)
+    if ended.returncode == 0:
+        found, mistake, notes = pickle.loads(ended.stdout)
+    else:
+        found, mistake, notes = None, f"it is damaged: its reader ended with code {ended.returncode}", []
     if isinstance(mistake, InputError):
         raise mistake
     if mistake is not None:
+        if memory < _LEAST_MEMORY:
+            mistake = f"the limit here is {memory / 2**30:.1f} GiB of addresses, see `ulimit -v`"
         raise InputError(path, "file", path.name, f"cannot be read: {mistake}")
     for outcome, _, *rest in notes:
         note(outcome, path, *rest)

@@ -29,7 +29,7 @@ from pydrake.systems.sensors import RgbdSensor
 from scipy.linalg import expm
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.live import add_live
+from soft_gripper.diagrams.private_run import keep_what_is_read
 from soft_gripper.diagrams.scene import arm_joints, first_body
 from soft_gripper.diagrams.station import add_station
 from soft_gripper.diagrams.station_parts import StationParts
@@ -367,9 +367,9 @@ def make_learning_station(
         of_task["goal"] = describe(goal.get_output_port(), "m")
     observation = add_observation(builder, config.observation, parts.signals | of_task)
     builder.ExportOutput(observation, "observation")
-    add_live(builder, scenario.sensor.period)
     if picture:
         builder.ExportOutput(_add_camera(builder, parts), "picture")
+    parts.signals = keep_what_is_read(builder, scenario.sensor.period, parts.signals).signals
     diagram = builder.Build()
     parts.check(diagram)
     if handled is None:

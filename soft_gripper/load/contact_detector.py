@@ -75,11 +75,11 @@ class ContactDetector(ArrayBlock):
             contact = 0.0
         return Touch(residual, contact, since)
 
-    def _touches(self, time: Array, *samples: Array) -> Touch:
-        """All samples of a recording, (T,) each; what is found at time 0 is not remembered."""
+    def _touches(self, *samples: Array) -> Touch:
+        """All samples of a recording, (T,) each; the first is not remembered."""
         found: list[Touch] = []
         before = begin = np.array([0.0, np.nan])
-        for at, *sample in zip(time, *samples, strict=True):
+        for sample in zip(*samples, strict=True):
+            before = np.array(found[-1][1:]) if len(found) > 1 else begin
             found.append(self._touch(before, *sample))
-            before = np.array(found[-1][1:]) if at > 0 else begin
         return Touch(*np.array(found).T)

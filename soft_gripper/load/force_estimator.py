@@ -227,11 +227,10 @@ def _without_oldest(samples: Array) -> Array:
     return samples[..., 1:, :]
 
 
-def _recorded_samples(time: Array, *inputs: Array) -> Array:
-    """What `_with_present` returns at every sample of a recording, (T, 5, 2 N + 12): at time 0 nothing is kept."""
+def _recorded_samples(*inputs: Array) -> Array:
+    """What `_with_present` returns at every sample of a recording, (T, 5, 2 N + 12); the first is not kept."""
     present = np.concatenate(inputs, axis=-1)
-    kept = np.where(time[:, None] > 0, present, np.nan)
-    before = np.concatenate([np.full((SAMPLES - 1, present.shape[-1]), np.nan), kept])
+    before = np.concatenate([np.full((SAMPLES, present.shape[-1]), np.nan), present[1:]])
     samples = windows(before).copy()
     samples[:, -1] = present
     return samples

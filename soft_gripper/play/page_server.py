@@ -73,15 +73,17 @@ _GREETING = (
     b"Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\nSec-WebSocket-Version: 13\r\n\r\n"
 )
 _PONG = b"\x8a\x80\0\0\0\0"
-_HEADERS = {
-    "Cache-Control": "no-store",
-    "Content-Security-Policy": "frame-ancestors 'self'",
-    "Referrer-Policy": "no-referrer",
-}
+_HEADERS = {"Cache-Control": "no-store", "Referrer-Policy": "no-referrer", "X-Content-Type-Options": "nosniff"}
+_POLICY = "connect-src 'self' ws: wss:; base-uri 'none'; form-action 'none'; object-src 'none'; frame-ancestors 'self'"
+_OWN_POLICY = "default-src 'none'; script-src 'self'; style-src 'self'; img-src data:; frame-src 'self'; " + _POLICY
+# Meshcat's page has its scripts and styles inside, makes others from text, and loads textures from data.
+_SCENE_POLICY = "default-src 'self' 'unsafe-inline' 'unsafe-eval' data: blob:; " + _POLICY.replace(
+    "wss:", "wss: data: blob:"
+)
 _REFUSED = "This address is not, or no longer, in use: open the one that soft-gripper has printed.\n"
 _QUIET = logging.Logger("page")  # the terminal is the user's
 _QUIET.addHandler(logging.NullHandler())
-Answer = tuple[HTTPStatus, str, bytes]  # and the type of its body, which Meshcat does not always state, and the body
+Answer = tuple[HTTPStatus, str, bytes]  # and the type of its body, and the body
 
 
 class LivePage:
@@ -209,9 +211,9 @@ class _PageServer:
         if answer is None:
             return None
         status, kind, body = answer
-        headers = {**_HEADERS, "Connection": "close", "Content-Length": str(len(body))}
-        if kind:
-            headers["Content-Type"] = kind
+        is_scene = request.path.partition("/")[2].partition("/")[2].startswith(_SCENE)
+        headers = {**_HEADERS, "Connection": "close", "Content-Length": str(len(body)), "Content-Type": kind}
+        headers["Content-Security-Policy"] = _SCENE_POLICY if is_scene else _OWN_POLICY
         return Response(status.value, status.phrase, Headers(headers), body)
 
     async def _answer(self, request: Request) -> Answer | None:
@@ -335,6 +337,13 @@ def _refusal(status: HTTPStatus) -> Answer:
     return status, "text/plain; charset=utf-8", _REFUSED.encode()
 
 
+def _kind(path: str) -> str:
+    """The type of a file of Meshcat, which it does not always state."""
+    if path.endswith(".js"):
+        return "text/javascript; charset=utf-8"
+    return "application/octet-stream" if path else _HTML
+
+
 def _fetched(url: str, path: str) -> Answer:
     """A file of Meshcat."""
     address = urlsplit(url)
@@ -343,7 +352,8 @@ def _fetched(url: str, path: str) -> Answer:
     try:
         connection.request("GET", f"/{path}")
         answer = connection.getresponse()
-        return HTTPStatus(answer.status), answer.getheader("Content-Type", ""), answer.read()
+        kind = answer.getheader("Content-Type") or _kind(path)
+        return HTTPStatus(answer.status), kind, answer.read()
     finally:
         connection.close()
 

@@ -244,12 +244,15 @@ def _exit_code(process: BaseProcess) -> int | None:
 
 
 def _start_server() -> None:
-    """Starts the server from which processes are forked; it ignores Ctrl-C, and so do they.
+    """Starts the server from which processes are forked; it ignores Ctrl-C and SIGHUP, and so do they.
+
+    A terminal sends both to all processes, and this one ends the others. Python's tracker of resources inherits this:
+    without it, another one would be started, and complain of what it does not know.
 
     Its own imports do not come from the current folder, which Python would search first.
     """
     _CONTEXT.set_forkserver_preload(list(_PRELOADED))
-    handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    handlers = {number: signal.signal(number, signal.SIG_IGN) for number in (signal.SIGINT, signal.SIGHUP)}
     before = os.environ.get(_SAFE_PATH)
     os.environ[_SAFE_PATH] = "1"
     try:
@@ -257,7 +260,8 @@ def _start_server() -> None:
     except RuntimeError:  # raised by a process that has not yet started to work
         os._exit(_UNGUARDED)
     finally:
-        signal.signal(signal.SIGINT, handler)
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
         os.environ.pop(_SAFE_PATH)
         if before is not None:
             os.environ[_SAFE_PATH] = before

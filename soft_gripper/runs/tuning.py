@@ -11,7 +11,7 @@ from scipy.optimize import minimize
 from soft_gripper.arrays import Array
 from soft_gripper.control.pid_controller import PidGains
 from soft_gripper.diagrams.simulation import run_station
-from soft_gripper.diagrams.station import make_station
+from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.diagrams.wiring.drive import OF
 from soft_gripper.diagrams.wiring.grip_control import allocation
 from soft_gripper.runs.scores.steps import StepRow, step_table, true_opening
@@ -33,7 +33,7 @@ def step_response(scenario: Scenario) -> tuple[float, float]:
     The gain is in m/Pa, or in m/N or m/m of tendons.
     """
     scenario = replace(scenario, control=replace(scenario.control, set_points=None))
-    fingers = make_station(scenario).fingers
+    fingers = make_private_station(scenario).fingers
     once = replace(scenario.pressure, settle=2.0, hold_samples=1)
     if any(finger.finger.pressures for finger in fingers):
         step = min(TEST_PRESSURE, scenario.pressure.maximum)
@@ -43,7 +43,7 @@ def step_response(scenario: Scenario) -> tuple[float, float]:
         step = TEST_SHARE * (scenario.tendons.maximum or 0.0)
         shares = {f.name: (f.finger.tendon_axis, f.finger.tension_gains) for f in fingers}
         scenario = replace(scenario, pressure=once, tendons=replace(scenario.tendons, steps=_steps(shares, step)))
-    station = make_station(scenario)
+    station = make_private_station(scenario)
     recording = run_station(station)
     change = true_opening(station, recording)
     change = change - change[0]
@@ -107,7 +107,7 @@ def _follow(text: str, gains: PidGains) -> list[StepRow]:
 
 def follow(scenario: Scenario, gains: PidGains) -> list[StepRow]:
     """The step rows of the closed loop for the set points of the scenario, with these gains."""
-    station = make_station(replace(scenario, control=replace(scenario.control, gains=gains)))
+    station = make_private_station(replace(scenario, control=replace(scenario.control, gains=gains)))
     return step_table(station, run_station(station))
 
 

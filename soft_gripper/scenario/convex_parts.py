@@ -31,6 +31,7 @@ def convex_parts(path: Path, modified: int) -> tuple[Array, ...]:
         modified: time of its last change, ns, so that a changed file is read again.
     """
     mesh = read_scene(path).to_mesh()
+    mesh.merge_vertices(merge_tex=True, merge_norm=True)
     hull = mesh.convex_hull
     if mesh.is_volume and mesh.volume >= _CONVEX * hull.volume:
         return (np.array(hull.vertices),)

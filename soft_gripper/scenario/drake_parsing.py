@@ -1,6 +1,7 @@
 """Models read by Drake: what would end the process is checked before, and Drake's errors become one line."""
 
 import os
+import re
 import xml.etree.ElementTree as ET
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
@@ -13,8 +14,9 @@ from pydrake.multibody.tree import ModelInstanceIndex
 
 from soft_gripper.errors import InputError, first_line
 from soft_gripper.files.document import require
+from soft_gripper.files.notes import LEFT_OUT, READ, note
 from soft_gripper.files.text import read_text
-from soft_gripper.files.xml_text import parse_xml
+from soft_gripper.files.xml_text import joint_end, parse_xml
 from soft_gripper.library_messages import MARK, PREFIX, of_drake, without_messages
 from soft_gripper.scenario.model_numbers import check_numbers
 
@@ -54,17 +56,30 @@ def named_uris(root: ET.Element) -> Iterator[str]:
                 yield uri
 
 
-_XML = (".urdf", ".sdf", ".world", ".xml")
+_XML = (".urdf", ".sdf", ".world", ".xml", ".mjcf")
 
 
 _HARMLESS = "[drake:wall_boundary_condition]"  # which Drake 1.51 misses in soft objects, and does not need
 
 
+_WARNING = re.compile(r"(?:\S+:(\d+): )?(?:warning: )?(.*)", re.DOTALL)
+
+
 @contextmanager
-def drake_reads(where: object, field: str, value: object) -> Iterator[None]:
-    """Turns what Drake raises into an InputError; a failed condition of Drake arrives as SystemExit."""
+def drake_reads(where: object, field: str, value: object, file: Path | None = None) -> Iterator[None]:
+    """Turns what Drake raises into an InputError; a failed condition of Drake arrives as SystemExit.
+
+    While a `file` is read, warnings of Drake become notes on it.
+    """
+
+    def keep(message: str) -> bool:
+        if file is not None and (said := _WARNING.fullmatch(of_drake(message))):
+            outcome = LEFT_OUT if "ignor" in said[2].lower() else READ
+            note(outcome, file, f"line {said[1]}" if said[1] else "it", "", " ".join(said[2].split()))
+        return file is None
+
     try:
-        with without_messages(_HARMLESS):
+        with without_messages(lambda message: _HARMLESS in message or not keep(message)):
             yield
     except InputError:
         raise
@@ -122,16 +137,10 @@ def _check_tree(path: Path, model: ET.Element) -> None:
         return link
 
     for joint in model.findall("joint"):
-        parent, child = (_linked(joint, end) for end in ("parent", "child"))
+        parent, child = (joint_end(joint, which) for which in ("parent", "child"))
         if not (parent and child):
             continue  # Drake reports what is missing
         if first(parent) == first(child):
             expected = "closes a loop of links; leave it out, since only trees of links are simulated"
             raise InputError(f"{path}: joint '{joint.get('name')}'", "parent, child", f"{parent}, {child}", expected)
         joined[first(child)] = first(parent)
-
-
-def _linked(joint: ET.Element, end: str) -> str:
-    """The link at an end of a joint, in URDF an attribute and in SDFormat a text; empty if there is none."""
-    element = joint.find(end)
-    return "" if element is None else (element.get("link") or element.text or "").strip()

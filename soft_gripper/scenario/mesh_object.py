@@ -15,11 +15,12 @@ from trimesh.visual.material import SimpleMaterial
 from soft_gripper.errors import InputError, first_line
 from soft_gripper.files.output import atomic_file, writable_folder
 from soft_gripper.files.tetrahedra import SUFFIX, Tetrahedra, read_tetrahedra
-from soft_gripper.fingers.finger_links import DRAKE
+from soft_gripper.files.xml_text import DRAKE
 from soft_gripper.scenario.schema import MeshConfig
+from soft_gripper.scenario.solid_mesh import solid
 
 _LARGEST = 2**25  # bytes of a mesh file: over half a million faces of an STL file
-_CONVERSION = f"1, trimesh {trimesh.__version__}"  # to be increased when the same mesh leads to another OBJ file
+_CONVERSION = f"2, trimesh {trimesh.__version__}"  # to be increased when the same mesh leads to another OBJ file
 
 
 def check_mesh_file(path: Path) -> None:
@@ -122,6 +123,8 @@ def _shaded(part: trimesh.Trimesh) -> trimesh.Trimesh:
         part.apply_scale(trimesh.units.unit_conversion(part.units, "meters"))
     color = _color(part)
     part.merge_vertices(merge_tex=True, merge_norm=True)
+    if part.is_watertight and part.volume < 0:
+        part.invert()
     smooth = part.smooth_shaded
     if color is not None:
         smooth.visual = TextureVisuals(material=SimpleMaterial(diffuse=color))
@@ -151,7 +154,7 @@ def mesh_to_sdf(path: Path, config: MeshConfig, name: str) -> str:
         InputError: if the mesh is missing, empty, not watertight, or of an implausible size, or that of a soft object
             is not of tetrahedra.
     """
-    mesh = read_scene(path).to_mesh()
+    mesh = solid(path, read_scene(path).to_mesh())
     mesh.apply_scale(config.scale)
     _check(path, mesh, config)
     root = ET.Element("sdf", version="1.7")
@@ -214,15 +217,10 @@ def _add_values(element: ET.Element, values: Mapping[str, object]) -> None:
 
 
 def _check(path: Path, mesh: trimesh.Trimesh, config: MeshConfig) -> None:
-    if not mesh.is_watertight:
-        expected = "is not watertight; close its holes, since an open surface has no volume and no inertia"
-        raise InputError(path, "mesh", path.name, expected)
     size = float(max(mesh.extents))
     if not 1e-3 <= size <= MAX_SIZE:
         hint = "is the file in millimetres? then give mesh.scale: 0.001" if size > MAX_SIZE else "too small to grasp"
         raise InputError(path, "mesh.scale", config.scale, f"makes the object {size:.4g} m large; {hint}")
-    if mesh.volume < 0:
-        mesh.invert()
 
 
 def _add_inertia(link: ET.Element, mesh: trimesh.Trimesh) -> None:

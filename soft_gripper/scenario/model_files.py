@@ -3,20 +3,23 @@
 import logging
 import math
 import os
+import xml.etree.ElementTree as ET
 from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 from pydrake.math import RollPitchYaw, RotationMatrix
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex
 
+from soft_gripper.control.couplings import Mimic
 from soft_gripper.errors import InputError
 from soft_gripper.files.document import require
 from soft_gripper.files.text import name_of
+from soft_gripper.files.xml_text import read_xml
 from soft_gripper.fingers.cross_section import CrossSection
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_element import FingerElement
@@ -26,10 +29,12 @@ from soft_gripper.fingers.paths import Chamber, Tendon
 from soft_gripper.fingers.plant_finger import PlantFinger, add_torsion_springs
 from soft_gripper.fingers.urdf import expand_urdf, read_fingers
 from soft_gripper.models import DIRECTORY, PACKAGE, package_map
-from soft_gripper.scenario.arm_file import arm_urdf
+from soft_gripper.scenario.arm_joints import couple, exclude_self_contact, set_limits
 from soft_gripper.scenario.drake_parsing import add_file, add_text, check_inside, drake_reads
+from soft_gripper.scenario.link_inertia import note_spread
 from soft_gripper.scenario.mesh_object import MESH_SUFFIXES, mesh_to_sdf
-from soft_gripper.scenario.schema import FingerChanges, FingerConfig, ModelConfig
+from soft_gripper.scenario.model_xml import ready
+from soft_gripper.scenario.schema import ArmConfig, FingerChanges, FingerConfig, ModelConfig
 from soft_gripper.truth.soft_object import soft_body
 
 _LOGGER = logging.getLogger(__name__)
@@ -72,7 +77,7 @@ def mounted_fingers(config: ModelConfig, where: str) -> tuple[FingerElement, ...
         InputError: if the file is missing or wrong, or the changes do not fit.
     """
     path = model_path(config.file)
-    if path.suffix.lower() != ".urdf":
+    if kind_of(path) != "robot":
         return ()
     read = read_fingers(path, config.segments, config.name, config.without)
     return tuple(mounted_finger(mounted, where, config.fingers) for mounted in read)
@@ -168,18 +173,26 @@ def _value(where: str, name: str, text: str, before: float) -> float:
     return before * (1 + value / 100) if relative else value
 
 
+class LoadedModel(NamedTuple):
+    """A model in a plant, the fingers in it, and its joints that follow others."""
+
+    model: ModelInstanceIndex
+    fingers: list[PlantFinger]
+    mimics: Sequence[Mimic]
+
+
 def load_model(
     plant: MultibodyPlant,
     config: ModelConfig,
     where: str,
-    is_arm: bool = False,
+    arm: ArmConfig | None = None,
     visuals: bool = True,
     points: int | None = None,
-) -> tuple[ModelInstanceIndex, list[PlantFinger]]:
-    """Adds one model to the plant, under its name in the scenario; returns it and the fingers in it.
+) -> LoadedModel:
+    """Adds one model to the plant, under its name in the scenario.
 
-    The file of an arm is first made ready for Drake, see `arm_urdf`. Without `visuals`, its fingers are not seen;
-    for `points` see `expand_urdf`.
+    The file is first made ready for Drake, see `ready`; `arm` is given for an arm. Without `visuals`, fingers are not
+    seen; for `points` see `expand_urdf`.
 
     Raises:
         InputError: if the file is missing, or neither we nor Drake can read it.
@@ -187,8 +200,8 @@ def load_model(
     path = model_path(config.file)
     if not os.path.isfile(path):
         raise InputError(where, "file", config.file, f"there is no file {path}")
-    is_urdf = path.suffix.lower() in (".urdf", ".xacro")
-    if config.without and not is_urdf:
+    kind = kind_of(path)
+    if config.without and kind != "robot":
         raise InputError(where, "without", config.without, "links can be left out of URDF files only")
     if config.self_contact and points is not None:
         expected = "leave it out with contact: points: these lie under the skin, and would meet too late"
@@ -197,8 +210,9 @@ def load_model(
     parser.SetAutoRenaming(True)
     parser.package_map().AddMap(package_map())
     fingers: Sequence[Finger] = ()
-    with drake_reads(where, "file", config.file):
-        if is_urdf:
+    mimics: Sequence[Mimic] = ()
+    with drake_reads(where, "file", config.file, path):
+        if kind == "robot":
             expand = partial(
                 expand_urdf,
                 path,
@@ -215,7 +229,12 @@ def load_model(
                 _LOGGER.warning("%s: springs are implicit, since explicit ones need shorter steps", where)
                 expanded = expand(springs="implicit")
             fingers = expanded.fingers
-            models = add_text(parser, arm_urdf(path, expanded.text) if is_arm else expanded.text, path, ".urdf")
+            root = ET.fromstring(expanded.text)
+            text, mimics = ready(path, root, arm is not None, config.free, config.child)
+            models = add_text(parser, text, path, ".urdf")
+        elif kind == "sdf":
+            text, mimics = ready(path, read_xml(path), arm is not None, config.free, config.child)
+            models = add_text(parser, text, path, ".sdf")
         elif path.suffix.lower() in MESH_SUFFIXES:
             models = add_text(parser, mesh_to_sdf(path, config.mesh, config.name), path, ".sdf")
         else:
@@ -227,6 +246,11 @@ def load_model(
     if plant.HasModelInstanceNamed(config.name) and plant.GetModelInstanceName(models[0]) != config.name:
         raise InputError(where, "name", config.name, "is taken by another model")
     plant.RenameModelInstance(models[0], config.name)
+    couple(path, plant, models[0], mimics)
+    note_spread(path, parser, models[0], stands=not config.free and config.parent == "world")
+    if arm is not None:
+        set_limits(path, plant, models[0], arm.limits, mimics)
+        exclude_self_contact(parser, models[0])
     soft = soft_body(plant, models[0])
     if soft is None and not plant.GetBodyIndices(models[0]):
         raise InputError(where, "file", config.file, "holds a model without links")
@@ -237,7 +261,32 @@ def load_model(
             where, "free", False, f"must be true: {config.file} is a soft object, which nothing is welded to"
         )
     put = add_torsion_springs if config.springs == "torsion" else PlantFinger
-    return models[0], [put(finger=finger, plant=plant, model=models[0]) for finger in fingers]
+    return LoadedModel(models[0], [put(finger=finger, plant=plant, model=models[0]) for finger in fingers], mimics)
+
+
+_ROOTS = {"robot": "URDF", "sdf": "SDFormat", "mujoco": "MJCF"}  # root elements, and what they begin
+_XML = (".urdf", ".xacro", ".sdf", ".world", ".xml", ".mjcf")
+
+
+def kind_of(path: Path) -> str:
+    """The root element of an XML file, of which `_ROOTS` knows some; the suffix, in lower case, of any other file.
+
+    Raises:
+        InputError: if it is XML of no known kind.
+    """
+    suffix = path.suffix.lower()
+    if suffix not in _XML:
+        return suffix
+    root = read_xml(path).tag
+    if root not in _ROOTS:
+        known = ", ".join(f"<{name}> ({kind})" for name, kind in _ROOTS.items())
+        raise InputError(path, "root element", root, f"a model begins with one of {known}")
+    return root
+
+
+def is_mjcf(path: Path) -> bool:
+    """Whether a model file is MJCF, MuJoCo's format."""
+    return kind_of(path) == "mujoco"
 
 
 def _are_too_stiff(fingers: Sequence[Finger], time_step: float) -> bool:
@@ -276,8 +325,10 @@ def add_fingers(
     expanded = expand_urdf(path, segments, model_name=name)
     if not expanded.fingers:
         raise InputError(path, "finger", None, "there is no <finger> in the file")
-    with drake_reads(path, "file", path.name):
-        (model,) = add_text(parser, expanded.text, path, ".urdf")
+    with drake_reads(path, "file", path.name, path):
+        text, mimics = ready(path, ET.fromstring(expanded.text))
+        (model,) = add_text(parser, text, path, ".urdf")
+    couple(path, plant, model, mimics)
     return [PlantFinger(finger, plant, model) for finger in expanded.fingers]
 
 

@@ -191,15 +191,27 @@ class ControlConfig:
 
 
 @dataclass
+class JointLimitsConfig:
+    """Limits of a joint of an arm that replace those of its file; None: as in the file."""
+
+    lower: float | None = quantity(None, "rad or m")
+    upper: float | None = quantity(None, "rad or m")
+    velocity: float | None = quantity(None, "rad/s or m/s", above=0)
+    effort: float | None = quantity(None, "N m or N", above=0)
+
+
+@dataclass
 class ArmConfig:
     """The arm among the models: the gripper is welded to one of its frames. Joints have implicit PD controllers."""
 
     model: str = ""  # its name
-    home: list[float] = quantity([], "rad or m")  # initial posture; joints in order from the base
+    # Initial posture; joints in order from the base, without those that follow others (<mimic>).
+    home: list[float] = quantity([], "rad or m")
     frequency: float = quantity(10.0, "Hz", above=0)  # natural frequency of a joint under PD control
     damping_ratio: float = quantity(1.0, above=0)  # of a joint under PD control
-    # Limit for every joint; velocity and effort are limited by the file of the arm.
+    # Limit for every joint; velocity and effort are limited by the file of the arm, or by the next field.
     acceleration: float = quantity(10.0, "rad/s^2 or m/s^2", above=0)
+    limits: dict[str, JointLimitsConfig] = field(default_factory=dict)  # by name of the joint
 
 
 @dataclass
@@ -447,9 +459,6 @@ _SOLVER = {
 class RecordConfig:
     """What is computed for the recording."""
 
-    # Every block runs in time with the simulation, so that any port can be read during a run; otherwise only those
-    # that others read.
-    live: bool = False
     # The ground truth: "all"; "forces", without the patches of contact, which cost the most; "every 10", with the
     # patches at every tenth sample; or "none".
     truth: str = "all"

@@ -69,8 +69,8 @@ class ErrorBlock(ArrayBlock):
 
         self.take(ideal, readings)
         self.take("standard_normal", (run + each) * readings, RandomDistribution.kGaussian)
-        # The first sample is taken again at time 0, with the draws that it has.
-        self.sample("draws", "standard_normal", at_zero=False)
+        # The draws at initialization are those of the first sample.
+        self.sample("draws", "standard_normal", at_first=False)
         self.remember(
             *("sample", step, ideal, "draws"),
             begin=model.begin(np.zeros((run, readings))),

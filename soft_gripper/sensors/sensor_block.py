@@ -61,7 +61,7 @@ class Hold(ArrayBlock):
     def __init__(
         self, period: float, size: int, delay: int = 0, unit: str | Sequence[str] = "1", **axes: Sequence[Any]
     ):
-        """Samples every `period` s from time 0; delays by `delay` samples; unit and axes as for `describe`."""
+        """Samples every `period` s; delays by `delay` samples; unit and axes as for `describe`."""
         super().__init__(period)
         self.take("u", size)
         self.sample("sampled", "u", at_initialization=False)
@@ -86,8 +86,8 @@ def _oldest(line: Array) -> Array:
 def _lines(delay: int) -> Any:
     """What `_lined_up` returns at every sample of a recording, (T, size) -> (T, delay + 1, size)."""
 
-    def lines(time: Array, present: Array) -> Array:
-        kept = np.where(time[:, None] > 0, present, 0.0)
+    def lines(present: Array) -> Array:
+        kept = np.concatenate([np.zeros_like(present[:1]), present[1:]])  # at the first sample nothing is
         moved = [np.concatenate([np.zeros_like(kept[:age]), kept[:-age]])[: len(kept)] for age in range(delay, 0, -1)]
         return np.stack([*moved, present], axis=-2)
 

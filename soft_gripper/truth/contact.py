@@ -26,6 +26,7 @@ from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.plant_finger import PlantFinger
+from soft_gripper.run_begin import since_begin
 from soft_gripper.signals import XYZ
 
 
@@ -417,7 +418,7 @@ class TrueContact(ArrayBlock):
         """
         Args:
             fingers: by their names.
-            interval: at other times than its multiples, s, everything is NaN; None: never.
+            interval: at other times than its multiples from the beginning of a run, s, everything is NaN; None: never.
             objects: collision geometries of the objects that fingers may hold, by name; values of their GeometryIds.
         """
         super().__init__()
@@ -427,8 +428,11 @@ class TrueContact(ArrayBlock):
         self._links = links_by_geometry(list(fingers.values()))
         self._results = self.DeclareAbstractInputPort("contact_results", Value(ContactResults()))
         self._poses = self.DeclareAbstractInputPort("body_poses", AbstractValue.Make([RigidTransform()]))
-        followed = {self._results.ticket(), self._poses.ticket()}
-        self.show("patches", self._collect, followed if interval is None else followed | {self.time_ticket()})
+        self._since_begin = since_begin(self)
+        tickets = {self._results.ticket(), self._poses.ticket()}
+        if interval is not None:
+            tickets |= {self.time_ticket(), self.xd_ticket()}
+        self.show("patches", self._collect, tickets)
         self.derive("contacts", _of_sample, "patches", over_time=_of_samples)
         for number, (name, finger) in enumerate(fingers.items()):
             self._put_out_signals(number, name, len(finger.bodies))
@@ -455,7 +459,7 @@ class TrueContact(ArrayBlock):
 
     def _collect(self, context: Context) -> Array:
         """The table of patches; without columns at samples that are left out."""
-        intervals = 0.0 if self._interval is None else context.get_time() / self._interval
+        intervals = 0.0 if self._interval is None else self._since_begin(context) / self._interval
         if abs(intervals - round(intervals)) > _SHARE:
             return _LEFT_OUT
         found = list(patches(self._results.Eval(context), self._links))

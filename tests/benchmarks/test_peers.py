@@ -67,26 +67,29 @@ def test_mujoco_runs_what_is_exported():
     needs("MuJoCo")
     from peers.mujoco_model import make_model
 
-    task, setting = load_task(settings()["tasks"]["non-convex grasp"]), {"step": 0.005, "integrator": "euler"}
-    model = make_model(task, setting)
+    task, setting = load_task(settings()["tasks"]["non-convex grasp"]), {"step": 0.005, "integrator": "discrete"}
+    model, exported = make_model(task, setting), to_mjcf(task.scenario, 0.005)
     assert model.opt.timestep == 0.005
-    assert to_mjcf(task.scenario).text.count("<geom ") == model.ngeom
+    assert exported.text.count("<geom ") == model.ngeom
+    assert exported.text.count("<pair ") == model.npair
+    with_settings = make_model(task, {"step": 0.005, "integrator": "euler"})
+    assert with_settings.geom_solref.min() < model.geom_solref[:, 0].max()  # explicit steps take no mobility
     assert model.body("irregular::irregular").mass[0] == pytest.approx(0.06)
 
 
 def test_sensing_is_that_of_our_blocks():
-    needs("MuJoCo")
-    from peers.sensing import Sensing
+    """Of all samples at once, with NaN until there are five."""
+    from peers.ours import make_run
+    from peers.sensing import sense
 
-    task = load_task(FREE | {"sensed": True})
-    sensing, q = Sensing(task), np.full((2, 12), 0.05)
-    for _ in range(5):
-        sensing.sample(q, np.zeros(2))
-    strain, theta, _, angles, external = sensing.recorded[-1]
-    assert strain.shape == (2, 8)
+    task, q = load_task(FREE | {"sensed": True}), np.full((5, 2, 12), 0.05)
+    assert make_run(task, {"time_step": 0.01})().seconds > 0
+    strain, theta, _, angles, external = sense(task, q, np.zeros((5, 2)))
+    assert strain.shape == (5, 2, 8)
     assert theta == pytest.approx(0.15, rel=1e-3)
     assert angles.sum(axis=-1) == pytest.approx(0.6, rel=1e-3)
-    assert external[:, 0] == pytest.approx(task.fingers[0].stiffness[0] * 0.05, rel=0.4)  # and the weight
+    assert np.isnan(external[:4]).all()
+    assert external[4, :, 0] == pytest.approx(task.fingers[0].stiffness[0] * 0.05, rel=0.4)  # and the weight
 
 
 def test_every_step_divides_the_period_and_every_task_is_known():
@@ -137,3 +140,16 @@ def test_the_comparison_goes_both_ways():
     rough, fine = result(OURS, 1.0, 1.0), result(OURS, 5.0, 0.1)
     rougher, better, best = result("A", 0.1, 3.0), result("A", 0.5, 0.1), result("A", 9.0, 0.01)
     assert [ours_as_good([rough, fine], other) for other in (rougher, better, best)] == [rough, fine, None]
+
+
+def test_the_table_takes_the_place_of_the_one_before(tmp_path):
+    from peers.report import rows, table, write_table
+
+    page = tmp_path / "page.md"
+    page.write_text("\n".join(["before", "", *table([]), "| old |", "", "after"]) + "\n", encoding="utf-8")
+    results = [result(OURS, 1.0, 1e-3), result("A", 0.5, 1e-3)]
+    write_table(page, [results])
+    lines = page.read_text(encoding="utf-8").splitlines()
+    assert lines == ["before", "", *table([results]), "", "after"]
+    assert rows(results)[1] == "| task | A |  | 2 | 1.000 |  | 0.5 | yes | 0.5 |"
+    assert all(line.count("|") == lines[2].count("|") for line in lines if line.startswith("|"))

@@ -179,6 +179,7 @@ def test_objects_of_the_users(tmp_path):
         ({"designs": float("nan")}, "designs", None),
         ({"objects": {"a b": {}}}, "objects", "a b"),
         ({"unseen": {"as_in_the_scenario": {}}}, "unseen.as_in_the_scenario", "as_in_the_scenario"),
+        ({"objects": {f"o{i}": {} for i in range(1001)}}, "objects", "1001 with unseen"),
         ({"desings": 3}, "desings", 3),
         ({"scenario": "bottel"}, "name", "bottel"),
     ],

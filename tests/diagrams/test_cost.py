@@ -12,7 +12,7 @@ import pytest
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 
 from soft_gripper.diagrams.simulation import solver_config
-from soft_gripper.diagrams.station import make_station
+from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.scenario.scenario_file import load_scenario
 
 SECONDS = 0.5
@@ -21,7 +21,7 @@ COPIES = ("copy", "_copy_dispatcher")  # of numpy
 
 def calls_per_sample(scenario, begin):
     """Calls of a sample from `begin` on, s."""
-    simulator = Simulator(make_station(scenario).diagram)
+    simulator = Simulator(make_private_station(scenario).diagram)
     ApplySimulatorConfig(solver_config(scenario), simulator)
     simulator.AdvanceTo(begin)
     calls = Counter()

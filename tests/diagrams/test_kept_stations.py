@@ -10,7 +10,7 @@ from finger_plants import free_bending
 
 from soft_gripper.diagrams import simulation as kept_stations
 from soft_gripper.diagrams.simulation import MOST, kept_station, run_station, simulate
-from soft_gripper.diagrams.station import make_station
+from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.models import DIRECTORY
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.sensors.sensor_block import SensorBlock
@@ -24,12 +24,12 @@ def built(monkeypatch):
     """The scenarios of the stations that are built, of none at first."""
     scenarios = []
     monkeypatch.setattr(kept_stations, "_kept", type(kept_stations._kept)())
-    monkeypatch.setattr(kept_stations, "make_station", lambda s: scenarios.append(s) or make_station(s))
+    monkeypatch.setattr(kept_stations, "make_private_station", lambda s: scenarios.append(s) or make_private_station(s))
     return scenarios
 
 
 def anew(scenario):
-    return run_station(make_station(scenario)).data
+    return run_station(make_private_station(scenario)).data
 
 
 @pytest.mark.slow

@@ -68,7 +68,7 @@ def test_a_wrong_choice_is_named(override):
 
 def test_a_mesh_is_touched_at_its_convex_parts():
     scenario = load_scenario("irregular_grasp", ["contact=points"])
-    plant, scene_graph, fingers, _ = add_plant(
+    plant, scene_graph, fingers, *_ = add_plant(
         DiagramBuilder(), scenario.plant_config, scenario.models, scenario.gravity, points=2
     )
     inspector = scene_graph.model_inspector()

@@ -10,7 +10,7 @@ from finger_plants import free_bending
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 
 from soft_gripper.diagrams.simulation import solver_config
-from soft_gripper.diagrams.station import make_station
+from soft_gripper.diagrams.station import make_private_station, make_station
 from soft_gripper.scenario.scenario_file import load_scenario
 
 BEGIN = 0.5025  # s, between two samples
@@ -19,13 +19,12 @@ OF_THE_PLANT = (
     "soft_gripper.control.task._",
 )
 _REMEMBERED = "estimators.driving_torque.internal_angles"
-LIVE = "record.live=true"
 CONTACT = "estimator.contact_threshold=2.5e-3"
 
 
-def calls_per_second(scenario):
+def calls_per_second(scenario, make=make_private_station):
     """Calls of every function of soft_gripper in one simulated second."""
-    simulator = Simulator(make_station(scenario).diagram)
+    simulator = Simulator(make(scenario).diagram)
     ApplySimulatorConfig(solver_config(scenario), simulator)
     simulator.AdvanceTo(BEGIN)
     calls = Counter()
@@ -65,7 +64,7 @@ def baseline():
 
 
 def test_where_every_block_runs_it_works_once_a_sample_for_all_who_read_it():
-    calls = calls_per_second(free_bending([50e3], 2.0, LIVE))
+    calls = calls_per_second(free_bending([50e3], 2.0), make_station)
     assert calls["soft_gripper.estimators.arcs.bends_from_readings"] == 2 * 100  # of two fingers
 
 
@@ -105,13 +104,13 @@ def test_errors_of_sensors_work_once_a_sample():
 def test_what_drives_a_finger_is_asked_once_a_sample(tmp_path, dt):
     """Of two fingers, one by one or at once. Without creep nothing is remembered, and nothing asks."""
     files = [f"models.{i}.file={write_creeping(FINGER, tmp_path, 0.2, 0.5)}" for i in range(2)]
-    for overrides, calls_of_both in (
-        ([LIVE, *files], [200, 200]),
-        (files, [100, 100]),
-        ([LIVE], [200, 0]),
-        ([], [0, 0]),
+    for overrides, make, calls_of_both in (
+        (files, make_station, [200, 200]),
+        (files, make_private_station, [100, 100]),
+        ([], make_station, [200, 0]),
+        ([], make_private_station, [0, 0]),
     ):
-        calls = calls_per_second(free_bending([50e3], 2.0, f"plant_config.time_step={dt}", *overrides))
+        calls = calls_per_second(free_bending([50e3], 2.0, f"plant_config.time_step={dt}", *overrides), make)
         found = [calls[f"soft_gripper.{name}"] for name in ("fingers.finger.torque_of_drive", _REMEMBERED)]
         assert found == calls_of_both
 

@@ -136,7 +136,7 @@ def test_blocks_of_the_station(free_bending):
 def test_blocks_of_a_task(pick_and_place):
     of_each = ("joint_angles", "contact_torque", "base_pose", *PARTS)
     of_arm = [f"arm.{name}" for name in ("gravity_compensation", "torque", "desired")]
-    of_contact = ("true_contact", "true_poses", "true_poses.state", "object_width", "object_width_error", "live")
+    of_contact = ("true_contact", "true_poses", "true_poses.state", "object_width", "object_width_error")
     others = ("plant", "scene_graph", "logs", "gripper.pressure_drive", "grip_control", "task", "box.pose", *OF_ARM)
     assert blocks(pick_and_place) == sorted([*others, *of_arm, *of_contact, *of_each_finger(of_each)])
     assert pick_and_place.task is pick_and_place.diagram.GetSubsystemByName("task")
@@ -158,7 +158,7 @@ def test_wires_of_a_task(pick_and_place):
         ("arm.desired: u0", "task: desired_state"),
         ("arm.gravity_compensation: state", "plant: arm_state"),
         *(
-            (f"grip_control: {finger}.{signal}", f"live: {finger}.estimation.{signal}")
+            (f"grip_control: {finger}.{signal}", f"{finger}.estimation: {signal}")
             for finger in FINGERS
             for signal in ("tip_pose", "external_torque")
         ),
@@ -264,7 +264,7 @@ def test_plant_is_a_direct_child_and_its_only_neighbours_below_are_ours(free_ben
     assert free_bending.diagram.GetSubsystemByName("plant") is free_bending.plant
     assert free_bending.plant.get_name() == "plant"
     nested = [system for system in free_bending.diagram.GetSystems() if isinstance(system, Diagram)]
-    own = {"FingerSensors", "FingerEstimation", "FingerScoring", "PressureDrive", "SignalLogs"}
+    own = {"FingerSensors", "FingerEstimation", "FingerScoring", "PressureDrive", "SignalLogs", "StepSource"}
     assert {type(system).__name__ for system in nested} == own
 
 

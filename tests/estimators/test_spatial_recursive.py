@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from logged_ports import logged_ports
 
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.estimators.mechanics import SpatialMechanics
@@ -199,11 +200,12 @@ CHAMBERS = [
 
 def test_block_remembers_as_the_function_does():
     """Of a finger that is driven all ways and stretches, in a run and in its recording."""
-    live, recorded = (simulate(load_scenario("three_chambers", [*CHAMBERS, f"record.live={flag}"])).data
-                      for flag in ("true", "false"))  # fmt: skip
+    scenario = load_scenario("three_chambers", CHAMBERS)
     names = "estimated_tip_position", "contact_force_vector", "contact_probability", "loaded", "innovation"
-    for name in (*names, "effective_driving_torque"):
-        np.testing.assert_allclose(live[f"finger.{name}"], recorded[f"finger.{name}"], rtol=1e-6, atol=1e-9)
+    signals = [f"finger.{name}" for name in (*names, "effective_driving_torque")]
+    read, recorded = logged_ports(scenario, scenario.duration, signals), simulate(scenario).data
+    for name, values in read.items():
+        np.testing.assert_allclose(values, recorded[name].values.reshape(values.shape), rtol=1e-6, atol=1e-9)
     np.testing.assert_allclose(
         *(recorded.isel(time=-1)[f"finger.{kind}_tip_position"] for kind in ("estimated", "true")), atol=1e-3
     )

@@ -32,3 +32,8 @@ def test_elements_and_comments_are_kept(tmp_path):
     (tmp_path / "a.urdf").write_text('<?xml version="1.0"?>\n<a><!-- why --><b c="1"/></a>')
     root = read_xml(tmp_path / "a.urdf")
     assert [child.tag if isinstance(child.tag, str) else child.text for child in root] == [" why ", "b"]
+
+
+def test_a_file_of_very_many_elements_is_refused():
+    with refused("element", "l"):
+        parse_xml("big.urdf", f"<robot>{60_000 * '<l/>'}</robot>")

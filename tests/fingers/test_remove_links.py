@@ -125,7 +125,7 @@ def test_what_cannot_be_left_out(tmp_path, name, complaint, is_arm):
     path.write_text(WITH_HAND)
     config = ModelConfig("arm", str(path), without=["hand", name])
     with pytest.raises(InputError) as caught:
-        load_model(MultibodyPlant(0.0), config, "models[0]", is_arm)
+        load_model(MultibodyPlant(0.0), config, "models[0]", ArmConfig() if is_arm else None)
     assert str(caught.value) == f"{path}: without = '{name}': {complaint}"
 
 

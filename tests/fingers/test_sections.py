@@ -13,10 +13,11 @@ from refusals import refusal, refused
 from scipy.integrate import quad
 
 from soft_gripper.estimators.mechanics import torque_covariance
+from soft_gripper.files.xml_text import DRAKE
 from soft_gripper.fingers.cross_section import CrossSection, Station
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_element import FingerElement, read_finger_element
-from soft_gripper.fingers.finger_links import DRAKE, finger_to_urdf
+from soft_gripper.fingers.finger_links import finger_to_urdf
 from soft_gripper.fingers.finger_parts import YIELDS
 from soft_gripper.fingers.statics import free_bending_angles, softened
 from soft_gripper.models import DIRECTORY

@@ -10,6 +10,7 @@ import yaml
 from damaged_files import archive, as_npy, damaged_archives, damaged_bytes, damaged_recordings
 from hostile import NUMBERS, WORDS, documents, elements, texts
 from hypothesis import strategies as st
+from log_forms import FORMS, REFUSED, table
 from pydrake.common.yaml import yaml_dump
 
 import soft_gripper as sg
@@ -216,6 +217,45 @@ def recordings() -> st.SearchStrategy[Input]:
     return files.map(lambda file: Input({"a.nc": file}, ["calibrate", "a.nc", "--out", "calibration.yaml"]))
 
 
+_FINGER_OF_LOG = {
+    "models": [{"name": "finger", "file": "package://soft_gripper/grippers/finger.urdf"}],
+    "gravity": [0.0, 0.0, -9.81],
+    "sensor": {"sections": 2, "response": [[1.0, 2048.0], [1.5, 4048.0]]},
+}
+_OF_LOG = """
+time: t
+readings: [a, b, c, d]
+pressures: {columns: [p], unit: kPa}
+frame: {origin: [0, 0, 0]}
+length: 0.12
+"""
+
+
+def logs() -> st.SearchStrategy[Input]:
+    """A log in one of the forms that are read or refused, whole or with changes in its text, and its description."""
+    time = np.arange(200) / 100
+    counts = np.round(2048 + 20 * np.sin(time[:, None] * [1, 2, 3, 4]))
+    columns = dict(zip("tabcdp", [time, *counts.T, 30 + 10 * np.sin(time)], strict=True))
+    content = table(columns)
+    forms = [(each.content, each.more) for each in (form(content) for form in FORMS.values())]
+    forms += [(form(content)[0], "") for form in REFUSED.values()]
+    whole = st.sampled_from(forms)
+    broken = whole.flatmap(
+        lambda form: texts(form[0].decode("utf-8", "surrogateescape")).map(
+            lambda text: (text.encode("utf-8", "surrogateescape"), form[1])
+        )
+    )
+    noise = st.builds(lambda form, seed: (damaged_bytes(form[0], seed), form[1]), whole, st.integers(0, 2**32 - 1))
+    more = st.sampled_from(("", "", "text: {decimal: ','}", "text: {separator: ' '}", "text: {encoding: utf-16}"))
+    return st.builds(_log, st.one_of(whole, broken, broken, noise), more)
+
+
+def _log(log: tuple[bytes, str], more: str) -> Input:
+    described = "\n".join((_OF_LOG, log[1], more)).encode()
+    files = {"log.csv": log[0], "d.yaml": described, "finger.yaml": yaml_dump(_FINGER_OF_LOG).encode()}
+    return Input(files, ["calibrate", "log.csv", "--scenario", "finger.yaml", "--as", "d.yaml", "--out", "found.yaml"])
+
+
 def _damaged(known: Iterator[tuple[str, bytes]], whole: bytes) -> st.SearchStrategy[bytes]:
     """One of the kinds of damage that are known, or any bytes of a whole file."""
     anywhere = st.integers(0, 2**32 - 1).map(lambda seed: damaged_bytes(whole, seed))
@@ -251,5 +291,6 @@ KINDS: dict[str, Callable[[], st.SearchStrategy[Input]]] = {
     "command lines": command_lines,
     "contacts": contacts,
     "recordings": recordings,
+    "logs": logs,
     "numbers": numbers,
 }

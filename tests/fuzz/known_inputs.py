@@ -17,7 +17,7 @@ _RING = "".join(
     for parent, child in ("ab", "ba")
 )
 _LIMP = """<robot name="limp"><link name="base_link"/><link name="tool0"/><joint name="shoulder" type="revolute">
-<parent link="base_link"/><child link="tool0"/></joint></robot>"""
+<parent link="base_link"/><child link="tool0"/><limit velocity="0" effort="0"/></joint></robot>"""
 _LONG = "n" * 300
 
 FILES: dict[str, str | bytes] = {  # beside them: loop.urdf, a link to itself, pipe.urdf, which is one, and a folder
@@ -190,7 +190,13 @@ _FIELDS: dict[str, dict[str, Said]] = {
         "arm.model=leg": ("arm.model = 'leg'", "gripper", "workbench", "box"),
         "arm.home=[0, 0, 0]": ("arm: home = [0.0, 0.0, 0.0]", "shoulder_pan_joint", "wrist_3_joint"),
         "arm.home=[0, 0, 7, 0, 0, 0]": ("arm.home: elbow_joint = 7.0", "3.14159"),
-        "models.0.file={here}/limp.urdf": ("limp.urdf", "shoulder", "limit", "missing", "effort", "velocity"),
+        "models.0.file={here}/limp.urdf": (
+            "limp.urdf",
+            "shoulder",
+            "limit.effort = 0.0",
+            "arm.limits.shoulder",
+            "velocity",
+        ),
         "models.1.parent=arm::tol0": ("models[1]: parent = 'arm::tol0'", "tool0"),
         "models.1.parent=world": ("model = 'arm'", "does not carry the gripper"),
         "models.1.file=package://soft_gripper/objects/box.sdf": ("fingers = []", "two fingers"),
@@ -254,7 +260,7 @@ _OBJECTS = {
     "words.urdf": (_LINK.format('<origin xyz="a b"/>'), "link 'l': origin.xyz = 'a b'"),
     "bomb.urdf": ('<!DOCTYPE r [<!ENTITY a "aa">]><robot name="&a;"/>', "bomb.urdf: DOCTYPE = 'r'"),
     "secret.sdf": ('<!DOCTYPE r [<!ENTITY a SYSTEM "s.yaml">]><sdf/>', "secret.sdf: DOCTYPE = 'r'"),
-    "nan.sdf": (_SDF.format("<inertial><inertia><ixx>nan</ixx></inertia></inertial>"), "link 'l': ixx = 'nan'"),
+    "nan.sdf": (_SDF.format("<inertial><inertia><ixx>nan</ixx></inertia></inertial>"), "link 'l': inertia.ixx = 'nan'"),
     "latin.sdf": (_SDF.format("<!-- \xe9 -->").encode("latin-1"), "latin.sdf: file = 'latin.sdf': cannot be read"),
     "ring.urdf": (f'<robot name="r"><link name="a"/><link name="b"/>{_RING}</robot>', "parent, child = 'b, a'"),
 }

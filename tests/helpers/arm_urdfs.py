@@ -1,5 +1,6 @@
 """What the tests of third-party arms share: pieces of URDF, and plants that pydrake alone loads from it."""
 
+import xml.etree.ElementTree as ET
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,8 @@ from pydrake.systems.framework import DiagramBuilder
 from trimesh.visual import TextureVisuals
 from trimesh.visual.material import PBRMaterial
 
-from soft_gripper.scenario.arm_file import arm_urdf
+from soft_gripper.fingers.urdf import expand_urdf
+from soft_gripper.scenario.model_xml import ready
 
 SIZE = np.array([0.1, 0.2, 0.3])  # m, of the box in every mesh file
 INERTIAL = "<inertial><mass value='2'/><inertia ixx='0.1' iyy='0.1' izz='0.1' ixy='0' ixz='0' iyz='0'/></inertial>"
@@ -79,6 +81,11 @@ class Loaded:
         self.plant.get_desired_state_input_port(self.model).FixValue(self.context, np.zeros(2 * len(self.actuators)))
         Simulator(self.diagram, self.root).AdvanceTo(time)
         return self.plant.GetPositions(self.context)
+
+
+def arm_urdf(path):
+    """What Drake reads of a URDF file of an arm."""
+    return ready(path, ET.fromstring(expand_urdf(path).text), is_arm=True).text
 
 
 def load(path, **options):

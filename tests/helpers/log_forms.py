@@ -165,3 +165,21 @@ REFUSED: dict[str, Callable[[Content], tuple[bytes, str]]] = {
         "did you mean 'tip1_x_mm'",
     ),
 }
+
+
+def drawn(content: Content, seed: int) -> Written:
+    """The log in a form whose parts are drawn at random."""
+    random = np.random.default_rng(seed)
+    separator = str(random.choice([",", ";", "\t", "|", "  "]))
+    decimal = "." if separator == "," else str(random.choice([".", ","]))
+    text = joined(content, separator, decimal)
+    if separator != "  " and random.random() < 0.3:
+        text = "\n".join(separator.join(f'"{cell}"' for cell in line.split(separator)) for line in text.splitlines())
+    before = int(random.integers(0, 4))
+    mark = str(random.choice(["", "# ", "% ", "// "]))
+    text = "".join(f"{mark}logger {i}, serial 12; 2026\n" for i in range(before)) + text
+    if mark == "# " and '"' not in text:
+        text = text.replace(content.names[0], mark + content.names[0], 1)
+    newline = str(random.choice(["\n", "\r\n", "\r"]))
+    encoding = str(random.choice(["utf-8", "utf-8-sig", "utf-16", "utf-16-le", "cp1252"]))
+    return Written(text.replace("\n", newline).encode(encoding), noted=before > 0)

@@ -22,7 +22,7 @@ class Scene:
 
     def __init__(self, name: str):
         self.scenario = load_scenario(name)
-        self.plant, _, fingers, _ = add_scene(DiagramBuilder(), self.scenario)
+        self.plant, _, fingers, *_ = add_scene(DiagramBuilder(), self.scenario)
         self.fingers = [finger.name for finger in fingers]
         self.context = self.plant.CreateDefaultContext()
 

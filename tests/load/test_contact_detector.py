@@ -45,9 +45,8 @@ class Detector:
 
     def sample(self, torque, tolerance=CERTAIN):
         """Contact, residual and time of contact at the next sample."""
-        if self.samples:
-            self.context.SetTime(self.samples * PERIOD)
-            self.context.SetDiscreteState(self.block.EvalUniquePeriodicDiscreteUpdate(self.context))
+        self.context.SetTime(self.samples * PERIOD)
+        self.context.SetDiscreteState(self.block.EvalUniquePeriodicDiscreteUpdate(self.context))
         self.samples += 1
         self.block.GetInputPort("external_torque").FixValue(self.context, torque)
         self.block.GetInputPort("torque_tolerance").FixValue(self.context, tolerance)

@@ -45,9 +45,8 @@ class Estimator:
 
     def sample(self, q, driving=0.0, X_WB=POSES[3]):
         """Free bending angles, external torque and tolerance at the next sample."""
-        if self.samples:
-            self.context.SetTime(self.samples * PERIOD)
-            self.context.SetDiscreteState(self.block.EvalUniquePeriodicDiscreteUpdate(self.context))
+        self.context.SetTime(self.samples * PERIOD)
+        self.context.SetDiscreteState(self.block.EvalUniquePeriodicDiscreteUpdate(self.context))
         self.samples += 1
         driving = np.broadcast_to(driving, np.shape(q))
         values = {"estimated_joint_angles": q, "driving_torque": driving, "X_WB": pose_entries(X_WB)}

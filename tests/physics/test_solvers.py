@@ -66,7 +66,7 @@ def break_sensor(station, root):
 
 
 def test_lost_readings_pass_through_the_station_and_heal():
-    station = make_station(free_bending([100e3], 0.1, "record.live=true"))
+    station = make_station(free_bending([100e3], 0.1))
     simulator = Simulator(station.diagram)
     root = simulator.get_mutable_context()
     simulator.AdvanceTo(0.055)

@@ -19,13 +19,13 @@ from soft_gripper.scenario.scenario_file import load_scenario
 
 PAGE = Path(__file__).parents[2] / "docs" / "estimators.md"
 WAYS = "yields=bending sideways twist"
-ALL = ["record.live=true", f"estimator.alongside=[{', '.join(kind for kind in SHAPE_FUNCTIONS if kind != 'arcs')}]"]
+ALL = [f"estimator.alongside=[{', '.join(kind for kind in SHAPE_FUNCTIONS if kind != 'arcs')}]"]
 LAYOUTS = ("four_faces", "outer_pair_and_diagonals", "four_faces_and_diagonal")
 FORCE = 0.3  # N
 
 
 def in_space(layout):
-    return ["record.live=true", "estimator.type=gaussian", "estimator.alongside=[constant_curvature, contact]",
+    return ["estimator.type=gaussian", "estimator.alongside=[constant_curvature, contact]",
             f"sensor.layout={layout}", "sensor.sections=2"]  # fmt: skip
 
 

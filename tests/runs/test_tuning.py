@@ -62,13 +62,13 @@ def test_the_step_response_of_a_first_order_opening_is_its_gain_and_time_constan
     time, time_constant, gain, most = np.arange(0, 4, 0.01), 0.2, -1e-6, 12e3
     opening = 0.09 + gain * most * (1 - np.exp(-time / time_constant))
     recording = SimpleNamespace(data={"time": SimpleNamespace(values=time)})
-    stepped, made = [], tuning.make_station
+    stepped, made = [], tuning.make_private_station
 
     def make(scenario):
         stepped.append(scenario.pressure.steps)
         return made(scenario)
 
-    monkeypatch.setattr(tuning, "make_station", make)
+    monkeypatch.setattr(tuning, "make_private_station", make)
     monkeypatch.setattr(tuning, "run_station", lambda station: recording)
     monkeypatch.setattr(tuning, "true_opening", lambda station, recording: opening)
     found = step_response(load_scenario("tip_distance_steps", [f"pressure.maximum={most}"]))

@@ -8,7 +8,10 @@ from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 
 from soft_gripper.errors import InputError
-from soft_gripper.scenario.arm_file import actuate, check_limits, movable_joints
+from soft_gripper.files.notes import collected
+from soft_gripper.scenario.model_files import load_model
+from soft_gripper.scenario.model_xml import actuate
+from soft_gripper.scenario.schema import ArmConfig, JointLimitsConfig, ModelConfig
 
 FILE = Path("arm.urdf")
 LIMIT = "<limit lower='-1' upper='2' velocity='3' effort='{}'/>"
@@ -35,7 +38,7 @@ def robot(text):
 def actuators(text):
     """The actuators that Drake gives a robot with these joints: name -> (joint, effort limit, gear ratio)."""
     element = robot(text)
-    actuate(element)
+    actuate(FILE, element)
     plant = MultibodyPlant(0.0)
     Parser(plant).AddModelsFromString(ET.tostring(element, encoding="unicode"), "urdf")
     plant.Finalize()
@@ -84,43 +87,86 @@ def test_the_kind_of_a_transmission_may_be_an_attribute():
     assert list(actuators(joint("a") + f"{old}<actuator name='motor'/><joint name='a'/></transmission>")) == ["motor"]
 
 
-def check(text):
-    for element in movable_joints(robot(text)):
-        check_limits(FILE, element)
+SDF_LIMIT = "<limit><lower>-1</lower><upper>2</upper><velocity>3</velocity><effort>{}</effort></limit>"
+SDF = """<sdf version='1.7'><model name='r'><link name='base'/><link name='la'/><joint name='elbow' type='revolute'>
+<parent>base</parent><child>la</child><axis><xyz>0 0 1</xyz>{}</axis></joint></model></sdf>"""
+
+
+def limits(folder, text, **changes):
+    """Lower, upper, velocity and effort limit of the joint `elbow` of an arm in a file, with a scenario's changes."""
+    is_sdf = text.startswith("<sdf")
+    path = folder / f"arm.{'sdf' if is_sdf else 'urdf'}"
+    path.write_text(text if is_sdf else ET.tostring(robot(text), encoding="unicode"))
+    plant, given = MultibodyPlant(0.0), {"elbow": JointLimitsConfig(**changes)} if changes else {}
+    with collected() as notes:
+        load_model(plant, ModelConfig("arm", str(path)), "models[0]", ArmConfig(limits=given))
+    found = plant.GetJointByName("elbow")
+    efforts = [plant.get_joint_actuator(i).effort_limit() for i in plant.GetJointActuatorIndices()]
+    sides = found.position_lower_limits(), found.position_upper_limits(), found.velocity_upper_limits()
+    return [*(float(limit[0]) for limit in sides), *efforts], [note.element for note in notes]
+
+
+def urdf(limit, kind="revolute"):
+    return joint("elbow", kind, limit)
+
+
+def test_limits_of_the_file(tmp_path):
+    for text in (urdf(SEVEN), SDF.format(SDF_LIMIT.format(7))):
+        assert limits(tmp_path, text) == ([-1, 2, 3, 7], [])
+    assert limits(tmp_path, urdf("<limit upper='0.04' velocity='1' effort='1'/>", "prismatic"))[0] == [0, 0.04, 1, 1]
+
+
+def test_what_a_file_leaves_open_is_unlimited_and_said(tmp_path):
+    said = ["joint 'elbow': limit.effort", "joint 'elbow': limit.velocity"]
+    inf = float("inf")
+    for text in (urdf("", "continuous"), SDF.format("")):
+        assert limits(tmp_path, text) == ([-inf, inf, inf, inf], said)
+
+
+def test_limits_of_the_scenario_replace_those_of_the_file(tmp_path):
+    for text in (
+        urdf("<limit velocity='0' effort='0'/>"),
+        urdf("", "continuous"),
+        SDF.format(SDF_LIMIT.format(0)),
+        SDF.format(""),
+        urdf(SEVEN),
+    ):
+        assert limits(tmp_path, text, lower=-2, upper=1, velocity=4, effort=5) == ([-2, 1, 4, 5], [])
+    assert limits(tmp_path, urdf(SEVEN), effort=5) == ([-1, 2, 3, 5], [])
 
 
 @pytest.mark.parametrize(
-    ("kind", "limit"),
+    ("text", "complaint"),
     [
-        ("revolute", LIMIT.format(1)),
-        ("prismatic", "<limit upper='0.04' velocity='1' effort='1'/>"),  # from 0
-        ("continuous", "<limit velocity='1' effort='1'/>"),
-        ("fixed", ""),
+        (urdf(LIMIT.format(0)), "limit.effort = 0.0: give what the joint can do at most, in the file or in the "),
+        (SDF.format(SDF_LIMIT.format(0)), "limit.effort = 0.0: give what"),
+        (urdf(LIMIT.format(-3)), "limit.effort = "),
+        (urdf(LIMIT.format("nan")), "limit.effort = 'nan': give a number"),
+        (urdf(LIMIT.format("much")), "limit.effort = 'much': give a number"),
+        (urdf("<limit lower='0' upper='1' velocity='0' effort='1'/>", "prismatic"), "limit.velocity = 0.0: give what"),
+        (urdf("<limit lower='0' upper='0' velocity='1' effort='1'/>"), "limit.upper = 0.0: is not above limit.lower"),
+        (SDF.format(SDF_LIMIT.replace("-1", "5")), "limit.upper = 2.0: must be at least limit.lower, 5"),
+        (
+            urdf("<limit lower='1' upper='-1' velocity='1' effort='1'/>"),
+            "limit.upper = -1.0: must be at least limit.lower, 1",
+        ),
     ],
 )
-def test_limits_that_do(kind, limit):
-    check(joint("a", kind, limit))
-
-
-@pytest.mark.parametrize(
-    ("kind", "limit", "complaint"),
-    [
-        ("revolute", "", "limit = None: is missing; write <limit lower="),
-        ("continuous", "", "limit = None: is missing; write <limit lower="),
-        ("revolute", LIMIT.format(0), "limit.effort = '0': give what the joint can do at most; write <limit"),
-        ("revolute", LIMIT.format(-3), "limit.effort = '-3': give what"),
-        ("revolute", LIMIT.format("inf"), "limit.effort = 'inf': give what"),
-        ("revolute", LIMIT.format("nan"), "limit.effort = 'nan': give a number"),
-        ("revolute", LIMIT.format("much"), "limit.effort = 'much': give a number"),
-        ("prismatic", "<limit lower='0' upper='1' velocity='1'/>", "limit.effort = None: give what"),
-        ("continuous", "<limit effort='1'/>", "limit.velocity = None: give what"),
-        ("revolute", "<limit velocity='1' effort='1'/>", "limit.upper = None: give a range from limit.lower"),
-        ("revolute", "<limit lower='1' upper='-1' velocity='1' effort='1'/>", "limit.upper = '-1': give a range"),
-        ("revolute", "<limit lower='0' upper='inf' velocity='1' effort='1'/>", "limit.upper = 'inf': give a range"),
-    ],
-)
-def test_limits_that_do_not(kind, limit, complaint):
+def test_limits_that_do_not(tmp_path, text, complaint):
     with pytest.raises(InputError) as caught:
-        check(joint("good") + joint("elbow", kind, limit))
-    assert str(caught.value).startswith(f"arm.urdf: joint 'elbow': {complaint}")
+        limits(tmp_path, text)
+    assert f"joint 'elbow': {complaint}" in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_limits_of_a_scenario_that_do_not(tmp_path):
+    with pytest.raises(InputError, match=r"arm\.limits\.elbow: upper = -2"):
+        limits(tmp_path, urdf(SEVEN), upper=-2)
+    (tmp_path / "arm.urdf").write_text(ET.tostring(robot(urdf(SEVEN)), encoding="unicode"))
+    with pytest.raises(InputError, match="limits = 'knee': no such joint; known: elbow"):
+        load_model(
+            MultibodyPlant(0.0),
+            ModelConfig("arm", str(tmp_path / "arm.urdf")),
+            "models[0]",
+            ArmConfig(limits={"knee": JointLimitsConfig()}),
+        )

@@ -2,13 +2,11 @@
 
 import numpy as np
 import pytest
-from arm_urdfs import GREEN, RED, SIZE, box, link, load, shape, write_urdf
+from arm_urdfs import GREEN, RED, SIZE, arm_urdf, box, link, load, shape, write_urdf
 from pydrake.common.eigen_geometry import AngleAxis
 from pydrake.geometry import ClippingRange, ColorRenderCamera, Convex, Mesh, RenderCameraCore, Role
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.systems.sensors import CameraInfo
-
-from soft_gripper.scenario.arm_file import arm_urdf
 
 
 @pytest.fixture(autouse=True)

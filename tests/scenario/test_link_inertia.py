@@ -8,7 +8,7 @@ import pytest
 from pydrake.multibody.tree import RotationalInertia
 
 from soft_gripper.errors import InputError
-from soft_gripper.scenario.model_numbers import possible_inertia, repair_inertia
+from soft_gripper.scenario.link_inertia import possible_inertia, repair_inertia
 
 FILE = Path("arm.urdf")
 RNG = np.random.default_rng(1)
@@ -116,5 +116,5 @@ def test_a_link_that_is_wrong_keeps_its_centre_of_mass():
 def test_what_is_no_number(wrong, right):
     with pytest.raises(InputError) as caught:
         links(f"<link name='a'>{SOLID.replace(right, repr(wrong), 1)}</link>")
-    field = "mass.value" if right == "'2'" else "inertia.ixx"
+    field = "inertial.mass" if right == "'2'" else "inertia.ixx"
     assert str(caught.value) == f"arm.urdf: link 'a': {field} = '{wrong}': give a number"

@@ -4,7 +4,7 @@ import pytest
 from refusals import refused
 
 from soft_gripper.errors import InputError
-from soft_gripper.scenario.arm_file import is_known_package, mesh_file
+from soft_gripper.scenario.mesh_names import is_known_package, mesh_file
 
 NAME = "package://acme_arm/meshes/link.stl"
 

@@ -56,16 +56,16 @@ def test_a_plain_path_stays_what_it_is(tmp_path):
 
 @pytest.mark.parametrize("file", [BOX, FINGER, str(DIRECTORY / "objects" / "irregular.obj")])
 def test_a_model_has_its_name_in_the_scenario(plant, file):
-    model, _ = load_model(plant, ModelConfig("thing", file), "models[0]")
+    model, *_ = load_model(plant, ModelConfig("thing", file), "models[0]")
     assert plant.GetModelInstanceName(model) == "thing"
     assert plant.GetModelInstanceByName("thing") == model
 
 
 def test_a_file_may_be_loaded_twice(plant):
     for name in ("one", "other"):
-        _, (finger,) = load_model(plant, ModelConfig(name, FINGER), "models[0]")
+        _, (finger,), _ = load_model(plant, ModelConfig(name, FINGER), "models[0]")
         assert finger.name == name
-        _, none = load_model(plant, ModelConfig(f"{name}_box", BOX), "models[1]")
+        _, none, _ = load_model(plant, ModelConfig(f"{name}_box", BOX), "models[1]")
         assert none == []
     plant.Finalize()
     assert plant.num_actuators() == 2 * 12
@@ -73,7 +73,7 @@ def test_a_file_may_be_loaded_twice(plant):
 
 def test_fingers_have_the_number_of_segments_of_the_scenario(plant):
     two = ModelConfig("hand", "package://soft_gripper/grippers/two_finger.urdf", segments=7)
-    _, fingers = load_model(plant, two, "models[0]")
+    _, fingers, _ = load_model(plant, two, "models[0]")
     assert [(finger.name, finger.finger.segments) for finger in fingers] == [("left_finger", 7), ("right_finger", 7)]
     plant.Finalize()
     assert plant.num_actuators() == 2 * 7
@@ -83,7 +83,7 @@ def test_springs_of_the_fingers_are_pairs_of_linear_ones_unless_the_scenario_cho
     counts = {}
     for springs in ("linear", "torsion"):
         plant = MultibodyPlant(0.0)
-        _, (finger,) = load_model(plant, ModelConfig("finger", FINGER, springs=springs), "models[0]")
+        _, (finger,), _ = load_model(plant, ModelConfig("finger", FINGER, springs=springs), "models[0]")
         counts[springs] = plant.num_force_elements() - 1, len(finger.torsion_springs)  # gravity is one too
     assert counts == {"linear": (24, 0), "torsion": (12, 12)}
 
@@ -92,7 +92,7 @@ def test_springs_of_the_fingers_are_pairs_of_linear_ones_unless_the_scenario_cho
 def test_a_bare_mesh_is_an_object(plant, name):
     trimesh.creation.box([40, 30, 50]).export(name, file_type=name[-3:].lower())
     config = ModelConfig("part", name, mesh=MeshConfig(scale=1e-3, mass=0.07))
-    model, fingers = load_model(plant, config, "models[0]")
+    model, fingers, _ = load_model(plant, config, "models[0]")
     plant.Finalize()
     assert fingers == []
     assert plant.CalcTotalMass(plant.CreateDefaultContext(), [model]) == pytest.approx(0.07)

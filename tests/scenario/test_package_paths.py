@@ -10,8 +10,8 @@ from pydrake.multibody.plant import MultibodyPlant
 from refusals import refused
 
 from soft_gripper.errors import InputError
-from soft_gripper.scenario.arm_file import mesh_file
 from soft_gripper.scenario.drake_parsing import add_text, check_inside, check_uris, named_uris
+from soft_gripper.scenario.mesh_names import mesh_file
 from soft_gripper.scenario.model_files import model_path
 
 CLIMBING = ["../a.obj", "b/../../a.obj", "..", "b/../../package_of_another/a.obj", "", "b/.."]

@@ -6,7 +6,7 @@ from PIL import Image
 
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.simulation import run_station
-from soft_gripper.diagrams.station import make_station
+from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.diagrams.view.meshcat_view import hidden_meshcat, write_animation
 from soft_gripper.errors import InputError
@@ -38,7 +38,7 @@ def run_scenario(name: str, folder: Path) -> None:
     """
     scenario = load_scenario(name)
     meshcat = hidden_meshcat()
-    station = make_station(scenario, meshcat)
+    station = make_private_station(scenario, meshcat)
     _require_equal_sections(station)
     recording = run_station(station, meshcat)
     with atomic_folder(folder) as partial:

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.simulation import run_station
-from soft_gripper.diagrams.station import make_station
+from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.evaluation.paper.claims import claims
 from soft_gripper.evaluation.paper.contact_table import ContactRow, of_touched_fingers
 from soft_gripper.evaluation.paper.differences import differences, held_tip_errors
@@ -110,7 +110,7 @@ def run_task(name: str, folder: Path) -> None:
         folder: appears when it is whole.
     """
     scenario = load_scenario(name)
-    station = make_station(scenario)
+    station = make_private_station(scenario)
     recording = run_station(station)
     assert station.task is not None
     with atomic_folder(folder) as partial:
@@ -189,6 +189,6 @@ def _scenario_figures(
 
 def _finger(scenario: Scenario, recording: Recording) -> Finger:
     """The finger of a scenario with the largest contact force at the end; the first if there is none."""
-    fingers = make_station(scenario).fingers
+    fingers = make_private_station(scenario).fingers
     pressed = [recording[f"{finger.name}.link_contact_force"].values[-1].sum() for finger in fingers]
     return fingers[int(np.argmax(pressed))].finger

@@ -11,7 +11,7 @@ from typing import Any
 
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.simulation import run_station
-from soft_gripper.diagrams.station import make_station
+from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.errors import InputError
 from soft_gripper.evaluation.paper.scenario_run import SCENARIOS
 from soft_gripper.evaluation.robustness.plants import PLANTS, touched_fingers
@@ -74,7 +74,7 @@ def noise_files(
     name: str, noise: float, recording: Recording, seeds: int, estimators: Sequence[str]
 ) -> dict[str, bytes]:
     """The rows of a scenario at a noise, from its recording."""
-    fingers = touched_fingers(name, make_station(load_scenario(name)), recording)
+    fingers = touched_fingers(name, make_private_station(load_scenario(name)), recording)
     with TemporaryDirectory(prefix="soft-gripper-") as folder:
         write_csv(Path(folder) / TABLE, robustness_table(name, fingers, noise, seeds, estimators))
         return read_folder(Path(folder))
@@ -85,7 +85,7 @@ def plant_files(plant_name: str, name: str, seeds: int, estimators: Sequence[str
     (plant,) = (plant for plant in PLANTS if plant.name == plant_name)
     with TemporaryDirectory(prefix="soft-gripper-") as temporary:
         folder = Path(temporary)
-        station = make_station(plant.scenario(name, folder))
+        station = make_private_station(plant.scenario(name, folder))
         recording = run_station(station)
         recording.save(folder / "recording.nc")
         fingers = touched_fingers(name, station, recording)

@@ -13,7 +13,6 @@ from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array
 from soft_gripper.control.pid_controller import SampledPidController
 from soft_gripper.diagrams.commanding import grip_supply
-from soft_gripper.diagrams.live import wake_all
 from soft_gripper.diagrams.recording import Recording, add_logs, make_recording, provenance
 from soft_gripper.diagrams.scene import add_plant
 from soft_gripper.diagrams.wiring.drive import Commands
@@ -100,8 +99,7 @@ class Bench:
         self.scenario, self.period = bench_scenario(scenario), scenario.sensor.period
         parts = _make_parts(self.scenario, moving)
         self.inputs, self.signals = parts.inputs, parts.signals
-        self._logs = add_logs(parts.builder, parts.signals, self.period, live=True) if records else None
-        wake_all(parts.builder)
+        self._logs = add_logs(parts.builder, parts.signals, self.period) if records else None
         for name, signal in parts.signals.items():
             parts.builder.ExportOutput(signal, name)
         diagram = parts.builder.Build()

@@ -116,7 +116,7 @@ class Endpoints:
             return known[scheme]() if scheme in known else None
         except InputError:
             raise
-        except (OSError, ValueError, RuntimeError) as error:
+        except (OSError, ValueError, RuntimeError, OverflowError) as error:  # the last of a baud rate
             reason = getattr(error, "strerror", None) or error
             raise InputError(self._where, field, address, f"cannot be opened: {reason}") from error
 

@@ -27,6 +27,7 @@ from pydrake.systems.framework import BasicVector, Context, Diagram, DiagramBuil
 from pydrake.systems.primitives import Adder, ConstantVectorSource, MatrixGain
 
 from soft_gripper.arrays import Array, Planar
+from soft_gripper.diagrams.private_run import keep_what_is_read
 from soft_gripper.diagrams.recording import Recording, add_logs, read_logs
 from soft_gripper.diagrams.wiring.named_blocks import find_estimator, make_block
 from soft_gripper.diagrams.wiring.named_wires import NamedWires, connect_known, vector_outputs
@@ -285,6 +286,7 @@ def estimate_recording(
         connect_known(builder, estimation, known, "estimation")
         signals |= {f"{row}.{name}": port for name, port in vector_outputs(estimation).items()}
     logs = add_logs(builder, signals, inputs.period)
+    keep_what_is_read(builder, inputs.period, signals)
     simulator = Simulator(builder.Build())
     simulator.AdvanceTo((len(inputs.pressures) - 1) * inputs.period)
     return read_logs(logs, simulator.get_context(), about)

@@ -15,7 +15,7 @@ from matplotlib.ticker import MaxNLocator
 
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.simulation import Progress, run_station
-from soft_gripper.diagrams.station import make_station
+from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.errors import InputError
 from soft_gripper.files.csv_table import cells, columns, of_cells
@@ -130,7 +130,7 @@ def check_scenario_for_trials(file: str) -> None:
     if scenario.estimator.contact_threshold is None:
         raise InputError(file, "estimator.contact_threshold", None, "give a torque, so that contact is detected")
     try:
-        make_station(scenario)
+        make_private_station(scenario)
         vary(scenario, random_numbers(0, file, 0))
     except InputError as error:
         raise error.inside(file) from error.__cause__
@@ -212,7 +212,7 @@ def run_trial(file: str, seed: int, trial: int) -> Trial:
 def record_trial(file: str, seed: int, trial: int, progress: Progress | None = None) -> tuple[Station, Recording]:
     """Runs one trial and keeps its recording; `progress` as for `simulate`. Raises what `run_trial` does."""
     scenario, _ = vary(load_scenario(file), random_numbers(seed, Path(file).stem, trial))
-    station = make_station(scenario)
+    station = make_private_station(scenario)
     return station, run_station(station, progress=progress)
 
 

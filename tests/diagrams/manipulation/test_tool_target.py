@@ -96,5 +96,5 @@ def test_an_arm_without_limits_is_refused(tmp_path):
     path = tmp_path / "arm.urdf"
     path.write_text(path.read_text().replace('velocity="50"', 'velocity="0"'))
     scenario.external = ["tool"]
-    with refused("limit.velocity", "0"):
+    with refused("limit.velocity", 0.0):
         make_station(scenario)

@@ -1,18 +1,14 @@
 """Signals that are computed after a run are those that the blocks compute in it."""
 
-import numpy as np
 import pytest
 from creeping_fingers import FINGER, write_creeping
-from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
+from logged_ports import LoggedStation, assert_same
+from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
-from pydrake.systems.primitives import ConstantVectorSource, Gain, LogVectorOutput, Sine
+from pydrake.systems.primitives import ConstantVectorSource, Gain, Sine
 
 from soft_gripper.array_block import ArrayBlock
-from soft_gripper.diagrams.live import wake_all
 from soft_gripper.diagrams.recording import Logged, Output, SignalSources, add_logs
-from soft_gripper.diagrams.simulation import seed_random_sources, solver_config
-from soft_gripper.diagrams.station import add_station
-from soft_gripper.estimators.finger_shape import ARC
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.truth.poses import Difference
 
@@ -29,49 +25,11 @@ SCENARIOS = {
 
 
 def run(name, overrides, duration):
-    """Every signal of a run, {signal: (T, size)}: by the logs of a station, and by a log for each port of another one,
-    in which all blocks run; the logs of the first.
-    """
-    scenario = load_scenario(name, overrides)
-    builder, live = DiagramBuilder(), DiagramBuilder()
-    station, same = (add_station(each, scenario) for each in (builder, live))
-    logs = add_logs(builder, station.signals, scenario.sensor.period)
-    every = {name: LogVectorOutput(port, live, scenario.sensor.period) for name, port in same.signals.items()}
-    wake_all(live)
-    context, other = (_simulated(each.Build(), scenario, duration) for each in (builder, live))
-    time, found = logs.samples(context)
-    expected = {name: log.FindLog(other).data().T for name, log in every.items()}
-    assert len(time) > 50
-    return found, expected, logs
-
-
-def _simulated(diagram, scenario, duration):
-    """The context of a diagram after a run."""
-    simulator = Simulator(diagram)
-    ApplySimulatorConfig(solver_config(scenario), simulator)
-    seed_random_sources(diagram, simulator.get_mutable_context(), 0)
+    """Every signal of a run, {signal: (T, size)}: as recorded, and by a log for each port; and the logs."""
+    station = LoggedStation(load_scenario(name, overrides))
+    simulator = station.simulator()
     simulator.AdvanceTo(duration)
-    _running.append(simulator)
-    return simulator.get_context()
-
-
-_running = []  # simulators, to which the contexts belong
-
-
-def assert_same(found, expected):
-    """To rounding, which the fit of a contact to bends multiplies."""
-    assert found.keys() == expected.keys()
-    for name, values in expected.items():
-        expected_values, found_values = well_conditioned(name, values), well_conditioned(name, found[name])
-        scale = np.abs(expected_values[np.isfinite(expected_values)]).max(initial=0.0)
-        fits_contact = ".contact." in name or ".recursive." in name
-        atol = (1e-11 if fits_contact else 1e-12) * scale
-        np.testing.assert_allclose(found_values, expected_values, rtol=0, atol=atol, err_msg=name)
-
-
-def well_conditioned(name, values):
-    """Values of a signal; of arcs without the centres, which go to infinity as an arc becomes straight."""
-    return values.reshape(len(values), -1, len(ARC))[..., :-2] if name.endswith(".arcs") else values
+    return station.recorded(simulator), station.logged(simulator), station.station.logs
 
 
 @pytest.mark.slow

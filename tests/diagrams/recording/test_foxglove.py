@@ -65,7 +65,7 @@ def messages(path):
 
 def test_signals_are_read_back(saved):
     names = [f"/f/strain.value.{path}[{i}]" for path in ("inner", "outer") for i in (0, 1)]
-    table = read_table(saved, Columns([*names, "/f/tip_pose.value.z"], "/f/strain.timestamp"))
+    table = read_table(saved, Columns(dict.fromkeys([*names, "/f/tip_pose.value.z"], "signals"), "/f/strain.timestamp"))
     np.testing.assert_array_equal(table.values[:, 1:5], recording()["f.strain"].values.reshape(3, 4))
     np.testing.assert_array_equal(table.values[:, 5], 0.08)
     np.testing.assert_allclose(table.values[:, 0], TIME, atol=1e-9)

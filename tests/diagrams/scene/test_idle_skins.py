@@ -33,7 +33,7 @@ def free_box(x):
 
 def skins(scenario):
     """The links with collision geometry, of every finger."""
-    plant, scene_graph, fingers, _ = add_scene(DiagramBuilder(), scenario)
+    plant, scene_graph, fingers, *_ = add_scene(DiagramBuilder(), scenario)
     inspector = scene_graph.model_inspector()
     frames = [[plant.GetBodyFrameIdOrThrow(link.index()) for link in finger.links] for finger in fingers]
     return [[i for i in ALL if inspector.GetGeometries(of_finger[i], Role.kProximity)] for of_finger in frames]
@@ -42,7 +42,7 @@ def skins(scenario):
 def touched(scenario, *angles):
     """The links in contact in a scene with all skins, of every finger, whose first joint is at an angle, rad."""
     builder = DiagramBuilder()
-    plant, scene_graph, fingers, _ = add_scene(builder, scenario)
+    plant, scene_graph, fingers, *_ = add_scene(builder, scenario)
     diagram = builder.Build()
     root = diagram.CreateDefaultContext()
     context = plant.GetMyMutableContextFromRoot(root)

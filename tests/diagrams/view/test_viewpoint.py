@@ -22,7 +22,7 @@ def direction_of(name: str, arm_yaw: float = 0.0, shift: tuple[float, ...] = (0.
     scenario = load_scenario(name)
     if scenario.arm is not None:
         scenario.models[0].X_PC = Transform(RigidTransform(RotationMatrix.MakeZRotation(arm_yaw), shift))
-    plant, _, fingers, _ = add_scene(DiagramBuilder(), scenario)
+    plant, _, fingers, *_ = add_scene(DiagramBuilder(), scenario)
     return viewing_direction(scenario.arm, plant, fingers, ALONE)
 
 
@@ -73,7 +73,7 @@ def test_the_nearest_eye_sees_all_and_cannot_come_nearer(least: tuple[float, ...
 
 def test_boxes_are_where_drake_has_them() -> None:
     builder = DiagramBuilder()
-    plant, scene_graph, fingers, _ = add_scene(builder, load_scenario("pick_and_place_box"))
+    plant, scene_graph, fingers, *_ = add_scene(builder, load_scenario("pick_and_place_box"))
     diagram = builder.Build()
     context = diagram.CreateDefaultContext()
     plant_context = plant.GetMyMutableContextFromRoot(context)

@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+from pydrake.systems.analysis import Simulator
 from refusals import refused
 
-from soft_gripper.diagrams.wiring.drive import pressure_steps, step_source
+from soft_gripper.diagrams.wiring.drive import StepSource, pressure_steps
 from soft_gripper.scenario.schema import PressureConfig, Scenario, SensorConfig
 
 
@@ -32,12 +33,36 @@ def test_a_finger_without_steps_is_named():
 
 
 def test_source_changes_at_the_end_of_each_step():
-    source = step_source(np.array([1.0, -2.0, 3.0]), 0.5)
+    source = StepSource(np.array([0.1, -2.7, 3.3]), 0.5)
     context = source.CreateDefaultContext()
+    np.testing.assert_array_equal([value(source, context, t) for t in TIMES], VALUES)
 
-    def at(time):
-        context.SetTime(time)
-        return source.get_output_port().Eval(context).item()
 
-    times = [0.0, 0.499, 0.5, 0.999, 1.0, 1.499, 1.5, 9.0]
-    np.testing.assert_array_equal([at(t) for t in times], [1, 1, -2, -2, 3, 3, 3, 3])
+TIMES = [0.0, 0.3, 0.499, 0.5, 0.999, 1.0, 1.499, 1.5, 9.0]
+VALUES = [0.1, 0.1, 0.1, -2.7, -2.7, 3.3, 3.3, 3.3, 3.3]
+
+
+def value(source, context, time):
+    context.SetTime(time)
+    return source.get_output_port().Eval(context).item()
+
+
+@pytest.mark.parametrize("begin", [0.0, 0.1, 10.0, 12.34])
+def test_steps_count_from_the_beginning_of_a_run(begin):
+    source = StepSource(np.array([0.1, -2.7, 3.3]), 0.5)
+    simulator = Simulator(source)
+    context = simulator.get_mutable_context()
+    context.SetTime(begin)
+    simulator.Initialize()
+    np.testing.assert_array_equal([value(source, context, begin + t) for t in TIMES], VALUES)
+    context.SetTime(begin + 0.7)
+    Simulator(source, context).Initialize()  # goes on
+    assert value(source, context, begin + 0.7) == -2.7
+
+
+def test_one_step_lasts_for_ever_and_chambers_are_stepped_together():
+    for values in (np.array([5.0]), np.array([[1.0, 2.0], [3.0, 4.0]])):
+        source = StepSource(values, 0.5)
+        context = source.CreateDefaultContext()
+        context.SetTime(7.0)
+        np.testing.assert_array_equal(source.get_output_port().Eval(context), np.ravel(values[-1]))

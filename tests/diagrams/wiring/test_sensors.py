@@ -43,7 +43,7 @@ def test_the_pressure_is_sampled_with_the_strain():
 @pytest.mark.parametrize("name", ["free_bending", "pick_and_place_box"])
 def test_the_pose_of_the_base_is_known_at_once(name):
     """Where it stands still, for ever; under an arm it is sampled, first before the plant's first step."""
-    station = make_station(short(name, "record.live=true"))
+    station = make_station(short(name))
     simulator = make_simulator(station)
     simulator.Initialize()
     plant_context = station.plant.GetMyContextFromRoot(simulator.get_context())

@@ -1,11 +1,12 @@
 """Text as loggers, spreadsheets and scripts write it: the same recording, or a line that says why not."""
 
 import json
+from functools import partial
 
 import numpy as np
 import pytest
 from hardware_files import swinging, whys
-from log_forms import FORMS, REFUSED, table
+from log_forms import FORMS, REFUSED, drawn, table
 from refusals import refused
 
 from soft_gripper.errors import InputError
@@ -14,10 +15,13 @@ from soft_gripper.hardware.recordings import read_recording
 CONTENT = table(swinging())
 
 
-@pytest.mark.parametrize("form", FORMS)
+DRAWN = {f"drawn {seed}": partial(drawn, seed=seed) for seed in range(30)}
+
+
+@pytest.mark.parametrize("form", [*FORMS, *DRAWN])
 def test_the_same_in_every_form(tmp_path, describe, form):
     (tmp_path / "plain.csv").write_bytes(FORMS["plain"](CONTENT).content)
-    written = FORMS[form](CONTENT)
+    written = (FORMS | DRAWN)[form](CONTENT)
     (tmp_path / "log.csv").write_bytes(written.content)
     plain, found = (
         read_recording(tmp_path / name, config)

@@ -88,6 +88,21 @@ def test_calls_are_made_in_other_processes_and_errors_arrive(executor):
 
 
 @pytest.mark.slow
+def test_a_terminal_that_closes_leaves_no_complaint(tmp_path):
+    folder = tmp_path / "begun"
+    folder.mkdir()
+    script = "import signal, sys; signal.signal(signal.SIGHUP, lambda *_: sys.exit(129))" + PARENT
+    command = [sys.executable, "-c", script.format(paths=PATHS, folder=str(folder))]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True) as process:
+        until = time.monotonic() + 60
+        while not list(folder.iterdir()) and time.monotonic() < until:
+            time.sleep(0.1)
+        os.killpg(process.pid, signal.SIGHUP)  # to all, as the kernel does
+        _, said = process.communicate(timeout=30)
+    assert (process.returncode, said) == (129, "")
+
+
+@pytest.mark.slow
 def test_modules_of_the_current_folder_are_not_run(tmp_path):
     for name in ("multiprocessing", "pickle", "resource", "numpy"):
         (tmp_path / f"{name}.py").write_text("open('was_run', 'w')")

@@ -1,0 +1,25 @@
+"""A station that is finished, in another diagram, and a port of it logged as in Drake's tutorials."""
+
+from matplotlib.figure import Figure
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import LogVectorOutput
+
+import soft_gripper as sg
+
+station = sg.make_station(sg.load_scenario("box_grasp"))
+builder = DiagramBuilder()
+builder.AddSystem(station.diagram)
+torque = station.diagram.GetOutputPort("left_finger.external_torque")  # (12) N m
+logger = LogVectorOutput(torque, builder, publish_period=0.01)
+diagram = builder.Build()
+
+simulator = Simulator(diagram)
+simulator.AdvanceTo(2.0)
+now = torque.Eval(diagram.GetSubsystemContext(station.diagram, simulator.get_context()))
+log = logger.FindLog(simulator.get_context())
+
+figure = Figure()
+axes = figure.subplots()
+axes.plot(log.sample_times(), log.data().T)
+axes.set(xlabel="time [s]", ylabel="external torque of every joint [N m]", title=f"{now[0]:.3f} N m at the base")

@@ -1,0 +1,58 @@
+"""Joints that follow others, such as those of a parallelogram: <mimic> in URDF and SDFormat."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from soft_gripper.arrays import Array
+
+
+class Mimic(NamedTuple):
+    """A joint that follows another: its position is multiplier times that of the other, plus offset (rad or m)."""
+
+    joint: str
+    leader: str
+    multiplier: float
+    offset: float
+
+
+@dataclass(frozen=True)
+class Couplings:
+    """Positions q of all n joints from those p of the k that follow no other: q = matrix p + offset."""
+
+    leads: NDArray[np.int_]  # (k,) indices of the joints that follow no other
+    matrix: Array  # (n, k)
+    offset: Array  # (n,) rad or m
+
+    def full(self, leading: Array) -> Array:
+        """Positions of all joints, (..., n), from those of the joints that follow no other, (..., k)."""
+        found = leading @ self.matrix.T + self.offset
+        found[..., self.leads] = leading  # free of rounding, and of what is wrong with others
+        return found
+
+    def kept(self, positions: Array) -> Array:
+        """Positions, (..., n), in which what follows is where it must be."""
+        return self.full(positions[..., self.leads])
+
+    def carried(self, efforts: Array) -> Array:
+        """Efforts, (..., n), of joints that carry those that follow them, which have none."""
+        carried = np.zeros_like(efforts)
+        carried[..., self.leads] = efforts @ self.matrix
+        return carried
+
+
+def couplings(joints: Sequence[str], mimics: Sequence[Mimic] = ()) -> Couplings:
+    """The couplings of joints, by their names, of which none follows itself by way of others."""
+    laws = {mimic.joint: mimic for mimic in mimics}
+    leading = [name for name in joints if name not in laws]
+    matrix, offset = np.zeros((len(joints), len(leading))), np.zeros(len(joints))
+    for i, name in enumerate(joints):
+        factor = 1.0
+        while (law := laws.get(name)) is not None:
+            offset[i] += factor * law.offset
+            factor, name = factor * law.multiplier, law.leader
+        matrix[i, leading.index(name)] = factor
+    return Couplings(np.array([joints.index(name) for name in leading], dtype=int), matrix, offset)

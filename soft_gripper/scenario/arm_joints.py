@@ -1,0 +1,132 @@
+"""The joints of a model once Drake has read it, whatever the format of its file: limits, actuators, couplings."""
+
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from pydrake.geometry import CollisionFilterDeclaration, GeometrySet
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import Joint, JointActuator, ModelInstanceIndex
+
+from soft_gripper.control.couplings import Mimic
+from soft_gripper.errors import InputError
+from soft_gripper.files.notes import READ, note
+from soft_gripper.scenario.schema import JointLimitsConfig
+
+_NUMBERS = "{ lower, upper, velocity, effort } in rad, rad/s and N m, or m, m/s and N"
+
+
+def set_limits(
+    where: Path,
+    plant: MultibodyPlant,
+    model: ModelInstanceIndex,
+    limits: Mapping[str, JointLimitsConfig],
+    mimics: Sequence[Mimic],
+) -> None:
+    """Gives the joints of an arm the limits of a scenario, which replace those of its file, and checks the result.
+
+    Those that follow others need none.
+
+    Raises:
+        InputError: if there is no such joint, or one has a range, velocity or effort of zero.
+    """
+    following = [mimic.joint for mimic in mimics]
+    joints = {joint.name(): joint for joint in _movable(plant, model) if joint.name() not in following}
+    for name in limits:
+        if name not in joints:
+            raise InputError("arm", "limits", name, f"no such joint; known: {', '.join(joints)}")
+    motors = {actuator.joint().name(): actuator for actuator in _actuators(plant, model)}
+    for name, joint in joints.items():
+        _set(plant, joint, motors.get(name), limits.get(name, JointLimitsConfig()))
+    motors = {actuator.joint().name(): actuator for actuator in _actuators(plant, model)}
+    for name, joint in joints.items():
+        motor = motors.get(name)
+        _check(where, joint, motor.effort_limit() if motor is not None else 0.0)
+
+
+def _movable(plant: MultibodyPlant, model: ModelInstanceIndex) -> list[Joint]:
+    joints = (plant.get_joint(index) for index in plant.GetJointIndices(model))
+    return [joint for joint in joints if joint.num_velocities() == 1]
+
+
+def _actuators(plant: MultibodyPlant, model: ModelInstanceIndex) -> list[JointActuator]:
+    actuators = (plant.get_joint_actuator(index) for index in plant.GetJointActuatorIndices())
+    return [actuator for actuator in actuators if actuator.model_instance() == model]  # not sorted before Finalize
+
+
+def _limits(joint: Joint) -> tuple[float, float, float]:
+    """The least and the largest position and the largest velocity of a joint."""
+    limits = joint.position_lower_limits(), joint.position_upper_limits(), joint.velocity_upper_limits()
+    lower, upper, velocity = (float(limit[0]) for limit in limits)
+    return lower, upper, velocity
+
+
+def _set(plant: MultibodyPlant, joint: Joint, motor: JointActuator | None, limits: JointLimitsConfig) -> None:
+    lower, upper, _ = _limits(joint)
+    if limits.lower is not None or limits.upper is not None:
+        lower = lower if limits.lower is None else limits.lower
+        upper = upper if limits.upper is None else limits.upper
+        if not lower < upper:
+            raise InputError(f"arm.limits.{joint.name()}", "upper", upper, f"must be above the lower limit, {lower:g}")
+        joint.set_position_limits([lower], [upper])
+    if limits.velocity is not None:
+        joint.set_velocity_limits([-limits.velocity], [limits.velocity])
+    if limits.effort is not None and motor is None:
+        plant.AddJointActuator(f"{joint.name()}_actuator", joint, limits.effort)
+    elif limits.effort is not None and motor is not None:
+        motor.set_effort_limit(limits.effort)
+
+
+def _check(where: Path, joint: Joint, effort: float) -> None:
+    name = joint.name()
+    lower, upper, velocity = _limits(joint)
+    expected = f"give what the joint can do at most, in the file or in the scenario: arm.limits.{name}: {_NUMBERS}"
+    for field, value in (("limit.effort", effort), ("limit.velocity", velocity)):
+        if not value > 0:
+            raise InputError(f"{where}: joint '{name}'", field, value, expected)
+        if value == math.inf:
+            why = f"the file gives none; arm.limits.{name} can"
+            note(READ, where, f"joint '{name}': {field}", "unlimited", why.replace(name, "JOINT"))
+    if not lower < upper:
+        raise InputError(f"{where}: joint '{name}'", "limit.upper", upper, f"is not above limit.lower; {expected}")
+
+
+def couple(where: Path, plant: MultibodyPlant, model: ModelInstanceIndex, mimics: Sequence[Mimic]) -> None:
+    """Lets joints follow others, by Drake's couplers; what follows has no actuator.
+
+    Raises:
+        InputError: if the solver of the plant knows no couplers.
+    """
+    followers = {mimic.joint for mimic in mimics}
+    for actuator in [each for each in _actuators(plant, model) if each.joint().name() in followers]:
+        plant.RemoveJointActuator(actuator)
+    for mimic in mimics:
+        joint, leader = (plant.GetJointByName(name, model) for name in (mimic.joint, mimic.leader))
+        _free_of_empty_limits(joint)
+        try:
+            plant.AddCouplerConstraint(joint, leader, mimic.multiplier, mimic.offset)
+        except RuntimeError:
+            expected = f"cannot let joint '{mimic.joint}' of {where.name} follow '{mimic.leader}'; choose lagged or sap"
+            raise InputError("plant_config", "discrete_contact_approximation", "tamsi", expected) from None
+        law = f"{mimic.multiplier:g} {mimic.leader}" + (f" + {mimic.offset:g}" if mimic.offset else "")
+        note(READ, where, f"joint '{mimic.joint}'", law, "it follows, and has no place in postures")
+
+
+def _free_of_empty_limits(joint: Joint) -> None:
+    """Limits of zero, which files give to what follows, would hold it."""
+    lower, upper, velocity = _limits(joint)
+    if not lower < upper:
+        joint.set_position_limits([-math.inf], [math.inf])
+    if not velocity > 0:
+        joint.set_velocity_limits([-math.inf], [math.inf])
+
+
+def exclude_self_contact(parser: Parser, model: ModelInstanceIndex) -> None:
+    """Links of an arm do not touch each other, unless its file says which do: neighbours in most arms overlap."""
+    plant, scene_graph = parser.plant(), parser.scene_graph()
+    if scene_graph is None or not parser.GetCollisionFilterGroups().empty():
+        return
+    frames = [plant.GetBodyFrameIdOrThrow(index) for index in plant.GetBodyIndices(model)]
+    everything = CollisionFilterDeclaration().ExcludeWithin(GeometrySet(frames))
+    scene_graph.collision_filter_manager().Apply(everything)
