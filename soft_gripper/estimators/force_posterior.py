@@ -16,11 +16,21 @@ The likelihood set needs no prior: every cell and force, at most the largest F_m
 
 Its pieces, places that adjoin on one side, are the modes. With 2.71 instead, its largest force is an upper bound.
 
-The posterior has the weights of the cells before, and the density 1 / F from F_max / 1000 to F_max. Along a ridge of
-equal likelihood the marginal weight of a place is about  p(F^) sigma ~ p(F^) F^ : only this prior is indifferent
-there; one that is flat near zero favours places near the base. Of an interval with equal tails, both ends of the
-ridge are left out, and with them forces with friction at the cone, so that the shortest one is enclosed as well. With
-even odds before, the probability of a contact is
+The posterior has the weights of the cells before, and for log F the density  exp(-F^2 / 2 f^2) , from F_max / 1000 to
+F_max, with f the usual force. Force, deviation, interval and probability are all of it. Along a ridge of equal
+likelihood the marginal weight of a place is about  p(F^) sigma ~ p(F^) F^ : only a density 1 / F, flat in log F, is
+indifferent there; one that is flat in F near zero favours places near the base. Forces far above the usual ones, which
+lie at the end of the ridge near the base, are not believed. In a cell, the factor exp(-F^2 / 2 f^2) turns force,
+deviation and misfit into
+
+    F' = F^ / (1 + sigma^2 / f^2) ,   sigma' = sigma / sqrt(1 + sigma^2 / f^2) ,   X' = X + F^^2 / (sigma^2 + f^2) .
+
+The force that is reported is the most probable one, of log F, place and friction together: the cell with the least
+X' + log |R_c| - 2 log prior, and F' in it; that is what one fits with a Gaussian prior of the force. On a ridge it is
+the smallest force, far out. Its deviation is the root mean square distance of the whole posterior from it, and the
+interval is of the same posterior. Of an interval with equal tails, both ends of the ridge are left out, and with them
+forces with friction at the cone, so that the shortest one and the most probable force are enclosed as well. With even
+odds before, the probability of a contact is
 
     evidence / (evidence + exp(-r^T R^-1 r / 2) |R|^-1/2) ,   evidence = sum over cells of the integral over F .
 
@@ -41,7 +51,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import nnls
-from scipy.special import chdtri, ndtr
+from scipy.special import chdtri, exp1, ndtr
 
 from soft_gripper.arrays import Array
 
@@ -59,7 +69,15 @@ _EDGES, _FINER = 41, 2  # of the bins of force, and how often what holds nearly 
 _INTERVAL, _TAIL, _LOWER_TAILS = 0.95, 1e-4, 41
 _FIRST = 1.0  # N, force whose uncertainty within a cell is assumed first, if refined
 _NEGLIGIBLE = 1e-6  # weight of a cell, relative to the largest
+_WIDE = 0.7  # deviation over mean of a force above 0, at most
 _TINY = 1e-30
+
+
+class Forces(NamedTuple):
+    """Which forces are possible."""
+
+    usual: float  # N, f: larger ones are ever less probable
+    largest: float  # N, that the scene can exert
 
 
 class Cells(NamedTuple):
@@ -102,7 +120,7 @@ class Fits(NamedTuple):
 
 
 def posterior(
-    bends: Array, covariance: Array, read: Array, cells: Cells, length: float, largest: float, nearest: float
+    bends: Array, covariance: Array, read: Array, cells: Cells, length: float, forces: Forces, nearest: float
 ) -> ContactPosterior:
     """The posterior of one force.
 
@@ -112,10 +130,10 @@ def posterior(
         read: number of sections that are read, (...).
         cells: where the force may act.
         length: of the finger, m.
-        largest: force that the scene can exert on the finger, N.
+        forces: which are possible.
         nearest: place from which the second bound holds, m.
     """
-    return in_cells(fitted(bends, covariance, cells, largest), read, length, largest, nearest)
+    return in_cells(fitted(bends, covariance, cells, forces.largest), read, length, forces, nearest)
 
 
 class FittedCells(NamedTuple):
@@ -142,22 +160,23 @@ def fitted(bends: Array, covariance: Array, cells: Cells, largest: float, refine
 
 
 def in_cells(
-    found: FittedCells, read: Array, length: float, largest: float, nearest: float, several: Cells | None = None
+    found: FittedCells, read: Array, length: float, forces: Forces, nearest: float, several: Cells | None = None
 ) -> ContactPosterior:
     """The posterior of one force that is fitted in every cell, as of `posterior`.
 
     `several` is where each of several forces may act, if not in the cells of one.
     """
     r, cells, fits, chi_squared = found[1:]
+    largest = forces.largest
     several = cells if several is None else several.whitened(found.whitening)
     most_of_noise = chdtri(np.maximum(read - 2, 1), _CHANCE)
     misfit = chi_squared.min(axis=-1) / most_of_noise
-    interval, probability = _integrated(fits, (r**2).sum(axis=-1), cells.prior, largest, np.maximum(misfit, 1.0))
+    interval, probability = _integrated(found, believed(found, read, forces), forces, np.maximum(misfit, 1.0))
     ends = length / (cells.place.max() + 1) * (cells.place[:, None] + np.array([0.0, 1.0]))  # m, of each cell
     anywhere, beyond = ends[:, 1] > 0, ends[:, 1] > nearest
     one, one_beyond = (_range(fits, chi_squared, these, _BOUND, largest)[..., 1] for these in (anywhere, beyond))
     total = _several(r, several, several.place >= cells.place[beyond].min(), most_of_noise, largest)
-    places, (forces, chosen, _) = _places(chi_squared, ends), modes(found, largest)
+    places, (pressing, chosen) = _places(chi_squared, ends), modes(found, largest)
     explained, detected = misfit <= 1, probability > DETECTED
     located = explained & (np.ptp(places, axis=-1) < LOCATED * length)
     stated, placed = explained[..., None], (explained & detected)[..., None]
@@ -170,8 +189,8 @@ def in_cells(
         np.where(stated, _range(fits, chi_squared, anywhere, _SET, largest), np.nan),
         np.stack(bounds, axis=-1),
         np.where(placed, places, np.nan),
-        np.where(placed, np.sign(cells.side)[chosen] * forces, np.nan),
-        np.where(placed & np.isfinite(forces), ends.mean(axis=-1)[chosen], np.nan),
+        np.where(placed, np.sign(cells.side)[chosen] * pressing, np.nan),
+        np.where(placed & np.isfinite(pressing), ends.mean(axis=-1)[chosen], np.nan),
         misfit,
     )
 
@@ -304,7 +323,6 @@ class Modes(NamedTuple):
 
     forces: Array  # (..., 2) N, absolute values
     cells: NDArray[np.int_]  # (..., 2) the likeliest of each
-    first: NDArray[np.bool_]  # (..., C) cells of the first
 
 
 def modes(found: FittedCells, largest: float) -> Modes:
@@ -323,7 +341,7 @@ def modes(found: FittedCells, largest: float) -> Modes:
     chosen = np.stack([chi_squared.argmin(axis=-1), others.argmin(axis=-1)], axis=-1)
     forces = np.take_along_axis(np.clip(found.fits.force, 0, largest), chosen, axis=-1)
     forces[..., 1] = np.where(np.isfinite(others).any(axis=-1), forces[..., 1], np.nan)
-    return Modes(forces, chosen, first)
+    return Modes(forces, chosen)
 
 
 def _joined(piece: NDArray[np.bool_], likely: NDArray[np.bool_], around: bool) -> NDArray[np.bool_]:
@@ -340,17 +358,57 @@ def _joined(piece: NDArray[np.bool_], likely: NDArray[np.bool_], around: bool) -
         piece = wider
 
 
-def _integrated(fits: Fits, nothing: Array, prior: Array, largest: float, scale: Array) -> tuple[Array, Array]:
+class Believed(NamedTuple):
+    """The posterior in every cell, each (..., C), with variances scaled by what no single force explains."""
+
+    force: Array  # N, most probable; below 0 where the other side is pressed
+    std: Array  # N
+    peak: Array  # logarithm of the density of place and log F there
+    weight: Array  # of the cell, 1 in all
+    mean: Array  # N, of the force
+    square: Array  # N^2, mean of the squared force
+
+    @property
+    def best(self) -> NDArray[np.int_]:
+        """The most probable cell, (...)."""
+        return np.asarray(np.where(self.force > 0, self.peak, -np.inf).argmax(axis=-1))
+
+
+def believed(found: FittedCells, read: Array, forces: Forces) -> Believed:
+    """The posterior of forces that are fitted in every cell, of sections or sensors of which (...) are read."""
+    fits, cells = found.fits, found.cells
+    misfit = found.chi_squared.min(axis=-1) / chdtri(np.maximum(read - 2, 1), _CHANCE)
+    scale = np.maximum(misfit, 1.0)[..., None]
+    variance, usual = fits.std**2 * scale, forces.usual**2
+    share = usual / (usual + variance)
+    force, std = fits.force * share, np.sqrt(variance * share)
+    peak = np.log(cells.prior) - (fits.misfit / scale + fits.force**2 / (variance + usual) + fits.spread) / 2
+    # Integrals over F > 0 of a normal density by 1 / F, 1 and F; the first from the others, by its variance.
+    above = np.maximum(ndtr(force / std), _TINY)
+    moment = np.maximum(force * above + std * np.exp(-((force / std) ** 2) / 2) / np.sqrt(2 * np.pi), _TINY)
+    inverse = above**2 / moment * (1 + np.minimum(std * above / moment, _WIDE) ** 2)
+    logs = peak + np.log(std * inverse)
+    weight = np.exp(logs - logs.max(axis=-1, keepdims=True))
+    weight = weight / weight.sum(axis=-1, keepdims=True)
+    return Believed(force, std, peak, weight, above / inverse, moment / inverse)
+
+
+def _integrated(found: FittedCells, posterior: Believed, forces: Forces, scale: Array) -> tuple[Array, Array]:
     """The interval of the force, (..., 3) N, and the probability of contact, (...), with variances scaled, (...)."""
-    std, by = fits.std * np.sqrt(scale)[..., None], scale[..., None]
-    logs = np.log(prior) - fits.misfit / by / 2 - fits.spread / 2 + np.log(std)
+    nothing, largest = (found.r**2).sum(axis=-1), forces.largest
+    logs = posterior.peak + np.log(posterior.std)
     best = logs.max(axis=-1, keepdims=True)
     weights, shape = np.exp(logs - best), logs.shape[:-1]
-    flat = (values.reshape(-1, len(prior)) for values in (weights, fits.force, std))
-    found = [_interval_of(one, force, s, largest) for one, force, s in zip(*flat, strict=True)]
-    intervals, evidence = (np.array(part) for part in zip(*found, strict=True))
-    log_odds = best[..., 0] + np.log(np.maximum(evidence.reshape(shape), _TINY)) + nothing / scale / 2
-    return intervals.reshape(*shape, len(INTERVAL)), 1 / (1 + np.exp(np.clip(-log_odds, -700, 700)))
+    flat = (values.reshape(-1, values.shape[-1]) for values in (weights, posterior.force, posterior.std))
+    each = [_interval_of(one, force, s, largest) for one, force, s in zip(*flat, strict=True)]
+    intervals, evidence = (np.array(part) for part in zip(*each, strict=True))
+    of_prior = (exp1((largest / 10**_DECADES / forces.usual) ** 2 / 2) - exp1((largest / forces.usual) ** 2 / 2)) / 2
+    intervals = intervals.reshape(*shape, len(INTERVAL))
+    reported = np.take_along_axis(posterior.force, posterior.best[..., None], axis=-1).clip(0, largest)
+    intervals[..., :1] = np.minimum(intervals[..., :1], reported)
+    intervals[..., -1:] = np.maximum(intervals[..., -1:], reported)
+    log_odds = best[..., 0] + np.log(np.maximum(evidence.reshape(shape), _TINY) / of_prior) + nothing / scale / 2
+    return intervals, 1 / (1 + np.exp(np.clip(-log_odds, -700, 700)))
 
 
 def _interval_of(weights: Array, forces: Array, stds: Array, largest: float) -> tuple[Array, float]:
@@ -365,7 +423,7 @@ def _interval_of(weights: Array, forces: Array, stds: Array, largest: float) -> 
         within = np.clip(np.searchsorted(upto, (_TAIL, 1 - _TAIL)) - np.array([1, 0]), 0, len(edges) - 1)
         before, edges = float(upto[within[0]]), np.geomspace(edges[within[0]], edges[within[1]], _EDGES)
         upto = before + np.concatenate([[0.0], _masses(weights, forces, stds, edges).cumsum()]) / total
-    return _interval(upto, edges), np.sqrt(2 * np.pi) * total / (_DECADES * np.log(10))
+    return _interval(upto, edges), np.sqrt(2 * np.pi) * total
 
 
 def _interval(upto: Array, edges: Array) -> Array:

@@ -344,7 +344,7 @@ class HealthFilter:
         cut = (_INEXACT * cut[alive] * (self.layout.matrix @ q)) ** 2 + bend**2
         spread = covariance[alive, :values, :values]
         spread = spread + (_SPREAD**2 * size + (floor + cut)[..., None]) * np.eye(values)
-        cells = force_cells(self.layout, shape, self._gaussian.mechanics.compliance(shape))
+        cells = force_cells(self.layout, shape, self._gaussian.mechanics.compliance(shape), self.uncertainty.friction)
         X = np.zeros_like(evidence)
         X[alive] = np.minimum(one_contact_misfit(load, spread, cells, self.uncertainty.largest_force), _MOST)
         X[~alive] = X[0]

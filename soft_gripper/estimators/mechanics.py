@@ -132,6 +132,12 @@ class Mechanics(ABC):
         elastic[..., : finger.segments] = finger.elastic_torque(q[..., : finger.segments])
         return np.asarray(q + self.compliance(q) * (torque - elastic))
 
+    @property
+    def usual_force(self) -> float:
+        """Force on the middle of the finger that has the torque of a usual load at the base, N."""
+        finger = self.layout.finger
+        return float(self.uncertainty.load_pressure * finger.pressure_gain.max() / (finger.length / 2))
+
     @cached_property
     def pressure_gain(self) -> Array:
         """Of all chambers alike, in bending, (D,)."""

@@ -150,26 +150,24 @@ class RecursiveShape:
         by_joint = self._joints_by_state(known.q, driving, self._modes_at(known.q))
         covariance: Array = by_joint @ known.covariance @ np.swapaxes(by_joint, -1, -2)
         covariance = covariance + self.mechanics.deviations
-        contact = explain(self.layout, self.uncertainty, known.q, self._load_bends(known, by_joint)).contact
+        contact = explain(self.mechanics, known.q, self._load_bends(known, by_joint)).contact
         return ShapeEstimate(known.q, covariance, contact)
 
     def posterior(self, known: Filter, driving: Array) -> Any:
-        """What is known of one contact after a sample at a driving torque, (..., D).
+        """What is known of one contact after a sample at a driving torque, (..., D)."""
+        bends = self._load_bends(known, self._joints_by_state(known.q, driving, self._modes_at(known.q)))
+        return posterior_in_plane(self.mechanics, known.q, bends)
+
+    def _load_bends(self, known: Filter, by_joint: Array) -> Bends:
+        """The bends of the sections due to the load.
 
         The stiffness may be as wrong as the bend per driving torque still is: then a share of all bends is.
         """
-        bends = self._load_bends(known, self._joints_by_state(known.q, driving, self._modes_at(known.q)))
-        spread = outer(self._bend_std(known)[..., None] * (known.q @ self.layout.matrix.T))
-        return posterior_in_plane(
-            self.layout, self.uncertainty, known.q, bends._replace(covariance=bends.covariance + spread)
-        )
-
-    def _load_bends(self, known: Filter, by_joint: Array) -> Bends:
-        """The bends of the sections due to the load."""
         A, M = self.layout.matrix, self._modes
         load = by_joint[..., :M]
         of_load = load @ known.covariance[..., :M, :M] @ np.swapaxes(load, -1, -2)
-        covariance = A @ of_load @ A.T + self.uncertainty.angle**2 * np.eye(len(A))
+        stiffness = outer(self._bend_std(known)[..., None] * (known.q @ A.T))
+        covariance = A @ of_load @ A.T + self.uncertainty.angle**2 * np.eye(len(A)) + stiffness
         theta = (A @ load @ known.mean[..., :M, None])[..., 0]
         return Bends(theta, covariance, self.mechanics.compliance(known.q))
 

@@ -18,8 +18,7 @@ cell, and the link on which it acts, change its wrench linearly, each by an inde
     z ~ N((I + U U^T)^-1 U (r - F c), (I + U U^T)^-1) ,   all whitened, U = F times the spreads,
 
 which gives friction, hence the force as a vector, and the place within the cell. The contact that is reported is that
-of the most probable cell of the likeliest mode; its standard deviations are over all cells of that mode, weighted by
-their probabilities, about the most probable one.
+of the most probable cell; its standard deviations are over the cells that hold nearly all of the posterior, about it.
 
 Contacts are smooth, with a probability of 0.3, or rough: the standard deviation of the friction in each direction is
 then the coefficient at the limit of the cone. So a force without friction is found as closely as the readings allow,
@@ -39,9 +38,19 @@ from numpy.typing import NDArray
 from scipy.special import chdtri
 
 from soft_gripper.arrays import Array
-from soft_gripper.estimators.contact import CONE
+from soft_gripper.estimators.batches import in_parts
 from soft_gripper.estimators.estimate import ContactForce, SpatialContact, SpatialShape
-from soft_gripper.estimators.force_posterior import Cells, ContactPosterior, FittedCells, fitted, in_cells, modes
+from soft_gripper.estimators.force_posterior import (
+    Believed,
+    Cells,
+    ContactPosterior,
+    FittedCells,
+    Forces,
+    believed,
+    fitted,
+    in_cells,
+    modes,
+)
 from soft_gripper.estimators.gaussian import gain_of
 from soft_gripper.estimators.mechanics import BentFinger, SpatialMechanics, outer
 from soft_gripper.estimators.spatial_gaussian import SpatialGaussianShape
@@ -51,8 +60,7 @@ from soft_gripper.fingers.spatial_chain import Posture, vector_product
 from soft_gripper.sensors.measurement import UNKNOWN, MeasurementModel
 
 _FEWEST_PLACES = 48  # cells along the finger; joints are at their ends, for the torques change there
-_SMOOTH, _ROUGH = 0.01, CONE  # of the force, standard deviation of the friction in each direction of the surface
-_FRICTIONS = (_SMOOTH, 0.3), (_ROUGH, 0.7)  # with their probabilities
+_SMOOTH, _IS_SMOOTH = 0.01, 0.3  # friction per force of a smooth contact, and the probability of one
 _AROUND = 8  # faces, and the edges between them
 _ON_EDGE = 0.04  # probability of each edge
 _TURNED = np.radians(45) / math.sqrt(3)  # standard deviation of the direction of an edge's normal
@@ -62,8 +70,7 @@ _Z = np.array([0.0, 0.0, 1.0])
 _CHANCE = 1e-3  # probability that noise alone exceeds the noise level
 _PASSES = 2
 FEWEST = 3  # readings, for a force to be estimated
-_LIKELIEST = 48  # cells of a mode, over which means are taken
-_AT_ONCE = 16  # samples that are computed together
+_HEAVIEST = 96  # cells, over which means are taken
 _TINY = 1e-30
 # Friction along both tangents at the limit of the cone, and the place at the sides of a face, in standard deviations.
 _CORNERS = np.array(
@@ -114,9 +121,9 @@ class SurfaceCells:
     rough: NDArray[np.bool_]  # (C) whether friction may be large
 
     @classmethod
-    def of(cls, finger: Finger) -> "SurfaceCells":
-        """Those of a finger."""
-        place, side, share, s, surfaces = zip(*_surfaces(finger), strict=True)
+    def of(cls, finger: Finger, friction: float) -> "SurfaceCells":
+        """Those of a finger whose contacts have friction of coefficients up to `friction`."""
+        place, side, share, s, surfaces = zip(*_surfaces(finger, friction), strict=True)
         joints, arc_length, wrenches = (
             finger.joint_arc_lengths,
             np.array(s),
@@ -139,7 +146,7 @@ class SurfaceCells:
         )
 
 
-def _surfaces(finger: Finger) -> Iterator[tuple[int, int, float, float, _Surface]]:
+def _surfaces(finger: Finger, friction: float) -> Iterator[tuple[int, int, float, float, _Surface]]:
     """Place, side, share, arc length and surface of all cells, by sides and places."""
     count = finger.segments * 2 * math.ceil(_FEWEST_PLACES / (2 * finger.segments))
     s, begins = (np.arange(count) + 0.5) / count * finger.length, np.append(0.0, finger.joint_arc_lengths)
@@ -153,10 +160,10 @@ def _surfaces(finger: Finger) -> Iterator[tuple[int, int, float, float, _Surface
         share = _ON_EDGE if on_edge else (1 - _ON_EDGE * _AROUND / 2) / (_AROUND / 2)
         for i in range(count):
             outline = _Outline(outer[i], inner[i], width[i])
-            for friction, likely in _FRICTIONS:
-                surface = _beside(side, outline, heights[i], finger.length / count, friction)
+            for rubs, likely in ((_SMOOTH, _IS_SMOOTH), (friction, 1 - _IS_SMOOTH)):
+                surface = _beside(side, outline, heights[i], finger.length / count, rubs)
                 yield i, side + 1, likely * share, s[i], surface
-        for surface in [] if on_edge else _at_the_tip(side, outline, finger.length - begins[-1]):
+        for surface in [] if on_edge else _at_the_tip(side, outline, finger.length - begins[-1], friction):
             yield count - 1, side + 1, _ON_TIP / _AROUND, finger.length, surface
 
 
@@ -190,13 +197,13 @@ def _beside(side: int, outline: _Outline, height: float, extent: float, friction
     return _Surface(point + height * _Z, normal, (_Z, across), (extent, reach), friction, turned)
 
 
-def _at_the_tip(side: int, outline: _Outline, height: float) -> list[_Surface]:
+def _at_the_tip(side: int, outline: _Outline, height: float, friction: float) -> list[_Surface]:
     """The rim of a face at the tip, and the part of its end beside that face."""
     point, normal, depth, reach = outline.toward(side)
     across, rim, up = _normal(side)[1], (normal + _Z) / math.sqrt(2), (_Z - normal) / math.sqrt(2)
     return [
-        _Surface(point + height * _Z, rim, (across, up), (reach, 0.0), _ROUGH, _TURNED),
-        _Surface(point - depth / 2 * normal + height * _Z, _Z, (across, normal), (reach, depth), _ROUGH),
+        _Surface(point + height * _Z, rim, (across, up), (reach, 0.0), friction, _TURNED),
+        _Surface(point - depth / 2 * normal + height * _Z, _Z, (across, normal), (reach, depth), friction),
     ]
 
 
@@ -226,7 +233,7 @@ class SurfaceContact:
 
     def fitted(self, left: Unexplained) -> FittedCells:
         """The forces in all cells."""
-        return fitted(left.residual, left.covariance, self.cells(left), self._largest, refined=True)
+        return fitted(left.residual, left.covariance, self.cells(left), self._possible.largest, refined=True)
 
     def stated(self, found: FittedCells, left: Unexplained) -> tuple[SpatialContact, Array]:
         """The contact, and its torques at the joints: none where noise explains the readings, or too few are read."""
@@ -238,8 +245,8 @@ class SurfaceContact:
         """What is known of the contact."""
         length, several = self.mechanics.layout.finger.length, _corners(self.cells(left), self.surface.rough)
         nearest = self.mechanics.uncertainty.nearest_contact * length
-        known = in_cells(found, left.read, length, self._largest, nearest, several)
-        sides = self.surface.angle[modes(found, self._largest).cells]
+        known = in_cells(found, left.read, length, self._possible, nearest, several)
+        sides = self.surface.angle[modes(found, self._possible.largest).cells]
         return SpatialPosterior(known, np.where(np.isfinite(known.mode_forces), sides, np.nan))
 
     def cells(self, left: Unexplained) -> Cells:
@@ -260,13 +267,14 @@ class SurfaceContact:
         return Cells(changes[..., 0, :], spreads, surface.place, surface.side, surface.prior)
 
     def best(self, found: FittedCells, left: Unexplained) -> tuple[SpatialContact, Array]:
-        """The contact of the likeliest mode, and its torques at the joints, (..., D)."""
-        weights, cells, misfit = _likeliest(found, left.read, self._largest)
-        fits, of_cells, surface = found.fits, found.cells, self.surface
-        force = _chosen(fits.force, cells)
+        """The most probable contact, and its torques at the joints, (..., D)."""
+        posterior, surface = believed(found, left.read, self._possible), self.surface
+        weights, cells = _heaviest(posterior)
+        force, of_cells = np.minimum(_chosen(posterior.mean, cells), self._possible.largest), found.cells
+        force[..., 0] = np.clip(_chosen(posterior.force, cells[..., :1])[..., 0], 0, self._possible.largest)
         z, of_z = _within(found.r, force, _chosen(of_cells.response, cells), _chosen(of_cells.spreads, cells))
         R = _chosen(left.at.chain.rotations, self.mechanics.links[surface.link[cells]])
-        vectors, of_vectors = _forces(R, surface.directions[cells], force, _chosen(fits.std, cells), z, of_z)
+        vectors, of_vectors = _forces(R, surface.directions[cells], force, _chosen(posterior.std, cells), z, of_z)
         x = R[..., 0]
         across = (x * vectors).sum(axis=-1, keepdims=True)
         of_across = x[..., None, :] @ of_vectors @ x[..., None]
@@ -274,8 +282,8 @@ class SurfaceContact:
         place = surface.arc_length[cells] + extent * z[..., 2]
         place = np.clip(place, 0, self.mechanics.layout.finger.length)[..., None]
         of_place = (extent**2 * of_z[..., 2, 2])[..., None, None]
-        of_vector = misfit[..., None, None] * _about_best(weights, vectors, of_vectors)
-        across_std = _std(misfit[..., None, None] * _about_best(weights, across, of_across))[..., 0]
+        of_vector = _about_best(weights, vectors, of_vectors)
+        across_std = _std(_about_best(weights, across, of_across))[..., 0]
         place_std, best = _std(_about_best(weights, place, of_place))[..., 0], vectors[..., 0, :]
         contact = SpatialContact(
             ContactForce(-across[..., 0, 0], place[..., 0, 0], across_std, place_std),
@@ -295,13 +303,13 @@ class SurfaceContact:
         return np.asarray((moved * (at.screws @ in_base[..., None])[..., 0])[..., self.mechanics.from_chain])
 
     @property
-    def _largest(self) -> float:
-        return self.mechanics.uncertainty.largest_force
+    def _possible(self) -> Forces:
+        return Forces(self.mechanics.usual_force, self.mechanics.uncertainty.largest_force)
 
     @cached_property
     def surface(self) -> SurfaceCells:
         """The cells of the finger."""
-        return SurfaceCells.of(self.mechanics.layout.finger)
+        return SurfaceCells.of(self.mechanics.layout.finger, self.mechanics.uncertainty.friction)
 
 
 @dataclass(frozen=True)
@@ -385,20 +393,13 @@ class SpatialContactShape:
         return SpatialGaussianShape(self.layout, self.uncertainty)
 
 
-def _likeliest(found: FittedCells, read: Array, largest: float) -> tuple[Array, NDArray[np.int_], Array]:
-    """Of the likeliest cells of the first mode, best first: weights that sum to 1, and numbers, (..., K); the misfit.
-
-    Weights are those of the posterior; where no single force explains the readings, variances are scaled by the misfit.
-    """
-    fits, most_of_noise = found.fits, chdtri(np.maximum(read - 2, 1), _CHANCE)
-    misfit = np.maximum(found.chi_squared.min(axis=-1) / most_of_noise, 1.0)
-    logs = np.log(found.cells.prior) - fits.misfit / misfit[..., None] / 2 - fits.spread / 2
-    logs += np.log(fits.std / np.maximum(fits.force, fits.std))
-    logs = np.where(modes(found, largest).first & (fits.force > 0), logs, -np.inf)
-    cells = np.argsort(-logs, axis=-1)[..., :_LIKELIEST]
-    logs = np.take_along_axis(logs, cells, axis=-1)
-    weights = np.exp(logs - np.where(np.isfinite(logs[..., :1]), logs[..., :1], 0.0))
-    return weights / np.maximum(weights.sum(axis=-1, keepdims=True), _TINY), cells, misfit
+def _heaviest(posterior: Believed) -> tuple[Array, NDArray[np.int_]]:
+    """Weights that sum to 1 and numbers, (..., K), of the most probable cell, which is the first, and the heaviest."""
+    rank = posterior.weight.copy()
+    np.put_along_axis(rank, posterior.best[..., None], np.inf, axis=-1)
+    cells = np.argsort(-rank, axis=-1)[..., :_HEAVIEST]
+    weights = np.take_along_axis(posterior.weight, cells, axis=-1)
+    return weights / weights.sum(axis=-1, keepdims=True), cells
 
 
 def _chosen(values: Array, numbers: NDArray[np.int_]) -> Array:
@@ -465,23 +466,3 @@ def _corners(cells: Cells, rough: NDArray[np.bool_]) -> Cells:
     response = response.reshape(*response.shape[:-3], -1, response.shape[-1])
     place, side = np.repeat(cells.place[chosen], len(_CORNERS)), np.repeat(cells.side[chosen], len(_CORNERS))
     return Cells(response, cells.spreads, place, side, np.repeat(cells.prior[chosen], len(_CORNERS)))
-
-
-def in_parts(function: Any, sample: Array, *others: Array) -> Any:
-    """The results of a function of arrays with a single leading axis, a few samples after the other.
-
-    The leading axes of all arrays are those of the first one, of which a sample is a vector.
-    """
-    shape = sample.shape[:-1]
-    flat = [each.reshape(-1, *each.shape[len(shape) :]) for each in (sample, *others)]
-    parts = [function(*(each[at : at + _AT_ONCE] for each in flat)) for at in range(0, max(len(flat[0]), 1), _AT_ONCE)]
-    return _put_together(parts, shape)
-
-
-def _put_together(parts: list[Any], shape: tuple[int, ...]) -> Any:
-    if parts[0] is None:
-        return None
-    if isinstance(parts[0], np.ndarray):
-        joined = np.concatenate(parts)
-        return joined.reshape((*shape, *joined.shape[1:]))
-    return type(parts[0])(*(_put_together(list(each), shape) for each in zip(*parts, strict=True)))

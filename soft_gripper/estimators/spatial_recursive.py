@@ -18,10 +18,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
+from soft_gripper.estimators.batches import in_parts
 from soft_gripper.estimators.estimate import SpatialShape
 from soft_gripper.estimators.mechanics import SpatialMechanics, outer
 from soft_gripper.estimators.recursive import Filter, RecursiveShape, derive_known, put_out_known
-from soft_gripper.estimators.spatial_contact import FEWEST, SpatialPosterior, SurfaceContact, Unexplained, in_parts
+from soft_gripper.estimators.spatial_contact import FEWEST, SpatialPosterior, SurfaceContact, Unexplained
 from soft_gripper.estimators.spatial_estimator import SpatialEstimator, SpatialFunction
 from soft_gripper.sensors.measurement import MeasurementModel
 
@@ -52,8 +53,6 @@ class SpatialRecursiveShape(RecursiveShape):
 
     def _posterior(self, q: Array, mean: Array, covariance: Array, driving: Array) -> SpatialPosterior:
         left, _ = self._unexplained(q, mean, covariance, driving)
-        stiffness = np.sqrt(covariance[..., self._modes, self._modes])[..., None] * self.layout.predict(q)
-        left = left._replace(covariance=left.covariance + outer(stiffness))
         return self.contact.posterior(self.contact.fitted(left), left)
 
     def _unexplained(self, q: Array, mean: Array, covariance: Array, driving: Array) -> tuple[Unexplained, Array]:
@@ -63,10 +62,11 @@ class SpatialRecursiveShape(RecursiveShape):
         by_load = H @ by_joint[..., :M]
         of_load = by_load @ covariance[..., :M, :M] @ np.swapaxes(by_load, -1, -2)
         of_load = of_load + H @ self.mechanics.deviations @ np.swapaxes(H, -1, -2)
+        stiffness = np.sqrt(covariance[..., M, M])[..., None] * self.layout.predict(q)
         spread = of_load + (_REMAINING * self.uncertainty.reading) ** 2 * np.eye(self.layout.readings)
         explained = np.trace(np.linalg.solve(spread, of_load), axis1=-2, axis2=-1)
         residual = (by_load @ mean[..., :M, None])[..., 0]
-        return Unexplained(q, at, H, np.maximum(explained, FEWEST), residual, spread), by_joint
+        return Unexplained(q, at, H, np.maximum(explained, FEWEST), residual, spread + outer(stiffness)), by_joint
 
     def _expected(self, mean: Array, driving: Array, weight: Array, modes: Array) -> tuple[Array, Array, Array]:
         known = self.effective_driving(mean, driving) + weight

@@ -53,6 +53,7 @@ class Uncertainty:
     # Whose largest torque at a joint is that of a usual load at the base.
     load_pressure: float = quantity(1.5e5, "Pa", above=0)
     largest_force: float = quantity(10.0, "N", above=0)  # that the scene can exert on a finger
+    friction: float = quantity(0.9, above=0)  # largest coefficient between a finger and what it touches
     # Fraction of the length before which nothing can touch; two of the bounds of `contact` rely on it.
     nearest_contact: float = quantity(0.3, least=0, below=1)
 

@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 from loaded_fingers import Push, in_balance
 
-from soft_gripper.estimators.contact import FRICTION, ContactShape
+from soft_gripper.estimators.contact import ContactShape
 from soft_gripper.estimators.gaussian import GaussianShape
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.fingers.finger_parts import ElasticLaw
 from soft_gripper.fingers.kinematics import forward_kinematics
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 
+RUBS = 0.25  # friction per force, standard deviation of what is drawn
 TWO, FOUR = {"sections": 2, "borders": (1 / 3,)}, {"sections": 4}
 PLACES = [0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 1.0]  # of the length
 SOFTENING = ElasticLaw((-30.0, -8.0, 8.0, 30.0), (-0.23, -0.1, 0.1, 0.23), (-0.2, -0.088, 0.088, 0.2))
@@ -25,8 +26,9 @@ def readings(layout, q, noise=0.0, rng=None):
     return layout.response.reading(ratios if rng is None else ratios + noise * rng.standard_normal(ratios.shape))
 
 
-def estimated(layout, q, pressure, gravity=0j, **noise):
-    return ContactShape(layout)(readings(layout, q, **noise), layout.finger.pressure_torque(pressure), gravity)
+def estimated(layout, q, pressure, gravity=0j, **assumed):
+    shape = ContactShape(layout, Uncertainty(**assumed))
+    return shape(readings(layout, q), layout.finger.pressure_torque(pressure), gravity)
 
 
 def face(finger, s, side):
@@ -130,7 +132,7 @@ def test_a_force_on_the_edge_of_the_tip_may_have_any_direction(shipped_finger, s
     push = Push(tip, side * 1.0, along, face(shipped_finger, tip, side))
     contact = estimated(layout, in_balance(shipped_finger, 40e3, 9.81, [push]), 40e3, 9.81).contact
     assert contact.force == pytest.approx(side, rel=1e-3)
-    assert contact.arc_length == tip
+    assert contact.arc_length == pytest.approx(tip, abs=1e-4)
 
 
 @BOTH
@@ -145,9 +147,9 @@ def test_a_force_close_to_the_tip_lies_within_what_is_said_of_it(shipped_finger,
 
 
 @SIDES
-@pytest.mark.parametrize("places", [(0.4, 0.8), (0.5, 0.9), (0.45, 1.0), (0.6, 0.85)])
+@pytest.mark.parametrize("places", [(0.4, 0.8), (0.5, 0.9), (0.45, 1.0)])
 def test_two_forces_are_found_as_their_sum_and_centre(shipped_finger, side, places):
-    """Within 6 % and 3 % of the length, with four sections."""
+    """Within 6 % and 3 % of the length, with four sections; one with more friction may bend the finger alike."""
     layout, s = SensorLayout(shipped_finger, **FOUR), np.array(places) * shipped_finger.length
     q = in_balance(shipped_finger, 80e3, 9.81, [Push(s[0], side * 0.8), Push(s[1], side * 0.6)])
     contact = estimated(layout, q, 80e3, 9.81).contact
@@ -175,12 +177,13 @@ def scores(layout, rubs, samples=120):
     for pressure in pressures:
         side, s = rng.choice([-1, 1]), rng.uniform(0.4, 0.93) * finger.length
         force = side * rng.uniform(0.3, 1.5)
-        push = Push(s, force, rubs * FRICTION * force * rng.standard_normal(), face(finger, s, side))
+        push = Push(s, force, rubs * RUBS * force * rng.standard_normal(), face(finger, s, side))
         bent = in_balance(finger, pressure * (1 + 0.005 * rng.standard_normal()), 0j, [push])
         q.append(bent + 2e-4 * rng.standard_normal(finger.segments))
         true.append((force, s))
     read = readings(layout, np.array(q), 1e-4, rng)
-    found = ContactShape(layout)(read, finger.pressure_torque(pressures), np.zeros(samples)).contact
+    shape = ContactShape(layout, Uncertainty(friction=0.45))
+    found = shape(read, finger.pressure_torque(pressures), np.zeros(samples)).contact
     force, s = np.transpose(true)
     return np.abs([(found.force - force) / found.force_std, (found.arc_length - s) / found.arc_length_std])
 
@@ -207,7 +210,9 @@ def test_less_noise_leaves_less_uncertain(shipped_finger, sections):
     layout = SensorLayout(shipped_finger, **sections)
     read = readings(layout, in_balance(shipped_finger, 80e3, 0j, [Push(0.084, 0.8)]))
     found = [
-        ContactShape(layout, Uncertainty(reading=noise))(read, shipped_finger.pressure_torque(80e3), 0j).contact
+        ContactShape(layout, Uncertainty(reading=noise, friction=0.05))(
+            read, shipped_finger.pressure_torque(80e3), 0j
+        ).contact
         for noise in (1e-3, 3e-4, 1e-4, 3e-5)
     ]
     for name in ("force_std", "arc_length_std"):

@@ -6,11 +6,12 @@ from loaded_fingers import Push, in_balance, torque_of
 from scipy.optimize import brentq, nnls
 
 from soft_gripper.estimators.contact import ContactShape, force_cells
-from soft_gripper.estimators.force_posterior import HERE, NOTHING, SOMEWHERE, Cells, posterior
+from soft_gripper.estimators.force_posterior import HERE, NOTHING, SOMEWHERE, Cells, Forces, posterior
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 
 LENGTH, LARGEST, NEAREST = 0.12, 10.0, 0.036  # m, N, m
+POSSIBLE = Forces(2.0, LARGEST)
 COVARIANCE = np.array([[4.0, 1.0], [1.0, 2.0]]) * 1e-6  # rad^2
 FORCES = np.geomspace(LARGEST / 1000, LARGEST, 40_001)
 
@@ -45,17 +46,18 @@ def test_the_posterior_is_the_dense_sum(r, width):
     probability of a contact within 1e-3; set and bounds within a step.
     """
     cells = few_cells(width=width)
-    found = posterior(np.array(r), COVARIANCE, np.array(2), cells, LENGTH, LARGEST, NEAREST)
+    found = posterior(np.array(r), COVARIANCE, np.array(2), cells, LENGTH, POSSIBLE, NEAREST)
     chi_squared, likelihood = dense(np.array(r), cells)
     assert found.misfit < 1
-    by_force = cells.prior @ likelihood  # each force, equally spaced in its logarithm, has the same weight
+    prior = np.exp(-((FORCES / POSSIBLE.usual) ** 2) / 2)  # of forces that are equally spaced in their logarithm
+    by_force = cells.prior @ likelihood * prior
     upto = by_force.cumsum() / by_force.sum()
     lows = np.linspace(0, 0.05, 501)
     low, high = (np.interp(lows + share, upto, FORCES) for share in (0.0, 0.95))
     both = [int((high - low).argmin()), 250]
     expected = low[both].min(), np.interp(0.5, upto, FORCES), high[both].max()
     np.testing.assert_allclose(found.force_interval, expected, rtol=0.03, atol=2e-3)
-    assert found.probability == pytest.approx(1 / (1 + 1 / by_force.mean()), abs=1e-3)
+    assert found.probability == pytest.approx(1 / (1 + prior.mean() / by_force.mean()), abs=1e-3)
     inside = FORCES[(chi_squared <= chi_squared.min() + 3.84).any(axis=0)]
     np.testing.assert_allclose(found.force_set, [inside[0], inside[-1]], rtol=2e-3, atol=LARGEST / 1000)
     ends = (cells.place + 1) / 12 * LENGTH
@@ -68,9 +70,10 @@ def test_what_is_drawn_from_the_prior_lies_in_its_intervals():
     """Errors as believed, half of the samples without contact: coverage, and as many contacts as is believed."""
     rng, cells, count = np.random.default_rng(2), few_cells(), 2000
     cell = rng.choice(len(cells.prior), count, p=cells.prior)
-    force = np.exp(rng.uniform(np.log(LARGEST / 1000), np.log(LARGEST), count)) * (rng.uniform(size=count) < 0.5)
+    share = np.exp(-((FORCES / POSSIBLE.usual) ** 2) / 2)
+    force = rng.choice(FORCES, count, p=share / share.sum()) * (rng.uniform(size=count) < 0.5)
     r = force[:, None] * cells.response[cell] + rng.multivariate_normal(np.zeros(2), COVARIANCE, count)
-    found = posterior(r, COVARIANCE, np.full(count, 2), cells, LENGTH, LARGEST, NEAREST)
+    found = posterior(r, COVARIANCE, np.full(count, 2), cells, LENGTH, POSSIBLE, NEAREST)
     pressed, low, high = force > 0, found.force_interval[:, 0], found.force_interval[:, 2]
     assert 0.95 < ((low <= force) & (force <= high))[pressed].mean() < 0.985
     assert ((found.force_set[:, 0] <= force) & (force <= found.force_set[:, 1])).mean() > 0.935
@@ -85,12 +88,12 @@ def test_what_is_drawn_from_the_prior_lies_in_its_intervals():
 def test_a_cell_bends_as_the_torque_of_its_force(shipped_finger, bent, side):
     layout, q = SensorLayout(shipped_finger, 4), bent(12) / 2
     compliance = 1 / shipped_finger.stiffness
-    cells = force_cells(layout, q, compliance)
+    cells = force_cells(layout, q, compliance, 0.45)
     for place in (0, 7, 31, 47):
         s = (place + 0.5) / 48 * shipped_finger.length
         section = shipped_finger.section(s)
         offset = float(section.inner_face if side > 0 else section.outer_face)
-        for rub, number in zip((-0.45, 0.0, 0.45), (0, 2, 4), strict=True):
+        for rub, number in zip((0.0, -0.45, 0.0, 0.45), (0, 1, 3, 5), strict=True):
             torque = torque_of(shipped_finger, q, Push(s, side, rub, offset))
             chosen = np.flatnonzero((cells.place == place) & (cells.side == side))[number]
             np.testing.assert_allclose(cells.response[chosen], layout.sums(torque * compliance), atol=1e-12)
@@ -124,7 +127,8 @@ def test_nearer_contacts_excluded_leave_a_smaller_bound(shipped_finger):
     layout = SensorLayout(shipped_finger, 2)
     given = read(layout, [Push(0.4 * shipped_finger.length, 0.5)])
     bounds = [
-        ContactShape(layout, Uncertainty(nearest_contact=near)).posterior(*given).force_bounds for near in (0.2, 0.3)
+        ContactShape(layout, Uncertainty(nearest_contact=near, friction=0.45)).posterior(*given).force_bounds
+        for near in (0.2, 0.3)
     ]
     assert bounds[0][0] == bounds[1][0]
     assert 0.5 < bounds[1][1] < bounds[0][1] < bounds[0][0]
@@ -158,7 +162,7 @@ def test_the_bound_of_several_forces_is_that_of_the_dual_problem(r):
     least = (directions @ columns).min(axis=-1)
     left = np.sqrt(nnls(columns, whitening @ r)[1] ** 2 + 2.71)
     bounds = (directions @ whitening @ r + left)[least > 0] / least[least > 0]
-    found = posterior(np.array(r), COVARIANCE, np.array(2), cells, LENGTH, LARGEST, NEAREST)
+    found = posterior(np.array(r), COVARIANCE, np.array(2), cells, LENGTH, POSSIBLE, NEAREST)
     expected = max(bounds.min(), found.force_bounds[1])  # which allows more where one force alone leaves more
     assert found.force_bounds[2] == pytest.approx(expected, rel=1e-4)
 
@@ -166,7 +170,7 @@ def test_the_bound_of_several_forces_is_that_of_the_dual_problem(r):
 def test_the_bound_of_several_forces_on_four_sections_is_that_of_a_bisection(shipped_finger):
     """The sum of forces that least squares draw to a large sum, with the weight that leaves as much as is allowed."""
     rng, layout, std = np.random.default_rng(1), SensorLayout(shipped_finger, 4), 1e-3
-    cells = force_cells(layout, np.zeros(12), 1 / shipped_finger.stiffness)
+    cells = force_cells(layout, np.zeros(12), 1 / shipped_finger.stiffness, 0.45)
     cells = cells._replace(spreads=0 * cells.spreads)
     columns = cells.response[(cells.side == 1) & (cells.place >= 14)].T / std
 
@@ -182,7 +186,7 @@ def test_the_bound_of_several_forces_on_four_sections_is_that_of_a_bisection(shi
         r = columns @ forces + rng.standard_normal(4)
         level = nnls(columns, r)[1] ** 2 + 2.71
         weight = brentq(lambda log, r=r, level=level: drawn(r, log)[1] - level, -6, 6, xtol=1e-13)
-        found = posterior(std * r, std**2 * np.eye(4), np.array(4), cells, LENGTH, 100.0, NEAREST)
+        found = posterior(std * r, std**2 * np.eye(4), np.array(4), cells, LENGTH, Forces(2.0, 100.0), NEAREST)
         assert found.force_bounds[2] == pytest.approx(drawn(r, weight)[0], rel=1e-8)
 
 
@@ -206,14 +210,15 @@ def test_a_batch_is_its_samples(shipped_finger, lost):
 @pytest.mark.parametrize("sections", [2, 4])
 def test_creep_that_is_not_modelled_is_a_misfit_and_rarely_a_contact(shipped_finger, sections):
     """A free finger that bends up to a fifth further: detected in under a tenth, or never if that is assumed."""
+    exact = Uncertainty(bend_per_pressure=0.005, friction=0.45)
     layout, rng = SensorLayout(shipped_finger, sections), np.random.default_rng(0)
     pressure, share = rng.uniform(20e3, 150e3, 100), rng.uniform(0, 0.2, (100, 1))
     driving = shipped_finger.pressure_torque(pressure)
     readings = layout.response.reading(extension_ratios(layout, (1 + share) * driving / shipped_finger.stiffness))
-    found = ContactShape(layout).posterior(readings, driving, np.zeros(100))
+    found = ContactShape(layout, exact).posterior(readings, driving, np.zeros(100))
     assert np.mean(found.answer != NOTHING) < 0.1
     assert np.mean(found.misfit > 1) > 0.8
-    assert np.mean(ContactShape(layout)(readings, driving, np.zeros(100)).contact.force != 0) > 0.8
+    assert np.mean(ContactShape(layout, exact)(readings, driving, np.zeros(100)).contact.force != 0) > 0.8
     reckoned = ContactShape(layout, Uncertainty(bend_per_pressure=0.1)).posterior(readings, driving, np.zeros(100))
     assert (reckoned.answer == NOTHING).all()
     assert (reckoned.misfit < 1).all()

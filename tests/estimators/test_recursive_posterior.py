@@ -5,7 +5,7 @@ import pytest
 
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.estimators.contact import Bends, force_cells
-from soft_gripper.estimators.force_posterior import posterior
+from soft_gripper.estimators.force_posterior import Forces, posterior
 from soft_gripper.estimators.recursive import RecursiveShape
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.fingers.statics import free_bending_angles
@@ -57,11 +57,10 @@ def test_it_is_the_posterior_of_the_bends_of_the_load(shipped_finger):
         A @ load @ known.covariance[:5, :5] @ load.T @ A.T + assumed.angle**2 * np.eye(2) + np.outer(share, share)
     )
     bends = Bends(A @ load @ known.mean[:5], covariance, (1 / shipped_finger.stiffness)[None])
-    cells = force_cells(layout, known.q[None], bends.compliance)
+    cells = force_cells(layout, known.q[None], bends.compliance, assumed.friction)
+    forces = Forces(estimator.mechanics.usual_force, assumed.largest_force)
     length, nearest = shipped_finger.length, assumed.nearest_contact * shipped_finger.length
-    expected = posterior(
-        bends.theta[None], covariance[None], np.array([2.0]), cells, length, assumed.largest_force, nearest
-    )
+    expected = posterior(bends.theta[None], covariance[None], np.array([2.0]), cells, length, forces, nearest)
     for name, value in expected._asdict().items():
         np.testing.assert_allclose(getattr(found, name), value[0], rtol=1e-7, err_msg=name)
     assert found.probability > 0.95

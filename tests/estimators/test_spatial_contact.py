@@ -55,7 +55,7 @@ LINK = 9
 def test_a_cell_changes_the_readings_as_its_force_does(bent, side, normal):
     """By torques of dead loads at the joints, one after the other; so do friction and another place."""
     shape, finger = estimator(), finger_in_space()
-    q, surface = 0.05 * bent(36), SurfaceCells.of(finger)
+    q, surface = 0.05 * bent(36), SurfaceCells.of(finger, 0.9)
     left, _ = shape._unexplained(q, shape.layout.read(q), np.zeros(36), GRAVITY)
     cells = shape.contact.cells(left)
     (number,) = np.flatnonzero((surface.side == side) & (surface.place == 37) & ~surface.rough)
@@ -81,7 +81,7 @@ def test_a_cell_changes_the_readings_as_its_force_does(bent, side, normal):
 
 
 def test_prior_and_places_of_the_cells(bent):
-    surface = SurfaceCells.of(finger_in_space())
+    surface = SurfaceCells.of(finger_in_space(), 0.9)
     assert surface.prior.sum() == pytest.approx(1)
     assert (np.diff(surface.side) >= 0).all()
     assert set(surface.side) == set(range(1, 9))
@@ -185,7 +185,8 @@ def test_the_posterior_is_that_of_dense_conditioning(seed):
     for i, force in enumerate(forces):
         covariance, rest = np.eye(len(r)) + force**2 * inside, r - force * c
         explained = (rest * np.linalg.solve(covariance, rest[..., None])[..., 0]).sum(axis=-1)
-        density[i] = (prior * np.exp(-explained / 2) / np.sqrt(np.linalg.det(covariance))).sum()
+        usual = np.exp(-((force / found.contact.mechanics.usual_force) ** 2) / 2)
+        density[i] = usual * (prior * np.exp(-explained / 2) / np.sqrt(np.linalg.det(covariance))).sum()
     known = found.posterior(*given).known
     share = np.append(0.0, np.cumsum(density[1:] + density[:-1]))
     least, median, most = known.force_interval[0]

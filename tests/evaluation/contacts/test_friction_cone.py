@@ -1,7 +1,6 @@
 """Contacts in balance with friction of a known share: their torque, and what friction makes of the estimates."""
 
 import numpy as np
-import pytest
 
 from soft_gripper.evaluation.contacts.dataset import read_finger
 from soft_gripper.evaluation.contacts.estimates import Condition, estimate_contacts, ideal_readings
@@ -12,8 +11,8 @@ from soft_gripper.fingers.statics import relaxed_law
 from soft_gripper.sensors.sensor_layout import SensorLayout
 
 
-def median_errors(contacts):
-    layout = SensorLayout(contacts.finger, 4)
+def median_errors(contacts, sections):
+    layout = SensorLayout(contacts.finger, sections)
     errors = contact_errors(
         estimate_contacts("contact", layout, Condition(), ideal_readings(layout, contacts), contacts), contacts
     )
@@ -42,10 +41,15 @@ def test_contacts_are_in_balance():
     assert (np.sign(contacts.force) == np.where(contacts.side == "inner", 1, -1)).all()
 
 
-def test_friction_spoils_what_is_exact_without_it():
-    force, place = median_errors(rubbing_contacts(60, 0.45, 0.0, 3))
-    assert force < 0.005
-    assert place < 0.002
-    force, place = median_errors(rubbing_contacts(60, 0.45, 1.0, 3))
-    assert force == pytest.approx(0.09, abs=0.05)
+def test_friction_spoils_what_is_exact_without_it_where_it_is_not_seen():
+    """Two sections do not tell friction from another place; four do, which are exact with it as well."""
+    for sections in (2, 4):
+        force, place = median_errors(rubbing_contacts(60, 0.45, 0.0, 3), sections)
+        assert force < 0.005
+        assert place < 0.002
+    force, place = median_errors(rubbing_contacts(60, 0.45, 1.0, 3), 2)
+    assert 0.05 < force < 0.2
     assert place > 0.01
+    force, place = median_errors(rubbing_contacts(60, 0.45, 1.0, 3), 4)
+    assert force < 0.02
+    assert place < 0.005
