@@ -234,11 +234,17 @@ def _filling(truth: SegmentTruth, supply: float) -> Callable[[float], float]:
     return pressure
 
 
-def write_segment(folder: Path, duration: float = 3.2, truth: SegmentTruth = SEGMENT, seed: int = 2) -> Path:
-    """Five files of motion capture: x is down, along the segment, which bends toward -y; 100 Hz, mm."""
+def write_segment(
+    folder: Path,
+    duration: float = 3.2,
+    truth: SegmentTruth = SEGMENT,
+    seed: int = 2,
+    pressures: tuple[int, ...] = SEGMENT_PRESSURES,
+) -> Path:
+    """A file of motion capture for each pressure, kPa: x is down, along the segment, which bends toward -y; 100 Hz, mm."""
     folder.mkdir(parents=True, exist_ok=True)
     random = np.random.default_rng(seed)
-    for i, pressure in enumerate(SEGMENT_PRESSURES):
+    for i, pressure in enumerate(pressures):
         time = np.arange(0, duration, 0.01)
         place, heading = segment_motion(truth, 1e3 * pressure, time, truth.opens + 0.07 * i)
         z, x = np.array([1.0, 0, 0]), np.array([0, -0.9938, 0.1111]) / np.hypot(0.9938, 0.1111)
