@@ -61,7 +61,7 @@ fuzz: $(READY)
 KILLS ?= 40
 SOAK ?= 3600
 kills: $(READY)
-	KILLS=$(KILLS) $(BIN)/python -m pytest -q tests/endurance/test_random_kills.py
+	KILLS=$(KILLS) $(BIN)/python -m pytest -q tests/endurance/test_random_kills.py tests/endurance/test_live_kills.py
 soak: $(READY)
 	SOAK=$(SOAK) $(BIN)/python -m pytest -q tests/endurance/test_soak.py
 

@@ -1,10 +1,12 @@
 """Ctrl-C and its like, held back while something must not be left half done."""
 
 import signal
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 ENDS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)  # the last as a terminal is closed
+_AT_ONCE = 0.5  # s within which several signals are one: `timeout` and terminals send them twice
 
 
 @contextmanager
@@ -12,13 +14,20 @@ def held_back() -> Iterator[Callable[[], bool]]:
     """Holds Ctrl-C, SIGTERM and SIGHUP back within the block; yields a function that returns whether one has arrived.
 
     An exception in the middle of a frame would leave logs of unequal lengths, and so no recording; nor would there be
-    one after an exception while it is being written. A signal that the process ignores, such as SIGHUP
-    under nohup, stays ignored.
+    one after an exception while it is being written. A second signal, half a second later or more, ends the process at
+    once. A signal that the process ignores, such as SIGHUP under nohup, stays ignored.
     """
-    came: list[int] = []
+    came: list[float] = []
+
+    def note(number: int, _: object) -> None:
+        if came and time.monotonic() > came[0] + _AT_ONCE:
+            signal.signal(number, signal.SIG_DFL)
+            signal.raise_signal(number)
+        came.append(time.monotonic())
+
     handlers = {number: handler for number in ENDS if callable(handler := signal.getsignal(number))}
     for number in handlers:
-        signal.signal(number, lambda number, _: came.append(number))
+        signal.signal(number, note)
     try:
         yield lambda: bool(came)
     finally:

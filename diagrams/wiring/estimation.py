@@ -146,6 +146,28 @@ def add_estimation(
     Raises:
         InputError: if the estimator requires an unknown signal, or its shape does not fit this finger.
     """
+    estimation = make_estimation(layout, config, period, gravity, make_estimator)
+    return add_made_estimation(builder, name, estimation, measured, name_of(make_estimator, config.type))
+
+
+def add_made_estimation(
+    builder: DiagramBuilder, name: str, estimation: FingerEstimation, measured: Mapping[str, OutputPort], made_by: str
+) -> Ports:
+    """Adds what `make_estimation` made; `made_by` names the estimator."""
+    builder.AddNamedSystem(f"{name}.estimation", estimation)
+    with seen_from("estimator.type", made_by):
+        connect_known(builder, estimation, estimation_inputs(measured), "estimator")
+    return vector_outputs(estimation)
+
+
+def make_estimation(
+    layout: MeasurementModel,
+    config: EstimatorConfig,
+    period: float,
+    gravity: Array,
+    make_estimator: MakeEstimator | None = None,
+) -> FingerEstimation:
+    """The estimation of a finger, in no diagram yet; arguments and errors as of `add_estimation`."""
     make = make_estimator or find_estimator(config.type, config.uncertainty)
     compensated = np.asarray(gravity, dtype=float) * config.compensate_gravity
     made_by = ("estimator.type", name_of(make_estimator, config.type))
@@ -153,10 +175,7 @@ def add_estimation(
     known = config.uncertainty or Uncertainty()
     monitor = HealthMonitor(HealthFilter(layout, known, period), compensated) if config.health else None
     with seen_from(*made_by):
-        estimation = FingerEstimation(estimator, layout, compensated, period, config.contact_threshold, monitor)
-        builder.AddNamedSystem(f"{name}.estimation", estimation)
-        connect_known(builder, estimation, estimation_inputs(measured), "estimator")
-    return vector_outputs(estimation)
+        return FingerEstimation(estimator, layout, compensated, period, config.contact_threshold, monitor)
 
 
 def estimation_inputs(measured: Mapping[str, OutputPort]) -> Ports:

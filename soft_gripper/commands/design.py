@@ -8,14 +8,15 @@ from scipy.stats import binomtest
 
 from soft_gripper.commands.tables import print_table
 from soft_gripper.design.figure import design_figure
-from soft_gripper.design.files import write_design
+from soft_gripper.design.files import design_files, write_design
 from soft_gripper.design.run import TABLE, Designed, most_runs, run_design
 from soft_gripper.design.sensitivity import Sensitivity
 from soft_gripper.design.study_file import load_design_study
 from soft_gripper.design.tables import TestRow, reason, sensitivity_rows, short_names, test_rows, write_tables
-from soft_gripper.files.output import keep_inputs
+from soft_gripper.files.output import lock_folder
 from soft_gripper.pictures.style import save_figure
 from soft_gripper.runs.executor import open_executor
+from soft_gripper.scenario.scenario_file import changed_scenario, files_read
 
 FIGURE, BEST = "design", "best"
 _SHOWN = 5  # designs of the front
@@ -24,7 +25,9 @@ _SHOWN = 5  # designs of the front
 def run(options: argparse.Namespace) -> int:
     """Runs the command; fails if no design is allowed."""
     study = load_design_study(options.study)
-    keep_inputs([options.study], [options.out / TABLE])
+    scenario = changed_scenario(study.scenario, study.fixed)
+    written = [TABLE, *(f"{BEST}/{name}" for name in design_files(scenario))]
+    lock_folder(options.out, written, [options.study, *files_read(study.scenario, scenario)])
     executor = open_executor(options.jobs, options.scheduler)
     kept = f"their results are in {options.out / TABLE}; --resume runs the others"
     begin = time.monotonic()

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.stats import binomtest
 
 from soft_gripper.commands.console import Console
-from soft_gripper.files.output import atomic_file, keep_inputs, lock_folder, writable_folder
+from soft_gripper.files.output import atomic_file, lock_folder, writable_folder
 from soft_gripper.runs.executor import open_executor
 from soft_gripper.runs.trials.run import (
     ABOUT,
@@ -33,8 +33,7 @@ def run(options: argparse.Namespace) -> None:
     executor = open_executor(options.jobs, options.scheduler)
     for file in files:
         check_scenario_for_trials(file)
-    keep_inputs(files, [options.out / ABOUT])
-    out = lock_folder(options.out)
+    out = lock_folder(options.out, [ABOUT], files)
     if options.trial is not None:
         for file in files:
             _run_alone(file, options.seed, options.trial, out, options.console)

@@ -10,7 +10,7 @@ from soft_gripper.diagrams.view.meshcat_view import hidden_meshcat, write_animat
 from soft_gripper.errors import InputError
 from soft_gripper.files.csv_table import write_csv
 from soft_gripper.files.document import require
-from soft_gripper.files.output import check_file, keep_inputs, lock_folder
+from soft_gripper.files.output import check_file, lock_folder
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.hardware.recordings import HardwareRecording, find_recordings, recording_paths
@@ -31,9 +31,9 @@ def run(options: argparse.Namespace) -> None:
     """Runs the command."""
     paths = recording_paths(options.file, options.described_as, options.data)
     fit_paths = recording_paths(options.fit, options.described_as, options.data) if options.fit else []
-    written = [options.out / name for name in ("replay.csv", *(f"{path.stem}.nc" for path in paths))]
-    keep_inputs([*paths, *fit_paths], [*written, *([options.html] if options.html else [])])
-    out = lock_folder(options.out)
+    written = ["replay.csv", *(f"{path.stem}.nc" for path in paths)]
+    written += [] if options.html is None else [options.html.absolute()]
+    out = lock_folder(options.out, written, [*paths, *fit_paths])
     if options.html is not None:
         check_file(options.html)
     recordings = find_recordings(options.file, options.described_as, options.data)

@@ -34,7 +34,7 @@ from soft_gripper.runs.scores.recorded_grasps import recorded_grasps
 from soft_gripper.runs.scores.steps import outcome, phase_table, step_table
 from soft_gripper.runs.trials.trial import judged
 from soft_gripper.scenario.nominal_model import read_nominal_model
-from soft_gripper.scenario.scenario_file import dump_scenario
+from soft_gripper.scenario.scenario_file import dump_scenario, files_read
 from soft_gripper.scenario.schema import Scenario
 from soft_gripper.scenario.sensor_presets import SENSORS, uncertainty
 from soft_gripper.sensors.observability import observability
@@ -149,7 +149,7 @@ def _check_files(options: argparse.Namespace, out: Path, scenario: Scenario) -> 
     files = [file for file in (options.video, options.html, options.mcap) if file is not None]
     written = [*files]
     written += [] if fits(out, scenario) else [out / "scenario.yaml"]
-    keep_inputs([options.scenario, *(model.file for model in scenario.models)], written)
+    keep_inputs(files_read(options.scenario, scenario), written)
     if options.video is not None:
         check_video(options.video)
     for file in files:

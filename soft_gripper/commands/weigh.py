@@ -6,7 +6,7 @@ from dataclasses import astuple
 from soft_gripper.commands.tables import print_table
 from soft_gripper.files.csv_table import write_csv
 from soft_gripper.files.document import require
-from soft_gripper.files.output import keep_inputs, lock_folder
+from soft_gripper.files.output import lock_folder
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.hardware.identification.identified_finger import read_finger
 from soft_gripper.hardware.identification.settled_states import SettledStates, settled_states
@@ -21,9 +21,7 @@ def run(options: argparse.Namespace) -> None:
     file = model_path(options.finger)
     named = options.file if options.tare is None else [*options.file, options.tare]
     read = recording_paths(named, options.described_as, options.data)
-    outputs = [options.out / f"weigh{suffix}" for suffix in (".csv", ".png", ".svg")]
-    keep_inputs([file, *read], outputs)
-    out = lock_folder(options.out)
+    out = lock_folder(options.out, [f"weigh{suffix}" for suffix in (".csv", ".png", ".svg")], [file, *read])
     finger = read_finger(file)
     recordings = find_recordings(options.file, options.described_as, options.data)
     for recording in recordings:
@@ -38,7 +36,7 @@ def run(options: argparse.Namespace) -> None:
     write_csv(out / "weigh.csv", weighings)
     save_figure(weighing_figure(weighings), out / "weigh")
     options.console.table("loads", weighings)
-    options.console.wrote(*outputs)
+    options.console.wrote(*(out / f"weigh{suffix}" for suffix in (".csv", ".png", ".svg")))
 
 
 def _tare(finger: Finger, options: argparse.Namespace) -> SettledStates:

@@ -22,6 +22,11 @@ from soft_gripper.scenario.schema import ModelConfig, Scenario
 SCENARIO = "scenario.yaml"
 
 
+def design_files(scenario: Scenario) -> list[str]:
+    """Names of the files that describe a design of a scenario, and could replace those that it was read from."""
+    return [SCENARIO, *(f"{model.name}.urdf" for model in scenario.models)]
+
+
 def write_design(study: DesignStudy, values: Mapping[str, Any], folder: Path) -> list[Path]:
     """Writes a design into a folder; returns the files.
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from soft_gripper.export.commands import table
 from soft_gripper.export.mjcf import Mjcf, to_mjcf
 from soft_gripper.export.sdf import Sdf, to_sdf
-from soft_gripper.files.output import atomic_file, writable_folder
+from soft_gripper.files.output import atomic_file, keep_inputs, writable_folder
 from soft_gripper.scenario.schema import Scenario
 
 LOADER = "run_mjcf.py"
@@ -38,7 +38,12 @@ def export_sdf(scenario: Scenario, out: Path) -> Sdf:
 
 
 def _write(out: Path, files: dict[str, bytes], meshes: Mapping[str, Path]) -> None:
-    """Writes files, and copies of meshes in a folder of their own."""
+    """Writes files, and copies of meshes in a folder of their own.
+
+    Raises:
+        InputError: if a mesh would be replaced by another one.
+    """
+    keep_inputs(meshes.values(), [out / f"meshes/{name}" for name in meshes])
     for name, content in (files | {f"meshes/{name}": source.read_bytes() for name, source in meshes.items()}).items():
         writable_folder((out / name).parent)
         with atomic_file(out / name) as partial:

@@ -251,12 +251,18 @@ def _reason(error: Exception) -> str:
 _locked: dict[str, int] = {}  # folders of this process, and the open files that hold their locks
 
 
-def lock_folder(path: Path) -> Path:
+def lock_folder(path: Path, writes: Iterable[Path | str] = (), reads: Iterable[Path | str] = ()) -> Path:
     """Makes a folder, and keeps other processes from writing to it until `release_folders` or the end of this process.
 
+    Args:
+        path: of the folder.
+        writes: names of files that the command writes there, or other files.
+        reads: files that it reads, none of which may be replaced.
+
     Raises:
-        InputError: if it cannot be written to, or another process has locked it.
+        InputError: if it cannot be written to, another process has locked it, or a file that is read would be lost.
     """
+    keep_inputs(reads, [path / name for name in writes])
     folder = writable_folder(path)
     name = os.path.realpath(folder)
     if name not in _locked:

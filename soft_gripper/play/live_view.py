@@ -45,6 +45,7 @@ class LiveView:
         session: Session,
         bench: Bench,
         folder: Path,
+        recorded: Sequence[str],
         moving: Sequence[str],
         twin: Twin | None = None,
         clock: Callable[[], float] = time.monotonic,
@@ -52,15 +53,16 @@ class LiveView:
         """
         Args:
             session: its `run` is to call `refresh` between turns.
-            bench: of the session, one that records.
+            bench: of the session.
             folder: takes the recordings.
+            recorded: signals that these have.
             moving: names of the fingers whose base moves.
             twin: is shown beside; it is advanced by whoever has it.
             clock: real time, s.
         """
         self._session, self._bench, self._twin = session, bench, twin
         self.fingers = list(bench.quantities)
-        self.recorder = BenchRecorder(bench, folder)
+        self.recorder = BenchRecorder(session, bench, recorded, folder)
         self._meshcat = hidden_meshcat()
         self.scene = self._meshcat.web_url()
         self._drawn = EstimateScene(bench.scenario, bench.signals, moving, self._meshcat)
@@ -88,7 +90,6 @@ class LiveView:
         """Obeys the buttons, and shows a frame if it is time for one."""
         for button in self.panel.pressed():
             self._react(button)
-        self.recorder.forget()
         now = self._clock()
         if now >= self._zeroed_at:
             self._finish_zeroing()
@@ -97,7 +98,7 @@ class LiveView:
             self._show(now - self._began)
 
     def _react(self, button: Button) -> None:
-        self._note = self.recorder.note = ""
+        self._note = ""
         if button == Button.STOP:
             self.is_over = True
         elif button == Button.ZERO:

@@ -85,6 +85,11 @@ def _files(scenario: Scenario) -> list[tuple[Any, str]]:
     return [(part, field) for part, field, file in found if file is not None and not file.startswith("package://")]
 
 
+def files_read(name_or_path: str | Path, scenario: Scenario) -> list[str]:
+    """The files that a scenario was read from, its own among them; what ships with the package is left out."""
+    return [str(name_or_path), *(getattr(part, field) for part, field in _files(scenario))]
+
+
 def _changes(document: dict[str, Any]) -> Iterator[Any]:
     """Where a document has changes of fingers, in which numbers and text mean the same."""
     yield document.get("nominal")

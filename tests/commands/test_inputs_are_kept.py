@@ -12,6 +12,12 @@ from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 
 IDENTIFY = ("identify", "run.csv", "--finger", "guess.urdf", "--free", "youngs_modulus", "--out")
 
+STUDY = """
+scenario: best/scenario.yaml
+vary: { pressure.steps.all.0: 60.0e3..120.0e3 }
+ends: [{ measure: normal_force_n }]
+"""
+
 
 @pytest.fixture
 def place(tmp_path, monkeypatch):
@@ -25,6 +31,9 @@ def place(tmp_path, monkeypatch):
     (tmp_path / "recording.nc").touch()
     (tmp_path / "scenario.yaml").write_text("# mine\n" + dump_scenario(load_scenario("free_bending")))
     (tmp_path / "trials.yaml").write_text("# mine\n" + dump_scenario(load_scenario("pick_and_place_box")))
+    (tmp_path / "best").mkdir()
+    (tmp_path / "best/scenario.yaml").write_text("# mine\n" + dump_scenario(load_scenario("bottle_grasp")))
+    (tmp_path / "study.yaml").write_text(STUDY)
     return tmp_path
 
 
@@ -39,6 +48,7 @@ def place(tmp_path, monkeypatch):
         ("scenario.yaml", ("run", "scenario.yaml", "--out", ".")),
         ("scenario.yaml", ("run", "scenario.yaml", "--html", "scenario.yaml")),
         ("trials.yaml", ("grasp-trials", "--scenario", "trials.yaml", "--out", ".")),
+        ("best/scenario.yaml", ("design", "study.yaml", "--out", ".")),
     ],
 )
 @pytest.mark.usefixtures("place")

@@ -60,7 +60,7 @@ def test_a_user_zeroes_records_and_stops(served: Served, tmp_path: Path) -> None
         time.sleep(1)
         driver.find_element("id", "record").click()
         folder = Path("results/live/tip_distance_steps/1")
-        wait_until(lambda: text(driver, "note") == f"written: {folder}")
+        wait_until(lambda: text(driver, "note") == f"written: {folder / 'recording.nc'}")
         recording = Recording.load(folder / "recording.nc")
         assert recording["time"][0] == 0
         assert recording["time"][-1] > 0.1  # of one second, on a machine however busy

@@ -8,6 +8,7 @@ from refusals import refused
 
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
+from soft_gripper.hardware.live import bench as bench_module
 from soft_gripper.hardware.live.bench import Bench
 from soft_gripper.scenario.scenario_file import load_scenario
 
@@ -42,15 +43,29 @@ def test_it_computes_what_the_station_computed(estimator, errors):
             np.testing.assert_allclose(value, expected, rtol=1e-9, atol=1e-9, err_msg=name)
 
 
-def test_its_recording_has_every_sample():
-    chosen = scenario("estimator.type=gaussian")
-    recording, bench = run_station(make_station(chosen)), Bench(chosen, records=True)
-    for _, measured in samples(recording, bench):
-        bench.step(measured)
-    own = bench.recording()
-    strain = "left_finger.strain"
-    np.testing.assert_array_equal(own[strain].values[1:], recording[strain].values[1:-1])
-    assert own["grip.opening"].attrs["units"] == "m"
+@pytest.mark.parametrize("estimator", ["contact", "recursive"])
+def test_equal_fingers_are_computed_together_as_each_alone(estimator, monkeypatch):
+    chosen = scenario(f"estimator.type={estimator}", "estimator.health=true")
+    together = Bench(chosen)
+    monkeypatch.setattr(bench_module, "can_stack", lambda _: False)
+    alone = Bench(chosen)
+    assert together.signals.keys() == alone.signals.keys()
+    for i in range(6):
+        inputs = {name: np.full(size, 0.01 * i) for name, size in together.inputs.items()}
+        inputs["left_finger.strain"] *= 2.0
+        for bench in (together, alone):
+            bench.step(inputs)
+        for name, value in alone.read([*alone.signals]).items():
+            np.testing.assert_allclose(together.read([name])[name], value, rtol=1e-9, atol=1e-12, err_msg=name)
+
+
+def test_the_cost_is_measured_apart():
+    bench = Bench(scenario("estimator.type=gaussian"))
+    bench.step({name: np.full(size, 0.01) for name, size in bench.inputs.items()})
+    before = bench.read([*bench.signals])
+    assert 0 < bench.cost(["left_finger.tip_pose"]) < 0.1
+    for name, value in bench.read([*bench.signals]).items():
+        np.testing.assert_array_equal(value, before[name])
 
 
 @pytest.mark.slow

@@ -1,7 +1,9 @@
 """Bench: the estimators and the grip controller of a station, without its plant, one sample at a time."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass, field, replace
+from time import thread_time
 from typing import Any
 
 import numpy as np
@@ -13,10 +15,9 @@ from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array
 from soft_gripper.control.pid_controller import SampledPidController
 from soft_gripper.diagrams.commanding import grip_supply
-from soft_gripper.diagrams.recording import Recording, add_logs, make_recording, provenance
 from soft_gripper.diagrams.scene import add_plant
 from soft_gripper.diagrams.wiring.drive import Commands
-from soft_gripper.diagrams.wiring.estimation import add_estimation
+from soft_gripper.diagrams.wiring.estimation import add_made_estimation, estimation_inputs, make_estimation
 from soft_gripper.diagrams.wiring.grip_control import add_grip_control, add_set_points, find_gripper, forms_gripper
 from soft_gripper.diagrams.wiring.named_wires import Ports
 from soft_gripper.diagrams.wiring.sensing import add_object_width
@@ -25,6 +26,7 @@ from soft_gripper.estimators.driving_torque import DRIVING_TORQUE
 from soft_gripper.estimators.plane import planar_gravity
 from soft_gripper.fingers.kinematics import gravity_torque
 from soft_gripper.fingers.plant_finger import PlantFinger
+from soft_gripper.hardware.live.together import add_together, can_stack
 from soft_gripper.scenario.checks import checked_scenario
 from soft_gripper.scenario.nominal_model import read_nominal_model
 from soft_gripper.scenario.schema import EstimatorConfig, Scenario
@@ -34,6 +36,8 @@ from soft_gripper.sensors.measurement import MeasurementModel
 
 SET_POINT = "grip.set_point"
 _REPETITIONS = 30  # for a finger in balance with its weight
+_TRIED, _TRIED_BENDS = 40, (0.0, 0.02, 0.05, 0.08)  # samples, and rad at every joint, of which the cost is measured
+_UPRIGHT = np.eye(3, 4).ravel()
 
 
 class Measured(ArrayBlock):
@@ -60,6 +64,7 @@ class _Parts:
     period: float
     inputs: dict[str, int] = field(default_factory=dict)  # sizes, by name
     layouts: dict[str, MeasurementModel] = field(default_factory=dict)  # nominal, by finger
+    measured: list[str] = field(default_factory=list)  # signals that are inputs, held
     signals: Ports = field(default_factory=dict)
 
     def hold(self, name: str, block: Measured) -> OutputPort:
@@ -86,12 +91,11 @@ class Bench:
     `X_WB` is an input of fingers that move; `grip.set_point` one where the scenario has `external: [opening]`.
     """
 
-    def __init__(self, scenario: Scenario, moving: Sequence[str] = (), records: bool = False):
+    def __init__(self, scenario: Scenario, moving: Sequence[str] = ()):
         """
         Args:
             scenario: its sensors, estimators, nominal model and control are used; nothing of it is simulated.
             moving: names of the fingers whose base moves, and is measured.
-            records: whether every signal is kept for `recording`, which takes memory.
 
         Raises:
             InputError: if a part of the scenario cannot be built, or only a simulation can do it.
@@ -99,19 +103,40 @@ class Bench:
         self.scenario, self.period = bench_scenario(scenario), scenario.sensor.period
         parts = _make_parts(self.scenario, moving)
         self.inputs, self.signals = parts.inputs, parts.signals
-        self._logs = add_logs(parts.builder, parts.signals, self.period) if records else None
+        self.layouts, self.measured = parts.layouts, parts.measured
         for name, signal in parts.signals.items():
             parts.builder.ExportOutput(signal, name)
-        diagram = parts.builder.Build()
-        self._simulator, self._samples = Simulator(diagram), 0
-        self._context = self._simulator.get_mutable_context()
-        self._ports = {name: diagram.GetInputPort(name) for name in self.inputs}
-        self._outputs = {name: diagram.GetOutputPort(name) for name in self.signals}
-        self._controllers = _controllers(diagram)
-        self._layouts = parts.layouts
+        self._diagram = parts.builder.Build()
+        self._ports = {name: self._diagram.GetInputPort(name) for name in self.inputs}
+        self._outputs = {name: self._diagram.GetOutputPort(name) for name in self.signals}
+        self._controllers = _controllers(self._diagram)
         self.quantities = {name: f"{name}.{layout.quantity}" for name, layout in parts.layouts.items()}
         self._missing = {name: np.full(self.inputs[name], np.nan) for name in self.quantities.values()}
+        self._begin()
+
+    def _begin(self) -> None:
+        self._simulator, self._samples = Simulator(self._diagram), 0
+        self._context = self._simulator.get_mutable_context()
         self._give({name: np.zeros(size) for name, size in self.inputs.items()})
+
+    def cost(self, signals: Sequence[str]) -> float:
+        """Processor time of a sample and of reading these signals, s, that is exceeded in a tenth of all samples.
+
+        It is measured with fingers that something bends, in a context of its own.
+        """
+        other, times = copy(self), []
+        other._begin()
+        for i in range(_TRIED):
+            readings = {
+                self.quantities[name]: layout.read(layout.straight + _TRIED_BENDS[i % len(_TRIED_BENDS)])
+                for name, layout in self.layouts.items()
+            }
+            poses = {name: _UPRIGHT for name in self.inputs if name.endswith(".X_WB")}
+            began = thread_time()
+            other.step(readings | poses)
+            other.read(signals)
+            times.append(thread_time() - began)
+        return float(np.quantile(times[_TRIED // 4 :], 0.9))
 
     def step(self, measured: Mapping[str, Array]) -> None:
         """Takes a sample, a period after that before; `measured` has every input by name."""
@@ -138,7 +163,7 @@ class Bench:
         Raises:
             InputError: if a finger leaves its plane.
         """
-        return {self.quantities[name]: self._free_reading(name, layout) for name, layout in self._layouts.items()}
+        return {self.quantities[name]: self._free_reading(name, layout) for name, layout in self.layouts.items()}
 
     def _free_reading(self, name: str, layout: MeasurementModel) -> Array:
         if tuple(layout.ways) != ("bending",):
@@ -150,26 +175,6 @@ class Bench:
         for _ in range(_REPETITIONS):
             q = layout.finger.angle(driving + gravity_torque(layout.finger, q, gravity))
         return layout.signals(q)[layout.quantity]
-
-    def recording(self) -> Recording:
-        """Every signal of every sample so far, or since the last `forget`, of a bench that records."""
-        return self.recorded()()
-
-    def recorded(self) -> Callable[[], Recording]:
-        """The same, to be computed later, in any thread, from what has been logged now."""
-        assert self._logs is not None
-        logs, taken, of = self._logs, self._logs.taken(self._context), self.scenario
-
-        def recording() -> Recording:
-            about = provenance(of, of.sensor.type, of.estimator.type)
-            return make_recording(logs.signals, *logs.computed(*taken), about)
-
-        return recording
-
-    def forget(self) -> None:
-        """Forgets all samples recorded so far."""
-        assert self._logs is not None
-        self._logs.clear(self._context)
 
     def _give(self, values: Mapping[str, Array]) -> None:
         for name, value in values.items():
@@ -213,19 +218,22 @@ def _make_parts(scenario: Scenario, moving: Sequence[str]) -> _Parts:
     parts = _Parts(DiagramBuilder(), scenario.sensor.period)
     config = replace(scenario.estimator, uncertainty=uncertainty(scenario.estimator, scenario.sensor))
     nominal = read_nominal_model(scenario.nominal)
+    gravity, measured = np.array(scenario.gravity), {}
     for finger in scene.fingers:
-        layout = nominal.layout(finger.finger, scenario.sensor)
-        _add_finger(parts, finger, layout, config, np.array(scenario.gravity), finger.name in moving)
+        parts.layouts[finger.name] = nominal.layout(finger.finger, scenario.sensor)
+        measured[finger.name] = _add_measured(parts, finger, finger.name in moving)
+    for name, ports in _estimated(parts, config, gravity, measured).items():
+        parts.signals |= {f"{name}.{signal}": port for signal, port in {**measured[name], **ports}.items()}
+        held = (signal for signal in measured[name] if signal != "X_WB" or f"{name}.X_WB" in parts.inputs)
+        parts.measured += [f"{name}.{signal}" for signal in held]
     if forms_gripper(scene.fingers):
         _add_grip(parts, scene.fingers, scenario)
     return parts
 
 
-def _add_finger(
-    parts: _Parts, finger: PlantFinger, layout: MeasurementModel, config: EstimatorConfig, gravity: Array, moves: bool
-) -> None:
-    """A finger: what is measured, held for a period, and its estimation."""
-    name, own = finger.name, finger.finger
+def _add_measured(parts: _Parts, finger: PlantFinger, moves: bool) -> Ports:
+    """What is measured of a finger, held for a period."""
+    name, own, layout = finger.name, finger.finger, parts.layouts[finger.name]
     readings = Measured(parts.period, layout.readings, layout.unit, **layout.axes)
     measured = {layout.quantity: parts.hold(f"{name}.{layout.quantity}", readings)}
     if own.pressures:
@@ -239,9 +247,21 @@ def _add_finger(
     else:
         base = parts.builder.AddNamedSystem(f"{name}.base_pose", FixedBasePose(finger.X_WB))
         measured["X_WB"] = base.get_output_port()
-    found = add_estimation(parts.builder, name, layout, config, parts.period, gravity, measured)
-    parts.signals |= {f"{name}.{signal}": port for signal, port in {**measured, **found}.items()}
-    parts.layouts[name] = layout
+    return measured
+
+
+def _estimated(
+    parts: _Parts, config: EstimatorConfig, gravity: Array, measured: Mapping[str, Ports]
+) -> Mapping[str, Ports]:
+    """The estimates of each finger, by name: of equal ones together."""
+    made = {name: make_estimation(layout, config, parts.period, gravity) for name, layout in parts.layouts.items()}
+    if can_stack([*made.values()]):
+        fed = [estimation_inputs(measured[name]) for name in made]
+        return dict(zip(made, add_together(parts.builder, [*made.values()], fed), strict=True))
+    return {
+        name: add_made_estimation(parts.builder, name, estimation, measured[name], config.type)
+        for name, estimation in made.items()
+    }
 
 
 def _add_grip(parts: _Parts, fingers: Sequence[PlantFinger], scenario: Scenario) -> None:
@@ -261,6 +281,7 @@ def _add_grip(parts: _Parts, fingers: Sequence[PlantFinger], scenario: Scenario)
         held = parts.hold(SET_POINT, Measured(parts.period, 1, "m"))
         parts.builder.Connect(held, set_point)
         parts.signals[SET_POINT] = held
+        parts.measured.append(SET_POINT)
     else:
         parts.signals |= add_set_points(parts.builder, set_point, scenario.control, parts.period)
 

@@ -42,8 +42,13 @@ class BenchConfig:
     time: str | None = None  # field with the time of the device, s, which is returned with the results
     fingers: dict[str, BenchFinger] = quantity({}, filled=True)  # by the names of the scenario's fingers
     pressure_unit: str = quantity("Pa", known=tuple(_PRESSURE))  # of measured and commanded pressures
+    # Measurements outside are malformed; None: far beyond what the scenario's sensors and drive can do
+    reading_range: list[float] | None = quantity(None, span=True)  # of every sensor, in its own unit
+    pressure_range: list[float] | None = quantity(None, span=True)  # in the unit above
+    tension_range: list[float] | None = quantity(None, "N", span=True)
     opening: str | None = None  # field with the set point of the opening, m; None: those of the scenario
     send: list[str] | None = None  # signals of the results, "{finger}.{signal}"; None: those of shape and contact
+    record: list[str] | None = None  # signals of a recording beside those measured, sent and commanded; None: likewise
     stale_after: float = quantity(0.04, "s", above=0)  # without a reading, commands are safe and bands widen
     safe_command: float = 0.0  # Pa, or N or m of tendons: what every finger is commanded then
 

@@ -6,7 +6,7 @@
 | `serial:///dev/ttyACM0?baud=115200` | lines over a serial port (`pip install 'soft-gripper[live]'`) |
 | `lcm://CHANNEL` | drake.lcmt_drake_signal on an LCM channel, `?url=udpm://...` for another network |
 | `stdio:` | lines of standard input and output |
-| `file:readings.csv` | lines of a file, at the rate of the sensors; results overwrite a file |
+| `file:readings.csv` | lines of a file, at the rate of the sensors, or of a pipe; results overwrite a file |
 | `file:readings.mcap` | rows of a bag, of netCDF or of a C3D file, see `tables`; the time gives the rows |
 | `MODULE:FUNCTION` | a generator of messages in Python, or a function that takes each result |
 """
@@ -17,7 +17,7 @@ import socket
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import Any, Protocol
 from urllib.parse import SplitResult, parse_qs, unquote, urlsplit
@@ -25,9 +25,10 @@ from urllib.parse import SplitResult, parse_qs, unquote, urlsplit
 from drake import lcmt_drake_signal
 from pydrake.lcm import DrakeLcm
 
-from soft_gripper.errors import InputError
+from soft_gripper.errors import InputError, described
 from soft_gripper.files.document import given
 from soft_gripper.hardware.live.messages import MOST_BYTES
+from soft_gripper.hardware.live.threads import Inbox, Message, Outbox, write_all
 from soft_gripper.hardware.table import Columns
 from soft_gripper.hardware.tables import OTHER_THAN_TEXT, is_bag_folder, read_table
 from soft_gripper.scenario.own_functions import find_function
@@ -40,14 +41,15 @@ _LCM_WAIT = 5e-4  # s
 _LCM_FILES = 1000  # highest descriptor at which LCM is opened
 _LCM_ECHO, _LCM_ECHO_WAIT = "SOFT_GRIPPER_ECHO", 500  # channel, ms
 
-Message = bytes | dict[str, Any]  # encoded, or by name
 Sink = Callable[[bytes, dict[str, Any]], None]  # takes a message, encoded and by name; does not wait
 
 
 class Source(Protocol):
     """Where readings come from."""
 
-    is_over: bool  # whether nothing will ever arrive again
+    @property
+    def is_over(self) -> bool:
+        """Whether nothing will ever arrive again."""
 
     def receive(self, timeout: float) -> list[Message]:
         """What has arrived, MOST_WAITING messages at most; waits up to `timeout` s for the first."""
@@ -56,9 +58,14 @@ class Source(Protocol):
 class Endpoints:
     """Opens addresses, and closes everything at the end of a `with` block; a serial port serves both ways."""
 
-    def __init__(self, where: Path | str):
-        """`where` is the file that gives the addresses, for messages."""
-        self._where, self._stack = where, ExitStack()
+    def __init__(self, where: Path | str, until: Callable[[], bool] | None = None):
+        """
+        Args:
+            where: the file that gives the addresses, for messages.
+            until: if given, results wait for whoever takes them until this is true; otherwise they are dropped.
+        """
+        self._where, self._until, self._stack = where, until, ExitStack()
+        self._outboxes: list[Outbox[Any]] = []
         self._ports: dict[str, Any] = {}  # serial ports, by name
 
     def __enter__(self) -> "Endpoints":
@@ -66,6 +73,11 @@ class Endpoints:
 
     def __exit__(self, *_: object) -> None:
         self._stack.close()
+
+    @property
+    def dropped(self) -> int:
+        """Results that nobody took in time."""
+        return sum(outbox.dropped for outbox in self._outboxes)
 
     def source(self, address: str, period: float = 0.0, columns: Columns | None = None) -> Source:
         """Where readings come from; the lines of a file come every `period` s.
@@ -84,10 +96,12 @@ class Endpoints:
             "serial": lambda: LineSource(self._serial(parts).fileno()),
             "lcm": lambda: LcmSource(*_lcm(parts)),
             "stdio": lambda: LineSource(sys.stdin.fileno()),
-            "file": lambda: PacedSource(self._messages(parts, columns), period),
+            "file": lambda: self._file_source(parts, columns, period),
         }
         found: Source | None = self._opened("source", address, open_one)
-        return found or PacedSource(find_function("source", address)(), period)
+        if found is not None:
+            return found
+        return Inbox(self._own_messages(address, find_function("source", address)), period)
 
     def sink(self, address: str) -> Sink:
         """Where results go.
@@ -98,13 +112,41 @@ class Endpoints:
         parts = urlsplit(address)
         open_one: dict[str, Callable[[], Sink]] = {
             "udp": lambda: self._udp_sink(parts),
-            "serial": lambda: writer(self._serial(parts).fileno()),
+            "serial": lambda: self.patient(writer(self._serial(parts).fileno())),
             "lcm": lambda: _lcm_sink(*_lcm(parts)),
-            "stdio": lambda: _print,
-            "file": lambda: writer(self._stack.enter_context(_path(parts).open("wb", buffering=0)).fileno()),
+            "stdio": lambda: self.patient(print_out),
+            "file": lambda: self.patient(self._file_writer(_path(parts))),
         }
         found: Sink | None = self._opened("sink", address, open_one)
-        return found or _calls(find_function("sink", address))
+        return found or self.patient(self._own_sink(address))
+
+    def patient(self, take: Sink) -> Sink:
+        """A sink that does not wait, for one that may."""
+        outbox = Outbox[tuple[bytes, dict[str, Any]]](lambda sent: take(*sent), self._until)
+        self._outboxes.append(outbox)
+        self._stack.callback(outbox.close)
+        return lambda message, results: outbox.put((message, results))
+
+    def _own_messages(self, address: str, messages: Callable[[], Iterable[Message]]) -> Iterator[Message]:
+        """Those of a user's generator, whose errors name it."""
+        with self._named("source", address):
+            yield from messages()
+
+    def _own_sink(self, address: str) -> Sink:
+        function = find_function("sink", address)
+
+        def take(_: bytes, results: dict[str, Any]) -> None:
+            with self._named("sink", address):
+                function(results)
+
+        return take
+
+    @contextmanager
+    def _named(self, field: str, address: str) -> Iterator[None]:
+        try:
+            yield
+        except (Exception, SystemExit) as error:  # whatever a user's function may raise
+            raise InputError(self._where, field, address, f"failed: {described(error)}") from error
 
     def _opened(self, field: str, address: str, known: Mapping[str, Callable[[], Any]]) -> Any:
         """What an address names; None if it is a user's function."""
@@ -149,16 +191,36 @@ class Endpoints:
             self._ports[name] = self._stack.enter_context(Serial(name, baud, timeout=0))
         return self._ports[name]
 
-    def _messages(self, parts: SplitResult, columns: Columns | None) -> Iterator[Message]:
-        """The lines of a file, names in its first line passed over; or the rows of another kind of file."""
+    def _file_source(self, parts: SplitResult, columns: Columns | None, period: float) -> "Source":
         path = _path(parts)
+        if path.exists() and not path.is_file() and not path.is_dir():  # a pipe or device, which may wait
+            descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
+            self._stack.callback(os.close, descriptor)
+            return LineSource(descriptor)
+        return PacedSource(self._messages(path, columns), period)
+
+    def _file_writer(self, path: Path) -> Sink:
+        """A pipe is opened when the first result is written: that waits for whoever reads it."""
+        if path.is_fifo():
+            opened: list[int] = []
+
+            def write(message: bytes, _: dict[str, Any]) -> None:
+                if not opened:
+                    opened.append(os.open(path, os.O_WRONLY))
+                write_all(opened[0], message)
+
+            return write
+        return writer(self._stack.enter_context(path.open("wb", buffering=0)).fileno())
+
+    def _messages(self, path: Path, columns: Columns | None) -> Iterator[Message]:
+        """The lines of a file, names in its first line passed over; or the rows of another kind of file."""
         if is_bag_folder(path) or path.suffix.lower() in OTHER_THAN_TEXT:
             table = read_table(
                 path, given(columns, self._where, "time", "name the column that has the time of each row")
             )
             return (dict(zip(table.names, row, strict=True)) for row in table.values.tolist())
         file = self._stack.enter_context(path.open("rb"))
-        lines = enumerate(line for line in file if line.strip())
+        lines = enumerate(line for line in iter(lambda: file.readline(MOST_BYTES + 1), b"") if line.strip())
         return (line for number, line in lines if number or line.lstrip()[:1] in b"{+-.0123456789")
 
 
@@ -318,19 +380,15 @@ def by_entry(results: dict[str, Any]) -> Iterator[tuple[str, float]]:
 
 
 def writer(descriptor: int) -> Sink:
-    """Writes messages to a file descriptor."""
-
-    def send(message: bytes, _: dict[str, Any]) -> None:
-        with suppress(BlockingIOError):  # whoever reads is too slow: the next result is newer
-            os.write(descriptor, message)
-
-    return send
+    """Writes messages to a file descriptor; waits for room."""
+    return lambda message, _: write_all(descriptor, message)
 
 
-def _print(message: bytes, _: dict[str, Any]) -> None:
-    sys.stdout.write(message.decode())
-    sys.stdout.flush()
-
-
-def _calls(function: Callable[[dict[str, Any]], None]) -> Sink:
-    return lambda _, results: function(results)
+def print_out(message: bytes, _: dict[str, Any]) -> None:
+    """Writes a message to standard output; waits for room."""
+    try:
+        descriptor = sys.stdout.fileno()
+    except (AttributeError, OSError):  # it is no file, but stands in for one
+        sys.stdout.write(message.decode())
+    else:  # past Python's buffer, whose lock would be held while nobody reads
+        write_all(descriptor, message)

@@ -3,18 +3,24 @@
 import math
 import time
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from soft_gripper.arrays import Array
-from soft_gripper.errors import InputError
+from soft_gripper.errors import InputError, described
+from soft_gripper.estimators.finger_shape import ANGLES
 from soft_gripper.hardware.live.bench import SET_POINT, Bench
 from soft_gripper.hardware.live.bench_schema import BenchConfig
-from soft_gripper.hardware.live.endpoints import Message, Sink, Source
+from soft_gripper.hardware.live.endpoints import Sink, Source
 from soft_gripper.hardware.live.messages import MalformedError, chosen, count_of, decoded, encoded
+from soft_gripper.hardware.live.plausible import Ranges, check_plausible, plausible_ranges
+from soft_gripper.hardware.live.recorder import Recorder
+from soft_gripper.hardware.live.tally import Tally
+from soft_gripper.hardware.live.threads import Message
 from soft_gripper.hardware.live.watch import Counts, Watch
 
 SENT = (  # signals of a finger, and of a grip, that are sent unless the bench names others
@@ -32,6 +38,7 @@ _MOST_SKIPPED = 1.0  # s of missing readings that the estimators are told of; no
 _MOST_AHEAD = 0.5  # s by which readings may come in a bunch; more of them are in excess
 _MOST_BEHIND = 0.5  # s that readings may take that arrived together; after that the newest of them alone is used
 _REMEMBERED = 2.0  # s over which the speed of an estimate is measured
+_LATEST = 1e20  # of a device's clock, whatever its unit
 _LATENCIES = 100_000  # of the last readings
 
 
@@ -44,15 +51,13 @@ class Reading:
     values: dict[str, Array]  # by input of the bench
 
 
-def understood(
-    message: Message, config: BenchConfig, sizes: Mapping[str, int], quantities: Mapping[str, str]
-) -> Reading:
+def understood(message: Message, config: BenchConfig, ranges: Ranges, quantities: Mapping[str, str]) -> Reading:
     """The reading in a message.
 
     Args:
         message: as it arrived.
         config: of the bench.
-        sizes: of the inputs of the bench.
+        ranges: of the inputs of the bench.
         quantities: names of the inputs with the readings of sensors, by finger.
 
     Raises:
@@ -68,14 +73,14 @@ def understood(
             "tension": chosen(found, finger.tensions),
             "X_WB": chosen(found, finger.base_pose or []),
         }
-        values |= {f"{name}.{kind}": value for kind, value in driving.items() if f"{name}.{kind}" in sizes}
+        values |= {f"{name}.{kind}": value for kind, value in driving.items() if f"{name}.{kind}" in ranges}
     if config.opening is not None:
         values[SET_POINT] = chosen(found, [config.opening])
-    for name, value in values.items():
-        if np.isinf(value).any() or (name not in quantities.values() and np.isnan(value).any()):
-            raise MalformedError(f"has a number of {name} that is not finite")
+    check_plausible(values, ranges, {*quantities.values()})
     count = None if config.count is None else count_of(float(chosen(found, [config.count])[0]))
     at = math.nan if config.time is None else float(chosen(found, [config.time])[0])
+    if not abs(at) <= _LATEST and not math.isnan(at):
+        raise MalformedError(f"has the time {at}")
     return Reading(count, at, values)
 
 
@@ -107,9 +112,9 @@ class Session:
     """Feeds readings to a bench as they arrive, and sends what it computes.
 
     A result has `count` and `time` of its reading, `age` (s since it arrived), `stale`, `lost` (readings so far), the
-    signals that are sent, and commands. While a reading is overdue, a result follows every period all the same: the
-    last estimates, with bands that widen by the most that the estimates changed of late over as long a time. From
-    `stale_after` on it is `stale`, and commands are safe.
+    signals that are sent, and commands; always the same numbers, NaN for what is not known. While a reading is overdue,
+    a result follows every period all the same: the last estimates, with bands that widen by the most that the estimates
+    changed of late over as long a time. From `stale_after` on it is `stale`, and commands are safe.
     """
 
     def __init__(
@@ -123,20 +128,24 @@ class Session:
     ):
         """`is_live`: readings come at the pace of `clock`, s; otherwise they are used as fast as possible."""
         self._bench, self._config, self._source, self._sink = bench, config, source, sink
-        self._clock = clock
+        self._clock, self._ranges = clock, plausible_ranges(bench, config)
         self._watch, self._pace = Watch(), Pace(bench.period, clock) if is_live else None
-        self._sent = _default_signals(bench) if config.send is None else list(config.send)
+        self.sent = sent_signals(bench, config)
         self._commands = [name for name in bench.signals if name.rpartition(".")[2] in COMMANDS]
-        self._spread = _Spread(bench)
+        self._spread = _Spread(bench, self.sent)
         self._offsets: dict[str, Array] = {}
         self._zeroing: list[dict[str, Array]] | None = None
         self._last: Reading | None = None
         self._arrived = clock()
         self._due = self._arrived + 1.5 * bench.period
         self._is_silent = False
+        self.recorder: Recorder | None = None  # takes every sample
+        self.tally = Tally(bench)
+        self.malformed = ""  # what was wrong with the first message that was
         self.latencies: deque[float] = deque(maxlen=_LATENCIES)  # s, from a message to its result
         self.efforts: deque[float] = deque(maxlen=_LATENCIES)  # s, processor time of the same
-        self.results: dict[str, Any] = {}  # the last that were sent; SI units
+        unknown = {name: np.full(bench.signals[name].size(), np.nan) for name in self.sent}
+        self.results: dict[str, Any] = unknown  # the last that were sent; SI units
 
     @property
     def counts(self) -> Counts:
@@ -171,11 +180,22 @@ class Session:
             self._offsets[name] = self._offsets.get(name, 0.0) + np.nansum(found, axis=0) / np.maximum(number, 1)
 
     def run(self, is_over: Callable[[], bool], between: Callable[[], object] = lambda: None) -> None:
-        """Runs until `is_over`, or until nothing will ever arrive again; `between` is called after every turn."""
-        while not is_over() and not self._source.is_over:
-            self.turn()
-            between()
-        self._send(self._commands_only() | {"stale": 1.0})
+        """Runs until `is_over`, or until nothing will ever arrive again; `between` is called after every turn.
+
+        Whatever ends it, commands are safe in the last result.
+
+        Raises:
+            InputError: if the estimators fail, or an own source or sink does.
+        """
+        try:
+            while not is_over() and not self._source.is_over:
+                self.turn()
+                between()
+        except BaseException:
+            with suppress(Exception):  # the first error says more
+                self._send_last()
+            raise
+        self._send_last()
 
     def turn(self) -> None:
         """Waits for readings, until the next result is due at most."""
@@ -195,9 +215,10 @@ class Session:
 
     def _take(self, message: Message, arrived: float) -> None:
         try:
-            reading = understood(message, self._config, self._bench.inputs, self._bench.quantities)
-        except MalformedError:
+            reading = understood(message, self._config, self._ranges, self._bench.quantities)
+        except MalformedError as error:
             self.counts.malformed += 1
+            self.malformed = self.malformed or str(error)
             return
         if self._pace is not None and not self._pace.allows():
             self.counts.excess += 1
@@ -205,16 +226,33 @@ class Session:
         missing = self._watch.accept(reading.count)
         if missing is None:
             return  # an estimate that is newer has been sent already
-        for _ in range(min(missing, round(_MOST_SKIPPED / self._bench.period))):
-            self._bench.skip()
-        if self._is_silent:
-            self._bench.restart_control()  # the fingers are where safe commands have led them
-        self._use(reading)
+        found = self._estimated(reading, missing)
         self._last, self._arrived, self._is_silent = reading, arrived, False
         self._due = arrived + 1.5 * self._bench.period
-        self._send(self._header(0.0) | self._bench.read(self._sent) | self._commanded())
+        self._send(self._header(0.0) | found | self._commanded())
         self._spread.note()
+        self.tally.note(reading.values, found)
         self.latencies.append(self._clock() - arrived)
+
+    def _estimated(self, reading: Reading, missing: int) -> dict[str, Array]:
+        """What is sent of a reading, before which others are missing."""
+        try:
+            for _ in range(min(missing, round(_MOST_SKIPPED / self._bench.period))):
+                self._bench.skip()
+                self._record(math.nan, math.nan)
+            if self._is_silent:
+                self._bench.restart_control()  # the fingers are where safe commands have led them
+            self._use(reading)
+            self._record(math.nan if reading.count is None else reading.count, reading.time)
+            return self._bench.read(self.sent)
+        except (InputError, MemoryError):
+            raise
+        except Exception as error:  # numpy's and Drake's, and those of a user's estimator
+            raise InputError("live", "reading", reading.count, f"the estimators failed: {described(error)}") from error
+
+    def _record(self, count: float, device_time: float) -> None:
+        if self.recorder is not None:
+            self.recorder.take(count, device_time)
 
     def _use(self, reading: Reading) -> None:
         values = {name: value - self._offsets.get(name, 0.0) for name, value in reading.values.items()}
@@ -232,22 +270,27 @@ class Session:
     def _send_aged(self, age: float) -> None:
         header = self._header(age)
         if self._last is None:
-            self._send(header | self._commands_only())
+            self._send_last()
             return
-        found = self._spread.widened(self._bench.read(self._sent), age)
-        commands = self._commands_only() if header["stale"] else self._commanded()
+        found = self._spread.widened(self._bench.read(self.sent), age)
+        commands = self._safe() if header["stale"] else self._commanded()
         if header["stale"] and not self._is_silent:
             self.counts.silences, self._is_silent = self.counts.silences + 1, True
         self._send(header | found | commands)
 
+    def _send_last(self) -> None:
+        """What was sent last, with safe commands."""
+        known = {name: self.results[name] for name in self.sent}
+        self._send(self._header(self._clock() - self._arrived) | {"stale": 1.0} | known | self._safe())
+
     def _commanded(self) -> dict[str, Array]:
         """The commands of the controller; safe ones while sensors are zeroed, and where it has none."""
         if self._zeroing is not None:
-            return self._commands_only()
+            return self._safe()
         safe = self._config.safe_command
         return {name: np.where(np.isfinite(u), u, safe) for name, u in self._bench.read(self._commands).items()}
 
-    def _commands_only(self) -> dict[str, Array]:
+    def _safe(self) -> dict[str, Array]:
         """What is commanded while nothing is known."""
         return {name: np.full(self._bench.signals[name].size(), self._config.safe_command) for name in self._commands}
 
@@ -258,6 +301,20 @@ class Session:
         self._sink(encoded(in_units, self._config.sink_format or self._config.format), in_units)
 
 
+def sent_signals(bench: Bench, config: BenchConfig) -> list[str]:
+    """The signals of a bench that its results have, but for commands."""
+    chosen = _default_signals(bench) if config.send is None else config.send
+    return [name for name in chosen if name.rpartition(".")[2] not in COMMANDS]
+
+
+def recorded_signals(bench: Bench, config: BenchConfig) -> list[str]:
+    """The signals of a bench that are recorded: what is measured, sent and commanded, and the shape."""
+    also = [*_default_signals(bench), *(name for name in bench.signals if name.endswith(f".{ANGLES}"))]
+    commands = [name for name in bench.signals if name.rpartition(".")[2] in COMMANDS]
+    chosen = also if config.record is None else config.record
+    return [*dict.fromkeys([*bench.measured, *sent_signals(bench, config), *chosen, *commands])]
+
+
 def _default_signals(bench: Bench) -> list[str]:
     return [name for name in bench.signals if name.rpartition(".")[2] in SENT]
 
@@ -265,11 +322,11 @@ def _default_signals(bench: Bench) -> list[str]:
 class _Spread:
     """The most that estimates changed of late over a time, by which their bands widen when no reading arrives."""
 
-    def __init__(self, bench: Bench):
+    def __init__(self, bench: Bench, sent: Sequence[str]):
         self._bench = bench
         of = {
             band: [band.rpartition(".")[0] + "." + each for each in _BANDS.get(band.rpartition(".")[2], ())]
-            for band in bench.signals
+            for band in sent
         }
         self._of = {
             band: subjects for band, subjects in of.items() if subjects and set(subjects) <= bench.signals.keys()

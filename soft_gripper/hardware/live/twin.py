@@ -25,8 +25,9 @@ from soft_gripper.arrays import Array
 from soft_gripper.diagrams.simulation import advance, make_simulator
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.hardware.live.bench import Bench
-from soft_gripper.hardware.live.endpoints import Endpoints, LineSource, Message, Sink, Source, by_entry, writer
+from soft_gripper.hardware.live.endpoints import Endpoints, LineSource, Sink, Source, by_entry, writer
 from soft_gripper.hardware.live.messages import MalformedError, decoded, encoded
+from soft_gripper.hardware.live.threads import Message
 from soft_gripper.interrupts import held_back
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.schema import EstimatorConfig, Scenario

@@ -3,7 +3,7 @@
 from dataclasses import asdict, dataclass, field
 
 _MOST_MISSING = 1000  # numbers that are still waited for
-_RESTART = 1000  # numbers that a device falls back by when it restarts
+_IN_ORDER = 3  # readings in order, all behind the last number: the device counts from there, or that number was wrong
 
 
 @dataclass
@@ -17,7 +17,7 @@ class Counts:
     malformed: int = 0  # not what the bench describes
     excess: int = 0  # more than the period of the sensors allows, or than could be used in time
     silences: int = 0  # times when no reading arrived for `stale_after`
-    restarts: int = 0  # of the device: its numbers began again
+    restarts: int = 0  # of the device, whose numbers began again, or after a wrong number
 
     def __str__(self) -> str:
         return ", ".join(f"{number} {name}" for name, number in asdict(self).items())
@@ -30,6 +30,9 @@ class Watch:
     counts: Counts = field(default_factory=Counts)
     _last: int | None = None
     _missing: dict[int, None] = field(default_factory=dict)  # in the order of their numbers
+    _skipped: range = range(0)  # numbers that the last gap was long
+    _behind: int = 0  # readings in order that are behind the last
+    _next: int = -1  # the number that would go on with these
 
     def accept(self, count: int | None) -> int | None:
         """How many readings before this one are missing; None: it is too late to be used.
@@ -37,23 +40,40 @@ class Watch:
         Args:
             count: number of the reading; None: they are not numbered, and none is ever missing.
         """
-        if count is None or self._last is None or self._last - count >= _RESTART:
-            self.counts.restarts += count is not None and self._last is not None
-            self._missing.clear()
-            gap = 0
-        elif count <= self._last:
-            self._note_late(count)
-            return None
-        else:
-            gap = count - self._last - 1
-            first = max(self._last + 1, count - _MOST_MISSING)
-            self._missing |= dict.fromkeys(range(first, count))
-            while len(self._missing) > _MOST_MISSING:
-                del self._missing[next(iter(self._missing))]
-        self._last = count
-        self.counts.lost += gap
+        gap = 0
+        if count is not None and self._last is not None:
+            if count > self._last:
+                gap = self._note_gap(range(self._last + 1, count))
+            elif not self._is_restart(count):
+                self._note_late(count)
+                return None
+            else:
+                self._restart(count)
+        self._last, self._behind = count, 0
         self.counts.used += 1
         return gap
+
+    def _note_gap(self, skipped: range) -> int:
+        if skipped:
+            self._skipped = skipped
+            self._missing |= dict.fromkeys(skipped[:_MOST_MISSING])
+            while len(self._missing) > _MOST_MISSING:
+                del self._missing[next(iter(self._missing))]
+        self.counts.lost += len(skipped)
+        return len(skipped)
+
+    def _is_restart(self, count: int) -> bool:
+        self._behind = self._behind + 1 if count == self._next else 1
+        self._next = count + 1
+        return self._behind >= _IN_ORDER
+
+    def _restart(self, count: int) -> None:
+        """The numbers go on from here; if the last gap was due to a wrong number, what it skipped is not lost."""
+        self.counts.restarts += 1
+        if count in self._skipped:
+            self.counts.lost -= self._skipped.stop - count
+        self._missing.clear()
+        self._skipped = range(0)
 
     def _note_late(self, count: int) -> None:
         if count in self._missing:

@@ -1,0 +1,147 @@
+"""What may wait - readers of results, users' generators, disks - does so in threads, so that the loop never does."""
+
+import os
+import select
+import time
+from collections import deque
+from collections.abc import Callable, Iterable
+from threading import Condition, Thread
+from typing import Any, Generic, TypeVar
+
+MOST_WAITING = 100  # results that wait for whoever takes them
+_LOOK = 0.1  # s between looks whether to go on waiting
+LINGER = 1.0  # s that the last results have, at the end
+
+_T = TypeVar("_T")
+Message = bytes | dict[str, Any]  # encoded, or by name
+
+
+class Outbox(Generic[_T]):
+    """Hands things on, in order, in a thread of its own.
+
+    If they are not taken in time, the oldest are dropped, and counted: whoever reads again gets the newest.
+    """
+
+    def __init__(self, take: Callable[[_T], object], until: Callable[[], bool] | None = None):
+        """
+        Args:
+            take: takes each, and may wait, even for ever.
+            until: if given, nothing is dropped: `put` waits for room until this is true.
+        """
+        self._take, self._until = take, until
+        self._waiting: deque[_T] = deque()
+        self._changed = Condition()
+        self._is_busy = self._is_closed = False
+        self._error: BaseException | None = None
+        self.dropped = 0
+        Thread(target=self._run, daemon=True).start()
+
+    def put(self, item: _T) -> None:
+        """Hands something on; raises what the last `take` raised, if that failed."""
+        with self._changed:
+            while self._until is not None and self._is_full and self._error is None and not self._until():
+                self._changed.wait(_LOOK)
+            if self._error is not None:
+                raise self._error
+            if self._is_full:
+                self._waiting.popleft()
+                self.dropped += 1
+            self._waiting.append(item)
+            self._changed.notify_all()
+
+    def close(self) -> None:
+        """Waits a little until all is taken, or as long as it takes if nothing is to be dropped; drops the rest."""
+        end = time.monotonic() + LINGER
+        with self._changed:
+            while (self._waiting or self._is_busy) and self._error is None:
+                is_patient = self._until is not None and not self._until()
+                if time.monotonic() > end and not is_patient:
+                    break
+                self._changed.wait(_LOOK)
+            self.dropped += len(self._waiting) + self._is_busy
+            self._waiting.clear()
+            self._is_closed = True
+            self._changed.notify_all()
+            error, self._error = self._error, None
+        if error is not None:
+            raise error
+
+    @property
+    def _is_full(self) -> bool:
+        return len(self._waiting) >= MOST_WAITING
+
+    def _run(self) -> None:
+        while True:
+            with self._changed:
+                while not self._waiting and not self._is_closed:
+                    self._changed.wait()
+                if self._is_closed:
+                    return
+                item, self._is_busy = self._waiting.popleft(), True
+            try:
+                self._take(item)
+            except BaseException as error:  # whatever a user's function may raise
+                self._error = error
+            with self._changed:
+                self._is_busy = False
+                self._changed.notify_all()
+                if self._error is not None:
+                    return
+
+
+def write_all(descriptor: int, content: bytes) -> None:
+    """Writes to a file descriptor that may have no room yet, or only for a part."""
+    rest = memoryview(content)
+    while rest:
+        try:
+            rest = rest[os.write(descriptor, rest) :]
+        except BlockingIOError:
+            poll = select.poll()
+            poll.register(descriptor, select.POLLOUT)
+            poll.poll(1e3 * LINGER)
+
+
+class Inbox:
+    """The messages of an iterable that may wait: it is asked in a thread of its own, at a pace."""
+
+    def __init__(self, messages: Iterable[Message], period: float):
+        """`period` between messages, s; 0: as fast as they are taken."""
+        self._messages, self._period = messages, period
+        self._arrived: deque[Message] = deque()
+        self._changed = Condition()
+        self._is_done = False
+        self._error: BaseException | None = None
+        Thread(target=self._run, daemon=True).start()
+
+    @property
+    def is_over(self) -> bool:
+        """Whether nothing will ever arrive again."""
+        return self._is_done and not self._arrived and self._error is None
+
+    def receive(self, timeout: float) -> list[Message]:
+        """What has arrived; raises what the iterable raised, after the messages before."""
+        with self._changed:
+            self._changed.wait_for(lambda: self._arrived or self._is_done, timeout)
+            if not self._arrived and self._error is not None:
+                error, self._error = self._error, None
+                raise error
+            found = [*self._arrived]
+            self._arrived.clear()
+            self._changed.notify_all()
+        return found
+
+    def _run(self) -> None:
+        due = time.monotonic()
+        try:
+            for message in self._messages:
+                time.sleep(max(0.0, due - time.monotonic()))
+                due += self._period
+                with self._changed:
+                    self._changed.wait_for(lambda: len(self._arrived) < MOST_WAITING)
+                    self._arrived.append(message)
+                    self._changed.notify_all()
+        except BaseException as error:  # whatever a user's generator may raise
+            self._error = error
+        with self._changed:
+            self._is_done = True
+            self._changed.notify_all()

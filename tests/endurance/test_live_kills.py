@@ -1,0 +1,86 @@
+"""Sessions of `live` that are killed at random moments, or whose device is unplugged: recordings and commands.
+
+KILLS kills and a quarter as many unpluggings, each time at other moments (`make kills`), or a few that are always the
+same.
+"""
+
+import os
+import random
+import signal
+import socket
+import time
+import tty
+
+import numpy as np
+import pytest
+from live_process import LONG, SAFE, Running
+
+from soft_gripper.diagrams.recording import Recording
+
+pytest.importorskip("serial")
+pytestmark = pytest.mark.slow
+
+KILLS = int(os.environ.get("KILLS", "0"))
+RANDOM = random.Random(None if KILLS else 2)
+SIGNALS = (signal.SIGKILL, signal.SIGTERM, signal.SIGHUP, signal.SIGINT)
+LOST = 100  # readings, of the last second
+MOMENTS = 0.5, 4.0  # s after the first reading
+
+
+class Device:
+    """A serial port that sends readings, and a socket that takes commands."""
+
+    def __init__(self):
+        self.ours, theirs = os.openpty()
+        tty.setraw(theirs)
+        self.name, self.theirs, self.sent = os.ttyname(theirs), theirs, 0
+        self.commands = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.commands.bind(("127.0.0.1", 0))
+        self.commands.setblocking(False)
+
+    def send(self, message):
+        os.write(self.ours, message)
+        self.sent += 1
+
+    def unplug(self):
+        os.close(self.ours)
+        os.close(self.theirs)
+
+    def last_command(self):
+        last = b""
+        while True:
+            try:
+                last = self.commands.recv(2**16)
+            except BlockingIOError:
+                return last.decode().strip()
+
+
+def live(folder, device, ending):
+    """Runs a session up to a random moment and its ending; returns the numbers of the readings in its recording."""
+    port = device.commands.getsockname()[1]
+    sink, source = f"udp://127.0.0.1:{port}", f"serial://{device.name}"
+    with Running(folder, "--out", "out", source=source, sink=sink, send=device.send) as session:
+        session.feed(RANDOM.uniform(*MOMENTS))
+        ending(session)
+        session.process.wait(LONG)
+    device.commands.setblocking(False)
+    time.sleep(0.1)
+    return Recording.load(folder / "out" / "recording.nc")["reading.count"].values
+
+
+@pytest.mark.parametrize("i", range(KILLS or 2))
+def test_a_session_that_is_killed(i, tmp_path):
+    number, device = SIGNALS[i % len(SIGNALS)], Device()
+    counts = live(tmp_path, device, lambda session: session.process.send_signal(number))
+    assert counts[np.isfinite(counts)][-1] >= device.sent - 1 - LOST
+    if number != signal.SIGKILL:
+        assert device.last_command().endswith(SAFE)
+    device.unplug()
+
+
+@pytest.mark.parametrize("i", range(max(1, KILLS // 4)))
+def test_a_device_that_is_unplugged(i, tmp_path):
+    device = Device()
+    counts = live(tmp_path, device, lambda _: device.unplug())
+    assert counts[np.isfinite(counts)][-1] >= device.sent - 1 - LOST
+    assert device.last_command().endswith(SAFE)
