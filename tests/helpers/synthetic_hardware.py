@@ -241,7 +241,7 @@ def write_segment(
     seed: int = 2,
     pressures: tuple[int, ...] = SEGMENT_PRESSURES,
 ) -> Path:
-    """A file of motion capture for each pressure, kPa: x is down, along the segment, which bends toward -y; 100 Hz, mm."""
+    """Motion capture at each pressure, kPa: x is down, along the segment, which bends toward -y; 100 Hz, mm."""
     folder.mkdir(parents=True, exist_ok=True)
     random = np.random.default_rng(seed)
     for i, pressure in enumerate(pressures):
