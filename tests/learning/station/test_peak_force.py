@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 
+from soft_gripper.diagrams.private_run import Kept
 from soft_gripper.diagrams.simulation import solver_config
 from soft_gripper.learning import station as module
 from soft_gripper.truth.contact import Patch
@@ -20,9 +21,17 @@ def test_forces_are_along_normals_of_any_length_and_not_those_of_a_finger_on_its
 
 
 @pytest.fixture(scope="module")
-def gripped(grasp_station):
+def whole_station(grasp_environment):
+    """A station of SoftGrasp-v0 with the true signals, which nothing in it reads."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(module, "keep_what_is_read", lambda builder, period, signals: Kept(dict(signals), {}))
+        return module.make_learning_station(grasp_environment.config, grasp_environment.scenario)
+
+
+@pytest.fixture(scope="module")
+def gripped(whole_station):
     """Peak and present forces, (T, F) each, and true ones, every 50 ms of a grip that is made and loosened."""
-    diagram, parts, forces = grasp_station.diagram, grasp_station.parts, grasp_station.forces
+    diagram, parts, forces = whole_station.diagram, whole_station.parts, whole_station.forces
     simulator = Simulator(diagram)
     ApplySimulatorConfig(solver_config(parts.scenario), simulator)
     context = simulator.get_mutable_context()
