@@ -63,7 +63,7 @@ def test_the_place_needs_the_ratio_and_the_force_the_stiffness(scored: Scored, c
         of(scored[1], sections=4, nominal=nominal, calibration=calibration)
         for calibration in ("none", "trusting stiffness", "trusting chamber")
     )
-    assert trusting_stiffness.place_median_percent < 0.5 < wrong.place_median_percent
+    assert trusting_stiffness.place_median_percent < 0.6 < 2 < wrong.place_median_percent
     assert trusting_chamber.place_median_percent < 0.2
     assert trusting_chamber.force_median_percent < 1
     assert trusting_stiffness.force_median_percent == pytest.approx(10, abs=2)
