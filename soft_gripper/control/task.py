@@ -231,16 +231,17 @@ class TaskMachine(LeafSystem):
                 break
 
     def _update(self, context: Context, values: DiscreteValues) -> None:
-        time = self._since_begin(context)
+        time, before = self._since_begin(context), self.progress(context)
         observed = GripObservation(time, _value(self._opening, context), _value(self._torque, context))
-        progress = self._rules.step(self.progress(context), observed)
-        values.set_value(_PROGRESS, np.array(progress, dtype=float))
+        progress = self._rules.step(before, observed)
+        if progress != before:
+            values.set_value(_PROGRESS, np.array(progress, dtype=float))
+            values.set_value(_PHASE, [progress.phase])
+            values.set_value(_OUTCOME, [progress.outcome])
         if progress.phase < len(self.phases):
             desired = _desired_state(self.phases[progress.phase], time + self._period - progress.began)
             values.set_value(_DESIRED, desired)
             values.set_value(_SET_POINT, [self._rules.opening(progress)])
-        values.set_value(_PHASE, [progress.phase])
-        values.set_value(_OUTCOME, [progress.outcome])
 
 
 def _value(port: InputPort, context: Context) -> float:
