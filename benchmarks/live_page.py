@@ -30,7 +30,8 @@ def main(file: Path) -> None:
         live += ["--set", change]
     with subprocess.Popen(live, stderr=subprocess.PIPE, text=True) as process, TemporaryDirectory() as profile:
         assert process.stderr is not None
-        (address,) = re.findall(r"http://\S+", process.stderr.readline())
+        found = (re.search(r"http://\S+", line) for line in process.stderr)
+        address = next(filter(None, found))[0]
         driver = open_url(address, Path(profile), WINDOW)
         began = held = time.monotonic()
         while time.monotonic() < min(held + HELD, began + MOST):

@@ -8,7 +8,6 @@ import os
 import random
 import signal
 import socket
-import time
 import tty
 
 import numpy as np
@@ -33,7 +32,7 @@ class Device:
     def __init__(self):
         self.ours, theirs = os.openpty()
         tty.setraw(theirs)
-        self.name, self.theirs, self.sent = os.ttyname(theirs), theirs, 0
+        self.name, self.theirs, self.sent, self._last = os.ttyname(theirs), theirs, 0, b""
         self.commands = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self.commands.bind(("127.0.0.1", 0))
         self.commands.setblocking(False)
@@ -41,18 +40,18 @@ class Device:
     def send(self, message):
         os.write(self.ours, message)
         self.sent += 1
+        self.last_command()  # a full buffer would take no more
 
     def unplug(self):
         os.close(self.ours)
         os.close(self.theirs)
 
     def last_command(self):
-        last = b""
         while True:
             try:
-                last = self.commands.recv(2**16)
+                self._last = self.commands.recv(2**16)
             except BlockingIOError:
-                return last.decode().strip()
+                return self._last.decode().strip()
 
 
 def live(folder, device, ending):
@@ -63,8 +62,6 @@ def live(folder, device, ending):
         session.feed(RANDOM.uniform(*MOMENTS))
         ending(session)
         session.process.wait(LONG)
-    device.commands.setblocking(False)
-    time.sleep(0.1)
     return Recording.load(folder / "out" / "recording.nc")["reading.count"].values
 
 

@@ -21,7 +21,8 @@ class Served:
         command = [*LISTENING, *map(str, arguments)]
         self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         assert self.process.stdout is not None
-        (self.url,) = re.findall(r"http://localhost:\S+", self.process.stdout.readline())
+        found = (re.search(r"http://localhost:\S+", line) for line in self.process.stdout)  # notes may come before
+        self.url = next(filter(None, found))[0]
         self.port = urlsplit(self.url).port or 0
 
     def open(self) -> ClientConnection:
