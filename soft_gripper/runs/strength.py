@@ -38,7 +38,7 @@ from soft_gripper.diagrams.simulation import advance, kept_station, run_to_end, 
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.errors import InputError
 from soft_gripper.pictures.style import STYLE
-from soft_gripper.runs.scores.slip import Grip, grip_at, slid
+from soft_gripper.runs.scores.slip import Grip, grip_at, shift
 from soft_gripper.runs.study import run_study
 from soft_gripper.scenario.scenario_file import dump_scenario, parse_scenario
 from soft_gripper.scenario.schema import Scenario
@@ -292,7 +292,7 @@ class _HeldBody:
         if sum(force for _, force in centers.values()) < TOUCH:
             return LET_GO
         X_WO = self._body.EvalPoseInWorld(self._context)
-        if np.mean([slid(self._context, grip, X_WO) for grip in self.grips]) > self._shake.slid:
+        if np.mean([np.linalg.norm(shift(self._context, grip, X_WO)) for grip in self.grips]) > self._shake.slid:
             return SLID
         turns = [_angle(X, self._pose_in(grip.link)) for X, grip in zip(self._poses, self.grips, strict=True)]
         return TURNED if min(turns) > self._shake.turned else ""

@@ -64,7 +64,7 @@ class Grasp:
     least_force_n: that least force, of the finger that presses most.
     contact_area_mm2: of all fingers; the mean pressure is the normal forces over it.
     largest_impulse_mns: see FingerGrip; of the finger that has the largest.
-    slid_mm: on the fingers while held, see `held_since`.
+    slid_mm: length of its path along the fingers while held, see `held_since`; creep adds to it.
     moved_mm, turned_deg: largest change of the object's pose in the palm while held.
     sideways_play_mm: range of its motion across the bending plane of the first finger while held.
     estimated_width_mm, estimated_stiffness_n_m: of the object, from the sensors; see `stiffness`.
@@ -229,7 +229,7 @@ def judge(
     Args:
         signals: of the object.
         grips: of each finger, see `finger_grips`.
-        slid: how far the object has slid on the fingers while held, m; NaN without contact.
+        slid: length of the path of the object along the fingers while held, m; NaN without contact.
         speed: at which it slides at the end, m/s.
         estimated: from the sensors.
         energy: of the pump, J.

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from pydrake.geometry import GeometryId
 
 from soft_gripper.arrays import Array
+from soft_gripper.control.task import Phase
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.scene import first_body
 from soft_gripper.diagrams.station_parts import Station
@@ -24,7 +25,7 @@ from soft_gripper.runs.scores.grasp import (
     pump_energy,
     stiffness,
 )
-from soft_gripper.runs.scores.slip import recorded_poses, slip
+from soft_gripper.runs.scores.slip import path_length, recorded_poses, shifts, slip
 from soft_gripper.truth.contact import combined_friction
 
 NORMAL = "grip_normal_force"
@@ -72,27 +73,39 @@ def recorded_grasp(station: Station, recording: Recording, held: str) -> tuple[G
     signals = _signals(station, recording, held, samples)
     grips = finger_grips(signals, [finger.name for finger in station.fingers])
     begin, window = held_since(signals), np.flatnonzero(last(signals.time))
-    while_held = slip(station, recording, held, samples[begin:])
+    slid = path_length(shifts(station, recording, held, samples[begin:]))
     at_the_end = slip(station, recording, held, samples[window])
     elapsed = signals.time[-1] - signals.time[window[0]]
     speed = float(at_the_end[-1]) / elapsed if elapsed > 0 else np.nan
     estimated = _estimated(station, recording, samples)
     energy = _energy(station, recording, samples)
-    return judge(signals, grips, float(np.max(while_held)), speed, estimated, energy), grips
+    return judge(signals, grips, slid, speed, estimated, energy), grips
 
 
 def _judged(station: Station, recording: Recording, held: str) -> NDArray[np.int_]:
-    """The samples of which contact is known, up to the end of the last phase but one that holds the object.
-
-    The last one puts it down. Without such phases, all samples count.
-    """
+    """The samples of which contact is known; in a task, those of them that are `before_put_down`."""
     known = np.isfinite(recording[f"{held}.{NORMAL}"].values).all(axis=1)
     if station.task is not None:
-        holding = [number for number, phase in enumerate(station.task.phases) if phase.holds]
-        carried = np.isin(recording["task.phase"].values, holding[:-1] or holding)
-        if carried.any():
-            known[np.flatnonzero(carried)[-1] + 1 :] = False
+        known &= before_put_down(recording["task.phase"].values.ravel(), station.task.phases)
     return np.flatnonzero(known)
+
+
+def before_put_down(numbers: Array, phases: Sequence[Phase]) -> NDArray[np.bool_]:
+    """The samples up to the end of the last phase that carries an object, (T).
+
+    The last of several phases that hold it puts it down if another phase follows, and does not count. Without phases
+    that hold an object, or if none was reached, all samples count.
+
+    Args:
+        numbers: of the phase at each sample, (T).
+        phases: of the task, and its rescues.
+    """
+    holding = [number for number, phase in enumerate(phases) if phase.holds]
+    if len(holding) > 1 and phases[holding[-1]].follower < len(phases):
+        holding.pop()
+    carries = np.isin(numbers, holding)
+    until: NDArray[np.bool_] = np.logical_or.accumulate(carries[::-1])[::-1]
+    return until if carries.any() else ~until
 
 
 def _signals(station: Station, recording: Recording, held: str, samples: NDArray[np.int_]) -> GraspSignals:

@@ -4,7 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from task_rules import motion as arm_motion
 
+from soft_gripper.control.task import Phase
 from soft_gripper.runs.scores.grasp import (
     IMPULSE_TIME,
     Estimated,
@@ -19,6 +21,9 @@ from soft_gripper.runs.scores.grasp import (
     stiffness,
     verdict,
 )
+from soft_gripper.runs.scores.recorded_grasps import before_put_down
+from soft_gripper.scenario.scenario_file import load_scenario
+from soft_gripper.scenario.shipped import scenario_names
 
 TIME = np.arange(0, 2.005, 0.01)
 WEIGHT = 0.5  # N, carried by the friction of two fingers
@@ -138,3 +143,40 @@ def test_the_impulse_of_a_finger_is_its_own():
     one, other = finger_grips(signals(), ["one", "other"])
     assert (one.largest_impulse_mns, other.largest_impulse_mns) == pytest.approx((50, 45))
     assert replace(one, finger="other") != other
+
+
+def judged_phases(*holds, reached=None):
+    """The numbers of the phases that count, of a task whose phases hold an object or not, before two rescues."""
+    end = len(holds) + 2
+    phases = [
+        Phase(f"phase {i}", arm_motion(1.0), np.nan, i + 1 if i + 1 < len(holds) else end, holds=held)
+        for i, held in enumerate(holds)
+    ]
+    rescues = [Phase(name, arm_motion(1.0), np.nan, end) for name in ("rise", "return")]
+    numbers = np.repeat(np.arange(len(holds) if reached is None else reached), 3)
+    counted = before_put_down(numbers, [*phases, *rescues])
+    return sorted({int(number) for number in numbers[counted]})
+
+
+@pytest.mark.parametrize(
+    ("holds", "reached", "counted"),
+    [
+        ((False, True, True), None, [0, 1, 2]),  # it is held to the end
+        ((False, True), None, [0, 1]),
+        ((False, True, True, False), None, [0, 1]),  # the last one puts it down
+        ((False, True, False), None, [0, 1]),
+        ((False, False), None, [0, 1]),
+        ((False, False, True, True), 2, [0, 1]),  # it was never grasped
+    ],
+)
+def test_a_hold_counts_to_its_end_unless_it_puts_the_object_down(holds, reached, counted):
+    assert judged_phases(*holds, reached=reached) == counted
+
+
+def test_shipped_tasks_are_judged_before_they_put_the_object_down():
+    tasks = {name: load_scenario(name).task for name in scenario_names()}
+    tasks = {name: task for name, task in tasks.items() if task is not None and any(p.holds for p in task.phases)}
+    assert len(tasks) >= 7
+    for name, task in tasks.items():
+        last_counted = judged_phases(*(phase.holds for phase in task.phases))[-1]
+        assert task.phases[last_counted + 1].name == "lower", name

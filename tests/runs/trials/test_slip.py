@@ -6,7 +6,7 @@ from pick_and_place import FINGERS, box_recording, box_station, state
 from pydrake.math import RigidTransform, RotationMatrix
 
 from soft_gripper.diagrams.station_parts import Station
-from soft_gripper.runs.scores.slip import slip
+from soft_gripper.runs.scores.slip import path_length, slip
 
 pytestmark = pytest.mark.slow
 
@@ -97,3 +97,19 @@ def test_without_contact_or_samples_there_is_no_slip_to_measure(station):
     assert np.isnan(slip_mm(station, placed, {}))
     signals = {"plant.state": np.zeros((5, station.plant.num_multibody_states()))}
     assert not len(slip(station, box_recording(station, signals), "box", np.array([], dtype=int)))
+
+
+def test_creep_adds_to_the_path_though_it_leads_back():
+    """Two fingers lift an object by 0.15 mm in 1 s; then it creeps down by 0.015 mm/s for 2 and for 8 s."""
+    lengths = []
+    for hold in (2.0, 8.0):
+        time = np.arange(0, 1 + hold + 0.005, 0.01)
+        height = 1.5e-4 * np.minimum(time, 1.0) - 1.5e-5 * np.maximum(time - 1.0, 0.0)
+        lengths.append(path_length(np.stack([0 * height, height], axis=-1)[:, None] * np.ones((1, 2, 1))))
+    assert 1e3 * np.array(lengths) == pytest.approx([0.18, 0.27])
+    assert path_length(np.zeros((5, 1, 2))) == 0
+    assert np.isnan(path_length(np.zeros((5, 0, 2))))
+
+
+def test_the_path_is_the_mean_of_the_fingers():
+    assert path_length(np.array([[[0, 0], [0, 0]], [[3, 4], [0, 1]], [[0, 0], [0, 0]]])) == pytest.approx(6)
