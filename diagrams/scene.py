@@ -1,7 +1,7 @@
 """The plant: models added at their poses, and the fingers found in them."""
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from math import dist
 from typing import NamedTuple
 
@@ -165,7 +165,8 @@ class Scene(NamedTuple):
     scene_graph: SceneGraph
     fingers: list[PlantFinger]
     soft: dict[str, SoftBody]  # the soft objects, by the names of their models
-    couplings: Couplings | None = None  # of the joints of the arm, if there is one
+    couplings: Couplings | None  # of the joints of the arm, if there is one
+    mimics: Mapping[str, Sequence[Mimic]]  # joints that follow others, by the names of their models
 
 
 @collected()  # so that the notes on all its models are few
@@ -195,14 +196,13 @@ def add_plant(
     plant, scene_graph = AddMultibodyPlant(config, builder)
     plant.mutable_gravity_field().set_gravity_vector(gravity)
     fingers: list[PlantFinger] = []
-    mimics: Sequence[Mimic] = ()
+    mimics: dict[str, Sequence[Mimic]] = {}
     if config.time_step == 0 and any(model.mesh.youngs_modulus is not None for model in models):
         raise InputError("plant_config", "time_step", 0, "must be above 0: soft objects are simulated in steps")
     for i, model in enumerate(models):
         where = f"models[{i}]"
         own = arm if arm is not None and model.name == arm.model else None
-        _, found, followers = add_model(plant, model, where, own, visuals, points)
-        mimics = followers if own is not None else mimics
+        _, found, mimics[model.name] = add_model(plant, model, where, own, visuals, points)
         if model.half_space:
             make_half_space(plant, scene_graph, model, where)
         if model.free and found:
@@ -215,9 +215,9 @@ def add_plant(
             skins = (plant.GetCollisionGeometriesForBody(link) for finger in fingers for link in finger.links)
             prepare_point_contact(plant, scene_graph, {geometry for of_link in skins for geometry in of_link})
         plant.Finalize()
-    coupled = None if arm is None else set_home_posture(plant, arm, mimics)
+    coupled = None if arm is None else set_home_posture(plant, arm, mimics.get(arm.model, ()))
     soft = soft_bodies(plant, scene_graph.model_inspector(), [model.name for model in models])
-    scene = Scene(plant, scene_graph, fingers, soft, coupled)
+    scene = Scene(plant, scene_graph, fingers, soft, coupled, mimics)
     remove_idle_skins(scene)
     return scene
 
@@ -284,7 +284,7 @@ def remove_idle_skins(scene: Scene) -> None:
     That is known only where nothing moves but the joints of fingers, and these only turn: then a link cannot leave a
     ball about the base of its finger, whose radius is the length of the finger up to the end of the link.
     """
-    plant, scene_graph, fingers, soft, _ = scene
+    plant, scene_graph, fingers, soft, *_ = scene
     turning = sum(len(finger.joints_of(way)) for finger in fingers for way in finger.finger.yields if way not in SLIDES)
     other_joints = plant.num_positions() > turning
     if other_joints or soft or not all(finger.is_anchored for finger in fingers):

@@ -1,12 +1,13 @@
 """The parts of a station, in its own diagram or in the user's."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from pydrake.geometry import SceneGraph
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Context, Diagram, InputPort, OutputPort, System
 
+from soft_gripper.control.couplings import Mimic
 from soft_gripper.control.task import TaskMachine
 from soft_gripper.diagrams.arm import Arm
 from soft_gripper.diagrams.recording import Recording, SignalLogs, provenance, read_logs
@@ -33,6 +34,7 @@ class StationParts:
     scene_graph: SceneGraph
     fingers: tuple[PlantFinger, ...]
     soft: Mapping[str, SoftBody]  # soft objects, by the names of their models
+    mimics: Mapping[str, Sequence[Mimic]]  # joints that follow others, by the names of their models
     sensor: str  # name of the block in tables and recordings
     estimator: str
     inputs: dict[str, InputPort] = field(default_factory=dict)

@@ -313,7 +313,7 @@ def _set_scene(meshcat: Meshcat) -> None:
 
 def _landmarks(scene: Scene, models: Sequence[ModelConfig], arm: ArmConfig | None, task: TaskConfig | None) -> Array:
     """Points to keep in view, (M, 3) m: the reach of the fingers, the arm, the object handled, and its goal."""
-    plant, scene_graph, fingers, soft, couplings = scene
+    plant, scene_graph, fingers, soft, couplings, _ = scene
     points = [finger.X_WB @ (finger.finger.length * corner) for finger in fingers for corner in _REACH]
     if arm is not None and couplings is not None:
         model, context = plant.GetModelInstanceByName(arm.model), plant.CreateDefaultContext()

@@ -25,7 +25,7 @@ class Commands(NamedTuple):
 
     times: Array  # (K,) s; the run ends at the last one
     pressures: Array  # (K, C) Pa, effective: what the laws of the chambers make of the pressures
-    arm: Array  # (K, n) rad or m
+    arm: Array  # (K, k) rad or m, of the joints that follow no other
 
 
 class ArmActuator(NamedTuple):
@@ -38,13 +38,14 @@ class ArmActuator(NamedTuple):
 
 
 def arm_actuators(station: Station) -> list[ArmActuator]:
-    """Of the arm, if there is one, in the order of its joints."""
+    """Of the arm, if there is one, in the order of its joints that follow no other."""
     arm, plant = station.parts.arm, station.plant
     if arm is None:
         return []
     actuators = map(plant.get_joint_actuator, plant.GetJointActuatorIndices(arm.model))
     of_joint: dict[int, JointActuator] = {int(each.joint().index()): each for each in actuators}
-    driven = [of_joint[int(joint.index())] for joint in arm_joints(plant, arm.model)]
+    joints = arm_joints(plant, arm.model)
+    driven = [of_joint[int(joints[i].index())] for i in arm.couplings.leads]
     gains = [actuator.get_controller_gains() for actuator in driven]
     return [ArmActuator(a.joint(), g.p, g.d, a.effort_limit()) for a, g in zip(driven, gains, strict=True)]
 
@@ -83,15 +84,17 @@ def _motion(station: Station) -> tuple[Array, Array]:
 
 
 def _folded(arm: Arm, actuators: Sequence[ArmActuator], desired: Array) -> Array:
-    """The positions at which PD controllers without a desired velocity do the same and carry the weight, (K, n)."""
+    """The positions at which PD controllers without a desired velocity do the same and carry the weight, (K, k)."""
     positions, velocities = np.split(desired, 2, axis=1)
+    leads = arm.couplings.leads
     stiffness, damping = (np.array([getattr(each, gain) for each in actuators]) for gain in ("stiffness", "damping"))
     context = arm.plant.CreateDefaultContext()
     weights = []
     for posture in positions:
         arm.plant.SetPositions(context, posture)
         weights.append(arm.plant.CalcGravityGeneralizedForces(context))
-    found: Array = positions + (damping * velocities - np.array(weights)) / stiffness
+    carried = arm.couplings.carried(np.array(weights))
+    found: Array = positions[:, leads] + (damping * velocities[:, leads] - carried[:, leads]) / stiffness
     return found
 
 

@@ -60,6 +60,7 @@ from soft_gripper.scenario.schema import Scenario
 # the shortest time constant of a contact. The integrator discrete takes longer steps, and damps motion.
 EXPLICIT_STEP = 0.002
 _RIGID = 1e9  # N/m, stiffness from which on a shape is not a skin
+_STIFF = "0.999 0.9999 0.001"  # shares of the force that holds a coupling, of MuJoCo's soft constraints
 _HALF_SPACE = "1 1 0.1"  # m, of a plane as it is drawn; it has no end
 
 
@@ -143,6 +144,7 @@ class _Writer:
         self._add_geoms(world, self._plant.world_body())
         self._add_children(world, self._plant.world_body())
         self._add_contacts(ET.SubElement(self._root, "contact"))
+        self._add_couplings(ET.SubElement(self._root, "equality"))
         tendons, actuators = ET.SubElement(self._root, "tendon"), ET.SubElement(self._root, "actuator")
         for finger in self._station.fingers:
             self._add_chambers(tendons, actuators, finger)
@@ -271,6 +273,14 @@ class _Writer:
 
     def _body_of(self, geometry: GeometryId) -> RigidBody:
         return self._plant.GetBodyFromFrameId(self._inspector.GetFrameId(geometry))
+
+    def _add_couplings(self, equality: ET.Element) -> None:
+        """Lets joints follow others, as stiffly as the time step permits."""
+        for model, mimics in self._station.parts.mimics.items():
+            for mimic in mimics:
+                settings = {"joint1": f"{model}::{mimic.joint}", "joint2": f"{model}::{mimic.leader}"}
+                settings |= {"polycoef": text([mimic.offset, mimic.multiplier, 0, 0, 0])}
+                ET.SubElement(equality, "joint", settings, solref=text([2 * self._step, 1]), solimp=_STIFF)
 
     def _add_chambers(self, tendons: ET.Element, actuators: ET.Element, finger: PlantFinger) -> None:
         """Adds the chambers of a finger, and their actuators."""

@@ -68,6 +68,8 @@ class _Writer:
         skin = "hydroelastic_modulus of its skin; contacts are those of the other simulator"
         lacks += [f"{finger.name}: {skin}" for finger in self._station.fingers]
         lacks += ["contacts between links of one model, such as two fingers, in simulators that leave them out"]
+        for name, mimics in self._station.parts.mimics.items():
+            lacks += [f"{name}: joint {mimic.joint} follows {mimic.leader}; it moves freely" for mimic in mimics]
         if self._station.scenario.arm is not None:
             lacks += ["arm: its posture where a run begins, and its controllers"]
         return Sdf(ET.tostring(root, encoding="unicode") + "\n", self._meshes, [*lacks, *left_out(self._station)])

@@ -66,7 +66,7 @@ class RecordedScene:
     def __init__(self, scenario: Scenario, recording: Recording):
         builder = DiagramBuilder()
         scene = add_plant(builder, scenario.plant_config, scenario.models, scenario.gravity, scenario.arm)
-        self.plant, self.scene_graph, self.fingers, self._soft, _ = scene
+        self.plant, self.scene_graph, self.fingers, self._soft, *_ = scene
         give_normals(self.scene_graph, self.plant.get_source_id())
         self._diagram = builder.Build()
         self._context = self._diagram.CreateDefaultContext()
