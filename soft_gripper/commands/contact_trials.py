@@ -74,8 +74,8 @@ def _print_summary(contacts: Sequence[Contact]) -> None:
 def _print_errors(rows: Sequence[ContactErrorRow]) -> None:
     """Prints the errors of both sides together; the table also lists them by side."""
     columns = {"estimator": "", "sections": "", "sensors": "", "stiffness": "", "calibrated": "", "found [%]": ".0f"}
-    errors = ("force [%]", "90 %", "place [%]", "90 % ")
-    title = "errors (median, 90th percentile), relative to force and length; section boundaries in mm"
+    errors = ("force [%]", "median", "90 %", "place [%]", "median ", "90 % ")
+    title = "errors (mean, median, 90th percentile), relative to force and length; section boundaries in mm"
     print_table(columns | dict.fromkeys(errors, ".2f"), [_cells(row) for row in rows if row.side == BOTH], title)
 
 
@@ -83,7 +83,8 @@ def _cells(row: ContactErrorRow) -> list[str | float]:
     sensors = f"{row.sensors} {row.averaged}" if row.averaged > 1 else row.sensors
     nominal = row.nominal.removeprefix("youngs_modulus ").removeprefix("as simulated") or "exact"
     forces, places = (
-        [getattr(row, f"{of}_median_percent"), getattr(row, f"{of}_90_percent")] for of in ("force", "place")
+        [getattr(row, f"{of}_{statistic}_percent") for statistic in ("mean", "median", "90")]
+        for of in ("force", "place")
     )
     layout = f"{row.sections}: {row.borders}"
     return [row.estimator, layout, sensors, nominal, row.calibration, row.found_percent, *forces, *places]

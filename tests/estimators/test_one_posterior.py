@@ -7,7 +7,7 @@ from loaded_fingers import Push, in_balance
 from soft_gripper.estimators.contact import ContactShape, _explained
 from soft_gripper.estimators.spatial_contact import SpatialContactShape
 from soft_gripper.estimators.uncertainty import Uncertainty
-from soft_gripper.evaluation.contacts.space import contacts_of, finger_in_space
+from soft_gripper.evaluation.contacts.space import contacts_in_space, finger_in_space
 from soft_gripper.scenario.schema import SensorConfig
 from soft_gripper.scenario.sensor_presets import sensor_layout
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
@@ -59,7 +59,7 @@ def test_in_the_plane(shipped_finger, sections, place, force):
 def test_in_space():
     """Of smooth contacts on all faces: the part across the finger, of which there is none on its sides."""
     layout = sensor_layout(finger_in_space(), SensorConfig(layout="four_faces_and_diagonal", sections=2))
-    shape, contacts = SpatialContactShape(layout, ASSUMED), contacts_of("no friction", 12, 3)
+    shape, contacts = SpatialContactShape(layout, ASSUMED), contacts_in_space(12, 0.0, 3)
     driving = np.zeros(contacts.q.shape)
     driving[:, : finger_in_space().segments] = finger_in_space().pressure_torque(contacts.pressure)
     readings = layout.read(contacts.q)

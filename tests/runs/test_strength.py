@@ -30,13 +30,14 @@ INERTIAL = '<inertial><mass value="0.1"/><inertia ixx="1e-4" iyy="1e-4" izz="1e-
 
 PAD_FRICTION, PRESSURE, RADIUS = 0.5, 100e3, 0.0346  # m; the pad fills the space between the fingers
 PAD_HEIGHT, BASE_HEIGHT = 0.04, 0.147  # m
+PAD_MODULUS = 5.2e4  # Pa, of skin over the length of a finger, so that the pads are soft
 PADS = """
 models:
 - name: gripper
   file: package://soft_gripper/grippers/two_finger.urdf
   X_PC: {{ translation: [0, 0, 0.177], rotation: !Rpy {{ deg: [180, 0, 0] }} }}
   segments: 1
-  fingers: {{ all: {{ friction: {friction} }} }}
+  fingers: {{ all: {{ friction: {friction}, hydroelastic_modulus: {modulus} }} }}
 - name: pad
   file: {folder}/pad.obj
   free: true
@@ -56,7 +57,7 @@ def pads(tmp_path_factory: pytest.TempPathFactory) -> Settled:
     mesh = trimesh.creation.cylinder(RADIUS, 0.03, sections=64)
     mesh.apply_transform(trimesh.transformations.rotation_matrix(np.pi / 2, [1, 0, 0]))
     mesh.export(folder / "pad.obj")
-    text = PADS.format(folder=folder, friction=PAD_FRICTION, pressure=PRESSURE, height=PAD_HEIGHT)
+    text = PADS.format(folder=folder, friction=PAD_FRICTION, modulus=PAD_MODULUS, pressure=PRESSURE, height=PAD_HEIGHT)
     return Settled.of(parse_scenario(folder / "pads.yaml", text), "pad")
 
 

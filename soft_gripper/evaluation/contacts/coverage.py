@@ -1,388 +1,220 @@
-"""How often what `contact` states of a force is true, by where along the finger the force acts.
+"""How often what `contact` states of a force is true, in the situations in which a user meets contacts.
 
     python -m soft_gripper.evaluation.contacts.coverage
 
-writes `contact_coverage.csv` and a figure into results/contact_coverage. Single contacts are computed by statics with
-no friction, any friction and friction at the cone, and simulated with Drake. Two contacts and contacts spread over a
-stretch of the finger are computed by statics.
-
-Of some hundred contacts a share of 95 % has a standard error of 2 %, and the least of thousands of shares is far below.
-So a tenth of the length with a share below CLEAR, or with fewer than FEWEST contacts that are detected, is counted once
-more, on more contacts that are drawn anew.
+writes `contact_coverage.csv` and a figure into results/contact_coverage, a row for each of `situations`, number of
+sections, sensors and nominal model. All contacts of one draw count. An answer that is withheld, since no single force
+explains the readings, and a bound at the largest force that the scene can exert are counted by themselves.
+`--resume` computes what is missing.
 """
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
-from functools import cache
+import argparse
+from collections.abc import Sequence
+from itertools import product
 from pathlib import Path
-from typing import Any
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
+from tqdm import tqdm
 
-from soft_gripper.arrays import Array, Planar
-from soft_gripper.estimators.contact import STRADDLED, ContactShape
-from soft_gripper.estimators.force_posterior import DETECTED, ContactPosterior
-from soft_gripper.estimators.uncertainty import Uncertainty, uncertainty_of
-from soft_gripper.evaluation.contacts.dataset import (
-    LAYOUTS,
-    PEG_FRICTION,
-    SIDES,
-    Contacts,
-    G,
-    as_arrays,
-    combined_friction,
-    describe_borders,
-    read_finger,
-    run_contact,
+from soft_gripper.arrays import Array
+from soft_gripper.estimators.force_posterior import DETECTED
+from soft_gripper.evaluation.contacts.situations import (
+    ARM,
+    IN_SPACE,
+    MODELS,
+    PEG,
+    PLANAR,
+    Case,
+    Stated,
+    carried,
+    drawn,
+    pressed,
 )
-from soft_gripper.evaluation.contacts.estimates import REALISTIC, Condition, disturbed_readings
-from soft_gripper.evaluation.contacts.friction_cone import FORCES, PRESSURES, balanced, rubbing_contacts, rubbing_torque
-from soft_gripper.files.csv_table import write_csv
-from soft_gripper.fingers.finger import Finger
-from soft_gripper.pictures.style import COLORS, STYLE, save_figure
-from soft_gripper.scenario.schema import SensorConfig, StrainErrorsConfig
-from soft_gripper.scenario.sensor_presets import strain_errors
-from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
+from soft_gripper.pictures.style import STYLE, save_figure
+from soft_gripper.runs.executor import open_executor
+from soft_gripper.runs.study import StudyTables, run_study
 
-PLACES = 0.1, 1.0  # of the length
+TABLE, ABOUT, FIGURE = "contact_coverage.csv", "contact_coverage.txt", "contact_coverage"
+SITUATIONS = (*PLANAR, *IN_SPACE, *PEG, *ARM)
+CASES = tuple(Case(*each) for each in product((2, 4), (False, True), MODELS))
 ENOUGH = 92.0  # %, of the bar
-CLEAR, AGAIN = 94.0, 1000  # %, below which a share is in doubt, and contacts that decide
-FEWEST = 100  # contacts of which a share is stated
-TABLE, FIGURE = "contact_coverage.csv", "contact_coverage"
-_TENTHS = range(1, 10)
+FEWEST = 20  # contacts of which a share is stated
+CONTACTS, RUNS, CARRIES = 500, 6, 1  # of a situation, by statics, with a peg and with an arm
+_TENTHS, _THIRDS = range(1, 10), (("near", 0.1, 0.4), ("middle", 0.4, 0.7), ("far", 0.7, 1.01))
+_KEYS = "situation", "sections", "sensors", "model"
+SHARES = "interval", "bound", "bound_beyond", "bound_several", "place"
+_ERRORS = ("force_n", "place_percent")
+_STATISTICS = "mean", "median", "90"
+COLUMNS = (
+    *_KEYS,
+    *("contacts", "detected_percent", "withheld_percent", "unbounded_percent", "unbounded_beyond_percent"),
+    *(column for share in SHARES for column in (f"{share}_percent", f"{share}_least_percent", f"{share}_by_tenth")),
+    *(f"{error}_{name}_{third[0]}" for error in _ERRORS for third in _THIRDS for name in _STATISTICS),
+    "degrees_median",
+)
+Row = dict[str, str]
 
 
-@dataclass(frozen=True)
-class Conditions:
-    """What is uncertain, and what the estimator assumes of it."""
-
-    name: str
-    assumed: Uncertainty
-    noise: float = 0.0  # of the extension ratios
-    youngs_modulus: str | None = None  # nominal, as a change
-    realistic: bool = False  # sensors
-    as_assumed: bool = False  # finger and pressure differ from the nominal ones by as much as is assumed
+def key_of(situation: str, case: Case) -> tuple[str, ...]:
+    """The cells that name a row."""
+    sensors = "realistic" if case.realistic else "ideal"
+    return situation, str(case.sections), sensors, case.model
 
 
-def conditions() -> list[Conditions]:
-    """Those of the study."""
-    errors = strain_errors(SensorConfig(errors=StrainErrorsConfig(preset=REALISTIC)))
-    ideal = Uncertainty()
-    return [
-        Conditions("ideal sensors", ideal),
-        Conditions("noise of 0.1 %", Uncertainty(reading=1e-3), noise=1e-3),
-        Conditions("realistic sensors", uncertainty_of(errors), realistic=True),
-        Conditions("stiffness 10 % wrong", Uncertainty(bend_per_pressure=0.1), youngs_modulus="+10 %"),
-        Conditions("errors as assumed", ideal, noise=ideal.reading, as_assumed=True),
-    ]
+def coverage_row(situation: str, case: Case, stated: Stated) -> Row:
+    """Shares of what is stated that is true, %, and errors of forces, N, and places, % of the length.
+
+    The interval counts where it is stated; bounds where they are below the largest force; the place where it is known.
+    A share of each tenth of the length with FEWEST of these or more, and the least of them, are of contacts from 0.1 of
+    the length on.
+    """
+    assumed, force = case.assumed, stated.force[:, None]
+    low, _, high = stated.interval.T
+    bounded = stated.bounds < 0.999 * assumed.largest_force
+    far = stated.place > assumed.nearest_contact
+    least, most = stated.places.T
+    true = {
+        "interval": ((low <= stated.force) & (stated.force <= high), np.isfinite(low)),
+        "bound": ((force <= stated.bounds)[:, 0], bounded[:, 0]),
+        "bound_beyond": ((force <= stated.bounds)[:, 1], bounded[:, 1] & far),
+        "bound_several": ((force <= stated.bounds)[:, 2], bounded[:, 2] & far),
+        "place": ((least <= stated.place) & (stated.place <= most), np.isfinite(least)),
+    }
+    row = dict(zip(_KEYS, key_of(situation, case), strict=True)) | {
+        "contacts": str(len(force)),
+        "detected_percent": _percent(stated.probability > DETECTED),
+        "withheld_percent": _percent(~np.isfinite(low)),
+        "unbounded_percent": _percent(~bounded[:, 0]),
+        "unbounded_beyond_percent": _percent(~bounded[far, 1]),
+    }
+    for name, (holds, known) in true.items():
+        tenths = [_share(holds, known & (np.minimum((10 * stated.place).astype(int), 9) == i)) for i in _TENTHS]
+        row |= {
+            f"{name}_percent": _percent(holds[known]),
+            f"{name}_least_percent": f"{np.nanmin([*tenths, np.inf]):.1f}",
+            f"{name}_by_tenth": " ".join(f"{share:.1f}" for share in tenths),
+        }
+    errors = np.abs(stated.estimated_force - stated.force), 100 * np.abs(stated.estimated_place - stated.place)
+    for name, values in zip(_ERRORS, errors, strict=True):
+        for third, begin, end in _THIRDS:
+            part = values[(begin <= stated.place) & (stated.place < end) & np.isfinite(values)]
+            row |= {f"{name}_{each}_{third}": f"{value:.3g}" for each, value in _statistics(part).items()}
+    directions = stated.degrees[np.isfinite(stated.degrees)]
+    return row | {"degrees_median": f"{np.median(directions) if len(directions) else np.nan:.2g}"}
 
 
-@dataclass(frozen=True)
-class CoverageRow:
-    """Contacts in one tenth of the length: the share of them, %, of which what is stated is true, and medians."""
-
-    contacts: str
-    condition: str
-    sections: int
-    borders: str  # mm from the base
-    beyond: float  # share of the length at which the tenth begins; NaN for several contacts
-    number: int
-    detected_percent: float
-    explained_percent: float  # by a single force; what follows is of these, but for the bound of several
-    interval_percent: float
-    set_percent: float
-    bound_percent: float
-    bound_beyond_percent: float  # of contacts beyond `nearest_contact`
-    bound_several_percent: float
-    place_percent: float  # of those detected
-    width: float  # median of the length of the interval, divided by the force
-    bound: float  # median, divided by the force
-    bound_beyond: float
-    bound_several: float
+def _statistics(values: Array) -> dict[str, float]:
+    if not len(values):
+        return dict.fromkeys(_STATISTICS, np.nan)
+    found = values.mean(), *np.percentile(values, [50, 90])
+    return dict(zip(_STATISTICS, map(float, found), strict=True))
 
 
-def estimated(layout: SensorLayout, contacts: Contacts, condition: Conditions, seed: int) -> ContactPosterior:
-    """The posterior of every contact under a condition."""
-    rng, assumed, pressure, q = np.random.default_rng(seed), condition.assumed, contacts.pressure, contacts.q
-    if condition.as_assumed:
-        pressure = pressure / (1 + assumed.bend_per_pressure * rng.standard_normal(pressure.shape))
-        q = q * (1 + assumed.bend_per_pressure * rng.standard_normal((len(q), 1)))
-        q = q + assumed.angle * rng.standard_normal(q.shape) + _straddling(contacts, rng)
-    ratios = extension_ratios(layout, q)
-    readings = layout.response.reading(ratios + condition.noise * rng.standard_normal(ratios.shape))
-    if condition.realistic:
-        errors = strain_errors(SensorConfig(errors=StrainErrorsConfig(preset=REALISTIC)))
-        assert errors is not None
-        readings = disturbed_readings(layout, contacts, errors, 1, 1).pressed[0]
-    finger = Condition(condition.youngs_modulus).nominal_finger(layout.finger)
-    nominal = SensorLayout(finger, layout.sections, borders=layout.borders)
-    return ContactShape(nominal, assumed).posterior(readings, finger.pressure_torque(pressure), contacts.gravity)
+def _share(holds: NDArray[np.bool_], known: NDArray[np.bool_]) -> float:
+    return 100 * float(holds[known].mean()) if known.sum() >= FEWEST else np.nan
 
 
-def _straddling(contacts: Contacts, rng: np.random.Generator) -> Array:
-    """By how much contacts turn the joints next to them that they straddle, (M, N) rad."""
-    finger = contacts.finger
-    nearest = np.abs(contacts.arc_length[:, None] - finger.joint_arc_lengths).argmin(axis=-1)
-    torque = STRADDLED * contacts.force * rng.standard_normal(contacts.force.shape)
-    turned: Array = (nearest[:, None] == np.arange(finger.segments)) * torque[:, None] / finger.stiffness
-    return turned
+def _percent(holds: NDArray[np.bool_]) -> str:
+    return f"{100 * holds.mean():.1f}" if len(holds) else "nan"
 
 
-def coverage_row(
-    kind: str, condition: Conditions, layout: SensorLayout, beyond: float, contacts: Contacts, found: ContactPosterior
-) -> CoverageRow:
-    """The row of some contacts."""
-    force, place = np.abs(contacts.force), contacts.arc_length
-    detected, explained = found.probability > DETECTED, np.isfinite(found.force_set[:, 0])
-    far = place > condition.assumed.nearest_contact * layout.finger.length
-    low, _, high = found.force_interval.T
-    bounds, (nearest, furthest) = found.force_bounds.T, found.arc_length_set.T
-    shares = (
-        (detected, np.ones_like(detected)),
-        (explained, np.ones_like(detected)),
-        ((low <= force) & (force <= high), explained),
-        ((found.force_set[:, 0] <= force) & (force <= found.force_set[:, 1]), explained),
-        (force <= bounds[0], explained),
-        (force <= bounds[1], far & explained),
-        (force <= bounds[2], far),
-        ((nearest <= place) & (place <= furthest), detected & explained),
-    )
-    medians = (
-        ((high - low) / force, explained),
-        (bounds[0] / force, explained),
-        (bounds[1] / force, far & explained),
-        (bounds[2] / force, far),
-    )
-    return CoverageRow(
-        *(kind, condition.name, layout.sections, describe_borders(layout), beyond, len(force)),
-        *(100 * _of(np.mean, *share) for share in shares),
-        *(_of(np.median, *median) for median in medians),
-    )
+def rows_of(kind: str, case: Case, number: float, seed: int) -> list[Row]:
+    """The rows of a job: one of a situation by statics, or those of runs with a peg or with an arm.
+
+    `number` is the size of the study, relative to that of the docs.
+    """
+    if kind in ("peg", "arm"):
+        simulated, runs = (pressed, RUNS) if kind == "peg" else (carried, CARRIES)
+        found = simulated(case, max(round(number * runs), 1), seed)
+        return [coverage_row(situation, case, stated) for situation, stated in found.items()]
+    return [coverage_row(kind, case, drawn(kind, case, max(round(number * CONTACTS), 1), seed))]
 
 
-def _of(statistic: Callable[[Array], float], values: Array, chosen: NDArray[np.bool_]) -> float:
-    return float(statistic(values[chosen])) if chosen.any() else float("nan")
+def _is_known(kind: str, case: Case) -> bool:
+    """Whether a situation is simulated in a case; with realistic sensors, the task of the arm does not hold its box."""
+    return kind != "arm" or not case.realistic
 
 
-KINDS = "no friction", "any friction", "friction at the cone", "simulated"
+def run_coverage(
+    folder: Path, number: float = 1.0, seed: int = 1, jobs: int | None = None, resume: bool = False
+) -> list[Row]:
+    """Writes the table, and returns its rows."""
+    folder.mkdir(parents=True, exist_ok=True)
+    tables = StudyTables(folder, ABOUT, {TABLE: COLUMNS}, len(_KEYS))
+    tables.begin(f"seed: {seed}\nsize: {number}\n", resume)
+    situations = {**{each: (each,) for each in (*PLANAR, *IN_SPACE)}, "peg": PEG, "arm": ARM}
+    calls = {
+        (kind, case): (kind, case, number, seed)
+        for kind, case in product(reversed(situations), CASES)  # the longest ones first
+        if _is_known(kind, case) and any(key_of(each, case) not in tables.rows for each in situations[kind])
+    }
+
+    def keep(_: tuple[str, Case], rows: list[Row]) -> None:
+        for row in rows:
+            tables.add([row[column] for column in COLUMNS])
+
+    with open_executor(jobs) as executor, tqdm(total=len(calls), unit="case") as progress:
+        run_study(executor, rows_of, calls, keep, ended=lambda key: progress.update())
+    order = [key_of(situation, case) for situation in SITUATIONS for case in CASES]
+    tables.finish([key for key in order if key in tables.rows])
+    return [dict(zip(COLUMNS, rows[0], strict=True)) for rows in tables.rows.values()]
 
 
-def contacts_of(kind: str, number: int, seed: int, places: tuple[float, float] = PLACES) -> Contacts:
-    """About `number` single contacts of one of KINDS."""
-    if kind == "simulated":
-        return as_arrays([run_contact(seed, i, PEG_FRICTION, places) for i in range(number)])
-    i = KINDS.index(kind)
-    share = (0.0, np.random.default_rng(seed).uniform(size=number), 1.0)[i]
-    return rubbing_contacts(number, combined_friction(PEG_FRICTION), share, seed + i, places)
+_COLORS = "#0072b2", "#009e73", "#d55e00", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#999999", "#7f3c8d", "#f2b701"
 
 
-_KINDS_OF_SEVERAL = "two contacts", "a spread contact"
-_APART, _POINTS = 0.15, 12  # of the length between two contacts, at least; forces of a spread contact
-
-
-def several_contacts(number: int, seed: int) -> Iterator[tuple[str, Contacts]]:
-    """About `number` of each kind beyond `nearest_contact`, on one side; force and place are the sum and its centre."""
-    near = Uncertainty().nearest_contact
-    for i, kind in enumerate(_KINDS_OF_SEVERAL):
-        rng, finger = np.random.default_rng([seed, i]), read_finger()
-        side = np.asarray(rng.choice(list(SIDES), number), dtype=str)
-        sign = np.array([SIDES[one] for one in side])
-        ends = np.sort(rng.uniform(near, 1, (number, 2)), axis=-1)
-        shares = rng.uniform(0.2, 0.8, number)[:, None] * np.array([1.0, -1.0]) + np.array([0.0, 1.0])
-        if i:
-            ends, shares = ends @ _spread_out(), np.full((number, _POINTS), 1 / _POINTS)
-        total, pressure = (np.array([rng.uniform(*ranges[one]) for one in side]) for ranges in (FORCES, PRESSURES))
-        gravity = np.asarray(G * np.exp(2j * np.pi * rng.uniform(size=number)), dtype=complex)
-        place, forces = finger.length * ends, (sign * total)[:, None] * shares
-        rubs = combined_friction(PEG_FRICTION) * rng.uniform(-1, 1, forces.shape)
-        kept = np.ptp(ends, axis=-1) > _APART
-        place, forces, rubs = place[kept], forces[kept], rubs[kept]
-        yield kind, _in_balance(finger, pressure[kept], gravity[kept], place, forces, rubs, side[kept])
-
-
-def _spread_out() -> Array:
-    """From two ends to points at equal distances between them, (2, _POINTS)."""
-    along = np.linspace(0, 1, _POINTS)
-    return np.array([1 - along, along])
-
-
-def _in_balance(
-    finger: Finger,
-    pressure: Array,
-    gravity: Planar,
-    place: Array,
-    forces: Array,
-    rubs: Array,
-    side: NDArray[np.str_],
-) -> Contacts:
-    section = finger.section(place)
-    offset = np.where(forces > 0, section.inner_face, section.outer_face)
-
-    def torque_at(q: Array) -> Array:
-        each = zip(place.T, offset.T, forces.T, rubs.T, strict=True)
-        torque: Array = sum((rubbing_torque(finger, q, *one) for one in each), np.zeros_like(q))
-        return torque
-
-    q, kept = balanced(finger, pressure, gravity, torque_at)
-    total = forces.sum(axis=-1)
-    center, unknown = (forces * place).sum(axis=-1) / total, np.zeros_like(total)
-    values: tuple[Any, ...] = q, pressure, gravity, total, np.abs(total), center, torque_at(q), side, unknown, unknown
-    return Contacts(*(value[kept] for value in values))
-
-
-def in_doubt(row: Any, shares: Sequence[str], again: int) -> bool:
-    """Whether a share of a row may be below ENOUGH by chance, or is one of too few; never without others to count."""
-    few = located(row) < FEWEST < again * row.detected_percent / 100
-    return again > 0 and (few or any(getattr(row, f"{share}_percent") < CLEAR for share in shares))
-
-
-def located(row: Any) -> float:
-    """The number of contacts that are detected."""
-    return float(row.number * row.detected_percent / 100)
-
-
-def _cases() -> Iterator[tuple[SensorLayout, Conditions]]:
-    for sections, borders in LAYOUTS:
-        layout = SensorLayout(read_finger(), sections, borders=borders)
-        yield from ((layout, condition) for condition in conditions())
-
-
-def _within(contacts: Contacts, i: int) -> NDArray[np.int_]:
-    """The numbers of those in a tenth of the length; the last includes the tip."""
-    tenth = np.minimum((10 * contacts.arc_length / contacts.finger.length).astype(int), _TENTHS[-1])
-    return np.flatnonzero(tenth == i)
-
-
-def _of_single(kind: str, number: int, seed: int, again: int) -> Iterator[CoverageRow]:
-    """The rows of one of KINDS."""
-    contacts = contacts_of(kind, number, seed)
-
-    @cache
-    def others(i: int) -> Contacts:
-        drawn = contacts_of(kind, again, 1000 * seed + i, (i / 10, (i + 1) / 10))
-        return drawn.at(_within(drawn, i))
-
-    for layout, condition in _cases():
-        found = estimated(layout, contacts, condition, seed)
-        for i in _TENTHS:
-            at, name = _within(contacts, i), (kind, condition, layout, i / 10)
-            row = coverage_row(*name, contacts.at(at), ContactPosterior(*(values[at] for values in found)))
-            if in_doubt(row, tuple(_PRINTED), again):
-                row = coverage_row(*name, others(i), estimated(layout, others(i), condition, seed))
-            yield row
-
-
-def coverage_rows(
-    number: int, seed: int, again: int = AGAIN, report: Callable[[str], object] = print
-) -> list[CoverageRow]:
-    """The rows of all contacts under all conditions; tenths in doubt are counted on `again` contacts instead."""
-    rows: list[CoverageRow] = []
-    for kind in KINDS:
-        rows += _of_single(kind, number, seed, again)
-        report(kind)
-    for kind, contacts in several_contacts(number // 3, seed):
-        for layout, condition in _cases():
-            found = estimated(layout, contacts, condition, seed)
-            rows.append(coverage_row(kind, condition, layout, float("nan"), contacts, found))
-        report(f"{kind}: {len(contacts.force)}")
-    return rows
-
-
-_SHOWN = {"interval": "95 % interval", "set": "likelihood set", "bound": "upper bound", "place": "place, if detected"}
-_LINES = dict(zip(_SHOWN, ("#0072b2", "#009e73", "#d55e00", "#cc79a7"), strict=True))
-
-
-def coverage_figure(rows: Sequence[CoverageRow]) -> Figure:
-    """Coverage of single contacts of all kinds together, a row of panels a layout; below, how wide the bounds are."""
-    names, single = [condition.name for condition in conditions()], [row for row in rows if row.beyond == row.beyond]
-    layouts = list(dict.fromkeys((row.sections, row.borders) for row in single))
+def coverage_figure(rows: Sequence[Row]) -> Figure:
+    """Shares of intervals and of bounds that are true, by tenths of the length, a line a situation."""
+    panels = list(product(("interval", "bound_beyond"), ("2", "4")))
+    cases = list(dict.fromkeys((row["sensors"], row["model"]) for row in rows))
     places = np.array(_TENTHS) / 10 + 0.05
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(2.5 * len(names), 8.4), layout="constrained")
-        panels = figure.subplots(len(layouts) + 1, len(names), sharex=True, sharey="row", squeeze=False)
-        for column, name in zip(panels.T, names, strict=True):
-            column[0].set_title(name, fontsize="medium")
-            for axes, layout in zip(column, layouts, strict=False):
-                axes.axhline(ENOUGH, color="0.6", lw=0.8, ls="--")
-                for field, label in _SHOWN.items():
-                    shown = [_pooled(single, name, layout, i / 10, f"{field}_percent") for i in _TENTHS]
-                    axes.plot(places, shown, color=_LINES[field], lw=1.4, marker="o", ms=2.5, label=label)
-                axes.set(ylim=(79, 101), xlim=(0.1, 1))
-            for layout, color in zip(layouts, (COLORS[1], COLORS[2], COLORS[4]), strict=True):
-                for field, look in (("bound", "-"), ("bound_beyond", "--")):
-                    shown = [_pooled(single, name, layout, i / 10, field) for i in _TENTHS]
-                    column[-1].plot(places, shown, color=color, ls=look, lw=1.4)
-            column[-1].set(yscale="log", xlabel="place of the force / length")
-        for axes, (sections, borders) in zip(panels[:, 0], layouts, strict=False):
-            axes.set_ylabel(f"{sections} sections, {borders} mm\ntrue [%]")
-        panels[-1, 0].set_ylabel("upper bound / force, median")
-        handles = [mpl.lines.Line2D([], [], color=color) for color in (COLORS[1], COLORS[2], COLORS[4])]
-        handles += [mpl.lines.Line2D([], [], color="0.3", ls=look) for look in ("-", "--")]
-        named = [f"{sections}: {borders} mm" for sections, borders in layouts]
-        near = f"given beyond {Uncertainty().nearest_contact:g} of the length"
-        panels[0, -1].legend(loc="lower right", frameon=False, fontsize="small")
-        figure.legend(handles, [*named, "anywhere", near], loc="outside lower center", ncols=5, frameon=False)
+        figure = Figure(figsize=(3 * len(cases), 2.3 * len(panels)), layout="constrained")
+        axes = figure.subplots(len(panels), len(cases), sharex=True, sharey=True, squeeze=False)
+        for (field, sections), line in zip(panels, axes, strict=True):
+            line[0].set_ylabel(f"{sections} sections: {field.replace('_', ', ')}\ntrue [%]")
+            for case, panel in zip(cases, line, strict=True):
+                panel.axhline(ENOUGH, color="0.6", lw=0.8, ls="--")
+                chosen = [row for row in rows if (row["sections"], row["sensors"], row["model"]) == (sections, *case)]
+                for row in chosen:
+                    shares = [float(cell) for cell in row[f"{field}_by_tenth"].split()]
+                    color = _COLORS[SITUATIONS.index(row["situation"])]
+                    panel.plot(places, shares, color=color, marker="o", ms=2.5, lw=1.2, label=row["situation"])
+                panel.set(ylim=(39, 101), xlim=(0.1, 1))
+        for case, panel in zip(cases, axes[0], strict=True):
+            panel.set_title(f"{case[0]} sensors; model {case[1]}", fontsize="medium")
+        for panel in axes[-1]:
+            panel.set_xlabel("place of the force / length")
+        handles = [mpl.lines.Line2D([], [], color=color) for color in _COLORS]
+        figure.legend(handles, SITUATIONS, loc="outside lower center", ncols=5, frameon=False)
     return figure
 
 
-def _pooled(rows: Sequence[CoverageRow], name: str, layout: tuple[int, str], beyond: float, field: str) -> float:
-    """The mean over all kinds of contacts of a tenth, weighted by their number."""
-    chosen = [row for row in rows if (row.condition, row.sections, row.borders, row.beyond) == (name, *layout, beyond)]
-    values, numbers = np.array([getattr(row, field) for row in chosen]), np.array([row.number for row in chosen])
-    known = np.isfinite(values)
-    return float(values[known] @ numbers[known] / numbers[known].sum()) if known.any() else float("nan")
+def print_coverage(rows: Sequence[Row]) -> None:
+    """Prints what the docs have: a line a row, ready for Markdown."""
+    shown = ["contacts", "withheld_percent", "unbounded_percent"]
+    shown += [f"{share}_{which}" for share in SHARES for which in ("percent", "least_percent")]
+    errors = [f"{error}_{name}_{third[0]}" for error in _ERRORS for third in _THIRDS for name in _STATISTICS]
+    for columns in (shown, [*errors, "degrees_median"]):
+        print("| " + " | ".join([*_KEYS, *columns]) + " |")
+        for row in rows:
+            print("| " + " | ".join(row[column] for column in (*_KEYS, *columns)) + " |")
 
 
-_PRINTED = {"interval": "interval", "set": "set", "bound": "bound", "bound_beyond": "beyond", "place": "place"}
-
-
-def least(rows: Sequence[Any], share: str) -> float:
-    """The least of a share over some tenths, %; one of the place counts if enough contacts are detected."""
-    counted = [row for row in rows if share != "place" or located(row) >= FEWEST]
-    return float(np.nanmin([getattr(row, f"{share}_percent") for row in counted] or [np.nan]))
-
-
-def print_coverage(rows: Sequence[CoverageRow]) -> None:
-    """Prints the least coverage over the tenths of the length, and that of several contacts."""
-    single = [row for row in rows if row.beyond == row.beyond]
-    groups = list(dict.fromkeys((row.contacts, row.condition, row.sections, row.borders) for row in single))
-    lines: list[list[str | float]] = []
-    for group in groups:
-        tenths = [row for row in single if (row.contacts, row.condition, row.sections, row.borders) == group]
-        shares = [least(tenths, field) for field in _PRINTED]
-        lines.append([*group[:2], f"{group[2]}: {group[3]}", min(row.number for row in tenths), *shares])
-    print("least coverage of a tenth of the length [%]")
-    _print_lines([["contacts", "condition", "sections", "of", *_PRINTED.values()], *lines])
-    lines = [
-        [
-            *(row.contacts, row.condition, f"{row.sections}: {row.borders}", row.number),
-            *(row.explained_percent, row.set_percent, row.bound_beyond_percent, row.bound_several_percent),
-            row.bound_several,
-        ]
-        for row in rows
-        if row.beyond != row.beyond
-    ]
-    titles: list[str | float] = ["one explains", "set", "beyond", "several", "bound / force"]
-    print("several contacts: coverage of the sum of their forces [%]")
-    _print_lines([["contacts", "condition", "sections", "of", *titles], *lines])
-
-
-def _print_lines(lines: Sequence[Sequence[str | float]]) -> None:
-    for line in lines:
-        first, rest = line[:3], [cell if isinstance(cell, str) else f"{cell:.4g}" for cell in line[3:]]
-        print("".join(f"{cell:<22}" for cell in first) + "".join(f"{cell:>14}" for cell in rest))
-
-
-def main(number: int = 1100, seed: int = 1, again: int = AGAIN, out: str = "results/contact_coverage") -> None:
-    """Writes table and figure, and prints a summary."""
-    folder = Path(out)
-    folder.mkdir(parents=True, exist_ok=True)
-    rows = coverage_rows(number, seed, again)
-    write_csv(folder / TABLE, rows)
-    save_figure(coverage_figure(rows), folder / FIGURE)
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Writes table and figure, and prints them."""
+    parser = argparse.ArgumentParser(description="How often what `contact` states of a force is true.")
+    parser.add_argument("--out", type=Path, default=Path("results/contact_coverage"))
+    parser.add_argument("--size", type=float, default=1.0, help="number of contacts, relative to those of the docs")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--jobs", type=int, default=None, help="number of processes (default: one per core)")
+    parser.add_argument("--resume", action="store_true", help="compute only what an interrupted study left unfinished")
+    given = parser.parse_args(arguments)
+    rows = run_coverage(given.out, given.size, given.seed, given.jobs, given.resume)
+    save_figure(coverage_figure(rows), given.out / FIGURE)
     print_coverage(rows)
 
 

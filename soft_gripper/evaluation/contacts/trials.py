@@ -61,9 +61,11 @@ class ContactErrorRow:
     side: str  # "both", "inner" or "outer"
     contacts: int  # by every set of sensors
     found_percent: float
-    force_median_percent: float  # of the true force
+    force_mean_percent: float  # of the true force
+    force_median_percent: float
     force_90_percent: float  # 90th percentile
-    place_median_percent: float  # of the length
+    place_mean_percent: float  # of the length
+    place_median_percent: float
     place_90_percent: float
     force_within_2_std_percent: float
     place_within_2_std_percent: float
@@ -129,13 +131,16 @@ def _rows(estimate: ContactEstimate, contacts: Contacts) -> Iterator[ContactErro
 def _summary(errors: Errors) -> list[float]:
     """The numbers of a row, from the share detected onward; NaN where none is."""
     found = errors.found
-    percentiles = [
-        np.percentile(error[found], percentile) if found.any() else np.nan
-        for error in (errors.force, errors.place)
-        for percentile in _PERCENTILES
-    ]
+    sizes = [size for error in (errors.force, errors.place) for size in _sizes(error[found])]
     stated = [within[found].mean() if found.any() else np.nan for within in (errors.force_within, errors.place_within)]
-    return [100 * float(value) for value in (found.mean(), *percentiles, *stated)]
+    return [100 * float(value) for value in (found.mean(), *sizes, *stated)]
+
+
+def _sizes(errors: Array) -> list[float]:
+    """Mean and percentiles."""
+    if not len(errors):
+        return [np.nan] * (1 + len(_PERCENTILES))
+    return [errors.mean(), *np.percentile(errors, _PERCENTILES)]
 
 
 SIDE_COLORS = dict(zip(SIDES, (COLORS[4], COLORS[1]), strict=True))

@@ -143,7 +143,7 @@ def test_the_command_reports_the_errors_that_its_signals_have(tmp_path, arm_fing
         "replay", *files, "--as", "two_segment_arm", "--data", data, "--estimator", "arcs", "--out", out
     )
     assert outcome.code == 0, outcome.err
-    assert outcome.err.count("rows do not parse, the first of them row 41") == 3
+    assert outcome.err.count("left out 1 of 181 rows: the first of them, row 41,") == 3
     with (out / "replay.csv").open() as file:
         rows = {tuple(row[key] for key in KEYS): row for row in csv.DictReader(file)}
     for name in names:

@@ -1,10 +1,4 @@
-"""How friction spoils the estimates of single contacts, from none to the edge of the friction cone.
-
-    python -m soft_gripper.evaluation.contacts.friction_cone
-
-A finger that is pressed on a peg until it rests mobilises only a part of the friction that the coefficient allows.
-Here contacts are computed by statics instead: a force on a face of the finger, with any share of the friction.
-"""
+"""Contacts in balance, computed by statics: forces on the faces of a finger, with any friction, one or several."""
 
 from collections.abc import Callable
 from typing import Any
@@ -13,24 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array, Planar
-from soft_gripper.evaluation.contacts.dataset import (
-    LAYOUTS,
-    PEG_FRICTION,
-    SIDES,
-    Contacts,
-    G,
-    combined_friction,
-    describe_borders,
-    read_finger,
-)
-from soft_gripper.evaluation.contacts.estimates import ESTIMATOR, Condition, estimate_contacts, ideal_readings
-from soft_gripper.evaluation.contacts.trials import contact_errors
+from soft_gripper.evaluation.contacts.dataset import SIDES, Contacts, G, read_finger
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import forward_kinematics, gravity_torque
 from soft_gripper.fingers.statics import relaxed_law
-from soft_gripper.sensors.sensor_layout import SensorLayout
 
-SHARES = 0.0, 1 / 3, 2 / 3, 1.0  # of the friction that the coefficient allows
 PLACES = 0.42, 0.99  # of the length
 FORCES = {"inner": (0.1, 2.0), "outer": (0.1, 1.8)}  # N
 PRESSURES = {"inner": (30e3, 150e3), "outer": (-30e3, 100e3)}  # Pa
@@ -39,14 +20,20 @@ _REPETITIONS, _STEP, _BALANCED = 400, 0.3, 1e-9  # rad
 
 
 def rubbing_contacts(
-    number: int, friction: float, share: Array | float, seed: int, places: tuple[float, float] = PLACES
+    number: int,
+    friction: Array | float,
+    share: Array | float,
+    seed: int,
+    places: tuple[float, float] = PLACES,
+    finger: Finger | None = None,
 ) -> Contacts:
     """Random contacts in balance, with a share of the friction along the face, one way or the other.
 
-    `share` is one for all or (number). Those that bend the finger by more than MOST_BEND, or for which no balance is
+    `friction`, a coefficient, and `share` are one for all or (number); `finger` is the shipped one unless another is
+    given. Those that bend the finger by more than MOST_BEND, or for which no balance is
     found, are left out.
     """
-    rng, finger = np.random.default_rng(seed), read_finger()
+    rng, finger = np.random.default_rng(seed), finger or read_finger()
     side = rng.choice(list(SIDES), number)
     sign = np.array([SIDES[one] for one in side])
     place = finger.length * rng.uniform(*places, number)
@@ -59,7 +46,10 @@ def rubbing_contacts(
     offset = np.where(side == "inner", section.inner_face, section.outer_face)
     q, kept = balanced(finger, pressure, gravity, lambda q: rubbing_torque(finger, q, place, offset, sign * force, rub))
     torque = rubbing_torque(finger, q, place, offset, sign * force, rub)
-    rest = np.zeros(number), np.full(number, friction)  # a peg's radius, which has no meaning here, and the coefficient
+    rest = (
+        np.zeros(number),
+        np.broadcast_to(friction, number),
+    )  # a peg's radius, which has no meaning here, and the coefficient
     values: tuple[Any, ...] = q, pressure, gravity, sign * force, force * np.hypot(1, rub), place, torque, side, *rest
     return Contacts(*(value[kept] for value in values))
 
@@ -93,23 +83,55 @@ def rubbing_torque(finger: Finger, q: Array, place: Array, offset: Array, force:
     return sites.torques(rubbed * sites.directions - pressed * sites.normals)[:, 0]
 
 
-def main(number: int = 400, seed: int = 1) -> None:
-    """Prints medians and 90th percentiles, with ideal sensors and an exact nominal model."""
-    friction = combined_friction(PEG_FRICTION)
-    widths = 15, 8, 15, 8
-    names = "force: median", "90 %", "place: median", "90 %"
-    titles = "".join(f"{name:>{width}}" for name, width in zip(names, widths, strict=True))
-    print(f"{'friction':<10}{'sections':<12}{'contacts':>8}{titles}")
-    for share in SHARES:
-        contacts = rubbing_contacts(number, friction, share, seed)
-        for sections, borders in LAYOUTS:
-            layout = SensorLayout(contacts.finger, sections, borders=borders)
-            found = estimate_contacts(ESTIMATOR, layout, Condition(), ideal_readings(layout, contacts), contacts)
-            errors = contact_errors(found, contacts)
-            numbers = [100 * np.nanpercentile(e, p) for e in (errors.force, errors.place) for p in (50, 90)]
-            what = f"{share * friction:<10.2f}{sections}: {describe_borders(layout):<9}{len(contacts.q):>8}"
-            print(what + "".join(f"{number:>{width}.2f}" for number, width in zip(numbers, widths, strict=True)))
+_APART, _POINTS = 0.15, 12  # of the length between two contacts, at least; forces of a spread contact
 
 
-if __name__ == "__main__":
-    main()
+def several_contacts(number: int, friction: float, seed: int, spread: bool = False, near: float = 0.3) -> Contacts:
+    """About `number` pairs of contacts on one side, or contacts spread over a stretch of the finger.
+
+    They lie beyond `near`, a share of the length; force and place are the sum of their forces and its centre.
+    """
+    rng, finger = np.random.default_rng([seed, spread]), read_finger()
+    side = np.asarray(rng.choice(list(SIDES), number), dtype=str)
+    sign = np.array([SIDES[one] for one in side])
+    ends = np.sort(rng.uniform(near, 1, (number, 2)), axis=-1)
+    shares = rng.uniform(0.2, 0.8, number)[:, None] * np.array([1.0, -1.0]) + np.array([0.0, 1.0])
+    if spread:
+        ends, shares = ends @ _spread_out(), np.full((number, _POINTS), 1 / _POINTS)
+    total, pressure = (np.array([rng.uniform(*ranges[one]) for one in side]) for ranges in (FORCES, PRESSURES))
+    gravity = np.asarray(G * np.exp(2j * np.pi * rng.uniform(size=number)), dtype=complex)
+    place, forces = finger.length * ends, (sign * total)[:, None] * shares
+    rubs = friction * rng.uniform(-1, 1, forces.shape)
+    kept = np.ptp(ends, axis=-1) > _APART
+    place, forces, rubs = place[kept], forces[kept], rubs[kept]
+    return _in_balance(finger, pressure[kept], gravity[kept], place, forces, rubs, side[kept])
+
+
+def _spread_out() -> Array:
+    """From two ends to points at equal distances between them, (2, _POINTS)."""
+    along = np.linspace(0, 1, _POINTS)
+    return np.array([1 - along, along])
+
+
+def _in_balance(
+    finger: Finger,
+    pressure: Array,
+    gravity: Planar,
+    place: Array,
+    forces: Array,
+    rubs: Array,
+    side: NDArray[np.str_],
+) -> Contacts:
+    section = finger.section(place)
+    offset = np.where(forces > 0, section.inner_face, section.outer_face)
+
+    def torque_at(q: Array) -> Array:
+        each = zip(place.T, offset.T, forces.T, rubs.T, strict=True)
+        torque: Array = sum((rubbing_torque(finger, q, *one) for one in each), np.zeros_like(q))
+        return torque
+
+    q, kept = balanced(finger, pressure, gravity, torque_at)
+    total = forces.sum(axis=-1)
+    center, unknown = (forces * place).sum(axis=-1) / total, np.zeros_like(total)
+    values: tuple[Any, ...] = q, pressure, gravity, total, np.abs(total), center, torque_at(q), side, unknown, unknown
+    return Contacts(*(value[kept] for value in values))

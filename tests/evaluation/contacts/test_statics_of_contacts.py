@@ -4,7 +4,7 @@ import numpy as np
 
 from soft_gripper.evaluation.contacts.dataset import read_finger
 from soft_gripper.evaluation.contacts.estimates import Condition, estimate_contacts, ideal_readings
-from soft_gripper.evaluation.contacts.friction_cone import rubbing_contacts, rubbing_torque
+from soft_gripper.evaluation.contacts.statics import rubbing_contacts, rubbing_torque
 from soft_gripper.evaluation.contacts.trials import contact_errors
 from soft_gripper.fingers.kinematics import gravity_torque
 from soft_gripper.fingers.statics import relaxed_law
