@@ -192,6 +192,4 @@ def test_the_posterior_is_that_of_dense_conditioning(seed):
     least, median, most = known.force_interval[0]
     below, above = np.interp([least, most], forces, share / share[-1])
     assert median == pytest.approx(np.interp(0.5, share / share[-1], forces), rel=0.05)
-    assert (
-        0.925 < above - below < 0.99
-    )  # both intervals of 95 % hold up to 97.5 %; the likeliest force costs up to 2 %
+    assert 0.925 < above - below < 0.99  # both intervals of 95 % hold up to 97.5 %; the likeliest force costs up to 2 %
