@@ -12,7 +12,7 @@ from mujoco.rollout import rollout
 
 import soft_gripper as sg
 
-SECONDS = 2.0
+SECONDS, PERIOD = 2.0, 0.01  # s, of a run and between samples
 
 
 def main(environments: int = 64) -> tuple[np.ndarray, np.ndarray]:
@@ -32,9 +32,10 @@ def main(environments: int = 64) -> tuple[np.ndarray, np.ndarray]:
     states, _ = rollout(model, threads, np.tile(begin, (environments, 1)), control)
 
     places = 1 + np.array([model.joint(joint).qposadr[0] for joint in finger.joints])  # time comes first in a state
-    q = states[:, 4::5, places]  # (E, T, N), every 10 ms
+    every = round(PERIOD / model.opt.timestep)
+    q = states[:, every - 1 :: every, places]  # (E, T, N)
     in_chambers = 1 + model.nq + model.nv + model.actuator_actadr[model.actuator("left_finger").id]
-    shape = finger.estimate(finger.read(q), states[:, 4::5, [in_chambers]])
+    shape = finger.estimate(finger.read(q), states[:, every - 1 :: every, [in_chambers]])
     wrong, force = np.linalg.norm(shape.q[:, -1] - q[:, -1], axis=-1), shape.contact.force[:, -1]
     print(
         f"{environments} environments, {q.shape[1]} samples: joint angles within {np.degrees(wrong.max()):.2f} degrees"

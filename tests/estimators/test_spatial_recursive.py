@@ -155,7 +155,7 @@ def test_a_finger_that_bends_more_than_its_model_is_learnt_and_then_found_under_
     gains, offsets = 1 + 0.01 * rng.standard_normal(layout.readings), 1e-3 * rng.standard_normal(layout.readings)
     readings = gains * layout.read(true) + offsets + NOISE * rng.standard_normal((count, layout.readings))
     driving = np.concatenate([spatial.pressure_torque(pressure), np.zeros((count, 24))], axis=-1)
-    shape = SpatialRecursiveShape(layout, UNCERTAIN)
+    shape = SpatialRecursiveShape(layout, replace(UNCERTAIN, friction=0.45))
     rows, tip = np.append(np.arange(300, 580, 14), np.arange(640, 700, 2)), Places(spatial, WAYS)
     found, late = shape.at(rows, readings, driving, GRAVITY), slice(20, None)
     alone = SpatialGaussianShape(layout, UNCERTAIN)(readings[rows], driving[rows], GRAVITY)

@@ -94,11 +94,13 @@ def contact_by_statics(finger: Finger, pressure: float, box: Array) -> tuple[Arr
     """Area, m^2, and force, N, of each link on a rigid frictionless face, (N + 1) each.
 
     The energy of springs, pressure and skin is least. The skin presses with its modulus times the depth over half the
-    smallest side of a link.
+    smallest side of a link, of twelve as long as the finger and with half links at its ends.
     """
     gap, top = box.min(axis=0)
     lengths, (nodes, weights) = np.diff(finger.link_ends), np.polynomial.legendre.leggauss(40)
-    bed = finger.contact.hydroelastic_modulus / (np.minimum(lengths, WIDTH) / 2)
+    sides = np.full(len(lengths), finger.length / 12)
+    sides[[0, -1]] /= 2
+    bed = finger.contact.hydroelastic_modulus / (np.minimum(sides, WIDTH) / 2)
     driven, stiffness = finger.pressure_torque(pressure), finger.stiffness
     areas = WIDTH * lengths[:, None] * weights / 2
 
