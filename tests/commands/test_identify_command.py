@@ -79,8 +79,8 @@ def test_a_fitted_finger_is_tested_without_a_fit(files):
     assert outcome.code == 0, outcome.err
     assert {path.name for path in (files / "out").iterdir()} == {"tested.csv", "tested.png", "tested.svg"}
     with (files / "out/tested.csv").open() as file:
-        (row,) = csv.DictReader(file)
-    assert (row["recording"], row["role"]) == ("run", "test")
+        row, unheld = csv.DictReader(file)
+    assert (row["recording"], row["role"], unheld["role"]) == ("run", "test", "test, hold unknown")
     assert float(row["motion_error_mm"]) < 0.05
     assert "run: held" in outcome.out
     assert "youngs_modulus" not in outcome.out
