@@ -152,7 +152,7 @@ def test_recordings_have_their_roles(run):
 
 @pytest.mark.slow
 def test_the_figure_shows_the_true_motion(run):
-    """Of the heaviest beam, whose hold is fitted and then unknown, the segment under the highest pressure, and the tip of the second trial."""
+    """Of the heaviest beam, held as fitted and unknown, the segment under most pressure, and the second trial's tip."""
     assert [len(axes.lines) for axes in run.panels] == [2 * 4, 2 * 5, 3]
     heaviest, pressed, tip = (axes.lines[i].get_xydata().T for axes, i in zip(run.panels, (4, 4, 0), strict=True))
     place, heading = beam_motion(BEAM, 0.102, np.arange(0, BEAM_LASTS, 0.01), BEAM.released + 0.26)
