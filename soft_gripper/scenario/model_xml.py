@@ -222,7 +222,7 @@ def _free_from_world(path: Path, model: ET.Element, free: bool, child: str | Non
         at = next((i for i, element in enumerate(model) if element.tag == "link"), 0)
         model.insert(at, massless(ET.Element("link", name=anchor), model.tag == "model"))
     children = {joint_end(joint, "child") for joint in model.findall("joint")}
-    for root in (link for link in model.findall("link") if free and link.get("name") not in children):
+    for root in (link for link in model.findall("link") if (free or links) and link.get("name") not in children):
         model.remove(root)  # the first link is the one whose place is that of the object
         model.insert(0, root)
 
