@@ -10,9 +10,10 @@ from pydrake.systems.framework import Diagram, System
 
 import soft_gripper as sg
 from soft_gripper.control.grip import GripForce
+from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.estimators.uncertainty import Uncertainty
-from soft_gripper.hardware.live.bench import Measured
+from soft_gripper.hardware.live.bench import Bench, Measured
 from soft_gripper.hardware.replay.arm_estimation import ArmEstimation, LogSource, NominalArm, RigidParts
 from soft_gripper.sensors.wire_lengths import WireGeometry
 
@@ -62,6 +63,8 @@ def _all_systems() -> Iterator[Placed]:
     for name in _SCENARIOS:
         yield from _inside(Placed(station(name).diagram))
     yield from _inside(Placed(_creeping_finger().diagram))
+    yield from _inside(Placed(make_private_station(sg.load_scenario("tip_distance_steps")).diagram))
+    yield from _inside(Placed(Bench(sg.load_scenario("tip_distance_steps")).diagram))
     model = sg.recognition.load_object_classifier("package://soft_gripper/grippers/two_finger_objects.json")
     yield Placed(Measured(0.01, 8, "1"))
     yield Placed(GripForce(["left_finger", "right_finger"]))

@@ -174,7 +174,7 @@ def test_the_posterior_is_that_of_dense_conditioning(seed):
 
     Where a force is hardly seen, which it is not here, this makes a difference: the lower end is too small there.
     """
-    found = estimator(reading=1e-3, largest_force=3.0)
+    found = estimator(reading=1e-3, largest_force=3.0, friction=0.45)
     contacts = contacts_in_space(6, 0.2, seed)
     sample = contacts.at(np.array([int(np.argmax(contacts.arc_length))]))
     given, largest = read(found, sample, 1e-3), found.uncertainty.largest_force
@@ -192,4 +192,6 @@ def test_the_posterior_is_that_of_dense_conditioning(seed):
     least, median, most = known.force_interval[0]
     below, above = np.interp([least, most], forces, share / share[-1])
     assert median == pytest.approx(np.interp(0.5, share / share[-1], forces), rel=0.05)
-    assert 0.925 < above - below < 0.99  # both intervals of 95 % hold up to 97.5 %; the likeliest force costs up to 2 %
+    assert (
+        0.925 < above - below < 0.985
+    )  # both intervals of 95 % hold up to 97.5 %; the likeliest force costs up to 2 %

@@ -163,7 +163,7 @@ def run_coverage(
     return [dict(zip(COLUMNS, rows[0], strict=True)) for rows in tables.rows.values()]
 
 
-_COLORS = "#0072b2", "#009e73", "#d55e00", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#999999", "#7f3c8d", "#f2b701"
+_COLORS = "#0072b2", "#009e73", "#d55e00", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#999999", "#7f3c8d", "#8c564b"
 
 
 def coverage_figure(rows: Sequence[Row]) -> Figure:

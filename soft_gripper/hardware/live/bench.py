@@ -106,16 +106,16 @@ class Bench:
         self.layouts, self.measured = parts.layouts, parts.measured
         for name, signal in parts.signals.items():
             parts.builder.ExportOutput(signal, name)
-        self._diagram = parts.builder.Build()
-        self._ports = {name: self._diagram.GetInputPort(name) for name in self.inputs}
-        self._outputs = {name: self._diagram.GetOutputPort(name) for name in self.signals}
-        self._controllers = _controllers(self._diagram)
+        self.diagram = parts.builder.Build()
+        self._ports = {name: self.diagram.GetInputPort(name) for name in self.inputs}
+        self._outputs = {name: self.diagram.GetOutputPort(name) for name in self.signals}
+        self._controllers = _controllers(self.diagram)
         self.quantities = {name: f"{name}.{layout.quantity}" for name, layout in parts.layouts.items()}
         self._missing = {name: np.full(self.inputs[name], np.nan) for name in self.quantities.values()}
         self._begin()
 
     def _begin(self) -> None:
-        self._simulator, self._samples = Simulator(self._diagram), 0
+        self._simulator, self._samples = Simulator(self.diagram), 0
         self._context = self._simulator.get_mutable_context()
         self._give({name: np.zeros(size) for name, size in self.inputs.items()})
 
