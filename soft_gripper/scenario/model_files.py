@@ -27,7 +27,7 @@ from soft_gripper.fingers.finger_links import link_name
 from soft_gripper.fingers.finger_parts import ContactMaterial
 from soft_gripper.fingers.paths import Chamber, Tendon
 from soft_gripper.fingers.plant_finger import PlantFinger, add_torsion_springs
-from soft_gripper.fingers.urdf import expand_urdf, read_fingers
+from soft_gripper.fingers.urdf import ExpandedUrdf, expand_urdf, read_fingers
 from soft_gripper.models import DIRECTORY, PACKAGE, package_map
 from soft_gripper.scenario.arm_joints import couple, exclude_self_contact, set_limits
 from soft_gripper.scenario.drake_parsing import add_file, add_text, check_inside, drake_reads
@@ -181,6 +181,41 @@ class LoadedModel(NamedTuple):
     mimics: Sequence[Mimic]
 
 
+def _expanded(
+    plant: MultibodyPlant, path: Path, config: ModelConfig, where: str, visuals: bool, points: int | None
+) -> ExpandedUrdf:
+    """A URDF file with its fingers, with implicit springs if none are chosen and explicit ones need shorter steps."""
+    expand = partial(
+        expand_urdf,
+        path,
+        config.segments,
+        config.name,
+        config.without,
+        change=partial(mounted_finger, where=where, configs=config.fingers),
+        visuals=visuals,
+        points=points,
+        touches_itself=config.self_contact,
+    )
+    expanded = expand(springs=config.springs or "linear")
+    if config.springs is None and _are_too_stiff(expanded.fingers, plant.time_step()):
+        _LOGGER.warning("%s: springs are implicit, since explicit ones need shorter steps", where)
+        expanded = expand(springs="implicit")
+    return expanded
+
+
+def _check_contents(plant: MultibodyPlant, model: ModelInstanceIndex, config: ModelConfig, where: str) -> None:
+    """Checks that a model has links, or is one soft object that is free."""
+    soft = soft_body(plant, model)
+    if soft is None and not plant.GetBodyIndices(model):
+        raise InputError(where, "file", config.file, "holds a model without links")
+    if soft is not None and plant.GetBodyIndices(model):
+        raise InputError(where, "file", config.file, "holds a soft and a rigid link; give a file with one link")
+    if soft is not None and not config.free:
+        raise InputError(
+            where, "free", False, f"must be true: {config.file} is a soft object, which nothing is welded to"
+        )
+
+
 def load_model(
     plant: MultibodyPlant,
     config: ModelConfig,
@@ -213,21 +248,7 @@ def load_model(
     mimics: Sequence[Mimic] = ()
     with drake_reads(where, "file", config.file, path):
         if kind == "robot":
-            expand = partial(
-                expand_urdf,
-                path,
-                config.segments,
-                config.name,
-                config.without,
-                change=partial(mounted_finger, where=where, configs=config.fingers),
-                visuals=visuals,
-                points=points,
-                touches_itself=config.self_contact,
-            )
-            expanded = expand(springs=config.springs or "linear")
-            if config.springs is None and _are_too_stiff(expanded.fingers, plant.time_step()):
-                _LOGGER.warning("%s: springs are implicit, since explicit ones need shorter steps", where)
-                expanded = expand(springs="implicit")
+            expanded = _expanded(plant, path, config, where, visuals, points)
             fingers = expanded.fingers
             root = ET.fromstring(expanded.text)
             text, mimics = ready(path, root, arm is not None, config.free, config.child)
@@ -251,15 +272,7 @@ def load_model(
     if arm is not None:
         set_limits(path, plant, models[0], arm.limits, mimics)
         exclude_self_contact(parser, models[0])
-    soft = soft_body(plant, models[0])
-    if soft is None and not plant.GetBodyIndices(models[0]):
-        raise InputError(where, "file", config.file, "holds a model without links")
-    if soft is not None and plant.GetBodyIndices(models[0]):
-        raise InputError(where, "file", config.file, "holds a soft and a rigid link; give a file with one link")
-    if soft is not None and not config.free:
-        raise InputError(
-            where, "free", False, f"must be true: {config.file} is a soft object, which nothing is welded to"
-        )
+    _check_contents(plant, models[0], config, where)
     put = add_torsion_springs if config.springs == "torsion" else PlantFinger
     return LoadedModel(models[0], [put(finger=finger, plant=plant, model=models[0]) for finger in fingers], mimics)
 
