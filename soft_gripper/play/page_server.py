@@ -337,11 +337,11 @@ def _refusal(status: HTTPStatus) -> Answer:
     return status, "text/plain; charset=utf-8", _REFUSED.encode()
 
 
-def _kind(path: str) -> str:
-    """The type of a file of Meshcat, which it does not always state."""
-    if path.endswith(".js"):
+def _kind(name: str) -> str:
+    """The type of a file of Meshcat, which it does not always state; browsers run nothing else as a script."""
+    if name.endswith(".js"):
         return "text/javascript; charset=utf-8"
-    return "application/octet-stream" if path else _HTML
+    return "application/octet-stream" if name else _HTML
 
 
 def _fetched(url: str, path: str) -> Answer:
@@ -352,7 +352,8 @@ def _fetched(url: str, path: str) -> Answer:
     try:
         connection.request("GET", f"/{path}")
         answer = connection.getresponse()
-        kind = answer.getheader("Content-Type") or _kind(path)
+        # Newer Drakes address files by their hash and state their names beside.
+        kind = answer.getheader("Content-Type") or _kind(answer.getheader("Meshcat-Cas-Filename", path))
         return HTTPStatus(answer.status), kind, answer.read()
     finally:
         connection.close()

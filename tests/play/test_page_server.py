@@ -117,6 +117,7 @@ def test_the_scene_is_meshcats_with_what_belongs_to_it(served: Served, meshcat: 
     answer = served.get(f"scene/{script}")
     assert answer.status == 200
     assert len(answer.read()) > 1e5
+    assert answer.headers["Content-Type"].startswith("text/javascript"), "browsers run nothing else"
     meshcat.SetObject("box", Box(1, 1, 1), Rgba(1, 0, 0))
     with served.open("scene/") as socket:
         messages = iter(lambda: socket.recv(timeout=SECOND), None)
