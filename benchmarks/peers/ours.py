@@ -59,5 +59,5 @@ def _sense(builder: DiagramBuilder, task: Task, finger: PlantFinger, pressure: O
         return {f"{finger.name}.joint_angles": add_joint_angles(builder, finger)}
     measured = add_sensors(builder, finger, scenario.sensor, pressure)
     layout, gravity = sensor_layout(finger.finger, scenario.sensor), np.array(scenario.gravity)
-    estimated = add_estimation(builder, finger.name, layout, scenario.estimator, task.period, gravity, measured)
+    estimated = add_estimation(builder, finger.name, layout, scenario.estimator, scenario.sensor, gravity, measured)
     return {f"{finger.name}.{name}": port for name, port in {**measured, **estimated}.items()}

@@ -15,12 +15,12 @@ from soft_gripper.estimators.finger_shape import ANGLES, FingerShape
 from soft_gripper.estimators.health import HealthFilter
 from soft_gripper.estimators.health_monitor import HealthMonitor, usable
 from soft_gripper.estimators.recursive import EFFECTIVE_DRIVING_TORQUE
-from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.load.contact_detector import ContactDetector
 from soft_gripper.load.force_estimator import ForceEstimator
 from soft_gripper.scenario.own_functions import seen_from
-from soft_gripper.scenario.schema import EstimatorConfig
+from soft_gripper.scenario.schema import EstimatorConfig, SensorConfig
+from soft_gripper.scenario.sensor_presets import uncertainty
 from soft_gripper.sensors.measurement import MeasurementModel
 from soft_gripper.truth.poses import TRUE_JOINTS, TRUE_TIP
 
@@ -123,7 +123,7 @@ def add_estimation(
     name: str,
     layout: MeasurementModel,
     config: EstimatorConfig,
-    period: float,
+    sensor: SensorConfig,
     gravity: Array,
     measured: Mapping[str, OutputPort],
     make_estimator: MakeEstimator | None = None,
@@ -135,7 +135,7 @@ def add_estimation(
         name: of the finger.
         layout: the nominal sensors and finger.
         config: the `estimator` part of a scenario.
-        period: sampling period, s.
+        sensor: the `sensor` part: the sampling period, and errors from which the uncertainty follows.
         gravity: gravity in the world, (3,) m/s^2.
         measured: the outputs of the sensors, `sampled_pressure` (C) Pa, `sampled_tension` (T) N and `X_WB` (12).
         make_estimator: replaces the estimator named by `config.type`, see `named_blocks`.
@@ -146,7 +146,7 @@ def add_estimation(
     Raises:
         InputError: if the estimator requires an unknown signal, or its shape does not fit this finger.
     """
-    estimation = make_estimation(layout, config, period, gravity, make_estimator)
+    estimation = make_estimation(layout, config, sensor, gravity, make_estimator)
     return add_made_estimation(builder, name, estimation, measured, name_of(make_estimator, config.type))
 
 
@@ -163,16 +163,16 @@ def add_made_estimation(
 def make_estimation(
     layout: MeasurementModel,
     config: EstimatorConfig,
-    period: float,
+    sensor: SensorConfig,
     gravity: Array,
     make_estimator: MakeEstimator | None = None,
 ) -> FingerEstimation:
     """The estimation of a finger, in no diagram yet; arguments and errors as of `add_estimation`."""
-    make = make_estimator or find_estimator(config.type, config.uncertainty)
+    period, known = sensor.period, uncertainty(config, sensor)
+    make = make_estimator or find_estimator(config.type, known)
     compensated = np.asarray(gravity, dtype=float) * config.compensate_gravity
     made_by = ("estimator.type", name_of(make_estimator, config.type))
     estimator = make_block(*made_by, make, layout, compensated, period)
-    known = config.uncertainty or Uncertainty()
     monitor = HealthMonitor(HealthFilter(layout, known, period), compensated) if config.health else None
     with seen_from(*made_by):
         return FingerEstimation(estimator, layout, compensated, period, config.contact_threshold, monitor)

@@ -18,7 +18,8 @@ from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.load.force_estimator import DELAY
 from soft_gripper.scenario.own_functions import seen_from
-from soft_gripper.scenario.schema import EstimatorConfig
+from soft_gripper.scenario.schema import EstimatorConfig, SensorConfig
+from soft_gripper.scenario.sensor_presets import uncertainty
 from soft_gripper.sensors.measurement import MeasurementModel
 from soft_gripper.sensors.sensor_block import Hold
 from soft_gripper.truth.contact import TouchedLinks, TrueContact
@@ -172,7 +173,7 @@ def add_alongside(
     finger: PlantFinger,
     layout: MeasurementModel,
     config: EstimatorConfig,
-    period: float,
+    sensor: SensorConfig,
     known: Mapping[str, OutputPort],
 ) -> Ports:
     """Adds `{finger}.{type}.estimation` and `{finger}.{type}.scoring` for every type in `config.alongside`.
@@ -182,7 +183,7 @@ def add_alongside(
         finger: in the finalized plant.
         layout: the nominal sensors and finger.
         config: the `estimator` part of a scenario.
-        period: sampling period, s.
+        sensor: the `sensor` part, as of `add_estimation`.
         known: the outputs of the sensors, and the finger's signals of `add_true_poses`.
 
     Returns:
@@ -193,8 +194,9 @@ def add_alongside(
     """
     gravity: Array = np.array(finger.plant.gravity_field().gravity_vector()) * config.compensate_gravity
     signals: Ports = {}
+    period = sensor.period
     for kind in config.alongside:
-        make = find_estimator(kind, config.uncertainty, "estimator.alongside")
+        make = find_estimator(kind, uncertainty(config, sensor), "estimator.alongside")
         estimator = make_block("estimator.alongside", kind, make, layout, gravity, period)
         with seen_from("estimator.alongside", kind):
             estimation = AlongsideEstimation(estimator, layout.finger, period)

@@ -5,7 +5,7 @@ that recorded signals can feed it. Signals named `ideal_*` are ground truth, and
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 from pydrake.systems.framework import DiagramBuilder, OutputPort
@@ -29,7 +29,7 @@ from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.load.opening import Gripper, ObjectWidth
 from soft_gripper.scenario.nominal_model import NominalModel
 from soft_gripper.scenario.schema import EstimatorConfig, RecordConfig, SensorConfig
-from soft_gripper.scenario.sensor_presets import ALL, MakeSensor, uncertainty
+from soft_gripper.scenario.sensor_presets import ALL, MakeSensor
 from soft_gripper.sensors.measurement import MeasurementModel
 from soft_gripper.truth.poses import TRUE_JOINTS, TRUE_TIP
 
@@ -89,8 +89,6 @@ def add_sensing(
         InputError: if a sensor, an estimator or a nominal model is wrong.
     """
     config = config or SensingConfig()
-    known_uncertainty = uncertainty(config.estimator, config.sensor)
-    config = replace(config, estimator=replace(config.estimator, uncertainty=known_uncertainty))
     check_finalized(fingers)
     _check_faults(fingers, config.sensor)
     is_scored = config.record.truth != "none"
@@ -153,16 +151,16 @@ def _sense(
     nominal: MeasurementModel,
     config: SensingConfig,
 ) -> Ports:
-    period, estimator = config.sensor.period, config.estimator
+    sensor, estimator = config.sensor, config.estimator
     gravity = np.array(finger.plant.gravity_field().gravity_vector())
     pressure, tension = (driving.get(kind) for kind in ("pressure", "tension"))
-    measured = add_sensors(builder, finger, config.sensor, pressure, config.make_sensor, tension)
+    measured = add_sensors(builder, finger, sensor, pressure, config.make_sensor, tension)
     estimated = add_estimation(
-        builder, finger.name, nominal, estimator, period, gravity, measured, config.make_estimator
+        builder, finger.name, nominal, estimator, sensor, gravity, measured, config.make_estimator
     )
     known = {**measured, **estimated}
-    scores = add_scoring(builder, finger, period, known | truth) if truth else {}
-    alongside = add_alongside(builder, finger, nominal, estimator, period, measured | truth)
+    scores = add_scoring(builder, finger, sensor.period, known | truth) if truth else {}
+    alongside = add_alongside(builder, finger, nominal, estimator, sensor, measured | truth)
     twice = (measured.keys() & estimated.keys()) | (known.keys() & {*scores, *truth, "pressure", "tension"})
     if twice:
         raise InputError("finger", "output ports", ", ".join(sorted(twice)), "have the name of another signal")

@@ -12,7 +12,7 @@ from soft_gripper.benchmark.grasps import FINGERS, PRESSURES, READINGS, SECTIONS
 from soft_gripper.benchmark.task import Recorded, Task
 from soft_gripper.estimators.contact import ContactShape
 from soft_gripper.estimators.estimate import ShapeEstimate
-from soft_gripper.estimators.uncertainty import Uncertainty, position_std
+from soft_gripper.estimators.uncertainty import EXACT, Uncertainty, position_std
 from soft_gripper.evaluation.contacts.dataset import G
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import as_points, gravity_torque
@@ -22,8 +22,9 @@ from soft_gripper.runs.estimator_functions import estimator_function
 from soft_gripper.scenario.model_files import model_path
 from soft_gripper.sensors.sensor_layout import SensorLayout
 
-# Of the mean of 20 samples of a realistic sensor: gain errors and hysteresis of 1 % at strains up to 0.15, and noise.
-_UNCERTAINTY = Uncertainty(reading=1.5e-3)
+# Of the mean of 20 samples of a realistic sensor: gain errors and hysteresis of 1 % at strains up to 0.15, and noise;
+# the model is exact.
+_UNCERTAINTY = Uncertainty(reading=1.5e-3, bend_per_pressure=EXACT)
 _BAND = 1.959964
 
 

@@ -11,10 +11,11 @@ from soft_gripper.control.pid_controller import PidGains
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_private_station
+from soft_gripper.evaluation.paper.scenario_run import evaluated_scenario
 from soft_gripper.files.csv_table import write_csv
 from soft_gripper.files.output import atomic_folder
 from soft_gripper.runs.scores.steps import StepRow, step_figure, step_table
-from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
+from soft_gripper.scenario.scenario_file import dump_scenario
 from soft_gripper.scenario.schema import Scenario
 
 REGIMES = {"under-damped": 3.0, "well damped (shipped)": 1.0, "over-damped": 0.3}  # of the shipped integral gain
@@ -53,7 +54,7 @@ def run_regimes(name: str, folder: Path) -> None:
         name: of a closed-loop scenario.
         folder: appears when it is whole.
     """
-    scenario = load_scenario(name)
+    scenario = evaluated_scenario(name)
     rows = []
     with atomic_folder(folder) as partial:
         for i, (regime, of_regime) in enumerate(regime_scenarios(scenario).items()):

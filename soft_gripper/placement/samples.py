@@ -23,7 +23,7 @@ from soft_gripper.errors import InputError
 from soft_gripper.estimators.driving_torque import driving_torques
 from soft_gripper.estimators.estimate import ShapeEstimate
 from soft_gripper.estimators.plane import planar_gravity
-from soft_gripper.estimators.uncertainty import Uncertainty
+from soft_gripper.estimators.uncertainty import EXACT, Uncertainty
 from soft_gripper.evaluation.contacts.dataset import Contacts
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.plant_finger import PlantFinger
@@ -123,8 +123,8 @@ class Assumptions:
 
     @cached_property
     def uncertainty(self) -> Uncertainty:
-        """The sizes of these errors that the estimator assumes, no less than by default."""
-        least = Uncertainty()
+        """The sizes of these errors that the estimator assumes, no less than of an exact model and ideal sensors."""
+        least = Uncertainty(bend_per_pressure=EXACT)
         bend = max(least.bend_per_pressure, self.nominal_error / 100)
         reading = least.reading if self.errors is None else max(least.reading, reading_std(self.errors))
         return Uncertainty(reading=reading, bend_per_pressure=bend)

@@ -397,13 +397,34 @@ class SensorConfig:
 
 
 @dataclass
+class UncertaintyConfig:
+    """What is assumed to be uncertain; see `Uncertainty`.
+
+    A field that is None follows from the errors of the sensors, or has its default.
+    """
+
+    reading: float | None = like(Uncertainty, "reading")  # of the measured extension ratios
+    angle: float | None = like(Uncertainty, "angle")  # of a joint's angle where the finger differs from the nominal one
+    # Fraction of the bend due to pressure and to the memory of creep: how wrong the nominal stiffness and drive may be.
+    bend_per_pressure: float | None = like(Uncertainty, "bend_per_pressure")
+    pressure: float | None = like(Uncertainty, "pressure")  # of the pressure measurement
+    gain: float | None = like(Uncertainty, "gain")  # fraction of the strain, per sensor
+    offset: float | None = like(Uncertainty, "offset")  # of the extension ratio, per sensor
+    drift: float | None = like(Uncertainty, "drift")  # random walk of the offsets
+    creep: float | None = like(Uncertainty, "creep")  # random walk of the bend per pressure
+    load_pressure: float | None = like(Uncertainty, "load_pressure")  # that of a usual load at the base
+    largest_force: float | None = like(Uncertainty, "largest_force")  # that the scene can exert on a finger
+    friction: float | None = like(Uncertainty, "friction")  # largest coefficient between a finger and what it touches
+    nearest_contact: float | None = like(Uncertainty, "nearest_contact")  # fraction of the length
+
+
+@dataclass
 class EstimatorConfig:
     """The estimators of every finger."""
 
     type: str = "arcs"  # of the shape, see docs/estimators.md; or your own "module:function"
     alongside: list[str] = field(default_factory=list)  # further types, recorded and scored without affecting the run
-    # For probabilistic estimators; None: derived from the errors of the sensors.
-    uncertainty: Uncertainty | None = None
+    uncertainty: UncertaintyConfig = field(default_factory=UncertaintyConfig)  # of probabilistic estimators
     health: bool = False  # name faults of fingers and sensors, and drop faulty sensors; see docs/health.md
     compensate_gravity: bool = True  # remove the finger's own weight from the force estimate
     # Torque above which contact is detected; None: no contact detection.

@@ -1,7 +1,7 @@
 """The sensors of a scenario: where they are, their errors, presets, and the uncertainty that follows."""
 
 from collections.abc import Callable
-from dataclasses import fields
+from dataclasses import fields, replace
 from functools import partial
 from typing import Any, TypeGuard
 
@@ -111,13 +111,13 @@ def strain_errors(sensor: SensorConfig, finger: str | None = None) -> StrainErro
 
 
 def uncertainty(estimator: EstimatorConfig, sensor: SensorConfig) -> Uncertainty:
-    """What an estimator assumes to be uncertain: as given, or as it follows from the errors of the sensors.
+    """What an estimator assumes to be uncertain: what is not given follows from the errors of the sensors.
 
     Raises:
         InputError: as `strain_errors`.
     """
-    given = estimator.uncertainty
-    return uncertainty_of(strain_errors(sensor), sensor.pressure_errors) if given is None else given
+    given = {name: value for name, value in vars(estimator.uncertainty).items() if value is not None}
+    return replace(uncertainty_of(strain_errors(sensor), sensor.pressure_errors), **given)
 
 
 def sensor_faults(sensor: SensorConfig, finger: str | None = None) -> tuple[SensorFault, ...]:

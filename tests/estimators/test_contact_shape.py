@@ -8,7 +8,7 @@ from loaded_fingers import Push, in_balance
 
 from soft_gripper.estimators.contact import ContactShape
 from soft_gripper.estimators.gaussian import GaussianShape
-from soft_gripper.estimators.uncertainty import Uncertainty
+from soft_gripper.estimators.uncertainty import EXACT, Uncertainty
 from soft_gripper.fingers.finger_parts import ElasticLaw
 from soft_gripper.fingers.kinematics import forward_kinematics
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
@@ -27,7 +27,8 @@ def readings(layout, q, noise=0.0, rng=None):
 
 
 def estimated(layout, q, pressure, gravity=0j, **assumed):
-    shape = ContactShape(layout, Uncertainty(**assumed))
+    """By the exact model, which is declared to be exact."""
+    shape = ContactShape(layout, Uncertainty(bend_per_pressure=EXACT, **assumed))
     return shape(readings(layout, q), layout.finger.pressure_torque(pressure), gravity)
 
 
@@ -116,10 +117,11 @@ def test_with_one_section_the_force_is_unknown_and_the_shape_the_most_probable(s
 def test_a_section_that_is_missing_of_four_leaves_the_force(shipped_finger):
     layout = SensorLayout(shipped_finger, **FOUR)
     read = readings(layout, in_balance(shipped_finger, 80e3, 9.81, [Push(0.09, 0.8)]))
+    shape = ContactShape(layout, Uncertainty(bend_per_pressure=EXACT))
     for lost in range(4):
         spoiled = read.copy()
         spoiled[[lost, lost + 4]] = np.nan
-        contact = ContactShape(layout)(spoiled, shipped_finger.pressure_torque(80e3), 9.81).contact
+        contact = shape(spoiled, shipped_finger.pressure_torque(80e3), 9.81).contact
         assert contact.force == pytest.approx(0.8, rel=0.02)
         assert contact.arc_length == pytest.approx(0.09, abs=1e-3)
 
@@ -182,7 +184,7 @@ def scores(layout, rubs, samples=120):
         q.append(bent + 2e-4 * rng.standard_normal(finger.segments))
         true.append((force, s))
     read = readings(layout, np.array(q), 1e-4, rng)
-    shape = ContactShape(layout, Uncertainty(friction=0.45))
+    shape = ContactShape(layout, Uncertainty(bend_per_pressure=EXACT, friction=0.45))
     found = shape(read, finger.pressure_torque(pressures), np.zeros(samples)).contact
     force, s = np.transpose(true)
     return np.abs([(found.force - force) / found.force_std, (found.arc_length - s) / found.arc_length_std])
@@ -210,7 +212,7 @@ def test_less_noise_leaves_less_uncertain(shipped_finger, sections):
     layout = SensorLayout(shipped_finger, **sections)
     read = readings(layout, in_balance(shipped_finger, 80e3, 0j, [Push(0.084, 0.8)]))
     found = [
-        ContactShape(layout, Uncertainty(reading=noise, friction=0.05))(
+        ContactShape(layout, Uncertainty(reading=noise, bend_per_pressure=EXACT, friction=0.05))(
             read, shipped_finger.pressure_torque(80e3), 0j
         ).contact
         for noise in (1e-3, 3e-4, 1e-4, 3e-5)

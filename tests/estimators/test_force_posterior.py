@@ -7,7 +7,7 @@ from scipy.optimize import brentq, nnls
 
 from soft_gripper.estimators.contact import ContactShape, force_cells
 from soft_gripper.estimators.force_posterior import HERE, NOTHING, SOMEWHERE, Cells, Forces, posterior
-from soft_gripper.estimators.uncertainty import Uncertainty
+from soft_gripper.estimators.uncertainty import EXACT, Uncertainty
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 
 LENGTH, LARGEST, NEAREST = 0.12, 10.0, 0.036  # m, N, m
@@ -111,7 +111,8 @@ def test_three_answers(shipped_finger, sections):
     """Nothing; somewhere on the first section; at the tip."""
     layout, length = SensorLayout(shipped_finger, sections), shipped_finger.length
     cases = ([], [Push(0.2 * length, 1.0)], [Push(0.95 * length, 0.5)])
-    found = [ContactShape(layout).posterior(*read(layout, pushes)) for pushes in cases]
+    shape = ContactShape(layout, Uncertainty(bend_per_pressure=EXACT))
+    found = [shape.posterior(*read(layout, pushes)) for pushes in cases]
     assert [float(each.answer) for each in found] == [NOTHING, SOMEWHERE, HERE]
     assert [each.probability > 0.95 for each in found] == [False, True, True]
     assert np.isnan([*found[0].arc_length_set, *found[0].mode_forces, *found[0].mode_arc_lengths]).all()
@@ -143,8 +144,9 @@ def test_the_largest_force_of_the_scene_bounds_what_is_not_seen(shipped_finger):
 
 def test_two_contacts_that_no_single_force_explains_show_in_the_misfit(shipped_finger):
     layout, s = SensorLayout(shipped_finger, 4), np.array([0.45, 0.9]) * shipped_finger.length
-    found = ContactShape(layout).posterior(*read(layout, [Push(s[0], 0.8), Push(s[1], 0.5)]))
-    alone = ContactShape(layout).posterior(*read(layout, [Push(s[1], 0.5)]))
+    shape = ContactShape(layout, Uncertainty(bend_per_pressure=EXACT))
+    found = shape.posterior(*read(layout, [Push(s[0], 0.8), Push(s[1], 0.5)]))
+    alone = shape.posterior(*read(layout, [Push(s[1], 0.5)]))
     assert found.misfit > 1 > alone.misfit
     assert np.isnan([*found.force_interval, *found.force_set, *found.arc_length_set]).all()
     assert found.answer == SOMEWHERE
@@ -210,7 +212,7 @@ def test_a_batch_is_its_samples(shipped_finger, lost):
 @pytest.mark.parametrize("sections", [2, 4])
 def test_creep_that_is_not_modelled_is_a_misfit_and_rarely_a_contact(shipped_finger, sections):
     """A free finger that bends up to a fifth further: detected in under a tenth, or never if that is assumed."""
-    exact = Uncertainty(bend_per_pressure=0.005, friction=0.45)
+    exact = Uncertainty(bend_per_pressure=EXACT, friction=0.45)
     layout, rng = SensorLayout(shipped_finger, sections), np.random.default_rng(0)
     pressure, share = rng.uniform(20e3, 150e3, 100), rng.uniform(0, 0.2, (100, 1))
     driving = shipped_finger.pressure_torque(pressure)

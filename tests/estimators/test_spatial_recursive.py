@@ -194,7 +194,7 @@ def test_nothing_is_learnt_while_the_bend_of_a_section_is_hardly_read_in_either_
 CHAMBERS = [
     *("sensor.sections=2", "sensor.layout=four_faces_and_diagonal", "estimator.type=recursive"),
     "pressure.steps={finger::inner: [0.0], finger::left: [40000.0], finger::right: [0.0]}",
-    *("pressure.settle=0.29", "pressure.hold_samples=1"),
+    *("pressure.settle=0.29", "pressure.hold_samples=1", "estimator.uncertainty.bend_per_pressure=0.005"),
 ]
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from soft_gripper.diagrams.recording import Recording
-from soft_gripper.evaluation.paper.scenario_run import is_finished
+from soft_gripper.evaluation.paper.scenario_run import evaluated_scenario, is_finished
 from soft_gripper.evaluation.pid_regimes import (
     REGIMES,
     RegimeRow,
@@ -92,7 +92,7 @@ def test_the_figure_shows_every_regime_with_its_own_gains(folder: Path, rows: li
 
 
 def test_a_run_leaves_a_whole_folder(folder: Path) -> None:
-    assert is_finished(folder, load_scenario(NAME))
+    assert is_finished(folder, evaluated_scenario(NAME))
     assert {path.name for path in folder.iterdir()} == {
         SUMS,
         "scenario.yaml",

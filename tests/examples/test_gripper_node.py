@@ -29,7 +29,7 @@ fingers:
 """
 FIELDS = BENCH.splitlines()[2].partition("[")[2].rstrip("]").split(", ")
 CHANGES = [
-    *("estimator.type=contact", "estimator.uncertainty.reading=1e-4", "sensor.sections=2"),
+    *("estimator.type=contact", "estimator.uncertainty.bend_per_pressure=0.005", "sensor.sections=2"),
     *("control.set_points=[0.06]", "control.hold=0.3"),
 ]
 MESSAGES = {

@@ -7,7 +7,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.estimators.arcs import arcs_from_readings
 from soft_gripper.estimators.contact import ContactShape
 from soft_gripper.estimators.shape_estimator import ShapeEstimator
-from soft_gripper.estimators.uncertainty import Uncertainty
+from soft_gripper.estimators.uncertainty import EXACT, Uncertainty
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 from soft_gripper.signals import describe
 
@@ -60,8 +60,8 @@ def mean_bend(layout: SensorLayout, gravity: Array, period: float) -> System:
 
 
 def contact_again(layout: SensorLayout, gravity: Array, period: float) -> System:
-    """The function of `contact` in a block of one's own."""
-    return ShapeEstimator(ContactShape(layout, Uncertainty()), layout, gravity)
+    """The function of `contact`, by an exact model, in a block of one's own."""
+    return ShapeEstimator(ContactShape(layout, Uncertainty(bend_per_pressure=EXACT)), layout, gravity)
 
 
 NOT_CALLABLE = 3

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 from refusals import refused
 
-from soft_gripper.estimators.uncertainty import Uncertainty
+from soft_gripper.estimators.uncertainty import EXACT, Uncertainty
 from soft_gripper.placement.samples import USUAL_STRAIN, Assumptions, reading_std
 from soft_gripper.sensors.strain_errors import StrainErrors, disturb
 
 
-def test_nothing_wrong_is_the_default_uncertainty():
-    assert Assumptions().uncertainty == Uncertainty()
-    assert Assumptions(errors=StrainErrors()).uncertainty == Uncertainty()
+def test_nothing_wrong_is_an_exact_model():
+    assert Assumptions().uncertainty == Uncertainty(bend_per_pressure=EXACT)
+    assert Assumptions(errors=StrainErrors()).uncertainty == Uncertainty(bend_per_pressure=EXACT)
 
 
 @pytest.mark.parametrize("error", ["noise", "offset", "gain_error", "low_frequency_noise"])

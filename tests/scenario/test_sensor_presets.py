@@ -1,15 +1,18 @@
 """Errors of sensors in a scenario: presets, what overrides them, and what there cannot be."""
 
+from dataclasses import replace
+
 import pytest
 
 from soft_gripper.errors import InputError
-from soft_gripper.estimators.uncertainty import Uncertainty, uncertainty_of
+from soft_gripper.estimators.uncertainty import uncertainty_of
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 from soft_gripper.scenario.schema import (
     DeadSensorConfig,
     EstimatorConfig,
     SensorConfig,
     StrainErrorsConfig,
+    UncertaintyConfig,
     presets,
 )
 from soft_gripper.scenario.sensor_presets import strain_errors, uncertainty
@@ -96,5 +99,5 @@ def test_uncertainty_follows_from_the_errors_unless_it_is_given():
     found = uncertainty(EstimatorConfig(), sensor)
     assert found == uncertainty_of(strain_errors(sensor), sensor.pressure_errors)
     assert (found.reading, found.pressure) == (pytest.approx(3e-3, rel=1e-2), 200.0)
-    given = Uncertainty(reading=1e-5)
-    assert uncertainty(EstimatorConfig(uncertainty=given), sensor) is given
+    given = EstimatorConfig(uncertainty=UncertaintyConfig(pressure=0.0, friction=0.45))
+    assert uncertainty(given, sensor) == replace(found, pressure=0.0, friction=0.45)

@@ -35,7 +35,7 @@ from soft_gripper.errors import InputError
 from soft_gripper.estimators.estimate import ContactForce
 from soft_gripper.estimators.recursive import RecursiveShape
 from soft_gripper.estimators.shape_estimator import straight_shape
-from soft_gripper.estimators.uncertainty import Uncertainty
+from soft_gripper.estimators.uncertainty import EXACT, Uncertainty
 from soft_gripper.evaluation.contacts.dataset import LAYOUTS, Contacts, G, read_finger
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import gravity_torque
@@ -269,7 +269,7 @@ def estimate_contacts(
         np.broadcast_to(factor * known, shape)
         for factor, known in ((scale.pressure, contacts.pressure), (scale.gravity, contacts.gravity))
     )
-    function = estimator_function(estimator, nominal, Uncertainty(reading=condition.reading))
+    function = estimator_function(estimator, nominal, Uncertainty(reading=condition.reading, bend_per_pressure=EXACT))
     found = function(readings.pressed, nominal.finger.pressure_torque(pressure), gravity).contact
     assert found is not None
     return found._replace(force=scale.force * found.force, force_std=scale.force * found.force_std)

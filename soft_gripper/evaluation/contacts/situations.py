@@ -23,7 +23,7 @@ from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.estimators.contact import ContactShape
 from soft_gripper.estimators.force_posterior import ContactPosterior
 from soft_gripper.estimators.spatial_contact import SpatialContactShape
-from soft_gripper.estimators.uncertainty import Uncertainty, uncertainty_of
+from soft_gripper.estimators.uncertainty import EXACT, Uncertainty, uncertainty_of
 from soft_gripper.evaluation.contacts.dataset import Contacts, read_finger
 from soft_gripper.evaluation.contacts.estimates import REALISTIC, Condition
 from soft_gripper.evaluation.contacts.space import SpatialContacts, contacts_in_space, finger_in_space
@@ -39,7 +39,7 @@ PLACES = 0.1, 1.0  # of the length
 FRICTION, MOST_FRICTION = 0.9, 1.0  # of contacts at rest, at most, and of sliding ones
 FINER = 48  # segments of a plant under a nominal finger of 12
 STIFFNESS, PRESSURE = (-10, -5, 0, 5, 10), 0.02  # %, errors of the nominal one; share, the largest error
-EXACT, DECLARED = 0.005, 0.1  # bend per pressure, as a share, as declared of a model that is exact or wrong
+DECLARED = 0.1  # bend per pressure, as a share, as declared of a model that is wrong
 MODELS = "exact, declared", "wrong, defaults", "wrong, declared"
 _MOVED, _PERIOD = 100, 0.05  # samples of a motion into the contact and of holding it, s between them
 

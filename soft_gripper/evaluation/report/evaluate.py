@@ -22,7 +22,14 @@ from soft_gripper.evaluation.paper.figures import (
     free_bending_figure,
 )
 from soft_gripper.evaluation.paper.forces import ContactForceRow, ForceRow
-from soft_gripper.evaluation.paper.scenario_run import CONTACT, FREE, SCENARIOS, is_finished, run_scenario
+from soft_gripper.evaluation.paper.scenario_run import (
+    CONTACT,
+    FREE,
+    SCENARIOS,
+    evaluated_scenario,
+    is_finished,
+    run_scenario,
+)
 from soft_gripper.evaluation.pid_regimes import RegimeRow, read_regimes, regimes_figure, run_regimes
 from soft_gripper.evaluation.report.bars import estimator_claims
 from soft_gripper.evaluation.report.page import Evaluation, difference_figure, estimators_figure, write_report
@@ -36,7 +43,7 @@ from soft_gripper.pictures.style import save_figure
 from soft_gripper.runs.scores.poses import PoseRow, of_estimator
 from soft_gripper.runs.scores.steps import PhaseRow, outcome, phase_table
 from soft_gripper.runs.study import run_study
-from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
+from soft_gripper.scenario.scenario_file import dump_scenario
 from soft_gripper.scenario.schema import Scenario
 from soft_gripper.scenario.sensor_presets import sensor_layout
 
@@ -67,7 +74,7 @@ Advance = Callable[[float], Any]
 
 def unfinished(out: Path) -> list[str]:
     """Those of RUNS of which `out` has no complete run."""
-    return [name for name in RUNS if not is_finished(out / name, load_scenario(name))]
+    return [name for name in RUNS if not is_finished(out / name, evaluated_scenario(name))]
 
 
 def run_scenarios(names: Sequence[str], out: Path, executor: Executor, advance: Advance) -> None:
@@ -80,7 +87,7 @@ def run_scenarios(names: Sequence[str], out: Path, executor: Executor, advance: 
     Raises:
         InputError, SimulationDivergedError, WorkerDiedError: if a scenario fails; the others are finished first.
     """
-    scenarios = {name: load_scenario(name) for name in names}
+    scenarios = {name: evaluated_scenario(name) for name in names}
     longest_first = sorted(names, key=lambda name: -len(scenarios[name].models))
     jobs = {out / name: (name,) for name in longest_first}
     duration = {out / name: scenario.duration for name, scenario in scenarios.items()}
@@ -91,7 +98,7 @@ def files_of_run(name: str) -> dict[str, bytes]:
     """Runs a scenario, task or closed loop; the files that it leaves, by their names."""
     with TemporaryDirectory(prefix="soft-gripper-") as temporary:
         folder = Path(temporary) / "run"
-        _runner(load_scenario(name))(name, folder)
+        _runner(evaluated_scenario(name))(name, folder)
         return read_folder(folder)
 
 
@@ -109,7 +116,7 @@ def run_task(name: str, folder: Path) -> None:
         name: of a scenario with a task.
         folder: appears when it is whole.
     """
-    scenario = load_scenario(name)
+    scenario = evaluated_scenario(name)
     station = make_private_station(scenario)
     recording = run_station(station)
     assert station.task is not None
@@ -146,7 +153,7 @@ def _evaluate(
     pressing: list[ContactForceRow],
 ) -> Evaluation:
     """The results from the tables; writes the figures. Those that the paper also has are of `arcs`."""
-    runs = {name: (load_scenario(name), Recording.load(out / name / "recording.nc")) for name in SCENARIOS}
+    runs = {name: (evaluated_scenario(name), Recording.load(out / name / "recording.nc")) for name in SCENARIOS}
     bend, errors = held_tip_errors(*runs[FREE], _finger(*runs[FREE]))
     arcs, torques = of_estimator(poses, "arcs"), of_estimator(forces, "arcs")
     figures = {
@@ -154,7 +161,7 @@ def _evaluate(
         "estimators": estimators_figure(poses, SCENARIOS),
         "contact_force": contact_force_figure(pressing, CONTACT),
         "difference": difference_figure(bend, errors),
-        "pid_regimes": regimes_figure(load_scenario(GRIP), read_regimes(out / GRIP)),
+        "pid_regimes": regimes_figure(evaluated_scenario(GRIP), read_regimes(out / GRIP)),
     }
     for name, figure in figures.items():
         save_figure(figure, out / name)

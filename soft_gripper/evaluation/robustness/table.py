@@ -20,7 +20,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.estimators.driving_torque import recorded_driving
 from soft_gripper.estimators.estimate import ShapeEstimate
 from soft_gripper.estimators.recursive import RecursiveShape
-from soft_gripper.estimators.uncertainty import Uncertainty, position_std, uncertainty_of
+from soft_gripper.estimators.uncertainty import EXACT, Uncertainty, position_std, uncertainty_of
 from soft_gripper.evaluation.paper.scenario_run import SECTIONS
 from soft_gripper.evaluation.robustness.plants import FingerAtRest, Plant
 from soft_gripper.fingers.finger import Finger
@@ -249,7 +249,7 @@ def _plant_errors(
 ) -> Iterator[tuple[tuple[int, str], Errors]]:
     errors = errors_at(1.0) if plant.rubber else None
     nominal = shipped_finger(name, held.simulated.name) if plant.rubber else held.simulated
-    uncertainty = uncertainty_of(errors, None, MODULUS) if plant.rubber else Uncertainty()
+    uncertainty = uncertainty_of(errors, None, MODULUS) if plant.rubber else Uncertainty(bend_per_pressure=EXACT)
     layout = sensor_layout(nominal, held.station.scenario.sensor)
     for sections in SECTIONS:
         readings: Array = held.readings(sections, errors, seeds if plant.rubber else 1)

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from copy import copy
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from time import thread_time
 from typing import Any
 
@@ -29,8 +29,7 @@ from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.hardware.live.together import add_together, can_stack
 from soft_gripper.scenario.checks import checked_scenario
 from soft_gripper.scenario.nominal_model import read_nominal_model
-from soft_gripper.scenario.schema import EstimatorConfig, Scenario
-from soft_gripper.scenario.sensor_presets import uncertainty
+from soft_gripper.scenario.schema import Scenario
 from soft_gripper.sensors.base_pose import AXES, UNITS, FixedBasePose
 from soft_gripper.sensors.measurement import MeasurementModel
 
@@ -216,13 +215,12 @@ def _make_parts(scenario: Scenario, moving: Sequence[str]) -> _Parts:
     if not scene.fingers:
         raise InputError("scenario", "models", [m.file for m in scenario.models], "there is no <finger> in them")
     parts = _Parts(DiagramBuilder(), scenario.sensor.period)
-    config = replace(scenario.estimator, uncertainty=uncertainty(scenario.estimator, scenario.sensor))
     nominal = read_nominal_model(scenario.nominal)
     gravity, measured = np.array(scenario.gravity), {}
     for finger in scene.fingers:
         parts.layouts[finger.name] = nominal.layout(finger.finger, scenario.sensor)
         measured[finger.name] = _add_measured(parts, finger, finger.name in moving)
-    for name, ports in _estimated(parts, config, gravity, measured).items():
+    for name, ports in _estimated(parts, scenario, gravity, measured).items():
         parts.signals |= {f"{name}.{signal}": port for signal, port in {**measured[name], **ports}.items()}
         held = (signal for signal in measured[name] if signal != "X_WB" or f"{name}.X_WB" in parts.inputs)
         parts.measured += [f"{name}.{signal}" for signal in held]
@@ -250,11 +248,10 @@ def _add_measured(parts: _Parts, finger: PlantFinger, moves: bool) -> Ports:
     return measured
 
 
-def _estimated(
-    parts: _Parts, config: EstimatorConfig, gravity: Array, measured: Mapping[str, Ports]
-) -> Mapping[str, Ports]:
+def _estimated(parts: _Parts, scenario: Scenario, gravity: Array, measured: Mapping[str, Ports]) -> Mapping[str, Ports]:
     """The estimates of each finger, by name: of equal ones together."""
-    made = {name: make_estimation(layout, config, parts.period, gravity) for name, layout in parts.layouts.items()}
+    config, sensor = scenario.estimator, scenario.sensor
+    made = {name: make_estimation(layout, config, sensor, gravity) for name, layout in parts.layouts.items()}
     if can_stack([*made.values()]):
         fed = [estimation_inputs(measured[name]) for name in made]
         return dict(zip(made, add_together(parts.builder, [*made.values()], fed), strict=True))

@@ -15,7 +15,7 @@ from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.wiring.named_blocks import find_estimator
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
-from soft_gripper.estimators.uncertainty import Uncertainty
+from soft_gripper.estimators.uncertainty import EXACT, Uncertainty
 from soft_gripper.files.document import require
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import as_points
@@ -147,7 +147,9 @@ def fit_arm(recordings: Sequence[ArmRecording], finger: Finger, gravity: Array) 
     drive = fit_drive(recordings, geometry, finger, gravity)
     driven = np.argmax(finger.pressure_gain)
     load = _LOAD_SHARE * drive.angle_std * finger.stiffness[driven] / finger.pressure_gain[driven]
-    uncertainty = Uncertainty(reading=_noise(recordings), angle=drive.angle_std, load_pressure=float(load))
+    uncertainty = Uncertainty(
+        reading=_noise(recordings), angle=drive.angle_std, bend_per_pressure=EXACT, load_pressure=float(load)
+    )
     arm = NominalArm(drive.finger, drive.gains, drive.rest, geometry.wires, geometry.parts, uncertainty, gravity)
     return Fitted(arm, geometry)
 

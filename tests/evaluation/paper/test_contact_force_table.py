@@ -14,7 +14,8 @@ from soft_gripper.evaluation.paper.forces import ContactForceRow, contact_force_
 from soft_gripper.runs.scores.poses import held_samples
 from soft_gripper.scenario.scenario_file import load_scenario
 
-STEPS = ("pressure.steps.all=[60e3, -30e3]", "pressure.hold_samples=10")
+EXACT = "estimator.uncertainty.bend_per_pressure=0.005"
+STEPS = (EXACT, "pressure.steps.all=[60e3, -30e3]", "pressure.hold_samples=10")
 FINGERS = ("left_finger", "right_finger")
 
 

@@ -8,7 +8,7 @@ from refusals import refused
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.evaluation.paper.contact_table import ContactRow
 from soft_gripper.evaluation.paper.forces import ContactForceRow, ForceRow
-from soft_gripper.evaluation.paper.scenario_run import is_finished, run_scenario
+from soft_gripper.evaluation.paper.scenario_run import evaluated_scenario, is_finished, run_scenario
 from soft_gripper.files.csv_table import read_csv
 from soft_gripper.runs.scores.poses import PoseRow
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
@@ -33,7 +33,7 @@ def contents(folder: Path) -> dict[str, bytes]:
 def test_a_run_leaves_a_whole_folder(short, folder):
     assert set(contents(folder)) >= FILES
     assert [path.name for path in folder.parent.iterdir()] == ["short"]
-    assert is_finished(folder, load_scenario(short))
+    assert is_finished(folder, evaluated_scenario(short))
     assert Recording.load(folder / "recording.nc")["time"].values[-1] == pytest.approx(0.5)
 
 
@@ -111,7 +111,7 @@ def test_a_run_that_fails_at_its_tables_leaves_nothing(short, tmp_path, monkeypa
 
 def test_another_scenario_is_not_finished(short, folder, tmp_path):
     assert not is_finished(folder, load_scenario(short, ["pressure.settle=0.21"]))
-    assert not is_finished(tmp_path / "nothing", load_scenario(short))
+    assert not is_finished(tmp_path / "nothing", evaluated_scenario(short))
 
 
 def test_sections_that_do_not_divide_the_segments_are_refused(short, tmp_path):

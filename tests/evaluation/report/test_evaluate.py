@@ -22,7 +22,7 @@ from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.evaluation.paper.contact_table import ContactRow
 from soft_gripper.evaluation.paper.forces import ContactForceRow, ForceRow
-from soft_gripper.evaluation.paper.scenario_run import is_finished
+from soft_gripper.evaluation.paper.scenario_run import evaluated_scenario, is_finished
 from soft_gripper.evaluation.pid_regimes import RegimeRow
 from soft_gripper.evaluation.report.evaluate import (
     CAPTIONS,
@@ -47,16 +47,16 @@ COMMAND = [*LISTENING, "evaluate"]
 
 def test_unfinished_are_those_without_a_whole_folder_of_the_same_scenario(tmp_path):
     assert unfinished(tmp_path) == list(RUNS)
-    for name, gravity in ((RUNS[0], "[0, 0, -9.81]"), (RUNS[1], "[0, 0, 0]"), (RUNS[2], "[0, 0, -9.81]")):
+    for name, gravity in ((RUNS[0], [0.0, 0.0, -9.81]), (RUNS[1], [0.0, 0.0, 0.0]), (RUNS[2], [0.0, 0.0, -9.81])):
         with atomic_folder(tmp_path / name) as partial:
-            (partial / "scenario.yaml").write_text(dump_scenario(load_scenario(name, [f"gravity={gravity}"])))
+            (partial / "scenario.yaml").write_text(dump_scenario(replace(evaluated_scenario(name), gravity=gravity)))
     assert unfinished(tmp_path) == [RUNS[1], *RUNS[3:]]
 
 
 @pytest.mark.parametrize("harm", ["missing", "truncated", "emptied", "other"])
 def test_a_run_whose_results_were_harmed_is_unfinished(tmp_path, harm):
     with atomic_folder(tmp_path / FREE) as partial:
-        (partial / "scenario.yaml").write_text(dump_scenario(load_scenario(FREE)))
+        (partial / "scenario.yaml").write_text(dump_scenario(evaluated_scenario(FREE)))
         (partial / "metrics.csv").write_text("a,b\n1,2\n")
     assert FREE not in unfinished(tmp_path)
     results = tmp_path / FREE / "metrics.csv"
@@ -75,7 +75,7 @@ def test_one_scenario_that_fails_stops_no_other(short, tmp_path, monkeypatch):
     advanced = []
     with refused("sections", 2):
         run_scenarios(["bad.yaml", "good.yaml"], tmp_path / "out", HereExecutor(), advanced.append)
-    assert is_finished(tmp_path / "out" / "good.yaml", load_scenario("good.yaml"))
+    assert is_finished(tmp_path / "out" / "good.yaml", evaluated_scenario("good.yaml"))
     assert [path.name for path in (tmp_path / "out").iterdir()] == ["good.yaml"]
     assert advanced == pytest.approx([0.5, 0.5])
 
