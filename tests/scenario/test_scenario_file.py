@@ -10,7 +10,6 @@ from refusals import refused
 from soft_gripper.control.task import Outcome
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.errors import InputError
-from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.scenario.scenario_file import changed_scenario, dump_scenario, load_scenario
 from soft_gripper.scenario.schema import (
     ArmConfig,
@@ -184,7 +183,7 @@ def changed(config, default):
 
 def test_one_of_everything_sets_every_field():
     sensor = SensorConfig(errors=StrainErrorsConfig(), pressure_errors=PressureErrors())
-    estimator = EstimatorConfig(uncertainty=Uncertainty())
+    estimator = EstimatorConfig()
     default = Scenario(arm=ArmConfig(), task=TaskConfig(), sensor=sensor, estimator=estimator)
     scenario = load_scenario(EVERYTHING)
     given_by_phases, of_contact = {"control.set_points", "external"}, {"estimator.compensate_gravity"}

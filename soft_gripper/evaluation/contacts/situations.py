@@ -39,8 +39,7 @@ PLACES = 0.1, 1.0  # of the length
 FRICTION, MOST_FRICTION = 0.9, 1.0  # of contacts at rest, at most, and of sliding ones
 FINER = 48  # segments of a plant under a nominal finger of 12
 STIFFNESS, PRESSURE = (-10, -5, 0, 5, 10), 0.02  # %, errors of the nominal one; share, the largest error
-DECLARED = 0.1  # bend per pressure, as a share, as declared of a model that is wrong
-MODELS = "exact, declared", "wrong, defaults", "wrong, declared"
+MODELS = "exact, declared", "wrong, defaults", "wrong, called exact"
 _MOVED, _PERIOD = 100, 0.05  # samples of a motion into the contact and of holding it, s between them
 
 
@@ -68,8 +67,7 @@ class Case(NamedTuple):
     @property
     def assumed(self) -> Uncertainty:
         found = uncertainty_of(self.errors)
-        declared = {MODELS[0]: EXACT, MODELS[1]: found.bend_per_pressure, MODELS[2]: DECLARED}
-        return replace(found, bend_per_pressure=declared[self.model])
+        return found if self.model == MODELS[1] else replace(found, bend_per_pressure=EXACT)
 
 
 class Stated(NamedTuple):
