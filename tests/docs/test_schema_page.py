@@ -16,7 +16,7 @@ def test_every_field_is_listed(cls):
 
 def test_the_classes_are_those_of_a_scenario():
     found = {cls.__name__ for cls in scenario_classes()}
-    assert {"Scenario", "PhaseConfig", "TrialsConfig", "PidGains", "Uncertainty", "MultibodyPlantConfig"} <= found
+    assert {"Scenario", "PhaseConfig", "TrialsConfig", "PidGains", "UncertaintyConfig", "MultibodyPlantConfig"} <= found
     assert set(SECTIONS) == found
 
 
