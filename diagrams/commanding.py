@@ -54,7 +54,7 @@ def add_drive_commands(builder: DiagramBuilder, station: StationParts, drive: Dr
 
 
 def grip_supply(scenario: Scenario, gripper: Sequence[PlantFinger], gripping: str) -> Supply:
-    """What grip control may command: pressures or, of fingers without chambers, tensions or lengths of tendons.
+    """Supply that grip control may command: pressures or, of fingers without chambers, tensions or lengths of tendons.
 
     Negative commands of what only pushes, or pulls, go to the chambers, or tendons, that open the fingers.
 

@@ -59,7 +59,7 @@ class _Taken(NamedTuple):
 
 
 class _Remembered(NamedTuple):
-    """What follows from a memory, and what is remembered of it."""
+    """Values that follow from a memory, and what is remembered of it."""
 
     step: Memory
     sources: Sequence[int]
@@ -134,7 +134,7 @@ class Network:
 
     @staticmethod
     def _begun(node: _Remembered, values: list[Any]) -> Array | None:
-        """What is remembered when a run is initialized; None if that is the initial state."""
+        """Memory with which a run is initialized; None if that is the initial state."""
         if node.begin is None or node.step.begin_of is None:
             return None
         return node.step.begin_of[0](values[node.begin])
@@ -283,7 +283,7 @@ class _Compiler:
         return 1 if source is None else len(self._alike[source[0].get_system()])
 
     def _fed(self, block: ArrayBlock, name: str) -> _Found:
-        """What feeds an input of a block."""
+        """Feed of an input of a block."""
         feed = self._levels[block].feed(block.GetInputPort(name))
         assert feed is not None
         source = array_source(feed)
@@ -321,7 +321,7 @@ def array_source(feed: Feed) -> tuple[OutputPort, Level] | None:
 
 
 def _outside(feed: Feed) -> OutputPort | InputPort | None:
-    """What stands at the root for the port behind a wire: an input that it feeds, or the port that exports it."""
+    """Port at the root for the one behind a wire: an input that it feeds, or the port that exports it."""
     return feed.input if feed.level.diagram is None else feed.level.exported(feed.output)
 
 
@@ -392,7 +392,7 @@ def _alike(blocks: Iterable[ArrayBlock]) -> dict[ArrayBlock, list[ArrayBlock]]:
 
 
 class LiveReads:
-    """What `live` is to compute, sampled every `period` s."""
+    """Signals that `live` is to compute, sampled every `period` s."""
 
     def __init__(self, period: float):
         self._period = period

@@ -48,7 +48,7 @@ def prepare_point_contact(plant: MultibodyPlant, scene_graph: SceneGraph, skins:
 
 
 def _properties(scene_graph: SceneGraph, geometry: GeometryId) -> ProximityProperties:
-    """Those of a geometry, but rigid in point contact."""
+    """Properties of a geometry, but rigid in point contact."""
     properties = ProximityProperties(scene_graph.model_inspector().GetProximityProperties(geometry))
     properties.UpdateProperty(_MATERIAL, _STIFFNESS, _RIGID)
     return properties

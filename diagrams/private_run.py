@@ -1,4 +1,4 @@
-"""What is in a diagram that nobody sees: the blocks that its loop and its logs read, and no others.
+"""Diagrams that nobody sees: they have the blocks that their loop and their logs read, and no others.
 
 In a diagram that a user gets, every port can be read at any time, so every block runs. In a run whose diagram nobody
 sees, such as `simulate` or a sweep, a block made of functions (ArrayBlock) is needed only if a block of another kind
@@ -17,7 +17,7 @@ from soft_gripper.diagrams.wires import Feed, Level, leaf_systems
 
 
 class Kept(NamedTuple):
-    """What is left of a diagram."""
+    """Blocks and connections that are left of a diagram."""
 
     signals: dict[str, OutputPort]  # those that are still computed
     removed: dict[str, System]  # by name

@@ -105,7 +105,7 @@ class SignalSources:
         return Logged(self._numbers[key])
 
     def _trace(self, port: OutputPort, level: Level) -> Source | None:
-        """The same at any level; None if it depends on an output that the root diagram does not export."""
+        """Source of a port at any level; None if it depends on an output that the root diagram does not export."""
         port, level = level.leaf_output(port)
         system = port.get_system()
         if isinstance(system, ArrayBlock) and system.follows(port.get_name(), self._period):

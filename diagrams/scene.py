@@ -298,7 +298,7 @@ def remove_idle_skins(scene: Scene) -> None:
 
 
 def _reaches(scene: Scene) -> dict[GeometryId, _Reach]:
-    """Of all collision geometries, where nothing moves but the joints of fingers."""
+    """Reach of every collision geometry, where nothing moves but the joints of fingers."""
     plant, inspector = scene.plant, scene.scene_graph.model_inspector()
     context, reaches = plant.CreateDefaultContext(), {}
     links = {

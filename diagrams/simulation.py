@@ -159,7 +159,7 @@ def run_station(station: Station, meshcat: Meshcat | None = None, progress: Prog
 
 
 def run_to_end(station: Station, meshcat: Meshcat | None = None, progress: Progress | None = None) -> Simulator:
-    """The same, but returns the simulator, which can go on from there."""
+    """Runs a station as `run_station` does, but returns the simulator, which can go on from there."""
     check_closed(station)
     simulator = make_simulator(station)
     if meshcat is not None:

@@ -23,7 +23,7 @@ class Level(NamedTuple):
         return Level(diagram.connection_map(), diagram, self)
 
     def feed(self, port: InputPort) -> "Feed | None":
-        """What feeds an input; None if nothing does yet."""
+        """Feed of an input; None if nothing feeds it yet."""
         key = port.get_system(), port.get_index()
         if key in self.wires:
             return Feed(*self.wires[key], port, self)

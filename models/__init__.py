@@ -1,4 +1,4 @@
-"""What is simulated: grippers, arms and objects, reached as package://soft_gripper/..."""
+"""Models that are simulated: grippers, arms and objects, reached as package://soft_gripper/..."""
 
 from pathlib import Path
 

@@ -67,7 +67,7 @@ class Sample(Step):
     at_first: bool = True  # again at the first sample, which is at the same time if a run begins at a sample
 
     def over_time(self, values: Array) -> Array:
-        """What a port shows at all samples of a recording, from the source at these times: that of the sample before.
+        """Values of a port at all samples of a recording, from the source at these times: that of the sample before.
 
         Raises:
             ValueError: if nothing is taken at the first sample: what is taken before is not in the recording.

@@ -43,7 +43,7 @@ _T = TypeVar("_T")
 
 
 def kept(store: OrderedDict[_Key, _T], key: _Key, make: Callable[[], _T], most: int) -> _T:
-    """What is stored for a key, or else made now; the `most` that were used last stay in the store."""
+    """Value stored for a key, or else made now; the `most` that were used last stay in the store."""
     found = store.pop(key) if key in store else make()
     store[key] = found
     while len(store) > most:

@@ -1,4 +1,4 @@
-"""What goes wrong, reported in one line."""
+"""Mistakes and failures, reported in one line."""
 
 _LONGEST = 200  # characters of a value that a message repeats
 _LONGEST_PART = 800  # of its other parts
@@ -16,7 +16,7 @@ class InputError(ValueError):
         return in_one_line(f"{where}: {field} = {_shown(self.value)}: {expected}")
 
     def inside(self, place: object) -> "InputError":
-        """The same error, reported from the file or option that contains the mistake."""
+        """This error, reported from the file or option that contains the mistake."""
         return InputError(f"{place}: {self.where}", self.field, self.value, self.expected)
 
 

@@ -1,4 +1,4 @@
-"""What the fields of a dataclass may hold, declared beside them: unit, range, choices, length of a list.
+"""Rules for the fields of a dataclass, declared beside them: unit, range, choices, length of a list.
 
     period: float = quantity(0.01, "s", above=0)
     gravity: list[float] = quantity([0.0, 0.0, -9.81], "m/s^2", length=3)
@@ -31,7 +31,7 @@ def is_name(text: str) -> bool:
 
 @dataclass(frozen=True)
 class Rule:
-    """What a field may hold; of a list or mapping, each of its entries."""
+    """Rule for a field; of a list or mapping, for each of its entries."""
 
     unit: str = ""
     above: float | None = None
@@ -61,7 +61,7 @@ class Rule:
         return tuple(self.known() if callable(self.known) else self.known)
 
     def of_text(self, value: str) -> str | None:
-        """What a text would have to be; None if it is valid."""
+        """Sentence on how a text would have to be; None if it is valid."""
         if self.is_name and not is_name(value):
             return NAME_RULE
         if self.known and value not in self.choices:
@@ -69,7 +69,7 @@ class Rule:
         return "must not be empty" if self.filled and not value else None
 
     def of_number(self, value: float) -> str | None:
-        """What a number would have to be; None if it is valid."""
+        """Sentence on how a number would have to be; None if it is valid."""
         low_enough = (self.below is None or value < self.below) and (self.most is None or value <= self.most)
         high_enough = (self.above is None or value > self.above) and (self.least is None or value >= self.least)
         if not (low_enough and high_enough):
@@ -79,7 +79,7 @@ class Rule:
         return None if fits else f"must be a finite number: 0, or {least:g} to {most:g} in size"
 
     def of_group(self, value: Sequence[object] | Mapping[str, object]) -> str | None:
-        """What a list or mapping would have to be; None if it is valid."""
+        """Sentence on how a list or mapping would have to be; None if it is valid."""
         if self.filled and not value:
             return "must not be empty"
         unit = f", {self.unit}" if self.unit else ""

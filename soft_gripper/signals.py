@@ -1,4 +1,4 @@
-"""What a port carries: its unit and its axes, declared beside the port and read by all that log it."""
+"""Meaning of a port: its unit and its axes, declared beside the port and read by all that log it."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
@@ -57,7 +57,7 @@ def describe(
 
 
 def signal_of(port: OutputPort) -> Signal:
-    """What a vector port carries; if nothing is declared, no unit, and entries numbered from 0."""
+    """Signal of a vector port; if nothing is declared, no unit, and entries numbered from 0."""
     declared: dict[str, Signal] = getattr(port.get_system(), _DECLARED, {})
     counted = {"entry": range(port.size())} if port.size() > 1 else {}
     return declared.get(port.get_name(), Signal(axes=counted))

@@ -272,7 +272,7 @@ Steps = Mapping[str, Sequence[float]]
 
 
 def steps_of(where: str, steps: Steps, finger: str, paths: Sequence[str] = ()) -> Array:
-    """What is commanded to a finger at each step, (steps, C); a short list repeats its last value.
+    """Commands to a finger at each step, (steps, C); a short list repeats its last value.
 
     Args:
         where: the part of the scenario, for messages.

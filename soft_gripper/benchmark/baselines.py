@@ -119,6 +119,6 @@ def nearest(task: Task, train: Sequence[Recorded]) -> Predict:
 
 
 def baselines(task: Task) -> dict[str, Estimator]:
-    """Those of a task; the recurrent one where samples follow each other."""
+    """Baselines of a task; the recurrent one where samples follow each other."""
     found: dict[str, Estimator] = {"ridge": ridge, "nearest": nearest}
     return found if task.period is None else found | {"recurrent": recurrent}

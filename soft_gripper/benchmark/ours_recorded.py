@@ -232,7 +232,7 @@ class _Pulled:
 
     @property
     def axes(self) -> Array:
-        """Those of B in the recording, (3, 3), each a column."""
+        """Axes of B in the recording, (3, 3), each a column."""
         z, x = np.array(self.description.frame.z), np.array(self.description.frame.x)
         return np.stack([x, np.cross(z, x), z], axis=1)
 

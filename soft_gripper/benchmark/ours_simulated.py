@@ -55,7 +55,7 @@ def contact_tip(name: str) -> Estimator:
 
 
 def _contact(of: Callable[[ContactShape, Array], tuple[Array, Array]]) -> Estimator:
-    """What `contact` says of the contact."""
+    """An estimator of the contact, by `contact`."""
 
     def estimator(task: Task, train: Sequence[Recorded]) -> Predict:
         found = ContactShape(layout(), _UNCERTAINTY)

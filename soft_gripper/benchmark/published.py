@@ -61,5 +61,5 @@ PUBLISHED = (
 
 
 def published_beside(tasks: Set[str]) -> list[Published]:
-    """Those that may be compared with one of these tasks."""
+    """Published numbers that may be compared with one of these tasks."""
     return [each for each in PUBLISHED if not tasks.isdisjoint(each.tasks)]

@@ -69,7 +69,7 @@ def _measured(task: Task, truth: Array, mean: Array, std: Array | None) -> tuple
 
 
 def _recognized(task: Task, truth: Array, mean: Array, std: Array | None) -> tuple[Any, ...]:
-    """The same of recognition; standard deviations are not used."""
+    """Scores of recognition, as those of numbers; standard deviations are not used."""
     stated, held = with_unknown(mean), with_unknown(truth).argmax(axis=1)
     order = np.argsort(-stated, axis=1, kind="stable")
     before = np.cumsum(np.take_along_axis(stated, order, axis=1), axis=1) - np.take_along_axis(stated, order, axis=1)

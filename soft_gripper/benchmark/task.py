@@ -37,7 +37,7 @@ class Part:
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """What an estimator is told. The test set is divided into regions, scored one by one."""
+    """Question to an estimator, as it is told. The test set is divided into regions, scored one by one."""
 
     name: str
     source: str  # public repository and folder of the files

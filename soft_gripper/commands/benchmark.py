@@ -60,7 +60,7 @@ def _folder(task: Task, given: Path | None) -> Path | None:
 
 
 def _scores(folders: Mapping[Task, Path], own: Mapping[str, Estimator], copies: Path) -> list[Score]:
-    """Of all estimators, by task; a user's own are run first, so that their mistakes are reported at once."""
+    """Scores of all estimators, by task; a user's own are run first, so that their mistakes are reported at once."""
     recorded = {task: read_task(task, folder, copies) for task, folder in folders.items()}
     runs = [(task, name, found) for task in recorded for name, found in own.items()]
     runs += [(task, *each) for task in recorded for each in (baselines(task) | OURS[task.name]).items()]

@@ -69,7 +69,7 @@ def _print(name: str, finger: FingerCalibrationConfig) -> None:
 
 
 def _sought(finger: FingerCalibrationConfig) -> dict[str, tuple[float, float, str]]:
-    """What was looked for with --find: value, standard deviation and unit."""
+    """Parameters that were looked for with --find: value, standard deviation and unit."""
     return {
         "pressure offset": (finger.pressure_offset, finger.pressure_offset_std, " Pa"),
         "response curvature": (finger.response_curvature, finger.response_curvature_std, ""),

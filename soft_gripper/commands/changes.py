@@ -8,7 +8,7 @@ from soft_gripper.arrays import Array
 
 
 def changes_line(finger: str, read: Callable[[str], Array]) -> str:
-    """What `recursive` has found of a finger, see `recursive.Changes`; `read` reads a signal by its name."""
+    """Changes that `recursive` has found of a finger, see `recursive.Changes`; `read` reads a signal by its name."""
     bend, std = (100 * float(np.ravel(read(f"{finger}.{name}"))[0]) for name in ("bend_change", "bend_change_std"))
     offsets, stds = (np.ravel(read(f"{finger}.{name}")) for name in ("offset_changes", "offset_changes_std"))
     most = int(np.abs(offsets).argmax())

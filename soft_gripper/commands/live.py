@@ -96,7 +96,7 @@ def _outputs(options: argparse.Namespace) -> tuple[Path | None, Path | None]:
 
 
 def _say_pace(session: Session, live: _Live, is_fast: bool) -> None:
-    """What a reading costs here, measured, and whether that can be kept up."""
+    """Prints what a reading costs here, measured, and whether that can be kept up."""
     fingers, period = len(live.bench.quantities), live.bench.period
     name, signals = live.bench.scenario.estimator.type, session.sent
     cost = live.bench.cost(signals)

@@ -105,7 +105,7 @@ def followed(station: Station, recording: Recording) -> list[str]:
 
 
 def observed(station: Station) -> list[str]:
-    """What the sensors of fingers that leave their plane observe of a section of them, and what they do not."""
+    """Ways in which the sensors of fingers that leave their plane observe a section, and ways that they do not."""
     scenario = station.scenario
     found: dict[tuple[str, ...], list[str]] = {}
     for finger in station.fingers:

@@ -90,6 +90,6 @@ def _tasks(stations: Mapping[str, Station]) -> Tasks:
 
 
 def _pressures(station: Station, finger: PlantFinger) -> Array:
-    """Of all chambers at every step, (steps, C) Pa."""
+    """Pressures of all chambers at every step, (steps, C) Pa."""
     chambers = [name for names in finger.finger.chamber_axis.values() for name in names]
     return steps_of("pressure", station.scenario.pressure.steps, finger.name, chambers)

@@ -58,7 +58,7 @@ class Phase:
 
     @property
     def duration(self) -> float:
-        """Of the motion, s."""
+        """Duration of the motion, s."""
         return float(self.motion.end_time())
 
 

@@ -1,4 +1,4 @@
-"""What a finger is cast with: a core for each chamber, and a shell, as meshes in mm that can be printed.
+"""Moulds to cast a finger with: a core for each chamber, and a shell, as meshes in mm that can be printed.
 
 Both stand on the base of the finger, in the frame of the middle of its section: x toward the inner side, z along the
 finger. The chamber of the model runs to the tip; the core ends one wall before it, so that the tip is closed.

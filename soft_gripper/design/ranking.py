@@ -21,7 +21,7 @@ NAN = float("nan")
 
 @dataclass(frozen=True)
 class Score:
-    """What the runs of a design come to.
+    """Summary of the runs of a design.
 
     held: runs in which the object is held, of `runs`.
     ends: the value of each end; NaN if it is not known in a run that holds.

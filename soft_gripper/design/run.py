@@ -116,7 +116,7 @@ def run_design(
 
 
 def _drive_axes(study: DesignStudy) -> list[Axis]:
-    """What is searched of how the fingers are driven."""
+    """Variables of the search that drive the fingers."""
     return [axis for axis in study.axes if axis.key.partition(".")[0] in _DRIVE]
 
 
@@ -139,7 +139,7 @@ def most_runs(study: DesignStudy) -> int:
 
 
 def _all_cases(study: DesignStudy) -> tuple[list[Case], list[Case]]:
-    """Of the search and of the test."""
+    """Cases of the search and of the test."""
     config = study.config
     searched = cases(SEARCH, study.objects, config.draws, config.seed)
     return searched, cases(TEST, {**study.objects, **study.unseen}, config.test_draws, config.seed)

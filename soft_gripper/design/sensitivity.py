@@ -1,4 +1,4 @@
-"""What matters: how much of an end each variable explains, over the designs that were tried.
+"""Sensitivity: how much of an end each variable explains, over the designs that were tried.
 
 Ranks of the end are regressed on ranks of the variables, all at once and standardised (SRRC: R. L. Iman and
 W. J. Conover, *The Use of the Rank Transform in Regression*, 1979); ranks take care of monotonic laws that are not
@@ -21,7 +21,7 @@ NAN = float("nan")
 
 @dataclass(frozen=True)
 class Sensitivity:
-    """What one variable does to one end.
+    """Effect of one variable on one end.
 
     slope: standardised regression coefficient of the ranks, -1 to 1 for variables that are independent; NaN for a
         choice without order.
@@ -39,7 +39,7 @@ class Sensitivity:
 
 
 def sensitivities(end: str, values: Array, variables: Mapping[str, Sequence[Any]]) -> list[Sensitivity]:
-    """What each variable does to an end, over K designs.
+    """Effect of each variable on an end, over K designs.
 
     Args:
         end: its name.

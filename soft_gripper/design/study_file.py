@@ -199,7 +199,7 @@ def _absolute(folder: Path, value: Any) -> Any:
 
 
 def _axis(file: Path, field_: str, key: str, value: Any) -> Axis:
-    """What is searched, from a range or a list."""
+    """Variable that is searched, from a range or a list."""
     if isinstance(value, list) and value:
         axis: Axis = Values(key, tuple(value))
     else:
@@ -214,7 +214,7 @@ def _axis(file: Path, field_: str, key: str, value: Any) -> Axis:
 
 
 def random_axes(changes: Mapping[str, Any]) -> list[Range]:
-    """What is drawn at random in changes of a scenario."""
+    """Variables that are drawn at random in changes of a scenario."""
     axes = (read_axis(f"{key}={value}") for key, value in changes.items() if is_range(value))
     return [axis for axis in axes if isinstance(axis, Range)]
 

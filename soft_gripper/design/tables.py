@@ -81,7 +81,7 @@ def reason(found: Designed, index: int) -> str:
 
 
 def sensitivity_rows(found: Designed) -> list[Sensitivity]:
-    """What matters to each end among designs that hold, and to how many runs hold among all that were simulated."""
+    """Sensitivity of each end among designs that hold, and of how many runs hold among all that were simulated."""
     config, rows = found.study.config, []
     simulated = [design for design in found.designs[1:] if not design.score.refused]
     for i, end in enumerate(config.ends):

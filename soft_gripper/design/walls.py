@@ -1,4 +1,4 @@
-"""What a mould demands of a finger: walls that are thick enough, everywhere."""
+"""Demands of a mould on a finger: walls that are thick enough, everywhere."""
 
 from itertools import combinations
 
@@ -20,7 +20,7 @@ def least_wall(finger: Finger) -> float:
 
 
 def thinnest(section: CrossSection) -> float:
-    """Of one cross-section, m."""
+    """Thinnest wall of one cross-section, m."""
     holes = [hole for hole in section.holes if float(hole.area) > 0]
     around = [wall for hole in holes for wall in _around(section, hole)]
     return min([*around, *(_between(one, other) for one, other in combinations(holes, 2))], default=INFINITE)

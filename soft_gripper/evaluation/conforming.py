@@ -37,7 +37,7 @@ BOX = "box"
 
 @dataclass(frozen=True)
 class Grasp:
-    """What one finger touches in the steps of a scenario, at the end of each."""
+    """Contacts of one finger in the steps of a scenario, at the end of each."""
 
     finger: Finger
     pressure: Array  # (steps) Pa

@@ -62,7 +62,7 @@ TABLE, RUNS, FIGURE = "health.csv", "health_runs.csv", "health"
 
 @dataclass(frozen=True)
 class Belief:
-    """What a monitor takes for granted."""
+    """Assumptions of a monitor."""
 
     stiffness_error: float = 0.0  # of the nominal finger, as a share; positive: it is too stiff
     declared: float = 0.005  # uncertainty of the bend per pressure, as a share
@@ -272,7 +272,7 @@ def _jobs(number: int, kinds: Sequence[str], others: Sequence[Belief]) -> Iterat
 
 
 def health_figure(runs: Sequence[HealthRun]) -> Figure:
-    """What is said of the runs with each fault, and how long it takes to be found; the model is exact."""
+    """Figure of the answers to each fault, and of how long it takes to be found; the model is exact."""
     runs = [run for run in runs if run.belief == runs[0].belief]
     truths = (*KINDS, "none")
     counts = np.array([[_said(runs, truth, name) for name in FAULTS] for truth in truths])

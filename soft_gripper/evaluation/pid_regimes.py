@@ -72,7 +72,7 @@ def _row(regime: str, gains: PidGains, step: StepRow) -> RegimeRow:
 
 
 def read_regimes(folder: Path) -> dict[str, Recording]:
-    """What `run_regimes` recorded, by the names of the regimes."""
+    """Recordings of `run_regimes`, by the names of the regimes."""
     return {regime: Recording.load(folder / f"regime_{i}.nc") for i, regime in enumerate(REGIMES)}
 
 

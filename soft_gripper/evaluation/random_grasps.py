@@ -109,7 +109,7 @@ def probe(station: Station, recording: Recording, sections: int, rng: np.random.
 
 
 def with_errors(again: ReadAgain, errors: StrainErrors, rng: np.random.Generator) -> list[ReadAgain]:
-    """The same finger read by DRAWS sets of sensors.
+    """A finger read again by DRAWS sets of sensors.
 
     The first sample of a recording occurs twice, as do its readings.
     """

@@ -69,7 +69,7 @@ def block_scenario(material: str, drawn: RandomObject) -> Scenario:
 
 @dataclass(frozen=True)
 class Compliance:
-    """Of one grasp, as estimated, m/N."""
+    """Compliance in one grasp, as estimated, m/N."""
 
     realistic: Array  # (E,) of each draw of the sensors
     ideal: float  # with ideal sensors

@@ -1,4 +1,4 @@
-"""What an exported scenario is commanded over time: pressures, and the positions of an arm that follows no estimate.
+"""Commands of an exported scenario over time: pressures, and the positions of an arm that follows no estimate.
 
 A task that does not command the gripper moves the arm at fixed times, so that its motion is known before the run. A PD
 controller of another simulator takes a position alone: the desired velocity and the weight of the arm are folded in.
@@ -38,7 +38,7 @@ class ArmActuator(NamedTuple):
 
 
 def arm_actuators(station: Station) -> list[ArmActuator]:
-    """Of the arm, if there is one, in the order of its joints that follow no other."""
+    """Actuators of the arm, if there is one, in the order of its joints that follow no other."""
     arm, plant = station.parts.arm, station.plant
     if arm is None:
         return []

@@ -37,7 +37,7 @@ _PATCH = 4e-3  # m, radius over which a link touches, shared by its points; 35 t
 
 
 class Surface(NamedTuple):
-    """What a contact depends on, of one of its two shapes."""
+    """Properties of one of two shapes, on which their contact depends."""
 
     friction: float
     compliance: float  # of a point, m/N; 0 if it is rigid
@@ -65,14 +65,14 @@ class Skin(NamedTuple):
 
 
 class Said(NamedTuple):
-    """What a shape says of its contacts."""
+    """Attributes of a shape that state its contacts."""
 
     touch: Touch
     weight: float  # of its time constant
 
 
 def said(surface: Surface, skin: Skin) -> Said:
-    """What a shape says where the usual skin touches it."""
+    """Attributes of a shape where the usual skin touches it."""
     if surface.compliance == 0:
         return Said(Touch(combined_friction(surface.friction, skin.friction), _RIGID), 0.0)
     mobility = max(surface.mobility, _FIXED * skin.mobility)

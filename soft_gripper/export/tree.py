@@ -110,7 +110,7 @@ def axis_of(joint: Joint) -> Array:
 
 
 def inertia_of(body: RigidBody) -> RotationalInertia:
-    """Of a body about its centre of mass, in its frame, kg m^2."""
+    """Inertia of a body about its centre of mass, in its frame, kg m^2."""
     about_center: RotationalInertia = body.default_spatial_inertia().Shift(body.default_com()).CalcRotationalInertia()
     return about_center
 

@@ -81,7 +81,7 @@ def memory_torque(finger: Finger, z: Array, pressure: Array | float = 0.0) -> Ar
 
 
 def shares(finger: Finger) -> Array:
-    """Of every branch, (B,)."""
+    """Share of every branch, (B,)."""
     return np.array([branch.share for branch in finger.creep])
 
 

@@ -81,7 +81,7 @@ class CrossSection:
 
     @property
     def holes(self) -> tuple[Hole, ...]:
-        """What is hollow in the section: its chamber."""
+        """Hollow parts of the section: its chamber."""
         return (Hole(self.chamber_width, self.chamber_thickness, self.chamber_center),)
 
     @property

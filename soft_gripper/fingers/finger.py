@@ -100,7 +100,7 @@ class Finger:
                 yield f"sections[{i}].at", at, "give one section at a place, or two for a step"
 
     def _rigid_misfits(self) -> Iterator[Misfit]:
-        """Of the ways in which the finger yields, and of what these need."""
+        """Rules broken by the ways in which the finger yields, and by what these need."""
         layers = [section for section in self.cross_sections if section.layer_thickness > 0]
         given, moduli = " ".join(self.yields), [float(layer.layer_shear_modulus) for layer in layers]
         if "bending" not in self.yields or len(set(self.yields)) < len(self.yields):
@@ -118,7 +118,7 @@ class Finger:
             yield "layer_shear_modulus", max(moduli), expected
 
     def _path_misfits(self) -> Iterator[Misfit]:
-        """Of chambers and tendons: names, places beyond the section, chambers that meet or are not mirrored in y."""
+        """Rules broken by chambers and tendons: names, places off the section, chambers that meet or lack a mirror."""
         names = [path.name for path in (*self.chambers, *self.tendons)]
         for path in (*self.chambers, *self.tendons):
             kind = "chamber" if isinstance(path, Chamber) else "tendon"
@@ -226,12 +226,12 @@ class Finger:
 
     @property
     def thinnest(self) -> CrossSection:
-        """Of the cross-sections that are given."""
+        """Thinnest of the cross-sections that are given."""
         return min(self.cross_sections, key=lambda section: section.thickness)
 
     @cached_property
     def sensor_offsets(self) -> tuple[float, float]:
-        """Of the inner and the outer sensor path from the neutral axis, m, positive on the inner side.
+        """Distances of the inner and the outer sensor path from the neutral axis, m, positive on the inner side.
 
         The paths run parallel to the axis and lie symmetrically in the finger where it is thinnest.
         """
@@ -254,13 +254,13 @@ class Finger:
 
     @cached_property
     def shear_stiffness(self) -> Array:
-        """Of every joint across its link, kappa G A(s_i) / ds, N/m, shape (N,); rubber is incompressible, G = E / 3."""
+        """Stiffness of every joint across its link, kappa G A(s_i) / ds, N/m, (N,); G = E / 3 of rubber."""
         section = self._at_joints
         return np.asarray(self.shear_factor * section.youngs_modulus / 3 * section.area) / self.segment_length
 
     @cached_property
     def stiffnesses(self) -> dict[str, Array]:
-        """Of every joint in each way that it yields, N m/rad, and N/m where it slides, (N,) each."""
+        """Stiffness of every joint in each way that it yields, N m/rad, and N/m where it slides, (N,) each."""
         found = {"bending": self.stiffness, "shear": self.shear_stiffness}
         for way in set(self.yields) - {"bending"}:
             found[way] = np.asarray(getattr(self._at_joints, f"{way}_stiffness")) / self.segment_length
@@ -330,7 +330,7 @@ class Finger:
         return {way: gains.get(way, 0 * area)[None, :] for way in self.yields}
 
     def chamber_gains(self, q: Mapping[str, Array]) -> dict[str, Array]:
-        """The same of the chambers that are listed, where the joints stand at `q`, (..., C, N).
+        """Gains of the chambers that are listed, where the joints stand at `q`, (..., C, N).
 
         `q` has the positions of the joints, (..., N) rad, or m, by the way in which they yield.
         """
@@ -338,7 +338,7 @@ class Finger:
 
     @cached_property
     def _chamber_areas(self) -> Array:
-        """Of the chambers that are listed, at every joint, m^2, (C, N)."""
+        """Areas of the chambers that are listed, at every joint, m^2, (C, N)."""
         return np.reshape([hole.area for hole in self._holes(self.joint_arc_lengths)], (-1, self.segments))
 
     @cached_property
@@ -349,12 +349,12 @@ class Finger:
 
     @cached_property
     def chamber_paths(self) -> PathsOnChain:
-        """Of the chambers that are listed."""
+        """Paths of the chambers that are listed."""
         return self.on_chain(self.chambers)
 
     @cached_property
     def tendon_paths(self) -> PathsOnChain:
-        """Of the tendons."""
+        """Paths of the tendons."""
         return self.on_chain(self.tendons)
 
     @cached_property
@@ -414,7 +414,7 @@ class Finger:
 
     @cached_property
     def links(self) -> LinkInertias:
-        """Of the N + 1 rigid links from the base to the tip, the load at the tip included."""
+        """Inertias of the N + 1 rigid links from the base to the tip, the load at the tip included."""
         section, lengths, load = self._at_links, np.diff(self.link_ends), self.tip_load
         mass = np.asarray(section.density * section.area * lengths)
         center = np.array([section.mass_center, lengths / 2])
@@ -465,7 +465,7 @@ class Finger:
         return self._mass_matrix(("bending",))
 
     def _mass_matrix(self, ways: Sequence[str]) -> Array:
-        """Of every joint in one way, and then in the next, (W N, W N)."""
+        """Mass matrix of every joint in one way, and then in the next, (W N, W N)."""
         links, joints = self.links, self.joint_arc_lengths
         x, z = links.center
         moved = (self.link_ends[:-1, None] >= joints)[..., None]
@@ -499,7 +499,7 @@ class Finger:
         return 1 / longest if longest > 0 else np.inf
 
     def _tendon_stiffness(self, ways: Sequence[str]) -> Array:
-        """What the stiffness of the tendons adds at the joints of the straight finger, (W N, W N)."""
+        """Stiffness that the tendons add at the joints of the straight finger, (W N, W N)."""
         nothing = np.zeros((len(self.tendons), self.segments))
         levers = np.concatenate([self.tension_gains.get(way, nothing) for way in ways], axis=-1)
         stiffness: Array = (levers.T * [tendon.stiffness for tendon in self.tendons]) @ levers

@@ -153,7 +153,7 @@ class _Block(NamedTuple):
 
     @classmethod
     def of(cls, finger: Finger, first: int, last: int) -> "_Block":
-        """That of adjacent links."""
+        """Block of adjacent links."""
         begin, end = float(finger.link_ends[first]), float(finger.link_ends[last + 1])
         section = finger.section(np.array((begin + end) / 2))
         return cls(begin, end, float(section.thickness), float(section.width), -float(section.neutral_axis))

@@ -8,7 +8,7 @@ from soft_gripper.run_begin import since_begin
 
 
 class Leak(LeafSystem):
-    """What is left of the pressure behind a leak.
+    """Pressure that is left behind a leak.
 
     ::
 

@@ -1,4 +1,4 @@
-"""What drives a finger along paths that turn with it: tendons, and chambers of a finger that twists.
+"""Drives along paths that turn with the finger: tendons, and chambers of a finger that twists.
 
 Their torque depends on the shape, so it is computed at every step of the plant, from the gradients of the lengths of
 the paths (`paths`); the chamber law of the straight finger is one matrix, see `pressure_drive`. Drake's own tendon
@@ -43,7 +43,7 @@ class Tendons:
         self.slide = bool(self._friction.any())  # against friction
 
     def tensions(self, q: Joints, pulled: Array) -> Array:
-        """Of tendons of which a length is pulled in, (..., T) m -> (..., T) N."""
+        """Tensions of tendons of which a length is pulled in, (..., T) m -> (..., T) N."""
         return np.maximum(0.0, self.stiffness * self.stretches(q, pulled))
 
     def stretches(self, q: Joints, pulled: Array) -> Array:
@@ -152,7 +152,7 @@ class TendonDrive(_OnPaths):
 
 
 class BentChambers(_OnPaths):
-    """What the torque of chambers changes as the finger that they run through bends and twists.
+    """Change of the torque of chambers as the finger that they run through bends and twists.
 
     ::
 

@@ -72,7 +72,7 @@ class Chamber(Path):
     law_effective: Stations | None = quantity(None, "Pa")
 
     def misfits(self) -> Iterator[Misfit]:
-        """Those of its path, and of its law."""
+        """Rules broken by its path, and by its law."""
         yield from super().misfits()
         if self.law is not None:
             yield from ((f"law_{field}", value, expected) for field, value, expected in self.law.misfits())
@@ -115,7 +115,7 @@ class PathsOnChain:
 
     @cached_property
     def share(self) -> Array:
-        """Of every segment along which a path runs, (P, N)."""
+        """Share of every segment along which a path runs, (P, N)."""
         return self.covered / self.segment_length
 
     @cached_property
@@ -125,7 +125,7 @@ class PathsOnChain:
 
     @cached_property
     def levers(self) -> dict[str, Array]:
-        """The same by the strain of a segment, 1/m, (3, P, N) m, by the way in which it yields."""
+        """Levers by the strain of a segment, 1/m, (3, P, N) m, by the way in which it yields."""
         zero, one = np.zeros_like(self.x), np.ones_like(self.x)
         along = {"bending": -self.x, "sideways": self.y, "stretch": one}
         return {way: np.stack([zero, zero, c]) for way, c in along.items()} | {

@@ -46,11 +46,11 @@ class PlantFinger:
 
     @cached_property
     def joints(self) -> list[Joint]:
-        """Those that bend the finger in its plane, from the base to the tip, N."""
+        """Joints that bend the finger in its plane, from the base to the tip, N."""
         return self.joints_of("bending")
 
     def joints_of(self, way: str) -> list[Joint]:
-        """Those at which it yields in one way, see `finger_parts.AXES`, from the base to the tip, N."""
+        """Joints at which it yields in one way, see `finger_parts.AXES`, from the base to the tip, N."""
         return _joints_of(self.plant, self.model, self.finger, way)
 
     @cached_property

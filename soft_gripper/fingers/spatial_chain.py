@@ -69,7 +69,7 @@ class SpatialChain:
 
     @cached_property
     def heights(self) -> Array:
-        """Of the joints along the links before them, (J,) m."""
+        """Distances of the joints along the links before them, (J,) m."""
         is_first = np.diff(self.segments, prepend=-1) > 0
         return is_first * np.where(self.segments == 0, 0.5, 1.0) * self.segment_length
 
@@ -85,7 +85,7 @@ class SpatialChain:
         return {way: q[..., ways == way] for way in dict.fromkeys(self.ways)}
 
     def places(self, ways: Sequence[str]) -> NDArray[np.int_]:
-        """Of its joints among those that are counted way after way, (J,)."""
+        """Indices of its joints among those that are counted way after way, (J,)."""
         of_ways = np.array([ways.index(way) for way in self.ways])
         return of_ways * (len(self.ways) // len(ways)) + self.segments
 
@@ -117,7 +117,7 @@ class Posture(NamedTuple):
 
     @property
     def screws(self) -> Array:
-        """Of the joints, (..., J, 6): turning, and velocity of the point at B's origin."""
+        """Screws of the joints, (..., J, 6): turning, and velocity of the point at B's origin."""
         turning = self.motions[..., [2, 0, 1], [1, 2, 0]]
         return np.concatenate([turning, self.motions[..., 3]], axis=-1)
 
@@ -183,7 +183,7 @@ class Loads(NamedTuple):
     moments: Array  # (..., M, 3) N m
 
     def places(self, at: Posture) -> Array:
-        """Of the points, (..., M, 3) m in B."""
+        """Places of the points, (..., M, 3) m in B."""
         turned = at.rotations[..., self.frames, :, :] @ self.points[..., None]
         places: Array = at.origins[..., self.frames, :] + turned[..., 0]
         return places
@@ -194,7 +194,7 @@ class Loads(NamedTuple):
 
 
 def torques(at: Posture, loads: Loads) -> Array:
-    """Of loads at the joints, N m, and N where joints slide, (..., J)."""
+    """Torques of loads at the joints, N m, and N where joints slide, (..., J)."""
     return np.asarray((at.screws * _wrenches(at, loads)).sum(axis=-1))
 
 
@@ -205,7 +205,7 @@ def _carried(at: Posture, loads: Loads, values: Array) -> Array:
 
 
 def _wrenches(at: Posture, loads: Loads) -> Array:
-    """Of all that each joint carries, about B's origin: moment and force, (..., J, 6)."""
+    """Wrenches of all that each joint carries, about B's origin: moment and force, (..., J, 6)."""
     moments = np.cross(loads.places(at), loads.forces) + loads.moments
     return _carried(at, loads, np.concatenate(np.broadcast_arrays(moments, loads.forces), axis=-1))
 

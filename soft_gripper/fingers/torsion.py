@@ -85,7 +85,7 @@ def _painted(parts: Sequence[Rectangle], x: Array, y: Array) -> Array:
 
 
 def _elements(modulus: Array, x: Array, y: Array) -> tuple[float, Array, Array]:
-    """Of rectangles from x[:, 0] to x[:, 1] and y[:, 0] to y[:, 1]: the energy without warping, N m^2, and the matrix
+    """Rectangles from x[:, 0] to x[:, 1] and y[:, 0] to y[:, 1]: the energy without warping, N m^2, and the matrix
     and the load of the warping at their corners, (E, 4, 4) and (E, 4).
     """
     a, b = np.diff(x)[:, 0], np.diff(y)[:, 0]

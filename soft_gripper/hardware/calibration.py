@@ -49,7 +49,7 @@ class Log:
 
 
 class _Measured(NamedTuple):
-    """What was measured of a finger, T samples."""
+    """Measurements of a finger, T samples."""
 
     time: Array  # (T) s
     pressure: Array  # (T) Pa

@@ -43,12 +43,12 @@ _TEXT: tuple[tuple[str, str], ...] = (
 
 
 def foreign_binary(data: bytes) -> str | None:
-    """What a file of bytes is, and how it is exported; None if it is none of those that are known."""
+    """Kind of a file of bytes, and how it is exported; None if it is none of those that are known."""
     begins = next((form for begin, form in _BINARY if data.startswith(begin)), None)
     return begins or (dict(_BINARY)[_HDF5] if data[512:].startswith(_HDF5) else None)
 
 
 def foreign_text(lines: Sequence[str]) -> str | None:
-    """What a file of text is whose columns are not found; None if it is none of those that are known."""
+    """Kind of a file of text whose columns are not found; None if it is none of those that are known."""
     first = next((line.lstrip(' "') for line in lines if line.strip()), "")
     return next((form for begin, form in _TEXT if first.startswith(begin)), None)

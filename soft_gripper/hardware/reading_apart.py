@@ -35,7 +35,7 @@ sys.stdout.buffer.write(pickle.dumps(answer))
 
 
 def read_apart(read: Callable[..., _Found], path: Path, *arguments: Any) -> _Found:
-    """What `read`, a function of a module, returns for a path and further arguments.
+    """Result of `read`, a function of a module, for a path and further arguments.
 
     Raises:
         InputError: if it raises one, or ends with any other error, a crash, or not in time.

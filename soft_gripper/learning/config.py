@@ -20,7 +20,7 @@ TASKS = ("reach", "grasp", "pick_place")
 
 @dataclass
 class ActionConfig:
-    """What an action, numbers from -1 to 1, sets: the grip first, then the joints of the arm that move."""
+    """Meaning of an action, numbers from -1 to 1: the grip first, then the joints of the arm that move."""
 
     # "pressure" of all fingers, Pa; or "opening" of the gripper, m, held by the scenario's control
     grip: str = quantity("pressure", known=("pressure", "opening"))
@@ -50,7 +50,7 @@ class ObservedConfig:
 
 @dataclass
 class VariationConfig:
-    """What varies between episodes, uniformly distributed; None: as in the scenario."""
+    """Variation between episodes, uniformly distributed; None: as in the scenario."""
 
     offset: float = quantity(0.0, "m", least=0)  # of the object's start along x, in both directions
     mass: list[float] | None = quantity(None, "kg", above=0, span=True)  # of the object

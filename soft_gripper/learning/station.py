@@ -48,7 +48,7 @@ from soft_gripper.truth.contact import patches
 
 
 def action_ranges(config: ActionConfig) -> Array:
-    """What the numbers of an action set at -1 and at 1, (n, 2) Pa or m or rad."""
+    """Values that the numbers of an action set at -1 and at 1, (n, 2) Pa or m or rad."""
     return np.array([config.range, *config.joints.values()])
 
 
@@ -395,7 +395,7 @@ def home(parts: StationParts) -> dict[str, float]:
 
 
 def _height(parts: StationParts, body: RigidBody) -> float:
-    """Of the frame of a body over its lowest point at the start, m."""
+    """Height of the frame of a body over its lowest point at the start, m."""
     plant, context = parts.plant, parts.plant.CreateDefaultContext()
     corners = box_corners(plant, parts.scene_graph, context, [body.model_instance()], Role.kProximity)
     return float(body.EvalPoseInWorld(context).translation()[2] - corners[:, 2].min())

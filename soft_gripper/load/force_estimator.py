@@ -228,7 +228,7 @@ def _without_oldest(samples: Array) -> Array:
 
 
 def _recorded_samples(*inputs: Array) -> Array:
-    """What `_with_present` returns at every sample of a recording, (T, 5, 2 N + 12); the first is not kept."""
+    """Samples that `_with_present` returns along a recording, (T, 5, 2 N + 12); the first is not kept."""
     present = np.concatenate(inputs, axis=-1)
     before = np.concatenate([np.full((SAMPLES, present.shape[-1]), np.nan), present[1:]])
     samples = windows(before).copy()

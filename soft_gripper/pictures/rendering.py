@@ -54,7 +54,7 @@ def give_normals(scene_graph: SceneGraph, source: SourceId) -> None:
 
 
 def _with_normals(mesh: Mesh) -> Mesh:
-    """The same mesh, with smooth shading except at sharp edges."""
+    """A mesh with smooth shading except at sharp edges."""
     smooth = trimesh.load(mesh.source().path(), force="mesh").smooth_shaded
     text = trimesh.exchange.obj.export_obj(smooth, include_normals=True, include_texture=False, header=None)
     return Mesh(InMemoryMesh(mesh_file=MemoryFile(text, ".obj", "mesh with normals")), mesh.scale3())

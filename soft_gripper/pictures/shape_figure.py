@@ -144,12 +144,12 @@ def arrow_of_force(finger: Finger, points_across: PointsAcross, force: float, ar
 
 
 def across_arcs(arcs: Arcs, s: float, offset: Array) -> Array:
-    """Of a curve of arcs, as `PointsAcross`."""
+    """Points across a curve of arcs, as `PointsAcross`."""
     return as_points(sites_on_arcs(arcs, np.full(len(offset), s), offset)[0])
 
 
 def across_links(finger: Finger, corners: Array, s: float, offset: Array) -> Array:
-    """Of links from corner to corner, (N + 2, 3) m in B, as `PointsAcross`."""
+    """Points across links from corner to corner, (N + 2, 3) m in B, as `PointsAcross`."""
     link = int(np.searchsorted(finger.joint_arc_lengths, s))
     x, z = (corners[link + 1] - corners[link])[::2]
     points: Array = points_along(finger, corners, np.array([s]))[:, ::2] + np.outer(offset / np.hypot(x, z), [z, -x])
@@ -251,7 +251,7 @@ def _true_in_space(signals: Mapping[str, Array]) -> tuple[Arrow | None, Arrow | 
 def _estimated_in_space(
     finger: Finger, estimated: Array, signals: Mapping[str, Array]
 ) -> tuple[Arrow | None, Arrow | None]:
-    """The same of the estimated one; None where it is not known."""
+    """Arrows of the estimated force, as of the true one; None where it is not known."""
     if "contact_force_vector" not in signals:
         return None, None
     s, side = (float(signals[f"contact_{name}"].item()) for name in ("arc_length", "side"))

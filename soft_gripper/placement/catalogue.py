@@ -20,7 +20,7 @@ STRAIN, CURVATURE, ORIENTATION = KINDS = ("strain", "curvature", "orientation")
 
 
 class Course(NamedTuple):
-    """Of a path, in units of the distances of the outermost sensors from the middle of the section."""
+    """Course of a path, in units of the distances of the outermost sensors from the middle of the section."""
 
     x: tuple[float, ...]
     y: tuple[float, ...]
@@ -63,7 +63,7 @@ _OTHER_KINDS = {
 
 
 def errors_of(kind: str, preset: str | None) -> StrainErrorsConfig | None:
-    """Of sensors of a kind, strain sensors being of a preset; None: all are ideal."""
+    """Errors of sensors of a kind, strain sensors being of a preset; None: all are ideal."""
     if preset is None:
         return None
     return _OTHER_KINDS.get(kind) or StrainErrorsConfig(preset=preset)

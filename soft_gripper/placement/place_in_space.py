@@ -28,7 +28,7 @@ class SpatialAssumptions:
     seed: int = 1  # of what is random
 
     def errors(self, kind: str) -> StrainErrorsConfig | None:
-        """Of sensors of a kind."""
+        """Errors of sensors of a kind."""
         return errors_of(kind, self.preset)
 
     def uncertainty(self, kind: str) -> Uncertainty:

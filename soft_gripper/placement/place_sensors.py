@@ -100,7 +100,7 @@ def best_placement(
 
 @dataclass(frozen=True)
 class ContactErrors:
-    """Of random single contacts."""
+    """Errors of random single contacts."""
 
     force: float  # N, mean; a missed contact counts with its whole force across the finger
     place: float  # m, mean over the detected contacts

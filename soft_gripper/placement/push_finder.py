@@ -30,14 +30,14 @@ _MOST = np.array([0.5, 0.5, 0.5, 0.1, 0.5, 0.1])  # of a step: N, and shares of 
 
 
 class _State(NamedTuple):
-    """Of the search."""
+    """State of the search."""
 
     v: Array  # (..., 6)
     q: Array  # (..., D)
 
 
 class _Read(NamedTuple):
-    """What is known."""
+    """Quantities that are known."""
 
     measured: Array  # (..., R)
     variance: Array  # (..., R)
@@ -46,7 +46,7 @@ class _Read(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class PushFinder:
-    """Of a nominal finger with nominal sensors."""
+    """Finds a push on a nominal finger with nominal sensors."""
 
     layout: MeasurementModel
     statics: PushedFinger

@@ -47,7 +47,7 @@ class Push(NamedTuple):
 
 
 class Response(NamedTuple):
-    """Of the joints, to what acts on them."""
+    """Response of the joints to what acts on them."""
 
     missing: Array  # (..., D), the step to where they balance it
     slopes: Array  # (..., D, 6) by the unknowns of a push and by b
@@ -82,7 +82,7 @@ class PushedFinger:
         return q[..., self._from_chain]
 
     def response(self, q: Array, driving: Array, push: Push) -> Response:
-        """Of joints at `q`, (..., D), to what acts on them."""
+        """Response of joints at `q`, (..., D), to what acts on them."""
         at, (share, by_s, by_y) = posture(self._chain, q[..., self._in_chain]), self._shares(push)
         loads, driving = self._loads(self._forces(share, push.force)), driving[..., self._in_chain]
         missing = driving + torques(at, loads) - self._stiffness * q[..., self._in_chain]
@@ -110,7 +110,7 @@ class PushedFinger:
         return min(float(section.width) for section in self.finger.cross_sections) / 2
 
     def _shares(self, push: Push) -> tuple[Array, Array, Array]:
-        """Of a force at the points, and their slopes by s and by y, (..., M) each."""
+        """Shares of a force at the points, and their slopes by s and by y, (..., M) each."""
         ends, half = self.finger.link_ends, self.half_width
         s = np.clip(push.s, 0, ends[-1])[..., None]
         link = np.clip(np.searchsorted(ends, s[..., 0], side="left") - 1, 0, len(ends) - 2)
@@ -135,7 +135,7 @@ class PushedFinger:
         return Loads(frames, points, forces, np.zeros_like(forces))
 
     def _loads(self, forces: Array) -> Loads:
-        """Those and the weight."""
+        """Loads of these forces and of the weight."""
         own, (frames, points) = weights(self.finger, self._chain, self.gravity), self._points
         of_weight = np.broadcast_to(own.forces, (*forces.shape[:-2], *own.forces.shape))
         both = np.concatenate([of_weight, forces], axis=-2)

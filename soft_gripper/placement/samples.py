@@ -144,14 +144,14 @@ class SpanRatios(NamedTuple):
     segments: int
 
     def of(self, placement: Placement) -> Array:
-        """Those of the sections of a placement, in the order of readings, (..., paths * S)."""
+        """Ratios of the sections of a placement, in the order of readings, (..., paths * S)."""
         ends = np.array([0, *placement, self.segments])
         chosen = self.ratios[..., _span_numbers(self.segments)[ends[:-1], ends[1:]]]
         return chosen.reshape(*chosen.shape[:-2], -1)
 
 
 def span_ratios(segment_sensors: SensorLayout, q: Array) -> SpanRatios:
-    """Of ideal sensors, from joint angles (..., N) rad; `segment_sensors` has a section for every segment."""
+    """Ratios of ideal sensors, from joint angles (..., N) rad; `segment_sensors` has a section for every segment."""
     segments = segment_sensors.sections
     by_segment = extension_ratios(segment_sensors, q).reshape(*q.shape[:-1], segment_sensors.paths, segments)
     up_to = np.concatenate([np.zeros_like(by_segment[..., :1]), by_segment.cumsum(axis=-1)], axis=-1)

@@ -60,7 +60,7 @@ def errors_of_squares(pose: Array, push: Array) -> Errors:
 
 
 class Seen(NamedTuple):
-    """What sensors read near the shapes of all tasks."""
+    """Slopes and variances of the readings near the shapes of all tasks."""
 
     slopes: Array  # (T, R, D)
     variance: Array  # (T, R)
@@ -89,7 +89,7 @@ class Scores:
         return Seen(np.concatenate(slopes, axis=1), np.concatenate(variance, axis=1))
 
     def pose_variance(self, seen: Seen) -> Array:
-        """Of the tip along x, y and z, m^2, and of the twist, rad^2, (T, 4)."""
+        """Variance of the tip along x, y and z, m^2, and of the twist, rad^2, (T, 4)."""
         G, known = self._pose_slopes, seen.slopes @ self._prior
         read = known @ np.swapaxes(seen.slopes, -1, -2) + _diagonal(seen.variance)
         both = known @ np.swapaxes(G, -1, -2)  # (T, R, 4)
@@ -97,7 +97,7 @@ class Scores:
         return np.asarray(np.maximum(left, 0.0))
 
     def push_variance(self, seen: Seen) -> Array:
-        """Of the force of a push across the finger in two directions, N^2, and of its place, m^2, (T', 3)."""
+        """Variance of the force of a push across the finger in two directions, N^2, and of its place, m^2, (T', 3)."""
         slopes, variance = (part[self.tasks.is_pushed] for part in seen)
         deviations = slopes @ self._mechanics.deviations @ np.swapaxes(slopes, -1, -2)
         by_push = slopes @ self._push_slopes
@@ -121,13 +121,13 @@ class Scores:
 
     @cached_property
     def _prior(self) -> Array:
-        """Of the joints in all tasks, (T, D, D)."""
+        """Covariance of the joints in all tasks before anything is read, (T, D, D)."""
         tasks = self.tasks
         return self._mechanics.prior(self._mechanics.posture(tasks.q), tasks.q, tasks.driving)
 
     @cached_property
     def _pose_slopes(self) -> Array:
-        """Of tip and twist by the joints, (T, 4, D)."""
+        """Slopes of tip and twist by the joints, (T, 4, D)."""
         q, statics = self.tasks.q, self.tasks.statics
         moves = Places(statics.finger, statics.ways)(q)[2][..., -1, :]
         twist = np.repeat([way == "twist" for way in statics.ways], statics.finger.segments).astype(float)
@@ -135,13 +135,13 @@ class Scores:
 
     @cached_property
     def _wanted(self) -> Array:
-        """What is scored of the unknowns of the pushes, (T', 3, 6)."""
+        """Combinations of the unknowns of the pushes that are scored, (T', 3, 6)."""
         tasks = self.tasks.pushed
         return wanted_of_push(tasks.statics.across(tasks.q, tasks.push.s))
 
     @cached_property
     def _push_slopes(self) -> Array:
-        """Of the joints by the unknowns of the pushes, (T', D, 6)."""
+        """Slopes of the joints by the unknowns of the pushes, (T', D, 6)."""
         tasks = self.tasks.pushed
         return tasks.statics.response(tasks.q, tasks.driving, tasks.push).slopes
 

@@ -1,4 +1,4 @@
-"""What a finger in space shall do: bend freely under pressure, and be pushed in its plane, sideways and at an edge.
+"""Tasks of a finger in space: to bend freely under pressure, and to be pushed in its plane, sideways and at an edge.
 
 Each is a shape at rest. A push is one of 0.3 N against the inner face, at the middle of the width or at an edge,
 where it twists the finger, or across it; at half the length and near the tip.
@@ -45,7 +45,7 @@ class Tasks:
 
     @property
     def pushed(self) -> "Tasks":
-        """Those alone."""
+        """The tasks with a push alone."""
         chosen = self.is_pushed
         names = [name for name in self.names if name != FREE]
         push = Push(*(part[chosen] for part in self.push))

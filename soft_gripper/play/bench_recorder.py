@@ -35,7 +35,7 @@ class BenchRecorder:
 
     @property
     def note(self) -> str:
-        """What became of the last recording."""
+        """Sentence on what became of the last recording."""
         if self._problem or self.is_recording or not self._recorders:
             return self._problem
         return f"written: {self._recorders[-1].report()}"

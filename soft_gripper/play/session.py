@@ -171,7 +171,7 @@ _MOST_VIEWS = 5  # that may fail; Drake 1.51 keeps the memory of each
 
 
 def open_scenario(scenario: Scenario, grip: str | None = None) -> Scenario:
-    """The same scene without task, set points and pressure steps.
+    """This scene without task, set points and pressure steps.
 
     Args:
         scenario: its models, sensors, estimators, controllers and solver are kept.

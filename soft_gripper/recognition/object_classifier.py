@@ -57,7 +57,7 @@ class ObjectClassifier:
 
     @property
     def answers(self) -> tuple[str, ...]:
-        """What is recognized: the shapes, and then `UNKNOWN`."""
+        """Answers that are possible: the shapes, and then `UNKNOWN`."""
         return (*self.shapes, UNKNOWN)
 
     def __post_init__(self) -> None:
@@ -84,7 +84,7 @@ class ObjectClassifier:
             raise InputError("object classifier", "covariances", "...", "give matrices that are positive definite")
 
     def probabilities(self, angles: Array, torques: Array) -> Array:
-        """Of the `answers`, (..., C + 1), from the arguments of `grasp_features`; NaN if any of these is."""
+        """Probabilities of the `answers`, (..., C + 1), from the arguments of `grasp_features`; NaN if one is."""
         scores = self.scores(angles, torques)
         outside = np.full((*scores.shape[:-1], 1), -0.5 * (self.limit + self._volumes.min()))
         scores = np.concatenate([scores, outside], axis=-1)
@@ -197,7 +197,7 @@ def principal_components(features: Array) -> tuple[Array, Array]:
 
 
 def _covariance(residuals: Array) -> Array:
-    """Of residuals (M, D) about a mean, (D, D)."""
+    """Covariance of residuals (M, D) about a mean, (D, D)."""
     found: Array = residuals.T @ residuals / len(residuals)
     return found
 

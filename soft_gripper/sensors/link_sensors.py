@@ -93,7 +93,7 @@ class OrientationSensors(SpatialSensors):
 
 
 def _factor(r: Array) -> Array:
-    """Of [r]^2, (..., 1)."""
+    """Factor of [r]^2 in the inverse of the left Jacobian, (..., 1)."""
     theta = np.linalg.norm(r, axis=-1, keepdims=True)
     safe = np.maximum(theta, _STRAIGHT)
     return np.asarray(np.where(theta < _STRAIGHT, 1 / 12, 1 / safe**2 - (1 + np.cos(safe)) / (2 * safe * np.sin(safe))))

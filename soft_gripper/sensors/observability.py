@@ -1,4 +1,4 @@
-"""What sensors observe of a finger: before anything is read, how well they fix each of its ways to yield.
+"""Observability of a finger: before anything is read, how well its sensors fix each of its ways to yield.
 
 A section is described by how far it bends, turns sideways, twists and stretches as a whole, each shared equally by its
 joints. With a weak prior of variances P and readings of independent noise sigma, which change by A with these numbers

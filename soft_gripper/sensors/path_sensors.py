@@ -153,7 +153,7 @@ class PathSensors(SpatialSensors):
         return self._ratios(lengths_on_segments(self._on_chain, self.by_way(q)))
 
     def _ratios(self, lengths: Array) -> Array:
-        """The same from the lengths on the segments, (..., P, N) m."""
+        """Ratios from the lengths on the segments, (..., P, N) m."""
         sums = np.add.reduceat(lengths, self.section_ends[:-1], axis=-1)
         return np.asarray((sums / self._lengths_at_rest).reshape(*lengths.shape[:-2], self.readings))
 
@@ -166,7 +166,7 @@ class PathSensors(SpatialSensors):
 
     @cached_property
     def _lengths_at_rest(self) -> Array:
-        """Of every path on every section, (P, S) m."""
+        """Lengths of every path on every section, (P, S) m."""
         lengths = lengths_on_segments(self._on_chain, {})
         found = np.add.reduceat(lengths, self.section_ends[:-1], axis=-1)
         for path, sections in zip(self.paths, found, strict=True):
@@ -183,7 +183,7 @@ class PathSensors(SpatialSensors):
 
     @cached_property
     def _shares(self) -> Array:
-        """Of the slope of a length on a segment in that of a reading, (P, S, 1, N) 1/m."""
+        """Shares of the slope of a length on a segment in that of a reading, (P, S, 1, N) 1/m."""
         of_section = self.joint_sections == np.arange(self.sections)[:, None]
         return np.asarray(of_section / self._lengths_at_rest[..., None])[..., None, :]
 

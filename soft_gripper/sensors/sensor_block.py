@@ -84,7 +84,7 @@ def _oldest(line: Array) -> Array:
 
 
 def _lines(delay: int) -> Any:
-    """What `_lined_up` returns at every sample of a recording, (T, size) -> (T, delay + 1, size)."""
+    """Lines that `_lined_up` returns along a recording, (T, size) -> (T, delay + 1, size)."""
 
     def lines(present: Array) -> Array:
         kept = np.concatenate([np.zeros_like(present[:1]), present[1:]])  # at the first sample nothing is

@@ -92,7 +92,7 @@ class SensorLayout(MeasurementModel):
 
 
 def strain_sensors(layout: MeasurementModel, where: str) -> SensorLayout:
-    """The same sensors, for a user named `where` that supports only strain sensors along the sections.
+    """These sensors, for a user named `where` that supports only strain sensors along the sections.
 
     Raises:
         InputError: if they are of another kind.

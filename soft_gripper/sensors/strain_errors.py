@@ -243,7 +243,7 @@ def _with_faults(errors: StrainErrors, time: Array, ratio: Array) -> Array:
 
 
 def _with_failed(errors: StrainErrors, memory: Memory, ratio: Array) -> Array:
-    """What is read of extension ratios by sensors that may be dead or saturated."""
+    """Readings of extension ratios by sensors that may be dead or saturated."""
     for fault in errors.faults:
         if fault.kind in ("dead", "saturated"):
             i, ratio = fault.reading, ratio.copy()

@@ -187,7 +187,7 @@ class FingerContacts(NamedTuple):
     facing: Array  # (P, 2) along x and y of the link, of the unit vector that points out of the finger
 
     def of(self, finger: int) -> "FingerContacts":
-        """Those of one finger."""
+        """Contacts of one finger."""
         own = self.finger == finger
         return FingerContacts(self.known, *(column[own] for column in self[1:]))
 

@@ -34,7 +34,7 @@ class SoftBody(NamedTuple):
 
     @property
     def geometry(self) -> GeometryId:
-        """What touches, and is drawn."""
+        """Geometry that touches, and is drawn."""
         return self.body.geometry_id()
 
     @property
@@ -43,7 +43,7 @@ class SoftBody(NamedTuple):
         return float(self.body.config().mass_density() * self.rest.volumes.sum())
 
     def vertices(self, context: Context) -> Array:
-        """Of its elements, in the context of the plant, (V, 3) m in the world."""
+        """Vertices of its elements, in the context of the plant, (V, 3) m in the world."""
         found: Array = self.body.GetPositions(context).T
         return found
 
@@ -160,7 +160,7 @@ class SoftObject(ArrayBlock):
         self.put_out("contact_wrench", wrench_at, "wrench", "fitted", unit=WRENCH_UNITS, wrench=WRENCH)
 
     def _wrench(self, context: Context) -> Array:
-        """Of all contacts about the origin of the world: torque and force, (6) N m and N."""
+        """Wrench of all contacts about the origin of the world: torque and force, (6) N m and N."""
         wrench = np.zeros(6)
         for patch in patches(self._results.Eval(context), {self._geometry}):
             sign = 1.0 if patch.geometries[0] == self._geometry else -1.0

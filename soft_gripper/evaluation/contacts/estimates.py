@@ -104,7 +104,7 @@ HANGING = G + 0j  # m/s^2, gravity in the free motion: the finger hangs
 
 
 class ContactReadings(NamedTuple):
-    """Of M contacts, by E sets of sensors."""
+    """Readings of M contacts, by E sets of sensors."""
 
     free: FreeMotion  # with readings (E, M, K, paths * S)
     pressed: Array  # (E, M, paths * S)
@@ -239,7 +239,7 @@ def check_estimator(name: str) -> None:
 
 
 def contact_estimates(contacts: Contacts, estimators: Sequence[str]) -> Iterator[ContactEstimate]:
-    """Of every estimator, under every layout of sensors and every condition."""
+    """Estimates of every estimator, under every layout of sensors and every condition."""
     for sections, borders in LAYOUTS:
         layout = SensorLayout(contacts.finger, sections, borders=borders)
         unlike = {(condition.preset, condition.averaged): condition for condition in CONDITIONS}

@@ -126,7 +126,7 @@ PEG, ARM = ("peg, at rest", "peg, after a step"), ("carried by an arm",)
 
 
 def drawn(situation: str, case: Case, number: int, seed: int) -> Stated:
-    """What is stated of contacts by statics."""
+    """Statements about contacts by statics."""
     if situation in PLANAR:
         contacts = _contacts(situation, number, seed)
         finger = replace(read_finger(), segments=contacts.q.shape[-1])
@@ -138,7 +138,7 @@ def drawn(situation: str, case: Case, number: int, seed: int) -> Stated:
 
 @cache
 def _contacts(situation: str, number: int, seed: int) -> Contacts:
-    """Of PLANAR, the same for all cases."""
+    """Contacts of a situation of PLANAR, the same for all cases."""
     return PLANAR[situation](number, seed)
 
 
@@ -230,7 +230,7 @@ _NEAREST, _GAP = 0.15, 6e-3  # of the length; m, between finger and peg at the t
 
 
 def pressed(case: Case, number: int, seed: int) -> dict[str, Stated]:
-    """What is stated of a finger that presses on a peg, in `number` runs."""
+    """Statements about a finger that presses on a peg, in `number` runs."""
     found: dict[str, list[Stated]] = {situation: [] for situation in PEG}
     for i in range(number):
         rng = np.random.default_rng([seed, i])
@@ -258,7 +258,7 @@ def pressed(case: Case, number: int, seed: int) -> dict[str, Stated]:
 
 
 def carried(case: Case, number: int, seed: int) -> dict[str, Stated]:
-    """What is stated of two fingers that hold a box while their arm accelerates, in `number` runs."""
+    """Statements about two fingers that hold a box while their arm accelerates, in `number` runs."""
     found = []
     for i in range(number):
         rng = np.random.default_rng([seed, i])

@@ -72,7 +72,7 @@ class ContactErrorRow:
 
 
 class Errors(NamedTuple):
-    """Of estimates of M contacts by E sets of sensors, each (E, M); NaN where no contact is found."""
+    """Errors of estimates of M contacts by E sets of sensors, each (E, M); NaN where no contact is found."""
 
     force: Array  # share of the true force
     place: Array  # share of the length
@@ -80,7 +80,7 @@ class Errors(NamedTuple):
     place_within: NDArray[np.bool_]
 
     def of(self, chosen: NDArray[np.bool_]) -> "Errors":
-        """Those of some contacts, (M)."""
+        """Errors of some contacts, (M)."""
         force, place = self.force[:, chosen], self.place[:, chosen]
         return Errors(force, place, self.force_within[:, chosen], self.place_within[:, chosen])
 

@@ -24,7 +24,7 @@ SECOND_ORDER = 3.5, 4.2  # times, by which arcs of half the length err less; 4 w
 
 @dataclass(frozen=True)
 class Claim:
-    """What is claimed, by whom, whether it holds here, and our number."""
+    """A claim: what is claimed, by whom, whether it holds here, and our number."""
 
     source: str
     text: str

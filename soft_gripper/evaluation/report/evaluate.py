@@ -73,7 +73,7 @@ Advance = Callable[[float], Any]
 
 
 def unfinished(out: Path) -> list[str]:
-    """Those of RUNS of which `out` has no complete run."""
+    """Names in RUNS of which `out` has no complete run."""
     return [name for name in RUNS if not is_finished(out / name, evaluated_scenario(name))]
 
 
@@ -103,7 +103,7 @@ def files_of_run(name: str) -> dict[str, bytes]:
 
 
 def _runner(scenario: Scenario) -> Callable[[str, Path], None]:
-    """What runs a scenario of this kind."""
+    """The function that runs a scenario of this kind."""
     if scenario.task is not None:
         return run_task
     return run_scenario if scenario.control.set_points is None else run_regimes

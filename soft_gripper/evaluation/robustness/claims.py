@@ -50,7 +50,7 @@ def map_figure(rows: Sequence[RobustnessRow]) -> Figure:
 
 
 def _largest(rows: Sequence[RobustnessRow], estimators: Sequence[str], noises: Sequence[float]) -> Array:
-    """Of all scenarios, mm, (estimators, noises)."""
+    """Largest errors of all scenarios, mm, (estimators, noises)."""
 
     def largest(estimator: str, noise: float) -> float:
         return float(np.max([row.mean_mm for row in rows if (row.estimator, row.noise) == (estimator, noise)]))

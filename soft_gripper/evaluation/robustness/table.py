@@ -41,7 +41,7 @@ BAND = 1.96  # standard deviations on either side of a 95 % band
 
 
 class Errors(NamedTuple):
-    """Of any number of samples."""
+    """Errors of any number of samples."""
 
     pose: Array  # (samples) m
     tip: Array  # (samples) m
@@ -130,7 +130,7 @@ class NominalError:
 
     @property
     def size(self) -> float:
-        """Of both together: the relative error of the bend per pressure."""
+        """Relative error of the bend per pressure, of stiffness and pressure together."""
         return float(np.hypot(self.modulus, self.pressure))
 
     @property
@@ -157,7 +157,7 @@ Key = tuple[str, str, int]  # estimator, nominal, sections
 
 @dataclass(frozen=True)
 class RobustnessRow:
-    """Of all touched fingers, held samples and seeds together."""
+    """Errors of all touched fingers, held samples and seeds together."""
 
     scenario: str
     estimator: str
@@ -213,7 +213,7 @@ MODULUS = 0.1  # share, standard deviation of the nominal modulus of rubber
 
 @dataclass(frozen=True)
 class PlantRow:
-    """Of all touched fingers, held samples and seeds together."""
+    """Errors under another plant, of all touched fingers, held samples and seeds together."""
 
     plant: str
     scenario: str

@@ -169,13 +169,13 @@ def marker_residuals(model: Model, motion: MeasuredMotion) -> Array:
 
 
 def _weights(motion: MeasuredMotion) -> Array:
-    """Those of the residuals of a motion, by the times of its events as they were detected."""
+    """Weights of the residuals of a motion, by the times of its events as they were detected."""
     emptied = (motion.pressure is not None) & (motion.time > motion.events[1] + _EARLY)
     return np.repeat(np.where(emptied, _OF_EMPTIED, 1.0), 2 * motion.markers.shape[1])
 
 
 def _residuals_or_impossible(model: Model | None, motion: MeasuredMotion) -> Array:
-    """Those of a model; large ones if the finger is impossible or diverges."""
+    """Residuals of a model; large ones if the finger is impossible or diverges."""
     try:
         if model is not None:
             return marker_residuals(model, motion)
@@ -283,7 +283,7 @@ def _unresolved(names: list[str], correlation: Array, flat: Array) -> list[tuple
 
 
 def confidence(fit: Fit) -> Confidence:
-    """That of a fit to motions."""
+    """Confidence in a fit to motions."""
     return confidence_of(fit.free, fit.residuals, fit.jacobian, _lasting(fit))
 
 

@@ -145,7 +145,7 @@ def _sizeable(values: Array) -> tuple[float, ...]:
 
 
 def _margin_of(law: PressureLaw, highest: float) -> float:
-    """That of a law, by its gains at the highest pressure and at half of it."""
+    """Margin of a law, by its gains at the highest pressure and at half of it."""
     half, full = (float(law.softening(pressure)) for pressure in (highest / 2, highest))
     steepest = half / (2 * full - half) if 2 * full > half else np.inf
     return float(np.clip(steepest, *MARGINS))

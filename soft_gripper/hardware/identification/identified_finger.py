@@ -133,7 +133,7 @@ def compared(model: Model, motions: Sequence[MeasuredMotion], executor: Executor
 
 
 def _tests(model: Model, motions: Sequence[MeasuredMotion]) -> list[tuple[Model, MeasuredMotion, str]]:
-    """What is compared of held-out recordings: with the held pose that explains each best, and without."""
+    """Comparisons with held-out recordings: with the held pose that explains each best, and without."""
     held = [motion for motion in motions if as_held(model.setup, motion).hold is not None]
     return [(model, motion, TESTED) for motion in motions] + [(model, motion, UNHELD) for motion in held]
 

@@ -252,7 +252,7 @@ def _slopes(free: FreeParameters, x: Array, steps: Array, states: SettledStates,
 
 
 def root_mean_square(errors: Array) -> float:
-    """Of the lengths of vectors (..., 3)."""
+    """Root mean square of the lengths of vectors (..., 3)."""
     return float(np.sqrt((errors**2).sum(axis=-1).mean()))
 
 
@@ -366,7 +366,7 @@ def _fit_from(finger: Finger, names: Sequence[str], fitted: Sequence[SettledStat
 
 
 def _scores(states: SettledStates, role: str, family: str, errors: Array) -> list[StateScore]:
-    """Of all markers, and of each if there are several."""
+    """Scores of all markers, and of each if there are several."""
     distances = 1e3 * np.linalg.norm(errors - errors.mean(axis=(0, 1)), axis=-1)
     of_markers = {"all": distances}
     if len(states.names) > 1:

@@ -82,11 +82,11 @@ class MeasuredMotion:
 
     @property
     def unknowns(self) -> Array:
-        """What was not recorded, as one vector: the times of its events, s, and how it was held, if that is fitted."""
+        """Unknowns as one vector: the times of its events, s, and how it was held, if that is fitted."""
         return np.array((*self.events, *(self.hold or ())))
 
     def with_unknowns(self, values: Array) -> "MeasuredMotion":
-        """The same with other values of what was not recorded."""
+        """This motion with other values of what was not recorded."""
         begin, end, *hold = values.tolist()
         return replace(self, events=(begin, end), hold=Hold(*hold) if hold else None)
 
@@ -184,7 +184,7 @@ _ROOT = "root"
 
 @dataclass(frozen=True)
 class Setup:
-    """What belongs to the set-up of recordings, and not to the finger; saved beside its file."""
+    """Properties of the set-up of recordings, and not of the finger; saved beside its file."""
 
     mounting_x: float = quantity(0.0, "m")  # of the neutral axis in B at the base
     mounting_z: float = quantity(0.0, "m")  # of the base in B
@@ -320,7 +320,7 @@ def _hold(finger: PlantFinger, held: _Held, simulator: Simulator) -> None:
 
 
 def _at_tip(finger: Finger, setup: Setup, motion: MeasuredMotion) -> TipLoad | None:
-    """What hangs at the tip: a load and the markers, as one mass in their centre."""
+    """Load that hangs at the tip: a weight and the markers, as one mass in their centre."""
     masses = [(finger.tip_load, 0.0, 0.0), (motion.load, setup.load_x, setup.load_z)]
     parts = [(load.mass, load.x + x, load.z + z) for load, x, z in masses if load is not None]
     if setup.marker_mass > SIZES[0]:

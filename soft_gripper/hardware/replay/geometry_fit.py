@@ -184,7 +184,7 @@ _Balance = tuple[Array, Array]
 def _balance(
     branch: CreepBranch, recording: ArmRecording, geometry: ArmGeometry, finger: Finger, gravity: Array, scale: float
 ) -> _Balance:
-    """Of one recording; pressures as parts of `scale`, Pa."""
+    """Balance of one recording; pressures as parts of `scale`, Pa."""
     joints = np.diff(finger.section_ends(len(recording.bodies)))
     theta = geometry.wires.sections(recording.inner, recording.outer).theta
     driven = np.column_stack([recording.pressures / scale, np.ones(len(recording.time))])
@@ -194,7 +194,7 @@ def _balance(
 
 
 def _torques(balances: Sequence[_Balance], chambers: NDArray[np.int_]) -> Array:
-    """Of the inputs on the sections, (C + 1, S), by least squares."""
+    """Torques of the inputs on the sections, (C + 1, S), by least squares."""
     A, y = (np.concatenate(part) for part in zip(*balances, strict=True))
     found = np.zeros((A.shape[1], y.shape[1]))
     for section in range(y.shape[1]):
@@ -210,7 +210,7 @@ def _left(balances: Sequence[_Balance], torques: Array) -> float:
 
 
 def _left_out(balances: Sequence[_Balance], chambers: NDArray[np.int_]) -> float:
-    """The same of the recording that the torques fitted to the others explain worst."""
+    """Residual torque in the recording that the torques fitted to the others explain worst."""
     if len(balances) == 1:
         return _left(balances, _torques(balances, chambers))
     others = [[*balances[:i], *balances[i + 1 :]] for i in range(len(balances))]

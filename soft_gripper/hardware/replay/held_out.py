@@ -44,7 +44,7 @@ class Fitted:
 
     @property
     def delay(self) -> float:
-        """Of the wires, s."""
+        """Delay of the wires, s."""
         return self.geometry.delay
 
 

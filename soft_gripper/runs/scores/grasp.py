@@ -1,4 +1,4 @@
-"""What a grasp is judged by: pure functions over the signals of one object in a recording of T samples, with F fingers.
+"""Measures of a grasp: pure functions over the signals of one object in a recording of T samples, with F fingers.
 
 A grasp is judged at the end of the signals: forces, areas and pressures are means over the last WINDOW. The ground
 truth is that of the plant (`TrueContact`), sampled with the sensors.
@@ -215,7 +215,7 @@ def motion(place: Array, turn: Array) -> tuple[float, float, float]:
 
 
 class Estimated(NamedTuple):
-    """What the sensors say of an object: its width, m, and stiffness, N/m; NaN if that is not estimated."""
+    """Width, m, and stiffness, N/m, of an object as sensors say; NaN if that is not estimated."""
 
     width: float = NAN
     stiffness: float = NAN

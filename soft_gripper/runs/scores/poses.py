@@ -46,7 +46,7 @@ def held_steps(
 
 
 def _pressures(scenario: Scenario, finger: PlantFinger) -> list[float]:
-    """Of a finger with one chamber at each step, kPa; NaN for others."""
+    """Pressures of a finger with one chamber at each step, kPa; NaN for others."""
     if finger.finger.pressures != 1:
         return [np.nan] * scenario.steps
     chambers = [chamber.name for chamber in finger.finger.chambers]

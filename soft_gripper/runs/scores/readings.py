@@ -25,7 +25,7 @@ from soft_gripper.sensors.measurement import MeasurementModel
 
 @dataclass(frozen=True)
 class ReadAgain:
-    """What is measured of a recorded finger, T samples, and the nominal sensors and finger."""
+    """Measurements of a recorded finger, T samples, and the nominal sensors and finger."""
 
     layout: MeasurementModel
     uncertainty: Uncertainty
