@@ -84,6 +84,16 @@ contact-points: $(READY)
 bench: $(READY)
 	$(BIN)/python benchmarks/bench.py
 
+# The size and the order of the code, in numbers with their aims.
+.PHONY: house
+house: $(READY)
+	$(BIN)/python benchmarks/house.py
+
+# Tips, forces and intervals of scenarios and contacts, before a change and after it: make oracle-store, oracle-compare.
+.PHONY: oracle-store oracle-compare
+oracle-store oracle-compare: $(READY)
+	$(BIN)/python benchmarks/oracle.py $(subst oracle-,,$@) results/oracle
+
 # Compared with another checkout, in which `make .venv/ready` was run: make bench-against OTHER=../before
 bench-against: $(READY)
 	$(BIN)/python benchmarks/compare.py $(OTHER)
