@@ -23,8 +23,8 @@ import numpy as np
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_private_station
-from soft_gripper.export.folder import LOADER, export_mjcf
-from soft_gripper.export.run_mjcf import simulate
+from soft_gripper.extras.export.folder import LOADER, export_mjcf
+from soft_gripper.extras.export.run_mjcf import simulate
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.schema import Scenario
 

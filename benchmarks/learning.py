@@ -19,7 +19,7 @@ from gymnasium.vector import AsyncVectorEnv
 
 from soft_gripper import load_scenario, make_simulator
 from soft_gripper.diagrams.station import make_private_station
-from soft_gripper.learning.environment import SoftGripperEnv
+from soft_gripper.extras.learning.environment import SoftGripperEnv
 
 ROUNDS, STEPS = 7, 50
 GRIP, LIFT = 0.1, 20  # action that grips, and the step at which it begins to lift

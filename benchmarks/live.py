@@ -28,9 +28,9 @@ import numpy as np
 import yaml
 
 import soft_gripper as sg
-from soft_gripper.hardware.live.bench import Bench
-from soft_gripper.hardware.live.bench_schema import described
-from soft_gripper.hardware.live.messages import encoded
+from soft_gripper.extras.bench.bench import Bench
+from soft_gripper.extras.bench.messages import encoded
+from soft_gripper.extras.hardware.bench_schema import described
 
 SCENARIO, PERIOD = "tip_distance_steps", 0.01
 LOOPBACK, START = "127.0.0.1", 60.0  # s that the command may take until it listens

@@ -17,11 +17,11 @@ import numpy as np
 from tqdm import tqdm
 
 from soft_gripper.arrays import Array
-from soft_gripper.benchmark.contacts import FOLDER, layout
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.contact import ContactShape
 from soft_gripper.estimators.uncertainty import EXACT, Uncertainty
+from soft_gripper.extras.benchmark.contacts import FOLDER, layout
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.shipped import scenario_names
 

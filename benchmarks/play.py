@@ -18,8 +18,8 @@ from typing import Any
 
 from soft_gripper import load_scenario, make_station
 from soft_gripper.diagrams.view.meshcat_view import PERIOD
-from soft_gripper.play.control_panel import Slider
-from soft_gripper.play.session import Session, SignalFeed, open_scenario
+from soft_gripper.extras.play.control_panel import Slider
+from soft_gripper.extras.play.session import Session, SignalFeed, open_scenario
 from soft_gripper.scenario.shipped import scenario_names
 
 TIME, CLOSE, OPEN, LOWER = 12.0, 2.0, 7.0, 4.0  # s, how long, and when what begins

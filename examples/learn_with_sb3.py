@@ -10,7 +10,7 @@ from stable_baselines3.common.env_util import make_vec_env
 from stable_baselines3.common.evaluation import evaluate_policy
 from stable_baselines3.common.vec_env import SubprocVecEnv
 
-import soft_gripper.learning  # noqa: F401  registers
+import soft_gripper.extras.learning  # noqa: F401  registers
 
 if __name__ == "__main__":  # processes import this file
     envs = make_vec_env("SoftReach-v0", n_envs=2, seed=0, vec_env_cls=SubprocVecEnv)

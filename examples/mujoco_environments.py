@@ -18,7 +18,7 @@ SECONDS, PERIOD = 2.0, 0.01  # s, of a run and between samples
 def main(environments: int = 64) -> tuple[np.ndarray, np.ndarray]:
     """Closes on the box at random pressures; the true joint angles of a finger, and the estimated ones, (E, T, N)."""
     scenario = sg.load_scenario("box_grasp", ["estimator.type=contact"])
-    exported, finger = sg.export.to_mjcf(scenario), sg.export.sensed_fingers(scenario)["left_finger"]
+    exported, finger = sg.extras.export.to_mjcf(scenario), sg.extras.export.sensed_fingers(scenario)["left_finger"]
     model = mujoco.MjModel.from_xml_string(exported.text)
     data = mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, data, 0)

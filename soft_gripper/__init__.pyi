@@ -1,17 +1,13 @@
 """Soft, sensing grippers on Drake's systems framework: the public names, each loaded when it is first used."""
 
 from . import control as control
-from . import design as design
 from . import diagrams as diagrams
 from . import estimators as estimators
 from . import evaluation as evaluation
-from . import export as export
+from . import extras as extras
 from . import fingers as fingers
-from . import hardware as hardware
-from . import learning as learning
 from . import load as load
 from . import pictures as pictures
-from . import recognition as recognition
 from . import runs as runs
 from . import scenario as scenario
 from . import sensors as sensors

@@ -1,13 +1,19 @@
-"""The house: its parts, and that no import leads upward."""
+"""The house: its parts, and that no import leads upward, or from the core to an extra."""
 
 import ast
+import re
+import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
+from soft_gripper import extras
+
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "soft_gripper"
-# Each part may import from those before it. The files of `soft_gripper` itself are known by all.
+# Each part of the core may import from those before it. The files of `soft_gripper` itself are known by all.
 PARTS = (
     "files",
     "fingers",
@@ -17,28 +23,40 @@ PARTS = (
     "control",
     "truth",
     "scenario",
-    "recognition",
     "diagrams",
     "pictures",
+    "page",
     "runs",
-    "design",
-    "export",
-    "hardware",
-    "play",
     "evaluation",
-    "placement",
-    "benchmark",
-    "learning",
     "commands",
 )
+# Each extra may import from all of the core, and from these extras.
+EXTRAS: dict[str, set[str]] = {
+    "bench": {"hardware"},
+    "benchmark": {"hardware", "recognition", "studies"},
+    "design": set(),
+    "export": set(),
+    "hardware": set(),
+    "learning": set(),
+    "placement": {"studies"},
+    "play": set(),
+    "recognition": set(),
+    "studies": {"recognition"},
+}
 FRONT_DOOR = PACKAGE / "__init__.py"
-SOURCES = sorted(path for part in PARTS for path in (PACKAGE / part).resolve().rglob("*.py"))
+CORE = sorted(path for part in PARTS for path in (PACKAGE / part).resolve().rglob("*.py"))
 
 
 def part_of(module):
     """The part that a module of the package is in, by its place in PARTS; -1 for the files that all know."""
     name = module.split(".")[1]
     return PARTS.index(name) if name in PARTS else -1
+
+
+def extra_of(module):
+    """The extra that a module is in; None for the core."""
+    parts = module.split(".")
+    return parts[2] if parts[1] == "extras" and len(parts) > 2 and parts[2] in EXTRAS else None
 
 
 def module_of(path):
@@ -55,7 +73,7 @@ def imports(path):
     return [module for module in found if module.startswith("soft_gripper.")]
 
 
-@pytest.mark.parametrize("path", SOURCES, ids=lambda path: str(path.relative_to(ROOT)))
+@pytest.mark.parametrize("path", CORE, ids=lambda path: str(path.relative_to(ROOT)))
 def test_no_import_leads_upward(path):
     own = part_of(module_of(path))
     for module in imports(path):
@@ -69,4 +87,43 @@ def test_files_that_all_know_import_no_part():
 
 def test_every_folder_is_a_part():
     folders = {path.name for path in PACKAGE.iterdir() if path.is_dir() and path.name != "__pycache__"}
-    assert folders - {"models"} == set(PARTS)
+    assert folders - {"models", "extras"} == set(PARTS)
+    assert extras.names() == sorted(EXTRAS)
+
+
+@pytest.mark.parametrize("path", CORE, ids=lambda path: str(path.relative_to(ROOT)))
+def test_the_core_names_no_extra(path):
+    """In no string either."""
+    assert re.findall(rf"\bextras[./]({'|'.join(EXTRAS)})\b", path.read_text(encoding="utf-8")) == []
+
+
+@pytest.mark.parametrize("name", EXTRAS)
+def test_extras_use_each_other_as_listed(name):
+    files = (PACKAGE / "extras" / name).rglob("*.py")
+    used = {extra_of(module) for path in files for module in imports(path)} - {None, name}
+    assert used == EXTRAS[name]
+
+
+def test_extras_say_for_whom_they_are():
+    for name in EXTRAS:
+        text = (PACKAGE / "extras" / name / "README.md").read_text(encoding="utf-8")
+        assert len(text.splitlines()) <= 25, name
+        assert "For " in text, name
+
+
+@pytest.mark.parametrize("removed", [*EXTRAS, "all"])
+def test_the_rest_goes_on_without_an_extra(tmp_path, removed):
+    """The command line lists and runs what is left; those that use what is removed are removed with it."""
+    gone = {*EXTRAS} if removed == "all" else {removed, *(name for name, used in EXTRAS.items() if removed in used)}
+    skipped = {str(PACKAGE / "extras" / name) for name in gone}
+    shutil.copytree(
+        PACKAGE,
+        tmp_path / "soft_gripper",
+        ignore=lambda folder, names: {name for name in names if name == "__pycache__" or f"{folder}/{name}" in skipped},
+    )
+    run = "from soft_gripper.commands import main; from soft_gripper import extras; print(extras.names())"
+    found = subprocess.run(
+        [sys.executable, "-c", f"{run}; main(['--help'])"], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    assert found.returncode == 0, found.stderr
+    assert found.stdout.startswith(str(sorted({*EXTRAS} - gone)))

@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 
 from peers.task import Setting, Task
-from soft_gripper.export.mjcf import EXPLICIT_STEP, to_mjcf
+from soft_gripper.extras.export.mjcf import EXPLICIT_STEP, to_mjcf
 from soft_gripper.fingers.finger_links import joint_name
 
 

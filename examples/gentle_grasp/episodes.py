@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gentle_grasp.policies import Array, Policy
-from soft_gripper.learning import SoftGripperEnv
+from soft_gripper.extras.learning import SoftGripperEnv
 
 # The control of the shipped scenario pick_and_place_delicate, with its estimator, at its rate; the force is limited by
 # its mean estimate.

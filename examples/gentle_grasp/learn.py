@@ -12,7 +12,7 @@ import yaml
 
 from gentle_grasp.episodes import Episode, run_episodes
 from gentle_grasp.policies import NUMBER, Array, GentleGrasp, GentleParameters
-from soft_gripper.learning import SoftGripperEnv
+from soft_gripper.extras.learning import SoftGripperEnv
 
 SHIPPED = Path(__file__).with_name("learned.yaml")
 

@@ -25,12 +25,12 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 import soft_gripper as sg
-from soft_gripper.commands.live import check_inputs
 from soft_gripper.diagrams.foxglove import forces_in_world, frames_along, through_points
+from soft_gripper.extras.bench.bench import Bench
+from soft_gripper.extras.bench.commands.live import check_inputs
+from soft_gripper.extras.bench.session import COMMANDS, Session
+from soft_gripper.extras.hardware.bench_schema import load_bench
 from soft_gripper.fingers.finger_links import joint_name
-from soft_gripper.hardware.live.bench import Bench
-from soft_gripper.hardware.live.bench_schema import load_bench
-from soft_gripper.hardware.live.session import COMMANDS, Session
 
 try:
     import rclpy

@@ -6,7 +6,7 @@ import sys
 from collections.abc import Sequence
 
 from soft_gripper.commands.dispatch import dispatch
-from soft_gripper.commands.parser import ExitCode
+from soft_gripper.commands.options import ExitCode
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

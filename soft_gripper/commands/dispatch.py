@@ -11,7 +11,8 @@ from contextlib import contextmanager, suppress
 from importlib import import_module
 
 from soft_gripper.commands.console import Console
-from soft_gripper.commands.parser import PROGRAM, Command, ExitCode, parsed
+from soft_gripper.commands.options import PROGRAM, Command, ExitCode
+from soft_gripper.commands.parser import parsed
 from soft_gripper.errors import InputError, SimulationDivergedError, WorkerDiedError, first_line, in_one_line
 from soft_gripper.files.output import release_folders
 from soft_gripper.interrupts import ENDS

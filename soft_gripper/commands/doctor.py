@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from soft_gripper.commands.parser import PROGRAM, ExitCode
+from soft_gripper.commands.options import PROGRAM, ExitCode
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.diagrams.view.meshcat_view import hidden_meshcat
 from soft_gripper.errors import InputError, first_line

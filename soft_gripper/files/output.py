@@ -287,3 +287,8 @@ def release_folders() -> None:
     _made.clear()
     while _locked:
         os.close(_locked.popitem()[1])
+
+
+def next_folder(folder: Path) -> Path:
+    """The first of the folders 1, 2, 3 ... in a folder that does not exist."""
+    return next(found for found in (folder / str(i) for i in itertools.count(1)) if not found.exists())

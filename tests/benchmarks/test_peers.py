@@ -11,7 +11,7 @@ from peers.measures import creep, holds, tip_error
 from peers.simulators import OURS, find_simulator
 from peers.task import Trial, load_task
 
-from soft_gripper.export.mjcf import to_mjcf
+from soft_gripper.extras.export.mjcf import to_mjcf
 
 ROOT = Path(__file__).parents[2]
 MODULES = {"MuJoCo": "mujoco", "PyBullet": "pybullet", "PyElastica": "elastica"}

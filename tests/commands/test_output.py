@@ -8,9 +8,9 @@ import pytest
 from command_line import short, soft_gripper
 from refusals import refusal, refused
 
-from soft_gripper.commands import replay
 from soft_gripper.commands.run import run_folder
 from soft_gripper.diagrams.view import meshcat_view as meshcats
+from soft_gripper.extras.hardware.commands import replay
 from soft_gripper.models import DIRECTORY
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 from soft_gripper.scenario.schema import Scenario

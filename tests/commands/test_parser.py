@@ -11,9 +11,10 @@ from pathlib import Path
 
 import pytest
 
-from soft_gripper.commands.parser import COMMANDS, command_parser, number, parsed, whole
+from soft_gripper.commands.options import number, whole
+from soft_gripper.commands.parser import command_parser, commands, parsed
 from soft_gripper.errors import InputError
-from soft_gripper.evaluation.contacts.dataset import PEG_FRICTION
+from soft_gripper.extras.studies.contacts.dataset import PEG_FRICTION
 from soft_gripper.runs.sweep.run import METHODS
 
 HELP = command_parser().format_help()
@@ -49,13 +50,13 @@ def test_exit_codes_are_listed():
 
 
 def test_modules_of_all_commands_run_them():
-    assert [command.name for command in COMMANDS if not callable(import_module(command.module).run)] == []
+    assert [command.name for command in commands() if not callable(import_module(command.module).run)] == []
 
 
 def test_defaults_and_choices_are_those_of_the_library():
     """They are written out, since nothing is imported for them."""
     assert parsed(["contact-trials"]).friction == PEG_FRICTION
-    (method,) = (option for command in COMMANDS for option in command.options if "--method" in option.names)
+    (method,) = (option for command in commands() for option in command.options if "--method" in option.names)
     assert method.settings["choices"] == METHODS
 
 
@@ -148,7 +149,7 @@ QUICK = [
     ["--print-completion", "bash"],
     ["list"],
     ["list", "--json"],
-    *([command.name, "--help"] for command in COMMANDS),
+    *([command.name, "--help"] for command in commands()),
     [],
     ["frob"],
     ["run", "nowhere"],

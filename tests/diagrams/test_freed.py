@@ -10,8 +10,8 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem
 from soft_gripper.cached import Cached, weakly
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
-from soft_gripper.learning.config import load_environment
-from soft_gripper.learning.station import make_learning_station
+from soft_gripper.extras.learning.config import load_environment
+from soft_gripper.extras.learning.station import make_learning_station
 from soft_gripper.scenario.scenario_file import load_scenario
 
 OLD = tuple(map(int, version("drake").split(".")[:2])) < (1, 58)

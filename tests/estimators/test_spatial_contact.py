@@ -6,7 +6,7 @@ import pytest
 from soft_gripper.estimators.force_posterior import HERE, NOTHING
 from soft_gripper.estimators.spatial_contact import SpatialContactShape, SurfaceCells
 from soft_gripper.estimators.uncertainty import Uncertainty
-from soft_gripper.evaluation.contacts.space import WAYS, SpatialContacts, contacts_in_space, finger_in_space
+from soft_gripper.extras.studies.contacts.space import WAYS, SpatialContacts, contacts_in_space, finger_in_space
 from soft_gripper.fingers.spatial_chain import Loads, posture, resting_positions, spatial_chain, torques, weights
 from soft_gripper.scenario.schema import SensorConfig
 from soft_gripper.scenario.sensor_presets import sensor_layout

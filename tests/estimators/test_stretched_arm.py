@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from soft_gripper.estimators.arcs import join_arcs
+from soft_gripper.extras.hardware.replay.arm_estimation import RigidParts, stretched_arm
 from soft_gripper.fingers.kinematics import forward_kinematics
-from soft_gripper.hardware.replay.arm_estimation import RigidParts, stretched_arm
 
 ENDS = np.array([0, 40, 80])
 NOTHING = np.zeros(2, dtype=complex)

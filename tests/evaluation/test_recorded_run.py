@@ -11,8 +11,8 @@ from refusals import refused
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.errors import InputError
-from soft_gripper.hardware.calibration import calibrate_recordings
-from soft_gripper.placement.samples import held_fingers
+from soft_gripper.extras.hardware.calibration import calibrate_recordings
+from soft_gripper.extras.placement.samples import held_fingers
 from soft_gripper.runs.scores.recorded_run import load_run, read_signal
 from soft_gripper.scenario.scenario_file import load_scenario
 

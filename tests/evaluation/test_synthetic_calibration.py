@@ -8,8 +8,8 @@ from synthetic_hardware import CALIBRATION, free_bending
 
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.errors import InputError
-from soft_gripper.hardware import calibration
-from soft_gripper.hardware.calibration import calibrate_recordings
+from soft_gripper.extras.hardware import calibration
+from soft_gripper.extras.hardware.calibration import calibrate_recordings
 from soft_gripper.scenario.calibration_file import load_calibration
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 

@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
-from soft_gripper.hardware.live.bench import Bench
+from soft_gripper.extras.bench.bench import Bench
 from soft_gripper.scenario.scenario_file import load_scenario
 
 NODE = Path(__file__).parents[2] / "examples" / "ros" / "gripper_node.py"

@@ -54,9 +54,9 @@ class Sandbox:
 
 
 def _serve() -> None:
-    from soft_gripper.commands.parser import COMMANDS
+    from soft_gripper.commands.parser import commands
 
-    for command in COMMANDS:  # everything is imported once, before the forks
+    for command in commands():  # everything is imported once, before the forks
         import_module(command.module)
 
     for line in sys.stdin:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from soft_gripper.arrays import Array
-from soft_gripper.hardware.recordings import HardwareRecording
+from soft_gripper.extras.hardware.recordings import HardwareRecording
 
 MARKERS = {"tip_1": (10, 20, 100), "tip_2": (-15, 5, 100), "tip_3": (12, -22, 95), "base_1": (20, 0, 0)}  # mm
 OF_TIP = """

@@ -7,9 +7,9 @@ import numpy as np
 from hardware_files import OF_TIP, write_csv
 
 from soft_gripper.arrays import Array, Planar
+from soft_gripper.extras.hardware.identification.identified_finger import read_finger
+from soft_gripper.extras.hardware.identification.simulated_motion import MeasuredMotion, Setup, simulated_markers
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.hardware.identification.identified_finger import read_finger
-from soft_gripper.hardware.identification.simulated_motion import MeasuredMotion, Setup, simulated_markers
 
 REFERENCE = np.array([0.1 + 0.01j, 0.1 - 0.015j, 0.095 + 0.012j])  # m, z + i x of the markers while it is straight
 RELEASE, LET_GO, OPENS, CLOSES = 0.35, 0.38, 0.35, 1.2  # s

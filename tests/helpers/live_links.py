@@ -9,8 +9,8 @@ from contextlib import ExitStack, contextmanager
 
 import pytest
 
-from soft_gripper.hardware.live.endpoints import Endpoints
-from soft_gripper.hardware.live.messages import encoded
+from soft_gripper.extras.bench.endpoints import Endpoints
+from soft_gripper.extras.bench.messages import encoded
 
 BUSY = 30.0  # s that a busy machine may take
 

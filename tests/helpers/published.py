@@ -13,10 +13,9 @@ from pathlib import Path
 
 import numpy as np
 
-from soft_gripper.evaluation.contacts.dataset import LAYOUTS
 from soft_gripper.evaluation.paper.claims import Claim, claims
 from soft_gripper.evaluation.paper.contact_table import ContactRow, of_touched_fingers
-from soft_gripper.evaluation.paper.forces import ContactForceRow, ForceRow
+from soft_gripper.evaluation.paper.forces import LAYOUTS, ContactForceRow, ForceRow
 from soft_gripper.evaluation.report.bars import estimator_claims
 from soft_gripper.evaluation.report.evaluate import CONTACT, FREE, SCENARIOS
 from soft_gripper.files.csv_table import read_csv

@@ -9,14 +9,14 @@ from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.uncertainty import Uncertainty
-from soft_gripper.evaluation.contacts import estimates
-from soft_gripper.evaluation.contacts.dataset import Contacts, read_finger
 from soft_gripper.evaluation.robustness.plants import FINE, FingerAtRest
 from soft_gripper.evaluation.robustness.table import NominalError, plant_table, robustness_table
+from soft_gripper.extras.hardware.replay.held_out import estimator_rows
+from soft_gripper.extras.placement.place_sensors import place_sensors
+from soft_gripper.extras.placement.samples import Assumptions, held_fingers
+from soft_gripper.extras.studies.contacts import estimates
+from soft_gripper.extras.studies.contacts.dataset import Contacts, read_finger
 from soft_gripper.fingers.statics import resting_angles
-from soft_gripper.hardware.replay.held_out import estimator_rows
-from soft_gripper.placement.place_sensors import place_sensors
-from soft_gripper.placement.samples import Assumptions, held_fingers
 from soft_gripper.runs.estimator_functions import estimator_function
 from soft_gripper.runs.scores.recorded_run import RecordedRun
 from soft_gripper.scenario.scenario_file import load_scenario

@@ -102,7 +102,7 @@ def test_what_is_no_scenario(scenario):
     [
         sg.load_scenario,
         lambda name: sg.changed_scenario(name, {}),
-        sg.learning.load_environment,
+        sg.extras.learning.load_environment,
         sg.scenario.load_calibration,
         sg.model_path,
     ],

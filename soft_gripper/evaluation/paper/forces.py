@@ -8,10 +8,19 @@ import numpy as np
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.station_parts import Station
-from soft_gripper.evaluation.contacts.dataset import describe_borders
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.runs.scores.poses import HeldStep, held_samples, held_steps
 from soft_gripper.runs.scores.readings import ReadAgain, external_torque_again, read_again
+from soft_gripper.sensors.measurement import MeasurementModel
+
+# Sections and where they meet, as shares of the length. A force near the base bends only the first of two sections,
+# and one reading cannot separate force from location; so there is a layout whose first section is shorter.
+LAYOUTS: tuple[tuple[int, tuple[float, ...] | None], ...] = ((2, None), (2, (1 / 3,)), (4, None))
+
+
+def describe_borders(layout: MeasurementModel) -> str:
+    """Where the sections meet, in mm from the base, for tables."""
+    return " ".join(f"{1e3 * end:g}" for end in layout.rest_lengths.cumsum()[:-1])
 
 
 @dataclass(frozen=True)

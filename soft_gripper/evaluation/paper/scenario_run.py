@@ -12,9 +12,8 @@ from soft_gripper.diagrams.view.meshcat_view import hidden_meshcat, write_animat
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
 from soft_gripper.estimators.uncertainty import EXACT
-from soft_gripper.evaluation.contacts.dataset import LAYOUTS
 from soft_gripper.evaluation.paper.contact_table import contact_table
-from soft_gripper.evaluation.paper.forces import contact_force_table, force_table
+from soft_gripper.evaluation.paper.forces import LAYOUTS, contact_force_table, force_table
 from soft_gripper.files.csv_table import write_csv
 from soft_gripper.files.output import atomic_folder, is_whole
 from soft_gripper.pictures.rendering import SceneRenderer

@@ -9,8 +9,7 @@ from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
-from soft_gripper.evaluation.contacts.dataset import LAYOUTS
-from soft_gripper.evaluation.paper.forces import ContactForceRow, contact_force_table
+from soft_gripper.evaluation.paper.forces import LAYOUTS, ContactForceRow, contact_force_table
 from soft_gripper.runs.scores.poses import held_samples
 from soft_gripper.scenario.scenario_file import load_scenario
 

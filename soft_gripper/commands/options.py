@@ -1,0 +1,208 @@
+"""Commands and their options, as they are declared; nothing here imports Drake or numpy."""
+
+import argparse
+import os
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from enum import IntEnum
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+from soft_gripper.scenario.shipped import preset_names, scenario_path
+
+PROGRAM = "soft-gripper"
+LOOPBACK = "127.0.0.1"
+
+
+class ExitCode(IntEnum):
+    """The exit codes of all commands."""
+
+    DONE = 0
+    FAILED = 1  # a task or a claim failed
+    REFUSED = 2  # invalid input, or a file that cannot be written
+    INTERRUPTED = 130  # Ctrl-C
+    BROKEN_PIPE = 141  # the reader of the output has exited; the code that shells report
+
+
+Read = Callable[[str], Any]  # text -> value; raises a ValueError that says what is expected
+
+
+@dataclass(frozen=True)
+class Option:
+    """An option, with all its names, or a positional argument.
+
+    settings: keyword arguments of `argparse.ArgumentParser.add_argument`.
+    """
+
+    names: list[str]
+    read: Read | None
+    settings: dict[str, Any]
+
+
+def option(names: str, help_: str, metavar: str | None = None, read: Read | None = None, **settings: Any) -> Option:
+    """An option with a value, or a positional argument."""
+    return Option(names.split(), read, {"help": help_, "metavar": metavar, **settings})
+
+
+def flag(names: str, help_: str) -> Option:
+    """An option without a value."""
+    return Option(names.split(), None, {"help": help_, "action": "store_true"})
+
+
+def whole(least: int, most: int = 10_000) -> Callable[[str], int]:
+    """Reads a whole number within limits; the default upper limit is the most that anyone would wait for."""
+
+    def read(text: str) -> int:
+        number = int(text) if text.isascii() and text.isdecimal() and len(text) <= 10 else None
+        if number is None or not least <= number <= most:
+            raise ValueError(f"give a whole number from {least} to {most}")
+        return number
+
+    return read
+
+
+def number(most: float, is_most_allowed: bool = True) -> Callable[[str], float]:
+    """Reads a number from 0 to `most`."""
+
+    def read(text: str) -> float:
+        with suppress(ValueError):
+            if 0 <= (value := float(text)) < most or (is_most_allowed and value == most):
+                return value
+        raise ValueError(f"give a number from 0 to {'' if is_most_allowed else 'below '}{most:g}")
+
+    return read
+
+
+def path(text: str) -> Path:
+    """Reads a path; ~ is the user's home folder, even if no shell has expanded it."""
+    if not text or "\0" in text:
+        raise ValueError("give a path")
+    try:
+        return Path(text).expanduser()
+    except RuntimeError as error:
+        raise ValueError(str(error)) from None
+
+
+def mcap_path(text: str) -> Path:
+    """Reads a path that ends in .mcap."""
+    if not text.endswith(".mcap"):
+        raise ValueError("give a name that ends in .mcap")
+    if find_spec("mcap") is None:  # found out before a run, not after it
+        raise ValueError("MCAP files require mcap: pip install 'soft-gripper[ros]'")
+    return path(text)
+
+
+def scenario_name(text: str) -> str:
+    """Reads the name of a shipped scenario, or the path of a file."""
+    if not os.path.exists(scenario_path(text)):
+        raise ValueError("there is no such file")
+    return text
+
+
+def scenario_list(text: str) -> list[str]:
+    """Reads names separated by commas."""
+    return [scenario_name(name) for name in text.split(",")]
+
+
+def preset(text: str) -> str | None:
+    """Reads the name of a preset of sensor errors; None for ideal sensors."""
+    if text == "ideal":
+        return None
+    if text not in preset_names():
+        raise ValueError(f"known: ideal, {', '.join(preset_names())}")
+    return text
+
+
+def assignment(text: str) -> str:
+    """Checks that text has the form KEY=VALUE."""
+    if not text.partition("=")[0] or "=" not in text:
+        raise ValueError("write key=value, such as sensor.sections=3")
+    return text
+
+
+def urdf(text: str) -> Path:
+    """Reads the path of a URDF to write."""
+    if not text.endswith(".urdf"):
+        raise ValueError("name a .urdf; the table and the figure are named after it")
+    return path(text)
+
+
+def json_file(text: str) -> Path:
+    """Reads the path of a JSON file to write."""
+    if not text.endswith(".json"):
+        raise ValueError("name a .json; the figure is named after it")
+    return path(text)
+
+
+CONSOLE = (
+    flag("-q --quiet", "print errors only"),
+    flag("--json", "print tables and file names as one JSON document instead of text"),
+    flag("--traceback", "print the traceback if your own sensor or estimator fails"),
+)
+SEED = option("--seed", "random seed (default: %(default)s)", "N", whole(0, 2**32 - 1), default=1)
+RESUME = flag("--resume", "run only what an interrupted run left unfinished")
+HTML = option("--html", "write a 3-D animation that opens offline", "FILE", path)
+HOST = option(
+    "--host",
+    "address at which the page is served (default: %(default)s, for this machine only; 0.0.0.0: for the network)",
+    "ADDRESS",
+    default=LOOPBACK,
+)
+MCAP = option("--mcap", "write an MCAP file, and a layout for Foxglove beside it", "FILE.mcap", mcap_path)
+SCHEDULER = option(
+    "--scheduler",
+    "Dask scheduler whose workers to use instead, such as tcp://127.0.0.1:8786; see docs/cluster.md",
+    "URL",
+)
+JOBS = option("--jobs", "number of processes (default: one per core)", "N", whole(1, 256), default=os.cpu_count() or 1)
+EXECUTOR = (JOBS, SCHEDULER)
+DESCRIBED_AS = option("--as", "description of the data: shipped, or a YAML file", "NAME", dest="described_as")
+RECORDINGS = (option("file", "recording; searched for here, then in the data folder", nargs="+"), DESCRIBED_AS)
+DATA = option("--data", "data folder (default: $SOFT_GRIPPER_DATA)", "DIR", path)
+
+
+def scenario(default: str | None = None) -> tuple[Option, ...]:
+    """A scenario, with an optional default, and overrides."""
+    described = "a shipped scenario (see `soft-gripper list`) or a YAML file"
+    optional = {"nargs": "?", "default": default} if default else {}
+    changes = "change a field, such as pressure.settle=2 or models.3.mesh.mass=0.1; may be repeated"
+    return (
+        option(
+            "scenario", f"{described}; default: {default}" if default else described, None, scenario_name, **optional
+        ),
+        option("--sections", "sensor sections along each side of a finger", "N", whole(1)),
+        option("--set", changes, "KEY=VALUE", assignment, action="append", default=[]),
+    )
+
+
+def out(default: str) -> Option:
+    """The folder for the results."""
+    return option("--out", "folder for the results (default: %(default)s)", "DIR", path, default=Path(default))
+
+
+def count(name: str, help_: str, default: int, least: int = 1) -> Option:
+    """A count with a default."""
+    return option(name, f"{help_} (default: %(default)s)", "N", whole(least), default=default)
+
+
+@dataclass(frozen=True)
+class Command:
+    """A command; the module of its name in a package has a function `run`, which takes the options.
+
+    does: what it does, as a phrase for `--help`.
+    examples: command lines without the name, each with an optional explanation after two or more spaces.
+    check: checks options that depend on each other.
+    """
+
+    name: str
+    does: str
+    examples: tuple[str, ...]
+    options: tuple[Option, ...]
+    check: Callable[[argparse.Namespace], None] = lambda options: None
+    package: str = "soft_gripper.commands"
+
+    @property
+    def module(self) -> str:
+        return f"{self.package}.{self.name.replace('-', '_')}"

@@ -1,0 +1,294 @@
+"""Bench: the estimators and the grip controller of a station, without its plant, one sample at a time."""
+
+from collections.abc import Mapping, Sequence
+from copy import copy
+from dataclasses import dataclass, field
+from time import thread_time
+from typing import Any
+
+import numpy as np
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
+from pydrake.systems.primitives import PassThrough
+
+from soft_gripper.array_block import ArrayBlock
+from soft_gripper.arrays import Array
+from soft_gripper.control.pid_controller import SampledPidController
+from soft_gripper.diagrams.commanding import grip_supply
+from soft_gripper.diagrams.scene import add_plant
+from soft_gripper.diagrams.wiring.drive import Commands
+from soft_gripper.diagrams.wiring.estimation import add_made_estimation, estimation_inputs, make_estimation
+from soft_gripper.diagrams.wiring.grip_control import add_grip_control, add_set_points, find_gripper, forms_gripper
+from soft_gripper.diagrams.wiring.named_wires import Ports
+from soft_gripper.diagrams.wiring.sensing import add_object_width
+from soft_gripper.errors import InputError
+from soft_gripper.estimators.driving_torque import DRIVING_TORQUE
+from soft_gripper.estimators.plane import planar_gravity
+from soft_gripper.extras.bench.together import add_together, can_stack
+from soft_gripper.fingers.kinematics import gravity_torque
+from soft_gripper.fingers.plant_finger import PlantFinger
+from soft_gripper.scenario.checks import checked_scenario
+from soft_gripper.scenario.nominal_model import read_nominal_model
+from soft_gripper.scenario.schema import Scenario
+from soft_gripper.sensors.base_pose import AXES, UNITS, FixedBasePose
+from soft_gripper.sensors.measurement import MeasurementModel
+
+SET_POINT = "grip.set_point"
+_REPETITIONS = 30  # for a finger in balance with its weight
+_TRIED, _TRIED_BENDS = 40, (0.0, 0.02, 0.05, 0.08)  # samples, and rad at every joint, of which the cost is measured
+_UPRIGHT = np.eye(3, 4).ravel()
+
+
+class Measured(ArrayBlock):
+    """What arrives from outside, held for a period.
+
+    ::
+
+        u (n) ---> Measured ---> y (n)
+    """
+
+    def __init__(self, period: float, size: int, unit: str | Sequence[str], **axes: Sequence[Any]):
+        """Samples every `period` s, beginning at initialization; unit and axes as for `describe`."""
+        super().__init__(period)
+        self.take("u", size)
+        self.sample("sampled", "u")
+        self.put_out("y", lambda sampled: sampled, "sampled", unit=unit, **axes)
+
+
+@dataclass
+class _Parts:
+    """The blocks of a bench in a diagram."""
+
+    builder: DiagramBuilder
+    period: float
+    inputs: dict[str, int] = field(default_factory=dict)  # sizes, by name
+    layouts: dict[str, MeasurementModel] = field(default_factory=dict)  # nominal, by finger
+    measured: list[str] = field(default_factory=list)  # signals that are inputs, held
+    signals: Ports = field(default_factory=dict)
+
+    def hold(self, name: str, block: Measured) -> OutputPort:
+        """Adds an input of the bench that is held for a period."""
+        self.builder.AddNamedSystem(f"{name}.held", block)
+        self.builder.ExportInput(block.get_input_port(), name)
+        self.inputs[name] = block.get_input_port().size()
+        return block.get_output_port()
+
+
+class Bench:
+    """What a station computes from measurements, in a Drake diagram of its own.
+
+    ::
+
+        {finger}.strain (R) ------------> +-------+ ---> {finger}.estimated_joint_angles, tip_pose, external_torque ...
+        {finger}.pressure (C) Pa -------> | Bench | ---> grip.opening, torque, force
+        {finger}.tension (T) N ---------> |       | ---> {finger}.pressure_command  (C) Pa, in closed loop
+        {finger}.X_WB (12) -------------> +-------+
+        grip.set_point (1) m ---------------^
+
+    The blocks are those of `add_estimation` and `add_grip_control`, so that from the readings of a simulation they
+    compute what they computed in it, to the last bit. Sensors of another kind name their input after their quantity.
+    `X_WB` is an input of fingers that move; `grip.set_point` one where the scenario has `external: [opening]`.
+    """
+
+    def __init__(self, scenario: Scenario, moving: Sequence[str] = ()):
+        """
+        Args:
+            scenario: its sensors, estimators, nominal model and control are used; nothing of it is simulated.
+            moving: names of the fingers whose base moves, and is measured.
+
+        Raises:
+            InputError: if a part of the scenario cannot be built, or only a simulation can do it.
+        """
+        self.scenario, self.period = bench_scenario(scenario), scenario.sensor.period
+        parts = _make_parts(self.scenario, moving)
+        self.inputs, self.signals = parts.inputs, parts.signals
+        self.layouts, self.measured = parts.layouts, parts.measured
+        for name, signal in parts.signals.items():
+            parts.builder.ExportOutput(signal, name)
+        self.diagram = parts.builder.Build()
+        self._ports = {name: self.diagram.GetInputPort(name) for name in self.inputs}
+        self._outputs = {name: self.diagram.GetOutputPort(name) for name in self.signals}
+        self._controllers = _controllers(self.diagram)
+        self.quantities = {name: f"{name}.{layout.quantity}" for name, layout in parts.layouts.items()}
+        self._missing = {name: np.full(self.inputs[name], np.nan) for name in self.quantities.values()}
+        self._begin()
+
+    def _begin(self) -> None:
+        self._simulator, self._samples = Simulator(self.diagram), 0
+        self._context = self._simulator.get_mutable_context()
+        self._give({name: np.zeros(size) for name, size in self.inputs.items()})
+
+    def cost(self, signals: Sequence[str]) -> float:
+        """Processor time of a sample and of reading these signals, s, that is exceeded in a tenth of all samples.
+
+        It is measured with fingers that something bends, in a context of its own.
+        """
+        other, times = copy(self), []
+        other._begin()
+        for i in range(_TRIED):
+            readings = {
+                self.quantities[name]: layout.read(layout.straight + _TRIED_BENDS[i % len(_TRIED_BENDS)])
+                for name, layout in self.layouts.items()
+            }
+            poses = {name: _UPRIGHT for name in self.inputs if name.endswith(".X_WB")}
+            began = thread_time()
+            other.step(readings | poses)
+            other.read(signals)
+            times.append(thread_time() - began)
+        return float(np.quantile(times[_TRIED // 4 :], 0.9))
+
+    def step(self, measured: Mapping[str, Array]) -> None:
+        """Takes a sample, a period after that before; `measured` has every input by name."""
+        self._give(measured)
+        self._advance()
+
+    def skip(self) -> None:
+        """Takes a sample that is missing: no sensor was read, and what drives the fingers is as before."""
+        self._give(self._missing)
+        self._advance()
+
+    def restart_control(self) -> None:
+        """Lets the grip controller begin anew, after others have commanded the fingers."""
+        for system in self._controllers:
+            system.SetDefaultContext(system.GetMyMutableContextFromRoot(self._context))
+
+    def read(self, signals: Sequence[str]) -> dict[str, Array]:
+        """Signals as of the last sample, (size,) each."""
+        return {name: self._outputs[name].Eval(self._context) for name in signals}
+
+    def free_readings(self) -> dict[str, Array]:
+        """What the sensors of fingers at rest that touch nothing would read as of the last sample, by input.
+
+        Raises:
+            InputError: if a finger leaves its plane.
+        """
+        return {self.quantities[name]: self._free_reading(name, layout) for name, layout in self.layouts.items()}
+
+    def _free_reading(self, name: str, layout: MeasurementModel) -> Array:
+        if tuple(layout.ways) != ("bending",):
+            expected = "are zeroed only if they bend in one plane; calibrate this one instead"
+            raise InputError(f"finger '{name}'", "ways", ", ".join(layout.ways), expected)
+        driving, X_WB = self.read([f"{name}.{DRIVING_TORQUE}", f"{name}.X_WB"]).values()
+        gravity = planar_gravity(X_WB.reshape(3, 4), np.array(self.scenario.gravity))
+        q = layout.finger.angle(driving)
+        for _ in range(_REPETITIONS):
+            q = layout.finger.angle(driving + gravity_torque(layout.finger, q, gravity))
+        return layout.signals(q)[layout.quantity]
+
+    def _give(self, values: Mapping[str, Array]) -> None:
+        for name, value in values.items():
+            self._ports[name].FixValue(self._context, value)
+
+    def _advance(self) -> None:
+        if self._samples:
+            self._simulator.AdvanceTo(self._samples * self.period)
+        else:
+            self._simulator.Initialize()  # as sensors do, from the first reading on
+        self._simulator.AdvancePendingEvents()
+        self._samples += 1
+
+
+def _controllers(diagram: Diagram) -> list[SampledPidController]:
+    if not diagram.HasSubsystemNamed("grip_control"):
+        return []
+    systems = diagram.GetSubsystemByName("grip_control").GetSystems()
+    return [system for system in systems if isinstance(system, SampledPidController)]
+
+
+def bench_scenario(scenario: Scenario) -> Scenario:
+    """A scenario that may run on a bench, checked.
+
+    Raises:
+        InputError: if it may not.
+    """
+    scenario = checked_scenario("scenario", scenario)
+    if scenario.task is not None and scenario.task.grips:
+        expected = "may not command the gripper of a bench: give control.set_points, or external: [opening], instead"
+        raise InputError("scenario", "task.phases", "with openings", expected)
+    return scenario
+
+
+def _make_parts(scenario: Scenario, moving: Sequence[str]) -> _Parts:
+    scene = add_plant(
+        DiagramBuilder(), scenario.plant_config, scenario.models, scenario.gravity, scenario.arm, visuals=False
+    )
+    if not scene.fingers:
+        raise InputError("scenario", "models", [m.file for m in scenario.models], "there is no <finger> in them")
+    parts = _Parts(DiagramBuilder(), scenario.sensor.period)
+    nominal = read_nominal_model(scenario.nominal)
+    gravity, measured = np.array(scenario.gravity), {}
+    for finger in scene.fingers:
+        parts.layouts[finger.name] = nominal.layout(finger.finger, scenario.sensor)
+        measured[finger.name] = _add_measured(parts, finger, finger.name in moving)
+    for name, ports in _estimated(parts, scenario, gravity, measured).items():
+        parts.signals |= {f"{name}.{signal}": port for signal, port in {**measured[name], **ports}.items()}
+        held = (signal for signal in measured[name] if signal != "X_WB" or f"{name}.X_WB" in parts.inputs)
+        parts.measured += [f"{name}.{signal}" for signal in held]
+    if forms_gripper(scene.fingers):
+        _add_grip(parts, scene.fingers, scenario)
+    return parts
+
+
+def _add_measured(parts: _Parts, finger: PlantFinger, moves: bool) -> Ports:
+    """What is measured of a finger, held for a period."""
+    name, own, layout = finger.name, finger.finger, parts.layouts[finger.name]
+    readings = Measured(parts.period, layout.readings, layout.unit, **layout.axes)
+    measured = {layout.quantity: parts.hold(f"{name}.{layout.quantity}", readings)}
+    if own.pressures:
+        held = Measured(parts.period, own.pressures, "Pa", **own.chamber_axis)
+        measured["sampled_pressure"] = parts.hold(f"{name}.pressure", held)
+    if own.tendons:
+        held = Measured(parts.period, len(own.tendons), "N", **own.tendon_axis)
+        measured["sampled_tension"] = parts.hold(f"{name}.tension", held)
+    if moves:
+        measured["X_WB"] = parts.hold(f"{name}.X_WB", Measured(parts.period, 12, UNITS, **AXES))
+    else:
+        base = parts.builder.AddNamedSystem(f"{name}.base_pose", FixedBasePose(finger.X_WB))
+        measured["X_WB"] = base.get_output_port()
+    return measured
+
+
+def _estimated(parts: _Parts, scenario: Scenario, gravity: Array, measured: Mapping[str, Ports]) -> Mapping[str, Ports]:
+    """The estimates of each finger, by name: of equal ones together."""
+    config, sensor = scenario.estimator, scenario.sensor
+    made = {name: make_estimation(layout, config, sensor, gravity) for name, layout in parts.layouts.items()}
+    if can_stack([*made.values()]):
+        fed = [estimation_inputs(measured[name]) for name in made]
+        return dict(zip(made, add_together(parts.builder, [*made.values()], fed), strict=True))
+    return {
+        name: add_made_estimation(parts.builder, name, estimation, measured[name], config.type)
+        for name, estimation in made.items()
+    }
+
+
+def _add_grip(parts: _Parts, fingers: Sequence[PlantFinger], scenario: Scenario) -> None:
+    """The width of what is held, if contact is detected, and grip control, if the scenario closes the loop."""
+    if scenario.estimator.contact_threshold is not None:
+        gripper = find_gripper(fingers, "estimator.contact_threshold")
+        nominal = {name: layout.finger for name, layout in parts.layouts.items()}
+        parts.signals["grip.object_width"] = add_object_width(parts.builder, gripper, nominal, parts.signals)
+    if scenario.control.set_points is None and "opening" not in scenario.external:
+        return
+    by_tendons = all(finger.finger.tendons and not finger.finger.pressures for finger in fingers)
+    supply = grip_supply(scenario, fingers, "tendons" if by_tendons else "pressure")
+    commands = _commands(parts.builder, fingers, scenario.tendons.command if by_tendons else "pressure")
+    set_point, signals = add_grip_control(parts.builder, fingers, scenario.control, supply, parts.signals, commands)
+    parts.signals |= signals
+    if "opening" in scenario.external:
+        held = parts.hold(SET_POINT, Measured(parts.period, 1, "m"))
+        parts.builder.Connect(held, set_point)
+        parts.signals[SET_POINT] = held
+        parts.measured.append(SET_POINT)
+    else:
+        parts.signals |= add_set_points(parts.builder, set_point, scenario.control, parts.period)
+
+
+def _commands(builder: DiagramBuilder, fingers: Sequence[PlantFinger], kind: str) -> Commands:
+    """Where grip control sends its commands: nothing is driven here."""
+    found = Commands(kind, {"pressure": "Pa", "tension": "N", "pull": "m"}[kind], {}, {})
+    for finger in fingers:
+        own = finger.finger
+        found.axes[finger.name] = own.chamber_axis if kind == "pressure" else own.tendon_axis
+        through = PassThrough(own.pressures if kind == "pressure" else len(own.tendons))
+        found.inputs[finger.name] = builder.AddNamedSystem(f"{finger.name}.commanded", through).get_input_port()
+    return found

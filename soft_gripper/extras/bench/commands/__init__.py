@@ -1,0 +1,48 @@
+"""Commands of this extra, as the command line lists them."""
+
+from soft_gripper.commands.options import (
+    HOST,
+    MCAP,
+    Command,
+    flag,
+    number,
+    option,
+    path,
+    scenario,
+)
+
+COMMANDS = (
+    Command(
+        "live",
+        "estimate from the sensors of hardware, in real time, and command it",
+        (
+            "tip_distance_steps                                the simulated twin in the place of hardware",
+            "tip_distance_steps --bench bench.yaml --zero 2    readings and commands as bench.yaml describes",
+            "tip_distance_steps --page                         the same in a browser, to look at",
+            "my_scenario.yaml --source udp://:6000 --out results/monday",
+        ),
+        (
+            *scenario(),
+            option("--bench", "description of the hardware (default: the scenario's)", "FILE", path),
+            option("--source", "address of the readings, instead of the one in the description", "ADDRESS"),
+            option("--sink", "address that results are sent to, instead of that one", "ADDRESS"),
+            option(
+                "--zero",
+                "s at the beginning in which the fingers are free, to zero the sensors",
+                "S",
+                number(60),
+                default=0.0,
+            ),
+            option(
+                "--seconds", "how long to run (default: until Ctrl-C, or the end of the readings)", "S", number(1e7)
+            ),
+            flag("--fast", "use the readings of a file as fast as possible"),
+            flag("--page", "show estimates, contacts and the counts of readings in a browser; zero and record there"),
+            flag("--twin", "with --page and --bench: show a simulated twin beside the hardware, commanded alike"),
+            HOST,
+            option("--out", "folder for a recording of every signal; with --page, for its recordings", "DIR", path),
+            MCAP,
+        ),
+        package=__name__,
+    ),
+)

@@ -1,0 +1,256 @@
+"""soft-gripper live: readings of hardware in, estimates and commands out, in real time, and a page that shows them."""
+
+import argparse
+import logging
+import sys
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from soft_gripper.commands.changes import changes_line
+from soft_gripper.commands.chosen_station import chosen_scenario
+from soft_gripper.diagrams.recording import Recording
+from soft_gripper.errors import InputError
+from soft_gripper.extras.bench.bench import Bench, bench_scenario
+from soft_gripper.extras.bench.endpoints import Endpoints, Sink, Source
+from soft_gripper.extras.bench.live_view import LiveView
+from soft_gripper.extras.bench.recorder import Recorder, free_name, recording_layout
+from soft_gripper.extras.bench.session import Session, recorded_signals
+from soft_gripper.extras.bench.tally import TerminalTable
+from soft_gripper.extras.bench.twin import Twin, TwinSource
+from soft_gripper.extras.hardware.bench_schema import BenchConfig, described, load_bench
+from soft_gripper.extras.hardware.table import Columns
+from soft_gripper.files.output import check_file, keep_inputs, lock_folder
+from soft_gripper.interrupts import held_back
+from soft_gripper.page.page_server import LivePage, page_contents, page_server
+from soft_gripper.scenario.scenario_file import files_read
+from soft_gripper.scenario.schema import Scenario
+
+_BUSIEST = 0.8  # of the period: what a reading may cost
+
+
+class _Live(NamedTuple):
+    bench: Bench
+    config: BenchConfig
+    source: Source
+    sink: Sink
+    twin: Twin | None  # shown on the page
+    moving: list[str]  # fingers
+
+
+def run(options: argparse.Namespace) -> None:
+    """Runs the command."""
+    scenario = bench_scenario(chosen_scenario(options))
+    file = options.bench or (None if scenario.bench is None else Path(scenario.bench))
+    if options.twin and (file is None or not options.page):
+        raise InputError("live", "--twin", True, "is shown beside hardware: give --bench and --page")
+    if options.mcap is not None and options.page:
+        raise InputError("live", "--mcap", str(options.mcap), "records a whole session: leave it, or --page, out")
+    folder, recording = _outputs(options)
+    with (
+        held_back() as is_interrupted,
+        Endpoints(file or options.scenario, is_interrupted if options.fast else None) as endpoints,
+    ):
+        if file is None:
+            live = _with_twin(scenario, endpoints, options)
+        else:
+            live = _with_hardware(scenario, file, endpoints, options)
+        session = _opened(live, recording, options)
+        try:
+            if folder is not None:
+                _show(session, live, folder, options, is_interrupted)
+            else:
+                _run(session, options, is_interrupted)
+        finally:
+            _sum_up(session, endpoints.dropped)
+    for line in _followed(live.bench):
+        print(line, file=sys.stderr)
+    if options.mcap is not None and recording is not None:
+        Recording.load(recording).save(options.mcap)
+        print(f"Recording: {options.mcap}", file=sys.stderr)
+
+
+def _opened(live: _Live, recording: Path | None, options: argparse.Namespace) -> Session:
+    """A session that is ready, and records."""
+    session = Session(live.bench, live.config, live.source, live.sink, is_live=not options.fast)
+    if recording is not None:
+        layout = recording_layout(live.bench, recorded_signals(live.bench, live.config))
+        session.recorder = Recorder(live.bench, layout, recording)
+    _say_pace(session, live, options.fast)
+    return session
+
+
+def _outputs(options: argparse.Namespace) -> tuple[Path | None, Path | None]:
+    """The folder of the recordings of the page, and the one recording of a session without a page."""
+    if options.page:
+        return lock_folder(options.out or Path("results") / "live" / Path(options.scenario).stem), None
+    if options.mcap is not None:
+        check_file(options.mcap)
+    if options.out is not None:
+        return None, free_name(lock_folder(options.out) / "recording.nc")
+    return None, None if options.mcap is None else free_name(options.mcap.with_suffix(".nc"))
+
+
+def _say_pace(session: Session, live: _Live, is_fast: bool) -> None:
+    """Prints what a reading costs here, measured, and whether that can be kept up."""
+    fingers, period = len(live.bench.quantities), live.bench.period
+    name, signals = live.bench.scenario.estimator.type, session.sent
+    cost = live.bench.cost(signals)
+    rate = f"a reading every {1e3 * period:g} ms"
+    print(
+        f"{fingers} finger{'s' * (fingers != 1)}, {name}: {rate} takes {1e3 * cost:.1f} ms of processor time here.",
+        file=sys.stderr,
+    )
+    if cost > _BUSIEST * period and not is_fast:
+        expected = f"choose a longer sensor.period, another estimator, or fewer signals in `send` than {len(signals)}"
+        print(f"note: this machine cannot keep that rate, and readings will be lost: {expected}", file=sys.stderr)
+
+
+def _sum_up(session: Session, dropped: int) -> None:
+    """Ends a recording, and says what the session came to."""
+    if session.recorder is not None:
+        session.recorder.close()
+        print(f"Recording: {session.recorder.report()}", file=sys.stderr)
+    for line in session.tally.lines():
+        print(line, file=sys.stderr)
+    print(f"Readings: {session.counts}; {dropped} results that nobody read in time.", file=sys.stderr)
+    if session.malformed:
+        print(f"The first malformed message {session.malformed}.", file=sys.stderr)
+    if session.latencies:
+        wall, cpu = (1e3 * np.percentile(times, [50, 99]) for times in (session.latencies, session.efforts))
+        text = "From a reading to its result: {0:.2f} ms in the median, {1:.2f} ms at 99 %"
+        print(f"{text.format(*wall)}; processor time {cpu[0]:.2f} ms and {cpu[1]:.2f} ms.", file=sys.stderr)
+
+
+def _show(
+    session: Session, live: _Live, folder: Path, options: argparse.Namespace, is_interrupted: Callable[[], bool]
+) -> None:
+    """Runs a session with its page."""
+    name = Path(options.scenario).stem
+    logging.getLogger("drake").setLevel(logging.WARNING)  # suppress the "Meshcat listening" messages
+    recorded = recorded_signals(live.bench, live.config)
+    view = LiveView(session, live.bench, folder, recorded, live.moving, live.twin)
+    about = page_contents("live", name, live.bench.scenario, view.panel, view.signals, view.owners)
+    page, began = LivePage(about, view.panel, view.feed), time.monotonic()
+
+    def between() -> None:
+        view.refresh()
+        if options.twin and live.twin is not None:
+            live.twin.follow(session.results, live.bench, time.monotonic() - began)
+
+    with page_server(options.host, lambda: view.scene, page) as address:
+        print(f"Open {address} in a browser. The 'stop' button there, or Ctrl-C here, ends it.", file=sys.stderr)
+        if options.out is not None:
+            view.recorder.begin()
+        try:
+            _run(session, options, lambda: view.is_over or is_interrupted(), between)
+        finally:
+            view.recorder.close()
+            if page.refused:
+                print(f"Rejected {page.refused} messages that were not valid commands.", file=sys.stderr)
+            print("Recordings:", ", ".join(map(str, view.recorder.recordings)) or "none.", file=sys.stderr)
+
+
+def _with_hardware(scenario: Scenario, file: Path, endpoints: Endpoints, options: argparse.Namespace) -> _Live:
+    found = load_bench(file)
+    config = replace(found, source=options.source or found.source, sink=options.sink or found.sink)
+    moving = [name for name, finger in config.fingers.items() if finger.base_pose is not None]
+    bench = Bench(scenario, moving)
+    check_inputs(file, config, bench)
+    columns = None if config.time is None else Columns(dict.fromkeys(config.names, "fields"), config.time)
+    _check_files(scenario, file, config, options)
+    source = endpoints.source(config.source, 0.0 if options.fast else bench.period, columns)
+    twin = Twin(scenario) if options.twin else None
+    return _Live(bench, config, source, _sink(endpoints, config.sink, bench, config, options), twin, moving)
+
+
+def _check_files(scenario: Scenario, file: Path, config: BenchConfig, options: argparse.Namespace) -> None:
+    """That no output replaces what this command reads."""
+    outputs = [options.mcap] if options.mcap is not None else []
+    if config.sink is not None and config.sink.startswith("file:"):
+        outputs.append(Path(config.sink.removeprefix("file:")))
+    keep_inputs([*files_read(options.scenario, scenario), file, config.source.removeprefix("file:")], outputs)
+
+
+def _with_twin(scenario: Scenario, endpoints: Endpoints, options: argparse.Namespace) -> _Live:
+    """The scenario names no hardware: its simulated twin stands in for it."""
+    twin = Twin(scenario)
+    bench = Bench(scenario, twin.moving)
+    config = described(bench.inputs, "twin")
+    sink = _sink(endpoints, options.sink, bench, config, options)
+
+    def command(message: bytes, results: dict[str, Any]) -> None:
+        twin.command(results)
+        sink(message, results)
+
+    return _Live(bench, config, TwinSource(twin), command, twin, twin.moving)
+
+
+def _sink(
+    endpoints: Endpoints, address: str | None, bench: Bench, config: BenchConfig, options: argparse.Namespace
+) -> Sink:
+    """Where results go; without an address to standard output, or to the page alone; to a terminal, a table of them."""
+    if address is None and options.page:
+        return lambda *_: None
+    if address in (None, "stdio:") and sys.stdout.isatty():
+        return endpoints.patient(TerminalTable(bench, config.pressure_unit))
+    return endpoints.sink(address or "stdio:")
+
+
+def _followed(bench: Bench) -> Iterator[str]:
+    """How far every finger that `recursive` estimates has moved since its calibration."""
+    for finger in bench.quantities:
+        if f"{finger}.bend_change" in bench.signals:
+            yield changes_line(finger, lambda name: bench.read([name])[name])
+
+
+def check_inputs(file: Path, config: BenchConfig, bench: Bench) -> None:
+    """Checks that the bench that a file describes measures all that its estimators need.
+
+    Raises:
+        InputError: if it does not.
+    """
+    found = {
+        f"{name}.{kind}": len(fields)
+        for name, finger in config.fingers.items()
+        for kind, fields in (
+            ("pressure", finger.pressures),
+            ("tension", finger.tensions),
+            ("X_WB", finger.base_pose or []),
+        )
+    }
+    found |= {
+        bench.quantities[name]: len(finger.readings)
+        for name, finger in config.fingers.items()
+        if name in bench.quantities
+    }
+    unknown = config.fingers.keys() - bench.quantities.keys()
+    if unknown:
+        raise InputError(file, "fingers", sorted(unknown), f"the scenario has: {', '.join(bench.quantities)}")
+    for name, size in bench.inputs.items():
+        given = int(config.opening is not None) if name == "grip.set_point" else found.get(name, 0)
+        if given != size:
+            raise InputError(file, name, f"{given} fields", f"must be {size}")
+    for field, chosen in (("send", config.send), ("record", config.record)):
+        names = [name for name in chosen or () if name not in bench.signals]
+        if names:
+            raise InputError(file, field, names, f"known signals: {', '.join(bench.signals)}")
+
+
+def _run(
+    session: Session,
+    options: argparse.Namespace,
+    is_over: Callable[[], bool],
+    between: Callable[[], object] = lambda: None,
+) -> None:
+    end = time.monotonic() + options.zero
+    if options.zero:
+        session.zero()
+        session.run(lambda: is_over() or time.monotonic() >= end, between)
+        session.zeroed()
+    end = time.monotonic() + (np.inf if options.seconds is None else options.seconds)
+    session.run(lambda: is_over() or time.monotonic() >= end, between)

@@ -1,0 +1,138 @@
+"""Recorder: a recording of a bench that is written while it goes on, row by row.
+
+The file is that of every recording, netCDF 3 with an unlimited dimension of time: a row is appended for every sample,
+and then the number of rows in the header is raised. So it can be read at any time, and whatever ends the session, it
+has all rows up to the last that was written. What is appended reaches the disk before the number does.
+"""
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from threading import Event, Thread
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from soft_gripper.diagrams.recording import make_recording, provenance
+from soft_gripper.errors import InputError
+from soft_gripper.extras.bench.bench import Bench
+from soft_gripper.extras.bench.threads import LINGER, write_all
+from soft_gripper.signals import Signal, signal_of
+
+COUNT, DEVICE_TIME = "reading.count", "reading.time"
+_OWN = {COUNT: Signal(), DEVICE_TIME: Signal("s")}
+_PERIOD = 0.25  # s between writes
+_MOST_ROWS = 6000  # that wait for a slow disk
+_NUMBER = np.dtype(">f8")  # netCDF 3 is big-endian
+_ROWS_AT = 4  # bytes before the number of rows in a header
+
+
+class Layout(NamedTuple):
+    """How the rows of a recording are written."""
+
+    signals: list[str]  # of a bench
+    header: bytes  # of a recording without rows
+    order: NDArray[np.int_]  # in which time, signals, number and time of the reading make a row
+
+
+def recording_layout(bench: Bench, signals: Sequence[str]) -> Layout:
+    """The layout of recordings that have these signals of a bench.
+
+    It is read from files of one and two rows, whose numbers are their places.
+    """
+    described = {name: signal_of(bench.signals[name]) for name in signals} | _OWN
+    sizes = [1, *(bench.signals[name].size() for name in signals), *[1] * len(_OWN)]
+    about = provenance(bench.scenario, bench.scenario.sensor.type, bench.scenario.estimator.type)
+    places = np.split(np.arange(float(sum(sizes))), np.cumsum(sizes)[:-1])
+    found = []
+    with TemporaryDirectory(prefix="soft-gripper-") as folder:
+        for rows in (1, 2):
+            samples = {name: np.tile(part, (rows, 1)) for name, part in zip(described, places[1:], strict=True)}
+            recording = make_recording(described, np.zeros(rows), samples, about)
+            path = Path(folder) / "layout.nc"
+            recording.data.to_netcdf(path, engine="scipy", format="NETCDF3_64BIT", unlimited_dims=["time"])
+            found.append(path.read_bytes())
+    row = _NUMBER.itemsize * sum(sizes)
+    assert len(found[1]) - len(found[0]) == row, "a row has these numbers alone"
+    header = bytearray(found[0][:-row])
+    header[_ROWS_AT : _ROWS_AT + 4] = bytes(4)
+    return Layout([*signals], bytes(header), np.frombuffer(found[0][-row:], _NUMBER).astype(int))
+
+
+class Recorder:
+    """Writes signals of a bench at every sample, in a thread of its own; what the disk cannot take is counted."""
+
+    def __init__(self, bench: Bench, layout: Layout, path: Path):
+        """`path` is that of a new file.
+
+        Raises:
+            InputError: if it cannot be written.
+        """
+        self.path, self.problem, self.lost = path, "", 0
+        self._bench, self._layout, self._samples = bench, layout, 0
+        try:
+            self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666)
+            write_all(self._file, layout.header)
+        except OSError as error:
+            raise InputError("live", "recording", str(path), f"cannot be written: {error.strerror}") from None
+        self._rows, self._written, self._ends = list[bytes](), 0, Event()
+        self._thread = Thread(target=self._run, daemon=True)
+        self._thread.start()
+
+    def take(self, count: float, device_time: float) -> None:
+        """Records the last sample of the bench; number and time of its reading, NaN if it is missing."""
+        values = [*self._bench.read(self._layout.signals).values(), [count], [device_time]]
+        row = np.concatenate([[self._samples * self._bench.period], *values])
+        self._samples += 1
+        if self.problem or len(self._rows) >= _MOST_ROWS:
+            self.lost += 1
+        else:
+            self._rows.append(row[self._layout.order].astype(_NUMBER).tobytes())
+
+    def end(self) -> None:
+        """Writes what is left from now on, without waiting for it."""
+        self._ends.set()
+
+    def close(self) -> None:
+        """Ends, and waits until all is written; a disk that does not take it in time is left to itself."""
+        self.end()
+        self._thread.join(5 * LINGER)
+        if self._thread.is_alive():
+            self.problem = "the disk is too slow"
+            self.lost += len(self._rows)
+
+    def report(self) -> str:
+        """Where the recording is, and what it lacks."""
+        if self._thread.is_alive() and not self.problem:
+            return "being written"
+        lacks = f"; {self.lost} samples are missing: {self.problem or 'the disk is too slow'}" if self.lost else ""
+        return f"{self.path}{lacks}"
+
+    def _run(self) -> None:
+        try:
+            while not self._ends.wait(_PERIOD):
+                self._write()
+            self._write()
+        except OSError as error:  # the disk is full, or gone
+            self.problem = error.strerror or str(error)
+            self.lost += len(self._rows)
+        finally:
+            os.close(self._file)
+
+    def _write(self) -> None:
+        taken = len(self._rows)
+        if not taken:
+            return
+        write_all(self._file, b"".join(self._rows[:taken]))
+        del self._rows[:taken]
+        os.fsync(self._file)
+        self._written += taken
+        os.pwrite(self._file, self._written.to_bytes(4, "big"), _ROWS_AT)
+
+
+def free_name(path: Path) -> Path:
+    """A path, or the first with a number behind its stem that does not exist: no recording replaces another."""
+    numbered = (path.with_name(f"{path.stem}_{i}{path.suffix}") for i in range(2, 10**6))
+    return next(found for found in (path, *numbered) if not found.exists()) if path.exists() else path

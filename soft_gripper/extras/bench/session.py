@@ -1,0 +1,357 @@
+"""The loop of a live session: readings in, estimates and commands out, in real time."""
+
+import math
+import time
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from soft_gripper.arrays import Array
+from soft_gripper.errors import InputError, described
+from soft_gripper.estimators.finger_shape import ANGLES
+from soft_gripper.extras.bench.bench import SET_POINT, Bench
+from soft_gripper.extras.bench.endpoints import Sink, Source
+from soft_gripper.extras.bench.messages import MalformedError, chosen, count_of, decoded, encoded
+from soft_gripper.extras.bench.plausible import Ranges, check_plausible, plausible_ranges
+from soft_gripper.extras.bench.recorder import Recorder
+from soft_gripper.extras.bench.tally import Tally
+from soft_gripper.extras.bench.threads import Message
+from soft_gripper.extras.bench.watch import Counts, Watch
+from soft_gripper.extras.hardware.bench_schema import BenchConfig
+
+SENT = (  # signals of a finger, and of a grip, that are sent unless the bench names others
+    *("tip_pose", "position_std", "external_torque", "contact", "contact_force", "contact_force_std"),
+    *("contact_arc_length", "contact_arc_length_std", "contact_probability", "contact_force_bounds"),
+    *("opening", "torque", "force", "object_width"),
+)
+COMMANDS = ("pressure_command", "tension_command", "pull_command")
+_BANDS = {  # what a band is of, by its name
+    "position_std": ("joint_positions", "tip_pose"),
+    "contact_force_std": ("contact_force",),
+    "contact_arc_length_std": ("contact_arc_length",),
+}
+_MOST_SKIPPED = 1.0  # s of missing readings that the estimators are told of; no memory of theirs is longer
+_MOST_AHEAD = 0.5  # s by which readings may come in a bunch; more of them are in excess
+_MOST_BEHIND = 0.5  # s that readings may take that arrived together; after that the newest of them alone is used
+_REMEMBERED = 2.0  # s over which the speed of an estimate is measured
+_LATEST = 1e20  # of a device's clock, whatever its unit
+_LATENCIES = 100_000  # of the last readings
+
+
+@dataclass
+class Reading:
+    """What a message says."""
+
+    count: int | None
+    time: float  # of the device, s; NaN: not given
+    values: dict[str, Array]  # by input of the bench
+
+
+def understood(message: Message, config: BenchConfig, ranges: Ranges, quantities: Mapping[str, str]) -> Reading:
+    """The reading in a message.
+
+    Args:
+        message: as it arrived.
+        config: of the bench.
+        ranges: of the inputs of the bench.
+        quantities: names of the inputs with the readings of sensors, by finger.
+
+    Raises:
+        MalformedError: if it is not what the bench describes.
+    """
+    found = message if isinstance(message, dict) else decoded(message, config.format, config.fields)
+    values = {}
+    for name, finger in config.fingers.items():
+        readings = chosen(found, finger.readings)
+        values[quantities[name]] = readings
+        driving = {
+            "pressure": config.pressure_factor * chosen(found, finger.pressures),
+            "tension": chosen(found, finger.tensions),
+            "X_WB": chosen(found, finger.base_pose or []),
+        }
+        values |= {f"{name}.{kind}": value for kind, value in driving.items() if f"{name}.{kind}" in ranges}
+    if config.opening is not None:
+        values[SET_POINT] = chosen(found, [config.opening])
+    check_plausible(values, ranges, {*quantities.values()})
+    count = None if config.count is None else count_of(float(chosen(found, [config.count])[0]))
+    at = math.nan if config.time is None else float(chosen(found, [config.time])[0])
+    if not abs(at) <= _LATEST and not math.isnan(at):
+        raise MalformedError(f"has the time {at}")
+    return Reading(count, at, values)
+
+
+@dataclass
+class Pace:
+    """How many readings the period allows: as many as have passed, and those of a bunch."""
+
+    period: float
+    clock: Callable[[], float] = time.monotonic
+    _allowed: float = field(init=False)
+    _last: float = field(init=False)
+
+    def __post_init__(self) -> None:
+        self._last, self._allowed = self.clock(), _MOST_AHEAD / self.period
+
+    def allows(self) -> bool:
+        """Whether another reading may be used now."""
+        now = self.clock()
+        # A device whose clock is a little faster than this one's is no flood.
+        self._allowed += 1.1 * (now - self._last) / self.period
+        self._allowed, self._last = min(self._allowed, _MOST_AHEAD / self.period), now
+        if self._allowed < 1:
+            return False
+        self._allowed -= 1
+        return True
+
+
+class Session:
+    """Feeds readings to a bench as they arrive, and sends what it computes.
+
+    A result has `count` and `time` of its reading, `age` (s since it arrived), `stale`, `lost` (readings so far), the
+    signals that are sent, and commands; always the same numbers, NaN for what is not known. While a reading is overdue,
+    a result follows every period all the same: the last estimates, with bands that widen by the most that the estimates
+    changed of late over as long a time. From `stale_after` on it is `stale`, and commands are safe.
+    """
+
+    def __init__(
+        self,
+        bench: Bench,
+        config: BenchConfig,
+        source: Source,
+        sink: Sink,
+        is_live: bool = True,
+        clock: Callable[[], float] = time.monotonic,
+    ):
+        """`is_live`: readings come at the pace of `clock`, s; otherwise they are used as fast as possible."""
+        self._bench, self._config, self._source, self._sink = bench, config, source, sink
+        self._clock, self._ranges = clock, plausible_ranges(bench, config)
+        self._watch, self._pace = Watch(), Pace(bench.period, clock) if is_live else None
+        self.sent = sent_signals(bench, config)
+        self._commands = [name for name in bench.signals if name.rpartition(".")[2] in COMMANDS]
+        self._spread = _Spread(bench, self.sent)
+        self._offsets: dict[str, Array] = {}
+        self._zeroing: list[dict[str, Array]] | None = None
+        self._last: Reading | None = None
+        self._arrived = clock()
+        self._due = self._arrived + 1.5 * bench.period
+        self._is_silent = False
+        self.recorder: Recorder | None = None  # takes every sample
+        self.tally = Tally(bench)
+        self.malformed = ""  # what was wrong with the first message that was
+        self.latencies: deque[float] = deque(maxlen=_LATENCIES)  # s, from a message to its result
+        self.efforts: deque[float] = deque(maxlen=_LATENCIES)  # s, processor time of the same
+        unknown = {name: np.full(bench.signals[name].size(), np.nan) for name in self.sent}
+        self.results: dict[str, Any] = unknown  # the last that were sent; SI units
+
+    @property
+    def counts(self) -> Counts:
+        """What has happened to the readings so far."""
+        return self._watch.counts
+
+    @property
+    def zeroing(self) -> bool:
+        """Whether readings are being collected, to zero the sensors."""
+        return self._zeroing is not None
+
+    def zero(self) -> None:
+        """From now on, readings are collected, until `zeroed`, and commands are safe; fingers are free and at rest."""
+        self._zeroing = []
+
+    def zeroed(self) -> None:
+        """Takes the mean of what was collected for readings of fingers that bend freely.
+
+        Raises:
+            InputError: if nothing was collected.
+        """
+        collected, self._zeroing = self._zeroing, None
+        self._bench.restart_control()
+        if not collected:
+            raise InputError(
+                "live", "--zero", "no reading", "arrived; the source must send while the sensors are zeroed"
+            )
+        for name in collected[0]:
+            found = np.array([each[name] for each in collected])
+            number = np.isfinite(found).sum(axis=0)
+            # A sensor that was never read stays as it is.
+            self._offsets[name] = self._offsets.get(name, 0.0) + np.nansum(found, axis=0) / np.maximum(number, 1)
+
+    def run(self, is_over: Callable[[], bool], between: Callable[[], object] = lambda: None) -> None:
+        """Runs until `is_over`, or until nothing will ever arrive again; `between` is called after every turn.
+
+        Whatever ends it, commands are safe in the last result.
+
+        Raises:
+            InputError: if the estimators fail, or an own source or sink does.
+        """
+        try:
+            while not is_over() and not self._source.is_over:
+                self.turn()
+                between()
+        except BaseException:
+            with suppress(Exception):  # the first error says more
+                self._send_last()
+            raise
+        self._send_last()
+
+    def turn(self) -> None:
+        """Waits for readings, until the next result is due at most."""
+        messages = self._source.receive(max(0.0, self._due - self._clock()))
+        arrived = self._clock()
+        for i, message in enumerate(messages, 1):
+            if self._pace is not None and i < len(messages) and self._clock() - arrived > _MOST_BEHIND:
+                self.counts.excess += 1
+                continue
+            began, used = time.thread_time(), self.counts.used
+            self._take(message, arrived)
+            if self.counts.used > used:
+                self.efforts.append(time.thread_time() - began)
+        if self._pace is not None and (now := self._clock()) >= self._due:
+            self._send_aged(now - self._arrived)
+            self._due = now + self._bench.period
+
+    def _take(self, message: Message, arrived: float) -> None:
+        try:
+            reading = understood(message, self._config, self._ranges, self._bench.quantities)
+        except MalformedError as error:
+            self.counts.malformed += 1
+            self.malformed = self.malformed or str(error)
+            return
+        if self._pace is not None and not self._pace.allows():
+            self.counts.excess += 1
+            return
+        missing = self._watch.accept(reading.count)
+        if missing is None:
+            return  # an estimate that is newer has been sent already
+        found = self._estimated(reading, missing)
+        self._last, self._arrived, self._is_silent = reading, arrived, False
+        self._due = arrived + 1.5 * self._bench.period
+        self._send(self._header(0.0) | found | self._commanded())
+        self._spread.note()
+        self.tally.note(reading.values, found)
+        self.latencies.append(self._clock() - arrived)
+
+    def _estimated(self, reading: Reading, missing: int) -> dict[str, Array]:
+        """What is sent of a reading, before which others are missing."""
+        try:
+            for _ in range(min(missing, round(_MOST_SKIPPED / self._bench.period))):
+                self._bench.skip()
+                self._record(math.nan, math.nan)
+            if self._is_silent:
+                self._bench.restart_control()  # the fingers are where safe commands have led them
+            self._use(reading)
+            self._record(math.nan if reading.count is None else reading.count, reading.time)
+            return self._bench.read(self.sent)
+        except (InputError, MemoryError):
+            raise
+        except Exception as error:  # numpy's and Drake's, and those of a user's estimator
+            raise InputError("live", "reading", reading.count, f"the estimators failed: {described(error)}") from error
+
+    def _record(self, count: float, device_time: float) -> None:
+        if self.recorder is not None:
+            self.recorder.take(count, device_time)
+
+    def _use(self, reading: Reading) -> None:
+        values = {name: value - self._offsets.get(name, 0.0) for name, value in reading.values.items()}
+        self._bench.step(values)
+        if self._zeroing is not None:
+            expected = self._bench.free_readings()
+            self._zeroing.append({name: values[name] - free for name, free in expected.items()})
+
+    def _header(self, age: float) -> dict[str, Any]:
+        count = math.nan if self._last is None or self._last.count is None else float(self._last.count)
+        at = math.nan if self._last is None else self._last.time
+        is_stale = float(self._last is None or age >= self._config.stale_after)
+        return {"count": count, "time": at, "age": age, "stale": is_stale, "lost": float(self.counts.lost)}
+
+    def _send_aged(self, age: float) -> None:
+        header = self._header(age)
+        if self._last is None:
+            self._send_last()
+            return
+        found = self._spread.widened(self._bench.read(self.sent), age)
+        commands = self._safe() if header["stale"] else self._commanded()
+        if header["stale"] and not self._is_silent:
+            self.counts.silences, self._is_silent = self.counts.silences + 1, True
+        self._send(header | found | commands)
+
+    def _send_last(self) -> None:
+        """What was sent last, with safe commands."""
+        known = {name: self.results[name] for name in self.sent}
+        self._send(self._header(self._clock() - self._arrived) | {"stale": 1.0} | known | self._safe())
+
+    def _commanded(self) -> dict[str, Array]:
+        """The commands of the controller; safe ones while sensors are zeroed, and where it has none."""
+        if self._zeroing is not None:
+            return self._safe()
+        safe = self._config.safe_command
+        return {name: np.where(np.isfinite(u), u, safe) for name, u in self._bench.read(self._commands).items()}
+
+    def _safe(self) -> dict[str, Array]:
+        """What is commanded while nothing is known."""
+        return {name: np.full(self._bench.signals[name].size(), self._config.safe_command) for name in self._commands}
+
+    def _send(self, results: dict[str, Any]) -> None:
+        self.results = results
+        factor = self._config.pressure_factor
+        in_units = {k: v / factor if k.endswith(".pressure_command") else v for k, v in results.items()}
+        self._sink(encoded(in_units, self._config.sink_format or self._config.format), in_units)
+
+
+def sent_signals(bench: Bench, config: BenchConfig) -> list[str]:
+    """The signals of a bench that its results have, but for commands."""
+    chosen = _default_signals(bench) if config.send is None else config.send
+    return [name for name in chosen if name.rpartition(".")[2] not in COMMANDS]
+
+
+def recorded_signals(bench: Bench, config: BenchConfig) -> list[str]:
+    """The signals of a bench that are recorded: what is measured, sent and commanded, and the shape."""
+    also = [*_default_signals(bench), *(name for name in bench.signals if name.endswith(f".{ANGLES}"))]
+    commands = [name for name in bench.signals if name.rpartition(".")[2] in COMMANDS]
+    chosen = also if config.record is None else config.record
+    return [*dict.fromkeys([*bench.measured, *sent_signals(bench, config), *chosen, *commands])]
+
+
+def _default_signals(bench: Bench) -> list[str]:
+    return [name for name in bench.signals if name.rpartition(".")[2] in SENT]
+
+
+class _Spread:
+    """The most that estimates changed of late over a time, by which their bands widen when no reading arrives."""
+
+    def __init__(self, bench: Bench, sent: Sequence[str]):
+        self._bench = bench
+        of = {
+            band: [band.rpartition(".")[0] + "." + each for each in _BANDS.get(band.rpartition(".")[2], ())]
+            for band in sent
+        }
+        self._of = {
+            band: subjects for band, subjects in of.items() if subjects and set(subjects) <= bench.signals.keys()
+        }
+        self._past: deque[dict[str, Array]] = deque(maxlen=round(_REMEMBERED / bench.period))
+
+    def note(self) -> None:
+        """Remembers the estimates of the last sample."""
+        self._past.append({band: _points(self._bench.read(names)) for band, names in self._of.items()})
+
+    def widened(self, results: Mapping[str, Array], age: float) -> dict[str, Array]:
+        """Results of an age, s, with wider bands."""
+        wider = dict(results)
+        if len(self._past) < 2:
+            return wider
+        lag = min(max(1, round(age / self._bench.period)), len(self._past) // 2)
+        beyond = max(1.0, age / (lag * self._bench.period))
+        for band in self._of.keys() & results.keys():
+            past = np.array([each[band] for each in self._past])
+            change = np.nan_to_num(past[lag:] - past[:-lag])
+            wider[band] = np.hypot(results[band], beyond * np.linalg.norm(change, axis=-1).max(axis=0))
+        return wider
+
+
+def _points(subjects: Mapping[str, Array]) -> Array:
+    """Scalars (1, 1) or, of joints and tip, points (N + 1, 2)."""
+    first, *tip = subjects.values()
+    return np.concatenate([first.reshape(-1, 2), tip[0][None, :2]]) if tip else first.reshape(-1, 1).copy()

@@ -1,0 +1,121 @@
+"""What a session came to, in words: contacts of each finger, and what a terminal shows meanwhile."""
+
+import math
+import time
+from collections import deque
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from soft_gripper.arrays import Array
+from soft_gripper.extras.bench.bench import Bench
+from soft_gripper.extras.bench.endpoints import print_out
+
+_RESTS = 0.5  # s over which what drives a finger at rest does not change
+_STILL = 0.01  # of the range of the supply
+_STILL_TENSION = 0.5  # N
+_LASTS = 3  # readings in a row that make a contact
+_SHOWN = 1.0  # s between lines on a terminal
+_UNKNOWN = "-"
+
+
+class _FingerTally:
+    """Contacts of one finger while what drives it rested, and while that moved."""
+
+    def __init__(self, name: str, bench: Bench):
+        self._force, self._std, self._place = (f"{name}.contact_{own}" for own in ("force", "force_std", "arc_length"))
+        self._driving = [f"{name}.{kind}" for kind in ("pressure", "tension") if f"{name}.{kind}" in bench.inputs]
+        supply = bench.scenario.pressure
+        self._still = _STILL * (supply.maximum - supply.minimum) if self._driving[:1] == [f"{name}.pressure"] else None
+        self._past: deque[Array] = deque(maxlen=max(2, round(_RESTS / bench.period)))
+        self._touched = 0
+        self.name, self.is_known = name, False
+        self.contacts = {True: 0, False: 0}  # by whether it rested
+        self.largest: dict[bool, tuple[float, float, float]] = {}  # force, its standard deviation and place
+
+    def note(self, measured: Mapping[str, Array], found: Mapping[str, Array]) -> None:
+        if self._driving:
+            self._past.append(np.concatenate([measured[name] for name in self._driving]))
+        if self._force not in found:
+            return
+        self.is_known, force = True, float(found[self._force][0])
+        touches = math.isfinite(force) and force != 0
+        self._touched = self._touched + 1 if touches else 0
+        if self._touched < _LASTS:
+            return
+        rested = self._rested
+        self.contacts[rested] += self._touched == _LASTS
+        if abs(force) > self.largest.get(rested, (0.0,))[0]:
+            std, place = (float(found[name][0]) if name in found else math.nan for name in (self._std, self._place))
+            self.largest[rested] = abs(force), std, place
+
+    @property
+    def _rested(self) -> bool:
+        limit = _STILL_TENSION if self._still is None else self._still
+        return not self._past or bool(np.ptp(np.array(self._past), axis=0).max() <= limit)
+
+    def __str__(self) -> str:
+        rested, moved = (self._said(rested) for rested in (True, False))
+        lags = " (a finger that moves lags behind its drive)" if self.contacts[False] else ""
+        return f"{self.name}: while its drive rested {rested}; while that changed {moved}{lags}"
+
+    def _said(self, rested: bool) -> str:
+        count = self.contacts[rested]
+        if rested not in self.largest:
+            return "no contact"
+        force, std, place = self.largest[rested]
+        return f"{count} contact{'' if count == 1 else 's'}, at most {force:.2f} ± {std:.2f} N, at {1e3 * place:.0f} mm"
+
+
+class Tally:
+    """Contacts of all fingers, as far as they are sent."""
+
+    def __init__(self, bench: Bench):
+        self._fingers = [_FingerTally(name, bench) for name in bench.quantities]
+
+    def note(self, measured: Mapping[str, Array], found: Mapping[str, Array]) -> None:
+        """Takes what was measured in a reading, by input of the bench, and what is sent of it."""
+        for finger in self._fingers:
+            finger.note(measured, found)
+
+    def lines(self) -> Iterator[str]:
+        """A line for each finger whose contacts are known."""
+        yield from (str(finger) for finger in self._fingers if finger.is_known)
+
+
+class TerminalTable:
+    """A sink for people: a line every second with what is known of each finger."""
+
+    def __init__(self, bench: Bench, pressure_unit: str):
+        self._fingers, self._unit = list(bench.quantities), pressure_unit
+        self._columns: dict[str, tuple[str, Callable[[Array], str]]] = {
+            "tip x, z [mm]": (".tip_pose", lambda tip: f"{1e3 * tip[0]:7.1f}{1e3 * tip[1]:7.1f}"),
+            "force [N]": (".contact_force", lambda force: f"{force[0]:.2f}"),
+            "±": (".contact_force_std", lambda std: f"{std[0]:.2f}"),
+            f"command [{pressure_unit}]": (".pressure_command", lambda u: " ".join(f"{each:.4g}" for each in u)),
+        }
+        self._began, self._due = time.monotonic(), 0.0
+        self._has_head = False
+
+    def __call__(self, _: bytes, results: dict[str, Any]) -> None:
+        """Prints a line if it is time for one, below a header."""
+        now = time.monotonic()
+        if now < self._due:
+            return
+        self._due = now + _SHOWN
+        shown = [name for name, (own, _) in self._columns.items() if any(k.endswith(own) for k in results)]
+        lines = []
+        if not self._has_head:
+            self._has_head = True
+            lines.append(f"{'s':>8}  {'finger':<16}{'state':<9}" + "".join(f"{name:>18}" for name in shown))
+        state = "stale" if results["stale"] else "live"
+        for finger in self._fingers:
+            cells = (self._cell(results, finger, name) for name in shown)
+            lines.append(f"{now - self._began:8.1f}  {finger:<16}{state:<9}" + "".join(f"{cell:>18}" for cell in cells))
+        print_out("".join(f"{line}\n" for line in lines).encode(), results)
+
+    def _cell(self, results: Mapping[str, Any], finger: str, column: str) -> str:
+        own, text = self._columns[column]
+        value = results.get(finger + own)
+        return _UNKNOWN if value is None or not np.isfinite(value).all() else text(value)

@@ -1,0 +1,124 @@
+"""Baselines of the benchmark. An estimator is a function of a task and its training set that returns `predict`."""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from soft_gripper.arrays import Array
+from soft_gripper.extras.benchmark.task import Recorded, Task
+
+Predict = Callable[[Array], Array | tuple[Array, Array]]  # (T, n) -> mean (T, m), or mean and std
+Estimator = Callable[[Task, Sequence[Recorded]], Predict]
+Fit = Callable[[Sequence[Recorded]], Callable[[Array], Array]]
+
+_PENALTY = 1e-3  # of scaled features, a sample
+_NEIGHBOURS = 8
+_FITTED = 0.8  # share of each recording; the rest measures the error
+
+
+def ridge(task: Task, train: Sequence[Recorded]) -> Predict:
+    """Ridge regression on inputs, their squares and products; one standard deviation per output."""
+    return _with_std(_fit_quadratic, train)
+
+
+def recurrent(task: Task, train: Sequence[Recorded]) -> Predict:
+    """A small recurrent network; one standard deviation per output.
+
+    An echo state network: neurons with fixed random weights, of which only the linear readout is trained, by ridge
+    regression (Jaeger, GMD report 148, 2001). Their time constants are spread from one sample to a hundred, since soft
+    bodies swing and creep (leaky neurons: Lukosevicius, "A practical guide to applying echo state networks", 2012).
+    """
+    return _with_std(_fit_echo_state, train)
+
+
+def _with_std(fit: Fit, train: Sequence[Recorded]) -> Predict:
+    """A fit to the training set; its errors are those of a fit to the begin of every recording in the rest of it."""
+    begin = [_until(recorded, _FITTED) for recorded in train]
+    part = fit(begin)
+    rest = [(r.inputs[len(b.inputs) :], r.outputs[len(b.inputs) :]) for r, b in zip(train, begin, strict=True)]
+    errors = np.vstack([part(inputs) - outputs for inputs, outputs in rest])
+    std, fitted = np.sqrt((errors**2).mean(axis=0)), fit(train)
+
+    def predict(inputs: Array) -> tuple[Array, Array]:
+        mean = fitted(inputs)
+        return mean, np.broadcast_to(std, mean.shape)
+
+    return predict
+
+
+def _until(recorded: Recorded, share: float) -> Recorded:
+    end = round(share * len(recorded.inputs))
+    return Recorded(recorded.inputs[:end], recorded.outputs[:end])
+
+
+def _fit_quadratic(train: Sequence[Recorded]) -> Callable[[Array], Array]:
+    center, scale = _spread(train)
+    return _fit_linear(train, lambda inputs: _quadratic((inputs - center) / scale))
+
+
+_NEURONS, _SEED = 200, 0
+_RADIUS, _DRIVE = 0.9, 0.5  # spectral radius of the weights, and size of the scaled inputs
+_SLOWEST = 100  # samples: the longest time constant, and how long the first inputs are held before they count
+
+
+def _fit_echo_state(train: Sequence[Recorded]) -> Callable[[Array], Array]:
+    center, scale = _spread(train)
+    random = np.random.default_rng(_SEED)
+    weights = random.normal(size=(_NEURONS, _NEURONS))
+    weights *= _RADIUS / np.abs(np.linalg.eigvals(weights)).max()
+    inward = random.uniform(-_DRIVE, _DRIVE, (_NEURONS, len(center) + 1))
+    leak = np.geomspace(1 / _SLOWEST, 1.0, _NEURONS)
+
+    def states(inputs: Array) -> Array:
+        scaled = (inputs - center) / scale
+        held = np.vstack([np.repeat(scaled[:1], _SLOWEST, axis=0), scaled])
+        driven = np.hstack([held, np.ones((len(held), 1))]) @ inward.T
+        found, state = np.zeros(driven.shape), np.zeros(_NEURONS)
+        for row, drive in zip(found, driven, strict=True):
+            state = state + leak * (np.tanh(drive + weights @ state) - state)
+            row[:] = state
+        return np.hstack([scaled, found[_SLOWEST:]])
+
+    return _fit_linear(train, states)
+
+
+def _fit_linear(train: Sequence[Recorded], features: Callable[[Array], Array]) -> Callable[[Array], Array]:
+    """Ridge regression on features of single recordings."""
+    known, outputs = np.vstack([features(r.inputs) for r in train]), np.vstack([r.outputs for r in train])
+    middle, offset = known.mean(axis=0), outputs.mean(axis=0)
+    known -= middle  # so that the constant is not penalized
+    normal = known.T @ known + _PENALTY * len(known) * np.eye(known.shape[1])
+    weights = np.linalg.solve(normal, known.T @ (outputs - offset))
+    return lambda inputs: offset + (features(inputs) - middle) @ weights
+
+
+def _quadratic(inputs: Array) -> Array:
+    row, column = np.triu_indices(inputs.shape[1])
+    return np.hstack([inputs, inputs[:, row] * inputs[:, column]])
+
+
+def _spread(train: Sequence[Recorded]) -> tuple[Array, Array]:
+    """Mean and standard deviation of every input; 1 if it does not vary."""
+    inputs = np.vstack([r.inputs for r in train])
+    std: Array = inputs.std(axis=0)
+    return inputs.mean(axis=0), np.where(std > 0, std, 1.0)
+
+
+def nearest(task: Task, train: Sequence[Recorded]) -> Predict:
+    """Mean and standard deviation of the nearest training samples, inputs scaled to equal spread."""
+    inputs, outputs = np.vstack([r.inputs for r in train]), np.vstack([r.outputs for r in train])
+    _, scale = _spread(train)
+    tree = cKDTree(inputs / scale)
+
+    def predict(new: Array) -> tuple[Array, Array]:
+        near = outputs[tree.query(new / scale, _NEIGHBOURS)[1]]
+        return near.mean(axis=1), near.std(axis=1)
+
+    return predict
+
+
+def baselines(task: Task) -> dict[str, Estimator]:
+    """Baselines of a task; the recurrent one where samples follow each other."""
+    found: dict[str, Estimator] = {"ridge": ridge, "nearest": nearest}
+    return found if task.period is None else found | {"recurrent": recurrent}

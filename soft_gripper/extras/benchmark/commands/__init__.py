@@ -1,0 +1,32 @@
+"""Commands of this extra, as the command line lists them."""
+
+from pathlib import Path
+
+from soft_gripper.commands.options import (
+    CONSOLE,
+    DATA,
+    Command,
+    json_file,
+    option,
+    path,
+)
+
+COMMANDS = (
+    Command(
+        "benchmark",
+        "score estimators of shape, force, location, load and held objects, with fixed splits",
+        (
+            "                                           simulated contacts and grasps, which ship",
+            "--data ~/recordings --estimator mine:estimator    recorded hardware too, and your own estimator",
+            "--compare benchmark.json theirs.json",
+        ),
+        (
+            *CONSOLE,
+            DATA,
+            option("--estimator", "your own estimator, beside the baselines", "MODULE:FUNCTION"),
+            option("--compare", "print results files beside each other instead", "FILE", path, nargs="+", default=[]),
+            option("--out", "file to write (default: %(default)s)", "FILE", json_file, default=Path("benchmark.json")),
+        ),
+        package=__name__,
+    ),
+)

@@ -1,0 +1,77 @@
+"""Simulated grasps of objects of four shapes, which ship with the package.
+
+Two fingers close on an object, and press harder twice (`probing_grasp`, see `evaluation.random_grasps`). A row has the
+mean readings at the end of every pressure, by realistic sensors drawn anew for every grasp.
+
+    python -m soft_gripper.extras.benchmark.grasps       writes the files again, to the last digit
+"""
+
+import csv
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from tqdm import tqdm
+
+from soft_gripper.arrays import Array
+from soft_gripper.diagrams.simulation import run_station
+from soft_gripper.diagrams.station import make_private_station
+from soft_gripper.extras.recognition.random_grasps import SENSORS, SETS, SHAPES, draw, with_errors, with_object
+from soft_gripper.extras.recognition.recognizer import SAMPLES
+from soft_gripper.files.output import atomic_file
+from soft_gripper.runs.executor import open_executor
+from soft_gripper.runs.scores.poses import held_samples
+from soft_gripper.runs.scores.readings import read_again
+from soft_gripper.runs.study import run_study
+from soft_gripper.scenario.scenario_file import load_scenario
+from soft_gripper.scenario.sensor_presets import strain_errors
+
+SCENARIO, SECTIONS = "probing_grasp", 2
+PRESSURES = (75e3, 112.5e3, 150e3)  # Pa, as in the scenario
+FINGERS, READINGS = ("left", "right"), 4  # of each finger: inner and outer side, two sections each
+FOLDER = Path(__file__).parent
+FILES = {"grasps_train.csv": ("train", 60), "grasps_test.csv": ("test", 50)}  # numbers of every shape
+_SEED = 21
+
+
+def columns() -> list[str]:
+    """Names of the readings, in their order: (pressures, fingers, readings)."""
+    levels, readings = range(len(PRESSURES)), range(READINGS)
+    return [f"{finger}_{reading}_at_{level}" for level in levels for finger in FINGERS for reading in readings]
+
+
+def readings(set: str, number: int, shape: str) -> Array:
+    """Simulates a grasp and reads it, (columns,)."""
+    scenario = with_object(load_scenario(SCENARIO), shape, draw(_SEED, set, number, shape))
+    station = make_private_station(scenario)
+    recording = run_station(station)
+    rng = np.random.default_rng([_SEED, SETS.index(set), number, *shape.encode(), SENSORS])
+    errors = strain_errors(scenario.sensor)
+    assert errors is not None
+    found = []
+    for finger in station.fingers:
+        again = with_errors(read_again(station, recording, finger, SECTIONS), errors, rng)[0]
+        found.append(held_samples(scenario, recording, again.readings)[:, -SAMPLES:].mean(axis=1))
+    return np.stack(found, axis=1).ravel()
+
+
+def write_grasps(path: Path, rows: Sequence[tuple[str, Array]]) -> None:
+    """Writes shapes and readings, in their order."""
+    with atomic_file(path) as partial, partial.open("w", newline="") as file:
+        table = csv.writer(file, lineterminator="\n")
+        table.writerow(["shape", *columns()])
+        table.writerows([shape, *(f"{value:.5g}" for value in values)] for shape, values in rows)
+
+
+def main() -> None:
+    """Simulates the grasps and writes the files."""
+    for file, (set, count) in FILES.items():
+        keys = [(set, number, shape) for shape in SHAPES for number in range(count)]
+        found: dict[tuple[str, int, str], Array] = {}
+        with tqdm(total=len(keys), desc=file, unit="grasp") as bar, open_executor(None) as executor:
+            run_study(executor, readings, {key: key for key in keys}, found.__setitem__, ended=lambda _: bar.update())
+        write_grasps(FOLDER / file, [(shape, found[set, number, shape]) for set, number, shape in keys])
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,32 @@
+"""Our estimators as those of the benchmark, by task and name."""
+
+from soft_gripper.extras.benchmark.baselines import Estimator
+from soft_gripper.extras.benchmark.ours_recorded import (
+    arm_tip,
+    beam_load,
+    beam_tip,
+    segment_tip,
+    tendons_tip,
+    trunk_load,
+)
+from soft_gripper.extras.benchmark.ours_recorded import trunk_shape as trunk
+from soft_gripper.extras.benchmark.ours_simulated import contact_force, contact_place, contact_tip, grasp_shape
+
+_SHAPES = ("arcs", "gaussian", "contact")
+_OVER_TIME = ("arcs", "gaussian", "recursive")
+
+OURS: dict[str, dict[str, Estimator]] = {
+    "contact_tip": {name: contact_tip(name) for name in _SHAPES},
+    "contact_force": {"contact": contact_force},
+    "contact_place": {"contact": contact_place},
+    "grasp_shape": {"fitted": grasp_shape},
+    "grasp_new": {"fitted": grasp_shape},
+    "arm_tip": {name: arm_tip(name) for name in _OVER_TIME},
+    "beam_tip": {name: beam_tip(name) for name in _OVER_TIME},
+    "beam_load": {"fitted": beam_load},
+    "segment_tip": {"fitted": segment_tip},
+    "tendons_v4_tip": {"fitted": tendons_tip},
+    "tendons_v6_tip": {"fitted": tendons_tip},
+    "trunk_shape": {"fitted": trunk},
+    "trunk_load": {"fitted": trunk_load},
+}

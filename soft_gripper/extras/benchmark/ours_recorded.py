@@ -1,0 +1,348 @@
+"""Our estimators and models on recordings of hardware, fitted to the training set and to nothing else.
+
+The bands of a fitted model are those of its errors in the training set.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from soft_gripper.arrays import Array
+from soft_gripper.estimators.driving_torque import driving_torque, internal_angles
+from soft_gripper.estimators.estimate import ShapeEstimate
+from soft_gripper.estimators.uncertainty import Uncertainty, position_std
+from soft_gripper.extras.benchmark.baselines import Estimator, Predict
+from soft_gripper.extras.benchmark.task import Recorded, Task
+from soft_gripper.extras.benchmark.tasks import tip_motion
+from soft_gripper.extras.hardware.identification.free_parameters import Model, free_parameters
+from soft_gripper.extras.hardware.identification.identified_finger import read_finger
+from soft_gripper.extras.hardware.identification.settled_states import (
+    SettledStates,
+    fit_states,
+    predicted_markers,
+    resting_positions,
+)
+from soft_gripper.extras.hardware.recording_schema import PRESSURE, RecordingConfig, load_description
+from soft_gripper.extras.hardware.recordings import read_recording
+from soft_gripper.extras.hardware.replay.arm_estimation import ReplayInputs, arm_recording, estimate_recording
+from soft_gripper.extras.hardware.replay.held_out import fit_arm
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.finger_parts import TipLoad
+from soft_gripper.fingers.kinematics import as_points, forward_kinematics, gravity_torque, rotated
+from soft_gripper.fingers.statics import resting_angles
+from soft_gripper.runs.estimator_functions import estimator_function
+from soft_gripper.scenario.model_files import model_path
+from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
+
+
+def _finger(description: str) -> Finger:
+    """The first guess of the finger of a shipped description."""
+    return read_finger(model_path(f"package://soft_gripper/recordings/{description}.urdf"))
+
+
+def _paths(train: Sequence[Recorded]) -> list[Path]:
+    return [recorded.path for recorded in train if recorded.path is not None]
+
+
+def _period(task: Task) -> float:
+    assert task.period is not None
+    return task.period
+
+
+def _with_training_errors(mean: Callable[[Array], Array], train: Sequence[Recorded]) -> Predict:
+    """Standard deviations of a model: its errors in the training set, root mean square of every output."""
+    errors = np.vstack([mean(recorded.inputs) - recorded.outputs for recorded in train])
+    std = np.sqrt((errors**2).mean(axis=0))
+
+    def predict(inputs: Array) -> tuple[Array, Array]:
+        found = mean(inputs)
+        return found, np.broadcast_to(std, found.shape)
+
+    return predict
+
+
+_ARM = "two_segment_arm"
+
+
+def arm_tip(name: str) -> Estimator:
+    """The tip of the arm by an estimator of the shape with two sensors per side, as `replay` runs it."""
+
+    def estimator(task: Task, train: Sequence[Recorded]) -> Predict:
+        description = load_description(_ARM)
+        recordings = [read_recording(path, description) for path in _paths(train)]
+        gravity = recordings[0].gravity
+        assert gravity is not None
+        arm = fit_arm([arm_recording(recording) for recording in recordings], _finger(_ARM), gravity).arm
+
+        def mean(inputs: Array) -> Array:
+            wires, pressures = _arm_readings(description, np.vstack([inputs, inputs[-1:]]))
+            unseen = np.full((len(wires), 2, 2), np.nan)
+            replay = ReplayInputs(_period(task), wires, pressures, ("middle", "tip"), unseen)
+            signals = estimate_recording(arm, replay, {name: (name, 2)}, {})
+            tip: Array = signals[f"{name}.body_positions"].values[1:, -1]  # a log still shows the sample before
+            return tip * [1, -1]  # the arm hangs
+
+        return _with_training_errors(mean, train)
+
+    return estimator
+
+
+def _arm_readings(description: RecordingConfig, inputs: Array) -> tuple[Array, Array]:
+    """Wires (T, 2, 2) m and pressures (T, 6) Pa of inputs, in the order of the description."""
+    lengths = description.lengths
+    assert lengths is not None
+    assert lengths.scale is not None
+    inner_1, outer_1, outer, inner = lengths.scale * inputs[:, :4].T
+    wires = np.stack([np.stack([inner_1, inner], axis=1), np.stack([outer_1, outer], axis=1)], axis=1)
+    return wires, PRESSURE["psi"] * inputs[:, 4:]
+
+
+_BEAM = "clamped_beam"
+_TURN_NOISE = 2e-3  # rad, of the turn by three markers
+_USUAL_LOAD = 0.1  # N m at its base: 100 g at its tip
+_SMALL = 1e-3  # m: a chamber that is never under pressure; estimators relate usual loads to the torque of a pressure
+_DOWN = 9.81j  # m/s^2: the beam is horizontal, and sags toward its inner side
+
+
+def _marker_place(train: Sequence[Recorded], description: str, finger: Finger) -> complex:
+    """Where the middle of the markers is beyond the tip, in its frame, m, z + i x."""
+    middles = [tip_motion(description, path)[0].reference.mean() for path in _paths(train)]
+    return complex(np.mean(middles)) - finger.length
+
+
+def _moved(finger: Finger, place: complex, q: Array) -> Array:
+    """Displacement of markers at a place beyond the tip from the straight finger, (..., N) rad -> (..., 2) m."""
+    chain = forward_kinematics(q, finger.segment_length)
+    beyond = chain.tip + rotated(np.array(place), chain.headings[..., -1])
+    return as_points(beyond - finger.length - place)
+
+
+def beam_tip(name: str) -> Estimator:
+    """The tip of the beam by an estimator of the shape; the turn of its end is the reading of a sensor along it all.
+
+    Its dimensions and its material, by the data sheet, are known.
+    """
+
+    def estimator(task: Task, train: Sequence[Recorded]) -> Predict:
+        chamber = {"chamber_width": _SMALL, "chamber_thickness": _SMALL, "chamber_center": -_SMALL}
+        finger = _finger(_BEAM).with_sections(lambda part: replace(part, **chamber))
+        sensors, place = SensorLayout(finger, 1), _marker_place(train, _BEAM, finger)
+        noise = _TURN_NOISE * float(np.abs(sensors.offsets).max()) / finger.length
+        load = _USUAL_LOAD / float(finger.pressure_gain.max())
+        function = estimator_function(name, sensors, Uncertainty(reading=noise, load_pressure=load), _period(task))
+
+        def predict(inputs: Array) -> Array | tuple[Array, Array]:
+            readings = sensors.response.reading(extension_ratios(sensors, sensors.shared_equally(inputs)))
+            found: ShapeEstimate = function(readings, np.zeros((len(inputs), finger.segments)), np.array(_DOWN))
+            mean = _moved(finger, place, found.q)
+            if found.covariance is None:
+                return mean
+            std = position_std(finger, found.q, found.covariance)[:, -1:]
+            return mean, np.broadcast_to(std, mean.shape)
+
+        return predict
+
+    return estimator
+
+
+_SAG = 1  # column of the inputs: displacement of the tip across the beam
+_HEAVIEST, _MASSES = 0.25, 26  # kg on a beam at most, and how many are computed
+
+
+def beam_load(task: Task, train: Sequence[Recorded]) -> Predict:
+    """The mass under which a beam at rest sags as far; its modulus is fitted to the training set."""
+    nominal, masses = _finger(_BEAM), np.linspace(0.0, _HEAVIEST, _MASSES)
+    hung, place = load_description(_BEAM).load_place, _marker_place(train, _BEAM, nominal)
+    assert hung is not None
+
+    def sags(modulus: float) -> Array:
+        """Under every mass, m."""
+        finger = nominal.with_sections(lambda part: replace(part, youngs_modulus=modulus))
+        loaded = [finger, *(replace(finger, tip_load=TipLoad(float(mass), *hung)) for mass in masses[1:])]
+        return np.array([_moved(each, place, resting_angles(each, 0.0, _DOWN))[0] for each in loaded])
+
+    sag = np.array([recorded.inputs[:, _SAG].mean() for recorded in train])
+    mass = np.array([1e-3 * recorded.outputs.mean() for recorded in train])
+    start = np.log(nominal.base.youngs_modulus)
+    fitted = least_squares(lambda x: np.interp(mass, masses, sags(np.exp(x[0]))) - sag, [start]).x
+    known = sags(float(np.exp(fitted[0])))
+    return _with_training_errors(lambda inputs: 1e3 * np.interp(inputs[:, [_SAG]], known, masses), train)
+
+
+_SEGMENT = "pneumatic_segment"
+_FREE = ("pressure_law", "creep.share")
+_THINNED = 5  # of so many samples one is fitted
+
+
+def segment_tip(task: Task, train: Sequence[Recorded]) -> Predict:
+    """A finger in balance with pressure, weight and creep; pressure law and creep are fitted to the training set."""
+    finger, period = _finger(_SEGMENT), _period(task)
+    place = _marker_place(train, _SEGMENT, finger)
+    free = free_parameters(finger, _FREE, [1e3 * float(recorded.inputs.max()) for recorded in train])
+
+    def mean(found: Finger, inputs: Array, every: int = 1) -> Array:
+        q = _crept(found, 1e3 * inputs[::every, 0], every * period)
+        return _moved(found, place, q)
+
+    def errors(x: Array) -> Array:
+        model = free.at(x).finger
+        away = [
+            (mean(model, recorded.inputs, _THINNED) - recorded.outputs[::_THINNED]) / np.abs(recorded.outputs).max()
+            for recorded in train
+        ]
+        return np.vstack(away).ravel()
+
+    bounds = free.bounds
+    start = np.clip(free.start, *bounds)
+    model = free.at(least_squares(errors, start, bounds=bounds, x_scale=free.scales, diff_step=1e-3).x).finger
+    return _with_training_errors(lambda inputs: mean(model, inputs), train)
+
+
+def _crept(finger: Finger, pressures: Array, period: float) -> Array:
+    """Joint angles of a hanging finger under pressures (T,) Pa that are held for a period, (T, N) rad; no inertia."""
+    found: Array = np.zeros((len(pressures), finger.segments))
+    q: Array = np.zeros(finger.segments)
+    z: Array = np.zeros((len(finger.creep), finger.segments))
+    for row, pressure in zip(found, pressures, strict=True):
+        q = finger.angle(driving_torque(finger, pressure, z) + gravity_torque(finger, q, np.array(abs(_DOWN))))
+        z = internal_angles(finger, z, q, pressure, period)
+        row[:] = q
+    return found
+
+
+@dataclass(frozen=True)
+class _Pulled:
+    """A finger that rests where its tendons, springs and weight balance, and how recordings of it are described."""
+
+    finger: Finger
+    description: RecordingConfig
+    columns: tuple[str, ...]  # of what pulls its tendons, in the order of the inputs
+
+    def pulled(self, inputs: Array) -> Array:
+        """Lengths of its tendons that are pulled in, m, from inputs (T, columns)."""
+        config = self.description.tendons
+        assert config is not None
+        names = [tendon.name for tendon in self.finger.tendons]
+        signs = np.array([-1.0 if name in config.antagonists else 1.0 for name in names])
+        columns = config.columns | config.antagonists
+        return config.scale * signs * inputs[:, [self.columns.index(columns[name]) for name in names]]
+
+    @property
+    def axes(self) -> Array:
+        """Axes of B in the recording, (3, 3), each a column."""
+        z, x = np.array(self.description.frame.z), np.array(self.description.frame.x)
+        return np.stack([x, np.cross(z, x), z], axis=1)
+
+    def states(self, inputs: Array, outputs: Array, load: float = 0.0) -> SettledStates:
+        """Rows with markers (T, 3 M) m in the axes of the recording, with a load at the tip, kg."""
+        markers, config = self.description.markers, self.description
+        assert markers is not None
+        gravity = np.zeros(3) if config.gravity is None else np.array(config.gravity)
+        return SettledStates(
+            "benchmark",
+            self.pulled(inputs),
+            outputs.reshape(len(outputs), -1, 3) @ self.axes,
+            np.array(list(markers.places.values())),
+            np.full(len(inputs), ""),
+            gravity @ self.axes,
+            np.array([markers.at.get(name, 1.0) for name in markers.places]),
+            load,
+        )
+
+    def fitted(self, keys: Sequence[str], states: Sequence[SettledStates]) -> tuple[Model, Array]:
+        """The model with keys fitted to states, and where its base is in the axes of the recording, (3,) m."""
+        free = free_parameters(self.finger, keys, [])
+        model = fit_states(free, states, [np.full(len(of.pulled), True) for of in states], free.start).model
+        away = [of.markers - _markers(model, of) for of in states]
+        return model, np.concatenate(away).mean(axis=(0, 1)) @ self.axes.T
+
+
+def _markers(model: Model, states: SettledStates) -> Array:
+    """Predicted markers in B, (T, M, 3) m."""
+    return predicted_markers(model.finger, states, resting_positions(model, states))[0]
+
+
+def _balance(body: _Pulled, keys: Sequence[str], train: Sequence[Recorded], every: int = 1) -> Predict:
+    """Markers predicted by a model whose keys are fitted to every so many rows of the training set."""
+    fitted = [Recorded(recorded.inputs[::every], recorded.outputs[::every]) for recorded in train]
+    states = [body.states(recorded.inputs, recorded.outputs) for recorded in fitted]
+    model, base = body.fitted(keys, states)
+
+    def mean(inputs: Array) -> Array:
+        unseen = np.zeros((len(inputs), states[0].markers[0].size))
+        found: Array = _markers(model, body.states(inputs, unseen)) @ body.axes.T + base
+        return found.reshape(len(inputs), -1)
+
+    return _with_training_errors(mean, fitted)
+
+
+def tendons_tip(task: Task, train: Sequence[Recorded]) -> Predict:
+    """The balance of a robot's springs and tendons, as `identify` fits it."""
+    name = f"tendon_robot_{task.name.split('_')[1]}"
+    description = load_description(name)
+    assert description.tendons is not None
+    body = _Pulled(_finger(name), description, tuple(description.tendons.columns.values()))
+    return _balance(body, ("tendon.angle", "tendon.slack", "tendon.stiffness", "dry_friction"), train)
+
+
+_TENDONS = ("youngs_modulus", "tendon.lever", "tendon.angle", "tendon.slack", "tendon.stiffness")
+_OF_SHAPE, _OF_LOAD = 120, 240  # of so many rows of the training set one is fitted
+_WEIGHED, _WINDOW = 10, 300  # of so many rows one is weighed; the last so many of them count: 30 s
+
+
+def _trunk() -> _Pulled:
+    motors = tuple(f"phi{motor}" for motor in range(1, 7))
+    return _Pulled(_finger("soft_trunk"), load_description("soft_trunk"), motors)
+
+
+def trunk_shape(task: Task, train: Sequence[Recorded]) -> Predict:
+    """The balance of the trunk's springs, tendons and weight, as `identify` fits it."""
+    return _balance(_trunk(), _TENDONS, train, _OF_SHAPE)
+
+
+def trunk_load(task: Task, train: Sequence[Recorded]) -> Predict:
+    """The mass with which the fitted trunk agrees with the disks of the last 30 s best, as `weigh` finds it."""
+    body, masses = _trunk(), [1e-3 * float(recorded.outputs[0, 0]) for recorded in train]
+    every = slice(None, None, _OF_LOAD)
+    states = [
+        body.states(recorded.inputs[every, _DISKS:], recorded.inputs[every, :_DISKS], mass)
+        for recorded, mass in zip(train, masses, strict=True)
+    ]
+    model, base = body.fitted(("density", *_TENDONS), states)
+    middle, half = (max(masses) + min(masses)) / 2, (max(masses) - min(masses)) / 2
+
+    def mean(inputs: Array) -> Array:
+        disks = inputs[::_WEIGHED, :_DISKS] - np.tile(base, _DISKS // 3)
+        seen = body.states(inputs[::_WEIGHED, _DISKS:], disks)
+        light, even, heavy = (_markers(model, replace(seen, load=middle + u * half)) for u in (-1, 0, 1))
+        found = middle + half * _agreeing(seen.markers - even, (heavy - light) / 2, (heavy + light) / 2 - even)
+        return 1e3 * np.repeat(np.maximum(found, 0.0), _WEIGHED)[: len(inputs), None]
+
+    return _with_training_errors(mean, train)
+
+
+_STEPS = 4  # of Gauss and Newton
+
+
+def _agreeing(error: Array, slope: Array, curving: Array) -> Array:
+    """The u with which  error = slope u + curving u^2  holds best in the window before every row, (T, ...) -> (T,)."""
+    bb, bc, cc = _last(slope**2), _last(slope * curving), _last(curving**2)
+    be, ce = _last(slope * error), _last(curving * error)
+    u: Array = np.zeros(len(error))
+    for _ in range(_STEPS):
+        descent = be + u * (2 * ce - bb) - 3 * bc * u**2 - 2 * cc * u**3
+        u = u + descent / (bb + 4 * bc * u + 4 * cc * u**2)
+    return u
+
+
+_DISKS = 9  # coordinates
+
+
+def _last(values: Array) -> Array:
+    """Sums over the rows of a window that ends with each, (T, ...) -> (T,)."""
+    total = np.concatenate([[0.0], values.sum(axis=(1, 2)).cumsum()])
+    ends = np.arange(1, len(total))
+    return total[ends] - total[np.maximum(ends - _WINDOW, 0)]

@@ -1,0 +1,113 @@
+"""Our estimators on simulated contacts and grasps, whose fingers are known to them."""
+
+from collections.abc import Callable, Sequence
+from functools import cache
+
+import numpy as np
+
+from soft_gripper.arrays import Array, Planar
+from soft_gripper.estimators.contact import ContactShape
+from soft_gripper.estimators.estimate import ShapeEstimate
+from soft_gripper.estimators.uncertainty import EXACT, Uncertainty, position_std
+from soft_gripper.extras.benchmark.baselines import Estimator, Predict
+from soft_gripper.extras.benchmark.contacts import layout
+from soft_gripper.extras.benchmark.grasps import FINGERS, PRESSURES, READINGS, SECTIONS
+from soft_gripper.extras.benchmark.task import Recorded, Task
+from soft_gripper.extras.recognition.object_classifier import train_object_classifier
+from soft_gripper.extras.studies.contacts.dataset import G
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.kinematics import as_points, gravity_torque
+from soft_gripper.fingers.urdf import expand_urdf
+from soft_gripper.runs.estimator_functions import estimator_function
+from soft_gripper.scenario.model_files import model_path
+from soft_gripper.sensors.sensor_layout import SensorLayout
+
+# Of the mean of 20 samples of a realistic sensor: gain errors and hysteresis of 1 % at strains up to 0.15, and noise;
+# the model is exact.
+_UNCERTAINTY = Uncertainty(reading=1.5e-3, bend_per_pressure=EXACT)
+_BAND = 1.959964
+
+
+def _known(inputs: Array) -> tuple[Array, Array, Planar]:
+    """Readings (T, 4), driving torque (T, N) N m and gravity (T,) of the inputs of contacts."""
+    driving = layout().finger.pressure_torque(inputs[:, 4])
+    return inputs[:, :4], driving, inputs[:, 6] + 1j * inputs[:, 5]
+
+
+def contact_tip(name: str) -> Estimator:
+    """The tip, by an estimator of the shape; its standard deviation across the finger, if it has one, for both axes."""
+
+    def estimator(task: Task, train: Sequence[Recorded]) -> Predict:
+        sensors = layout()
+        function = estimator_function(name, sensors, _UNCERTAINTY)
+
+        def predict(inputs: Array) -> Array | tuple[Array, Array]:
+            found: ShapeEstimate = function(*_known(inputs))
+            mean = as_points(found.points(sensors.finger)[:, -1])
+            if found.covariance is None:
+                return mean
+            std = position_std(sensors.finger, found.q, found.covariance)[:, -1:]
+            return mean, np.broadcast_to(std, mean.shape)
+
+        return predict
+
+    return estimator
+
+
+def _contact(of: Callable[[ContactShape, Array], tuple[Array, Array]]) -> Estimator:
+    """An estimator of the contact, by `contact`."""
+
+    def estimator(task: Task, train: Sequence[Recorded]) -> Predict:
+        found = ContactShape(layout(), _UNCERTAINTY)
+        return lambda inputs: of(found, inputs)
+
+    return estimator
+
+
+def _force(found: ContactShape, inputs: Array) -> tuple[Array, Array]:
+    """The force, with a band as wide as the 95 % interval of its posterior; 0 where nothing is detected."""
+    known = _known(inputs)
+    contact, posterior = found(*known).contact, found.posterior(*known)
+    assert contact is not None
+    low, _, high = np.nan_to_num(posterior.force_interval, nan=0.0).T
+    mean = np.nan_to_num(contact.force)
+    return mean[:, None], np.maximum(high - np.abs(mean), np.abs(mean) - low)[:, None] / _BAND
+
+
+def _place(found: ContactShape, inputs: Array) -> tuple[Array, Array]:
+    """The location, with a band as wide as its likelihood set; the middle, and all of it, where nothing is detected."""
+    length, known = layout().finger.length, _known(inputs)
+    contact, posterior = found(*known).contact, found.posterior(*known)
+    assert contact is not None
+    ends = np.where(np.isfinite(posterior.arc_length_set), posterior.arc_length_set, [0.0, length])
+    mean = np.where(np.isfinite(contact.arc_length), contact.arc_length, ends.mean(axis=1))
+    return mean[:, None], np.maximum(ends[:, 1] - mean, mean - ends[:, 0])[:, None] / _BAND
+
+
+contact_force = _contact(_force)
+contact_place = _contact(_place)
+
+
+@cache
+def _gripper_finger() -> Finger:
+    """Either finger of the gripper that holds the objects."""
+    return expand_urdf(model_path("package://soft_gripper/grippers/two_finger.urdf")).fingers[0]
+
+
+def _grasp_estimates(inputs: Array) -> tuple[Array, Array]:
+    """Joint angles, rad, and external torques at rest, N m, of grasps, (T, L, F, N) each: the fingers hang."""
+    finger = _gripper_finger()
+    readings = inputs.reshape(len(inputs), len(PRESSURES), len(FINGERS), READINGS)
+    driving = finger.pressure_torque(np.array(PRESSURES))[:, None]
+    q = estimator_function("arcs", SensorLayout(finger, SECTIONS), _UNCERTAINTY)(readings, driving, G + 0j).q
+    return q, finger.elastic_torque(q) - driving - gravity_torque(finger, q, G + 0j)
+
+
+def grasp_shape(task: Task, train: Sequence[Recorded]) -> Predict:
+    """The discriminant of `recognition`, trained on the estimates of the training grasps."""
+    angles, torques = _grasp_estimates(np.vstack([recorded.inputs for recorded in train]))
+    held = np.vstack([recorded.outputs for recorded in train]).argmax(axis=1)
+    labels = [task.outputs[shape].name for shape in held]
+    model = train_object_classifier(labels, angles, torques, PRESSURES, SECTIONS)
+    order = [model.shapes.index(channel.name) for channel in task.outputs]
+    return lambda inputs: model.probabilities(*_grasp_estimates(inputs))[:, order]

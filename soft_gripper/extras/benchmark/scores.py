@@ -1,0 +1,130 @@
+"""Scores of an estimator on the tasks."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from soft_gripper.arrays import Array
+from soft_gripper.errors import InputError, described
+from soft_gripper.extras.benchmark.baselines import Estimator, Predict
+from soft_gripper.extras.benchmark.task import Recorded, Task
+
+_BAND = 1.959964  # standard deviations to either side that hold 95 % of normal errors
+_SET = 0.95  # of the probability, that a set of answers holds
+
+
+@dataclass(frozen=True)
+class Score:
+    """The errors of one estimator in one region of a task.
+
+    Errors are distances between outputs, in their unit. A band holds 95 % of normal errors if the stated standard
+    deviations are right. In recognition the mean is the share of wrong answers, and the band is the fewest answers that
+    have 95 % of the stated probability.
+    """
+
+    task: str
+    region: str
+    estimator: str
+    samples: int
+    unit: str
+    mean: float
+    median: float | None  # None in recognition
+    percentile_95: float | None
+    within_band_percent: float | None  # of single outputs, in their band; None without a band
+    band: float | None  # mean width from end to end, in the unit; in recognition the mean number of answers
+    unknown_percent: float | None = None  # of answers in recognition
+
+
+def score_task(
+    task: Task, name: str, estimator: Estimator, train: Sequence[Recorded], tested: dict[str, list[Recorded]]
+) -> Iterator[Score]:
+    """Scores an estimator in every region; raises an `InputError` for one that fails or breaks the protocol."""
+    predict = _called(name, task, estimator, task, train)
+    if not callable(predict):
+        raise InputError(name, "returned", type(predict).__name__, "must be a function predict(inputs)")
+    scored = _recognized if task.recognition else _measured
+    for region, recordings in tested.items():
+        found = [_predicted(name, task, predict, recorded) for recorded in recordings]
+        truth = np.vstack([recorded.outputs for recorded in recordings])
+        mean = np.vstack([mean for mean, _ in found])
+        bands = [std for _, std in found if std is not None]
+        if len(bands) not in (0, len(found)):
+            raise InputError(
+                name, f"std on {task.name}", "missing in some recordings", "must be in all of them or none"
+            )
+        yield Score(
+            task.name, region, name, len(truth), *scored(task, truth, mean, np.vstack(bands) if bands else None)
+        )
+
+
+def _measured(task: Task, truth: Array, mean: Array, std: Array | None) -> tuple[Any, ...]:
+    """The fields of a score from its unit on."""
+    distance = np.linalg.norm(mean - truth, axis=1)
+    within = None if std is None else 100 * float((np.abs(mean - truth) <= _BAND * std).mean())
+    width = None if std is None else 2 * _BAND * float(std.mean())
+    median, most = (float(value) for value in np.percentile(distance, (50, 95)))
+    return task.outputs[0].unit, float(distance.mean()), median, most, within, width
+
+
+def _recognized(task: Task, truth: Array, mean: Array, std: Array | None) -> tuple[Any, ...]:
+    """Scores of recognition, as those of numbers; standard deviations are not used."""
+    stated, held = with_unknown(mean), with_unknown(truth).argmax(axis=1)
+    order = np.argsort(-stated, axis=1, kind="stable")
+    before = np.cumsum(np.take_along_axis(stated, order, axis=1), axis=1) - np.take_along_axis(stated, order, axis=1)
+    counted = before < _SET - 1e-9  # the fewest of the likeliest answers
+    place = (order == held[:, None]).argmax(axis=1)
+    within = 100 * float(np.take_along_axis(counted, place[:, None], axis=1).mean())
+    wrong, unknown = (100 * float(found.mean()) for found in (place > 0, order[:, 0] == mean.shape[1]))
+    return "%", wrong, None, None, within, float(counted.sum(axis=1).mean()), unknown
+
+
+def with_unknown(stated: Array) -> Array:
+    """Probabilities (T, C) of classes, and then that of no class; negative ones count as 0, sums above 1 are scaled."""
+    known = np.maximum(stated, 0.0)
+    total = known.sum(axis=1, keepdims=True)
+    return np.hstack([known / np.maximum(total, 1.0), np.maximum(1 - total, 0.0)])
+
+
+def _called(name: str, task: Task, function: Any, *arguments: object) -> Any:
+    try:
+        return function(*arguments)
+    except Exception as error:
+        expected = "must run: estimator(task, train) -> predict, predict(inputs) -> mean or (mean, std)"
+        raise InputError(name, f"failed on {task.name}", described(error), expected) from error
+
+
+def _predicted(name: str, task: Task, predict: Predict, recorded: Recorded) -> tuple[Array, Array | None]:
+    """Mean and standard deviation, checked; also that the first half does not depend on the second."""
+    found, half = _checked(name, task, predict, recorded.inputs), len(recorded.inputs) // 2
+    alone = _checked(name, task, predict, recorded.inputs[:half])
+    for whole, begin in zip(found, alone, strict=True):
+        if whole is not None and begin is not None and not np.allclose(begin, whole[:half], rtol=1e-6, atol=1e-9):
+            raise InputError(name, f"estimate on {task.name}", "depends on later inputs", "must use past inputs only")
+    return found
+
+
+def _checked(name: str, task: Task, predict: Predict, inputs: Array) -> tuple[Array, Array | None]:
+    found = _called(name, task, predict, inputs.copy())
+    mean, std = found if isinstance(found, tuple) and len(found) == 2 else (found, None)
+    shape = len(inputs), len(task.outputs)
+    checked = _array(name, task, "mean", mean, shape)
+    if std is None:
+        return checked, None
+    band = _array(name, task, "std", std, shape)
+    if (band < 0).any():
+        raise InputError(name, f"std on {task.name}", float(band.min()), "must not be negative")
+    return checked, band
+
+
+def _array(name: str, task: Task, what: str, value: object, shape: tuple[int, int]) -> Array:
+    try:
+        array = np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(name, f"{what} on {task.name}", type(value).__name__, f"must be numbers {shape}") from None
+    if array.shape != shape:
+        raise InputError(name, f"shape of {what} on {task.name}", array.shape, f"must be {shape}")
+    if not np.isfinite(array).all():
+        raise InputError(name, f"{what} on {task.name}", "NaN or infinite", "must be finite")
+    return array

@@ -1,0 +1,40 @@
+"""The runs of one design: every object with a number of random draws, the same for every design."""
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.stats import qmc
+
+from soft_gripper.extras.design.study_file import random_axes
+
+
+class Case(NamedTuple):
+    """An object and a draw, as changes of the scenario."""
+
+    object: str
+    draw: int
+    changes: Mapping[str, Any]
+
+
+SEARCH, TEST = "search", "test"
+
+
+def cases(stage: str, objects: Mapping[str, Mapping[str, Any]], draws: int, seed: int) -> list[Case]:
+    """The draws with every object; one only, if nothing is random.
+
+    Those of the search are spread by a Latin hypercube, so that few cover the ranges; those of the test are
+    independent, so that a proportion has a confidence interval. Neither depends on the other objects.
+    """
+    found = []
+    for name, changes in objects.items():
+        axes = random_axes(changes)
+        fixed = {key: value for key, value in changes.items() if key not in {axis.key for axis in axes}}
+        rng = np.random.default_rng([seed, *f"{stage} {name}".encode()])
+        shares = rng.random((draws, len(axes)))
+        if axes and stage == SEARCH:
+            shares = qmc.LatinHypercube(len(axes), rng=rng).random(draws)
+        for draw, row in enumerate(shares if axes else shares[:1]):
+            drawn = {axis.key: axis.at(float(share)) for axis, share in zip(axes, row, strict=True)}
+            found.append(Case(name, draw, fixed | drawn))
+    return found

@@ -1,0 +1,32 @@
+"""Commands of this extra, as the command line lists them."""
+
+from soft_gripper.commands.options import (
+    CONSOLE,
+    EXECUTOR,
+    RESUME,
+    Command,
+    option,
+    out,
+    path,
+)
+
+COMMANDS = (
+    Command(
+        "design",
+        "search the best design of a gripper for a set of objects, and test it",
+        (
+            "examples/design/bottle.yaml --out results/bottle    tables, Pareto front, gripper, drawings, mould",
+            "my_study.yaml --out results/mine --resume           go on after an interruption",
+        ),
+        (
+            *CONSOLE,
+            option(
+                "study", "YAML file: what varies, what must be held, and to which ends; see docs/design.md", read=path
+            ),
+            RESUME,
+            *EXECUTOR,
+            out("results/design"),
+        ),
+        package=__name__,
+    ),
+)

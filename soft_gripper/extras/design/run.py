@@ -1,0 +1,303 @@
+"""A design study from its file to its result: the search, and the test of the best design on what it was not given.
+
+The best design is compared with the fingers as they are, driven as well as they can be: those fields of the drive that
+the study varies are searched for them too, with as many designs and the same draws.
+
+Every simulation is a row of one table, by which an interrupted study is resumed. Designs are proposed in batches, and
+the search learns the scores of a batch in their order, so that the table depends neither on the number of processes nor
+on interruptions.
+"""
+
+import json
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Executor
+from dataclasses import asdict, dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from soft_gripper.diagrams.simulation import check_closed
+from soft_gripper.diagrams.station import make_station
+from soft_gripper.errors import InputError
+from soft_gripper.extras.design.cases import SEARCH, TEST, Case, cases
+from soft_gripper.extras.design.measures import OWN
+from soft_gripper.extras.design.ranking import GRASP, WALL, Score, best, costs, pareto_front, score
+from soft_gripper.extras.design.search import DesignSearch
+from soft_gripper.extras.design.study_file import DesignConfig, DesignStudy
+from soft_gripper.extras.design.walls import least_wall
+from soft_gripper.files.output import lock_folder
+from soft_gripper.runs.study import StudyTables, describe, run_study
+from soft_gripper.runs.sweep.measures import kind_of, names_of
+from soft_gripper.runs.sweep.run import ERROR, Axis, cell, run_and_measure
+from soft_gripper.scenario.model_files import mounted_fingers
+from soft_gripper.scenario.scenario_file import changed_scenario, dump_scenario
+
+TABLE, ABOUT = "runs.csv", "study.json"
+STAGE, DESIGN, OBJECT, DRAW = "stage", "design", "object", "draw"
+# Number of the design that changes nothing. Those of the search are counted from 1, and those that differ in their
+# drive alone from -1 down.
+SHIPPED = 0
+_DRIVE = ("pressure", "tendons", "control")  # parts of a scenario that say how fingers are driven
+Measures = Mapping[str, Any]
+Work = Callable[[str, Mapping[str, Any], Sequence[str]], Measures]
+
+
+@dataclass(frozen=True)
+class Design:
+    """A design and its score in the search; values by dotted keys, none of the scenario as it is."""
+
+    number: int
+    values: Mapping[str, Any]
+    score: Score
+
+
+class DesignTest(NamedTuple):
+    """A design in the test: the measures of its runs with each object."""
+
+    number: int
+    rows: Mapping[str, Sequence[Measures]]
+
+
+@dataclass(frozen=True)
+class Designed:
+    """The result of a study.
+
+    designs: the scenario as it is, then all that were tried, in order.
+    reference: the fingers as they are, with the best drive; the scenario as it is, if nothing of the drive is varied.
+    front: indices of allowed designs than which no other is better in every end.
+    best: index of the best design; None if no design is allowed.
+    tested: the reference, and the best design.
+    """
+
+    study: DesignStudy
+    designs: Sequence[Design]
+    reference: Design
+    front: Sequence[int]
+    best: int | None
+    tested: Sequence[DesignTest]
+
+
+def run_design(
+    study: DesignStudy,
+    out: Path,
+    executor: Executor,
+    resume: bool = False,
+    report: Callable[[bool], Any] = lambda held: None,
+    work: Work = run_and_measure,
+) -> Designed:
+    """Searches the best design, and tests it beside the reference, with new draws and unseen objects.
+
+    Args:
+        study: what varies, and to which ends.
+        out: a folder, created if needed; its table gets a row as each run ends.
+        executor: makes the runs.
+        resume: keep existing rows.
+        report: called after each run, with whether the object is held.
+        work: makes a run: the measures of a scenario with changes, and of own measures; see `run_and_measure`.
+
+    Raises:
+        InputError: if a measure does not exist, the scenario or an object cannot be built, every run of the scenario as
+            it is fails, `out` cannot be written to, or the study to resume is a different one.
+    """
+    config = study.config
+    runs = _Runs(study, out, executor, resume, report, work)
+    shipped = runs.shipped()
+    numbers = range(1, 1 + config.designs)
+    driven = [shipped, *_searched(config, _drive_axes(study), [-number for number in numbers], runs)]
+    designs = [shipped, *_searched(config, study.axes, numbers, runs)]
+    reference = driven[best(costs([design.score for design in driven], config.ends)) or 0]
+    cost = costs([design.score for design in designs[1:]], config.ends)
+    chosen = best(cost)
+    best_index = None if chosen is None else chosen + 1
+    compared = [reference] if best_index is None else [reference, designs[best_index]]
+    tested = runs.tests({design.number: design.values for design in compared})
+    runs.finish()
+    return Designed(study, designs, reference, [i + 1 for i in pareto_front(cost)], best_index, tested)
+
+
+def _drive_axes(study: DesignStudy) -> list[Axis]:
+    """Variables of the search that drive the fingers."""
+    return [axis for axis in study.axes if axis.key.partition(".")[0] in _DRIVE]
+
+
+def _searched(config: DesignConfig, axes: Sequence[Axis], numbers: Sequence[int], runs: "_Runs") -> Iterator[Design]:
+    """Designs with these numbers; none if nothing is searched."""
+    search = DesignSearch(axes, config.ends, len(numbers), config.seed)
+    for begin in range(0, len(numbers) if axes else 0, config.batch):
+        among = numbers[begin : begin + config.batch]
+        batch = dict(zip(among, search.ask(len(among)), strict=True))
+        scores = runs.scores(batch)
+        search.tell(scores)
+        yield from (Design(*each, score) for each, score in zip(batch.items(), scores, strict=True))
+
+
+def most_runs(study: DesignStudy) -> int:
+    """The runs of a study of which no design is refused."""
+    searched, tested = _all_cases(study)
+    tried = 1 + study.config.designs * (1 + bool(_drive_axes(study)))
+    return tried * len(searched) + 2 * len(tested)
+
+
+def _all_cases(study: DesignStudy) -> tuple[list[Case], list[Case]]:
+    """Cases of the search and of the test."""
+    config = study.config
+    searched = cases(SEARCH, study.objects, config.draws, config.seed)
+    return searched, cases(TEST, {**study.objects, **study.unseen}, config.test_draws, config.seed)
+
+
+class _Runs:
+    """The runs of a study, in a table."""
+
+    def __init__(
+        self,
+        study: DesignStudy,
+        out: Path,
+        executor: Executor,
+        resume: bool,
+        report: Callable[[bool], Any],
+        work: Work,
+    ):
+        self._study, self._executor, self._report, self._work = study, executor, report, work
+        self._searched, self._tested = _all_cases(study)
+        self._own = own_measures(study)
+        scenario = _checked(study, [*self._searched, *self._tested])
+        measures = names_of(kind_of(scenario), list(self._own.values()))
+        _check_measures(study, measures)
+        drawn = dict.fromkeys(key for case in (*self._searched, *self._tested) for key in case.changes)
+        self._keys = [*dict.fromkeys((*(axis.key for axis in study.axes), *drawn))]
+        self._columns = [STAGE, DESIGN, OBJECT, DRAW, *self._keys, *measures, ERROR]
+        self._table = StudyTables(lock_folder(out), ABOUT, {TABLE: self._columns}, 4)
+        self._table.begin(_about(study, dump_scenario(scenario)), resume)
+        self._order: list[tuple[str, ...]] = []
+
+    def shipped(self) -> Design:
+        """The scenario as it is.
+
+        Raises:
+            InputError: if every run of it fails.
+        """
+        (score,) = self.scores({SHIPPED: {}})
+        errors = [self._row(key)[ERROR] for key in self._order]
+        if errors and all(errors):
+            raise InputError(self._study.file, "scenario", self._study.scenario, f"every run of it fails: {errors[0]}")
+        return Design(SHIPPED, {}, score)
+
+    def scores(self, designs: Mapping[int, Mapping[str, Any]]) -> list[Score]:
+        """The scores of designs in the search; those that cannot be moulded are not run."""
+        config = self._study.config
+        refused = {number: refusal(self._study, values) for number, values in designs.items()}
+        rows = self._rows(SEARCH, {n: designs[n] for n, each in refused.items() if each is None}, self._searched)
+        return [
+            each
+            if each is not None
+            else score([rows[number, case] for case in self._searched_keys], config.ends, config.limits)
+            for number, each in refused.items()
+        ]
+
+    @property
+    def _searched_keys(self) -> list[tuple[str, int]]:
+        return [(case.object, case.draw) for case in self._searched]
+
+    def tests(self, designs: Mapping[int, Mapping[str, Any]]) -> list[DesignTest]:
+        """The test of designs."""
+        rows, found = self._rows(TEST, designs, self._tested), []
+        for number in designs:
+            names = dict.fromkeys(case.object for case in self._tested)
+            of = {n: [rows[number, (c.object, c.draw)] for c in self._tested if c.object == n] for n in names}
+            found.append(DesignTest(number, of))
+        return found
+
+    def finish(self) -> None:
+        """Sorts the rows of the table."""
+        self._table.finish(self._order)
+
+    def _rows(
+        self, stage: str, designs: Mapping[int, Mapping[str, Any]], in_cases: Sequence[Case]
+    ) -> dict[tuple[int, tuple[str, int]], dict[str, str]]:
+        """The rows of designs in some cases: those that the table has, and those of new runs."""
+        fixed = self._study.fixed
+        wanted: dict[tuple[str, ...], dict[str, Any]] = {
+            (stage, str(number), case.object, str(case.draw)): {**fixed, **case.changes, **values}
+            for number, values in designs.items()
+            for case in in_cases
+        }
+        for key in wanted:
+            if key in self._table.rows:
+                self._report(self._is_held(key))
+
+        def keep(key: tuple[str, ...], measured: Measures) -> None:
+            given = {**dict(zip((STAGE, DESIGN, OBJECT, DRAW), key, strict=True)), **wanted[key], **measured}
+            self._table.add([cell(given.get(column)) for column in self._columns])
+            self._report(self._is_held(key))
+
+        own = list(self._own.values())
+        jobs = {
+            key: (self._study.scenario, changes, own) for key, changes in wanted.items() if key not in self._table.rows
+        }
+        run_study(self._executor, self._work, jobs, keep, lambda key, error: {ERROR: describe(error)})
+        self._order += wanted
+        return {(int(key[1]), (key[2], int(key[3]))): self._row(key) for key in wanted}
+
+    def _row(self, key: tuple[str, ...]) -> dict[str, str]:
+        """The cells of a row by column; own measures by the names that the study gives them."""
+        row = dict(zip(self._columns, self._table.rows[key][0], strict=True))
+        return row | {name: row[own.rpartition(":")[2]] for name, own in self._own.items()}
+
+    def _is_held(self, key: tuple[str, ...]) -> bool:
+        return self._row(key)[GRASP] == "held"
+
+
+def own_measures(study: DesignStudy) -> dict[str, str]:
+    """Measures that a sweep does not have, as "module:function", by their names in the study."""
+    named = [*(end.measure for end in study.config.ends), *study.config.limits]
+    return {name: OWN.get(name, name) for name in named if ":" in name or name in OWN}
+
+
+def _check_measures(study: DesignStudy, known: Sequence[str]) -> None:
+    config = study.config
+    if GRASP not in known:
+        expected = "has no free object to hold, or does not record its contact (record.truth)"
+        raise InputError(study.file, "scenario", study.scenario, expected)
+    named = {f"ends[{i}].measure": end.measure for i, end in enumerate(config.ends)}
+    for place, name in (named | {f"limits.{name}": name for name in config.limits}).items():
+        if name not in known and name not in own_measures(study):
+            expected = f"no such measure; known: {', '.join([*known[1:], *OWN])}, or your own module:function"
+            raise InputError(study.file, place, name, expected)
+
+
+def _checked(study: DesignStudy, in_cases: Sequence[Case]) -> Any:
+    """The scenario with its fixed changes; the first run with every object can be built.
+
+    Raises:
+        InputError: if it cannot.
+    """
+    first = {case.object: case for case in reversed(in_cases)}
+    for case in first.values():
+        place = f"{study.file}: {'objects' if case.object in study.objects else 'unseen'}.{case.object}"
+        try:
+            check_closed(make_station(changed_scenario(study.scenario, {**study.fixed, **case.changes})))
+        except InputError as error:
+            raise error.inside(place) from error.__cause__
+    return changed_scenario(study.scenario, study.fixed)
+
+
+def refusal(study: DesignStudy, values: Mapping[str, Any]) -> Score | None:
+    """Why a design is not worth a simulation: its fingers cannot be built, or their walls are too thin."""
+    wall = study.config.wall
+    try:
+        scenario = changed_scenario(study.scenario, {**study.fixed, **values})
+        fingers = [mounted.finger for model in scenario.models for mounted in mounted_fingers(model, model.name)]
+    except InputError as error:
+        return Score(refused=str(error))
+    least = min(map(least_wall, fingers), default=float("inf"))
+    if wall is None or least >= wall:
+        return None
+    reason = f"a wall of {1e3 * least:.2f} mm, below {1e3 * wall:g} mm"
+    return Score(refused=reason, excess={WALL: 1 - least / wall})
+
+
+def _about(study: DesignStudy, scenario: str) -> str:
+    """A description of a study, by which another one is told from it."""
+    versions = {name: version(name) for name in ("soft-gripper", "drake", "numpy", "optuna")}
+    parts = {"versions": versions, "study": asdict(study.config), "resolved": scenario.splitlines()}
+    return json.dumps(parts, indent=1, default=str) + "\n"

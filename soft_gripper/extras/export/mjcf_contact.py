@@ -1,0 +1,161 @@
+"""How two shapes of an exported scenario touch in MuJoCo: by what each shape says, or as a pair of their own.
+
+Bits say which shapes may touch. MuJoCo mixes what two shapes say of their contact: it takes the larger friction, and
+the mean of the time constants, weighted by `solmix`. Drake combines frictions to 2 a b / (a + b), and a contact of two
+points of compliance c_1 and c_2, on bodies of mobility m_1 and m_2, has the time constant
+
+    sqrt((c_1 + c_2) / ((1 - d) (m_1 + m_2))),
+
+since MuJoCo takes the stiffness K of a contact of impedance d as an acceleration per penetration,
+(1 - d) K (m_1 + m_2), where the mobility is its body_invweight0 (the documentation of MuJoCo, "Solver parameters": at
+rest R f = -a_ref, with the regularisation R = (1 - d) / d times that sum). Its integrator `discrete` divides R by what
+springs and dampers take from the mobility within a step: there, mobilities are those within a step.
+
+Skins that say sqrt(c / ((1 - d) m)), with the weight m^(3/4) c^(1/4), mix to this value within 0.3 % for moving links
+of fingers. A rigid shape has no weight, so that a skin on it has the time constant of the skin, and says the friction
+of a skin on it, which is right where it is the larger one. A pair of shapes is listed only if its friction or stiffness
+would be mixed wrong.
+"""
+
+from collections.abc import Container, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from soft_gripper.extras.export.tree import text
+from soft_gripper.truth.contact import combined_friction
+
+IMPEDANCE = 0.95  # d of a contact with a skin
+_RIGID = 0.004  # s, time constant of a contact without one; with MuJoCo's 0.02 s light links sink in
+# Largest relative differences of stiffness that need no pair: of a skin on a rigid shape, and of two skins, which is
+# reached where the link of one is fixed.
+_ALIKE, _BOTH_SKINS = 0.01, 0.2
+_FIXED = 0.05  # of the usual mobility: what stands for that of a skin that is fixed
+_BITS = 31  # of a mask
+_PATCH = 4e-3  # m, radius over which a link touches, shared by its points; 35 to 90 mm^2 in the shipped grasps
+
+
+class Surface(NamedTuple):
+    """Properties of one of two shapes, on which their contact depends."""
+
+    friction: float
+    compliance: float  # of a point, m/N; 0 if it is rigid
+    mobility: float  # of its body, 1/kg
+
+
+class Touch(NamedTuple):
+    """A contact, critically damped."""
+
+    friction: float
+    time: float  # constant, s
+
+
+def touch(one: Surface, other: Surface) -> Touch:
+    """The contact of two surfaces as it should be."""
+    compliance, mobility = one.compliance + other.compliance, one.mobility + other.mobility
+    return Touch(combined_friction(one.friction, other.friction), _time(compliance, mobility))
+
+
+class Skin(NamedTuple):
+    """A skin."""
+
+    friction: float
+    mobility: float  # 1/kg
+
+
+class Said(NamedTuple):
+    """Attributes of a shape that state its contacts."""
+
+    touch: Touch
+    weight: float  # of its time constant
+
+
+def said(surface: Surface, skin: Skin) -> Said:
+    """Attributes of a shape where the usual skin touches it."""
+    if surface.compliance == 0:
+        return Said(Touch(combined_friction(surface.friction, skin.friction), _RIGID), 0.0)
+    mobility = max(surface.mobility, _FIXED * skin.mobility)
+    weight = mobility**0.75 * surface.compliance**0.25
+    return Said(Touch(surface.friction, _time(surface.compliance, mobility)), weight)
+
+
+def mixed(one: Said, other: Said) -> Touch:
+    """The contact that MuJoCo makes of what two shapes say."""
+    share = 0.5 if one.weight == other.weight else one.weight / (one.weight + other.weight)
+    time = share * one.touch.time + (1 - share) * other.touch.time
+    return Touch(max(one.touch.friction, other.touch.friction), time)
+
+
+def usual_skin(surfaces: Sequence[Surface]) -> Skin:
+    """The medians of all skins."""
+    skins = [Skin(each.friction, each.mobility) for each in surfaces if each.compliance > 0]
+    return Skin(*np.median(skins, axis=0).tolist()) if skins else Skin(1.0, 0.0)
+
+
+def is_alike(wanted: Touch, found: Touch, tolerance: float) -> bool:
+    """Whether two contacts have the same friction, and a stiffness that differs by a fraction of less than this."""
+    is_stiff = abs((wanted.time / found.time) ** 2 - 1) < tolerance
+    return is_stiff and abs(wanted.friction - found.friction) < 1e-9
+
+
+def masks(touching: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """The bits contype and conaffinity of shapes, (G, 2), by which those touch that may, (G, G).
+
+    Shapes that touch the same others share a bit; shapes for which none is left have none.
+    """
+    _, group = np.unique(touching, axis=0, return_inverse=True)
+    bits = np.where(group < _BITS, 1 << np.minimum(group, _BITS), 0)
+    affinity = np.array([np.bitwise_or.reduce(bits[row], initial=0) for row in touching], dtype=int)
+    return np.stack([bits, np.where(bits > 0, affinity, 0)], axis=-1)
+
+
+class Contacts(NamedTuple):
+    """How G shapes touch, as attributes of MJCF."""
+
+    geoms: list[dict[str, str]]  # (G,)
+    pairs: dict[tuple[int, int], dict[str, str]]  # by the numbers of both shapes
+
+
+def contacts(
+    surfaces: Sequence[Surface],
+    candidates: Sequence[tuple[int, int]],
+    filtered: Container[tuple[int, int]],
+    points: int,
+) -> Contacts:
+    """How shapes touch.
+
+    Args:
+        surfaces: of the shapes, (G,).
+        candidates: the numbers of those that may touch.
+        filtered: candidates that touch in MuJoCo only as a pair.
+        points: on either side of a link, which share its patch.
+    """
+    touching = np.zeros((len(surfaces), len(surfaces)), dtype=bool)
+    for one, other in candidates:
+        touching[one, other] = touching[other, one] = True
+    bits, skin = masks(touching).tolist(), usual_skin(surfaces)
+    shapes, geoms, pairs = [said(surface, skin) for surface in surfaces], [], {}
+    for surface, shape, (contype, conaffinity) in zip(surfaces, shapes, bits, strict=True):
+        settings = {"contype": str(contype), "conaffinity": str(conaffinity), "solmix": repr(shape.weight)}
+        geoms.append(settings | _attributes(shape.touch, surface.compliance > 0, 1, points))
+    for one, other in candidates:
+        both = surfaces[one], surfaces[other]
+        wanted, skins = touch(*both), sum(surface.compliance > 0 for surface in both)
+        is_mixed = is_alike(wanted, mixed(shapes[one], shapes[other]), _BOTH_SKINS if skins == 2 else _ALIKE)
+        if not is_mixed or (one, other) in filtered or not (bits[one][0] and bits[other][0]):
+            pairs[one, other] = _attributes(wanted, skins > 0, 2, points)
+    return Contacts(geoms, pairs)
+
+
+def _attributes(found: Touch, is_skin: bool, directions: int, points: int) -> dict[str, str]:
+    """A contact as attributes; that of a skin also resists turning, as pressure that is even over a patch does."""
+    torsion = 2 / 3 * _PATCH / np.sqrt(points) * found.friction
+    friction = [*[found.friction] * directions, torsion, *[1e-4] * directions]
+    settings = {"friction": text(friction), "solref": text([found.time, 1]), "condim": "4" if is_skin else "3"}
+    return settings | ({"solimp": text([IMPEDANCE, IMPEDANCE, 1e-3, 0.5, 2])} if is_skin else {})
+
+
+def _time(compliance: float, mobility: float) -> float:
+    """Time constant, s."""
+    return float(np.sqrt(compliance / (1 - IMPEDANCE) / mobility)) if compliance > 0 else _RIGID

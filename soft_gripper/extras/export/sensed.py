@@ -1,0 +1,113 @@
+"""Our sensors and estimators on the joint angles of another simulator, for many environments at once.
+
+An exported file has neither. Sensors and estimators are functions of arrays, so that one call serves all environments
+and all times: leading axes are free. D joint positions: way after way in which the sensors see the finger yield
+(`MeasurementModel.ways`), N each; R readings, C chambers.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from soft_gripper.arrays import Array
+from soft_gripper.diagrams.station import make_station
+from soft_gripper.errors import InputError
+from soft_gripper.estimators.estimate import ShapeEstimate, ShapeFunction, SpatialShape
+from soft_gripper.estimators.plane import planar_gravity
+from soft_gripper.estimators.recursive import RecursiveShape
+from soft_gripper.estimators.shape_functions import spatial_function
+from soft_gripper.estimators.spatial_estimator import SpatialFunction
+from soft_gripper.estimators.spatial_recursive import SpatialRecursiveShape
+from soft_gripper.estimators.uncertainty import Uncertainty
+from soft_gripper.extras.export.tree import scoped_name
+from soft_gripper.fingers.plant_finger import PlantFinger
+from soft_gripper.runs.estimator_functions import estimator_function
+from soft_gripper.scenario.nominal_model import read_nominal_model
+from soft_gripper.scenario.schema import Scenario
+from soft_gripper.scenario.sensor_presets import sensor_layout, uncertainty
+from soft_gripper.sensors.measurement import MeasurementModel
+
+
+@dataclass(frozen=True)
+class SensedFinger:
+    """The sensors of a finger, without errors, and the estimator that its scenario names; both have no memory."""
+
+    joints: tuple[str, ...]  # (D,) as the exported MJCF names them
+    sensors: MeasurementModel
+    nominal: MeasurementModel  # what the estimator knows of finger and sensors
+    function: ShapeFunction | SpatialFunction
+    gravity: Array  # (3,) m/s^2 in the world, as the estimator compensates it
+    X_WB: Array  # (3, 4) [R | p], its base where a run begins
+
+    def read(self, q: Array) -> Array:
+        """Readings of the sensors, (..., D) rad, or m where joints slide -> (..., R).
+
+        Raises:
+            InputError: if there are not D joints.
+        """
+        _check("joint positions", q, len(self.joints))
+        return self.sensors.read(np.asarray(q, dtype=float))
+
+    def estimate(self, readings: Array, pressure: Array, X_WB: Array | None = None) -> ShapeEstimate | SpatialShape:
+        """The estimated shape, and what else the estimator finds.
+
+        Args:
+            readings: of the sensors, (..., R); NaN where there is none.
+            pressure: in the chambers, (..., C) Pa.
+            X_WB: pose of the base in the world, (..., 3, 4) [R | p]; None: that in which a run begins.
+
+        Raises:
+            InputError: if there are not R readings or not C chambers.
+        """
+        finger, ways = self.nominal.finger, self.nominal.ways
+        _check("readings", readings, self.nominal.readings)
+        _check("pressure", pressure, finger.pressures)
+        pose = np.broadcast_to(self.X_WB if X_WB is None else X_WB, (*np.shape(readings)[:-1], 3, 4))
+        nothing = np.zeros((*np.shape(pressure)[:-1], finger.segments))
+        torques = [
+            finger.torque_of_drive(way, np.asarray(pressure)) if way in finger.driven_ways else nothing for way in ways
+        ]
+        is_planar = ways == ("bending",)
+        gravity: Any = planar_gravity(pose, self.gravity) if is_planar else self.gravity @ pose[..., :3]
+        return self.function(np.asarray(readings), np.concatenate(torques, axis=-1), gravity)
+
+
+def _check(what: str, values: Array, count: int) -> None:
+    if np.shape(values)[-1:] != (count,):
+        raise InputError("sensed finger", what, np.shape(values), f"the last axis must have {count} entries")
+
+
+def sensed_fingers(scenario: Scenario) -> dict[str, SensedFinger]:
+    """The fingers of a scenario by name, with its sensors, nominal model and estimator.
+
+    Raises:
+        InputError: if the scenario cannot be built, or the estimate depends on the past: because a finger creeps
+            or the estimator filters; or a finger has tendons.
+    """
+    return {finger.name: _sensed(finger, scenario) for finger in make_station(scenario).fingers}
+
+
+def _sensed(finger: PlantFinger, scenario: Scenario) -> SensedFinger:
+    known = uncertainty(scenario.estimator, scenario.sensor)
+    nominal = read_nominal_model(scenario.nominal).layout(finger.finger, scenario.sensor)
+    function = _function(scenario.estimator.type, nominal, known)
+    if isinstance(function, RecursiveShape | SpatialRecursiveShape):
+        expected = "depends on all samples before: choose arcs, spline, gaussian, contact or constant_curvature"
+        raise InputError("sensed finger", "estimator.type", scenario.estimator.type, expected)
+    for part, has in (
+        ("creep", "creeps, and remembers how it was bent"),
+        ("tendons", "has them; give one with chambers"),
+    ):
+        if found := getattr(nominal.finger, part):
+            raise InputError("sensed finger", part, len(found), f"finger '{finger.name}' {has}")
+    gravity = np.array(scenario.gravity) * scenario.estimator.compensate_gravity
+    joints = [scoped_name(joint) for way in nominal.ways for joint in finger.joints_of(way)]
+    sensors = sensor_layout(finger.finger, scenario.sensor)
+    return SensedFinger(tuple(joints), sensors, nominal, function, gravity, finger.X_WB.GetAsMatrix34())
+
+
+def _function(name: str, nominal: MeasurementModel, known: Uncertainty) -> ShapeFunction | SpatialFunction:
+    if nominal.ways == ("bending",):
+        return estimator_function(name, nominal, known)
+    return spatial_function(name, nominal, known)

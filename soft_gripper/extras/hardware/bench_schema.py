@@ -1,0 +1,110 @@
+"""The description of a bench: where its readings come from, what they mean, and where the results go. One page.
+
+An optional field that is omitted is None: there is no such item.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from soft_gripper.extras.hardware.recording_schema import PRESSURE
+from soft_gripper.files.document import load_config, require
+from soft_gripper.files.yaml_text import read_yaml
+from soft_gripper.quantity import Misfit, quantity
+
+FORMATS = ("json", "text", "float32", "float64")
+_PRESSURE = {name: factor for name, factor in PRESSURE.items() if name != "V"}
+
+
+@dataclass
+class BenchFinger:
+    """What is measured of one finger: names of fields, each of which is a number of every message."""
+
+    readings: list[str] = quantity([], filled=True)  # of the sensors, in the order of the scenario's readings
+    pressures: list[str] = field(default_factory=list)  # in the chambers
+    tensions: list[str] = field(default_factory=list)  # of the tendons, N
+    # Of the base in the world: R row by row, then p, m; None: it stays where the scenario begins
+    base_pose: list[str] | None = quantity(None, length=12)
+    # Of the tip, x and z in the frame of the base, m, measured apart; in logs for `soft-gripper calibrate` alone
+    tip: list[str] | None = quantity(None, length=2)
+
+
+@dataclass
+class BenchConfig:
+    """A bench: hardware that sends its readings at the period of the scenario's sensors."""
+
+    source: str = quantity("", filled=True)  # an address, see docs/live.md
+    sink: str | None = None  # likewise; None: results go to standard output
+    format: str = quantity("json", known=FORMATS)  # of the messages
+    sink_format: str | None = quantity(None, known=FORMATS)  # of the results; None: the same
+    fields: list[str] = field(default_factory=list)  # in the order of a message without names: text, float32, float64
+    count: str | None = None  # field that numbers the messages; None: losses cannot be detected
+    time: str | None = None  # field with the time of the device, s, which is returned with the results
+    fingers: dict[str, BenchFinger] = quantity({}, filled=True)  # by the names of the scenario's fingers
+    pressure_unit: str = quantity("Pa", known=tuple(_PRESSURE))  # of measured and commanded pressures
+    # Measurements outside are malformed; None: far beyond what the scenario's sensors and drive can do
+    reading_range: list[float] | None = quantity(None, span=True)  # of every sensor, in its own unit
+    pressure_range: list[float] | None = quantity(None, span=True)  # in the unit above
+    tension_range: list[float] | None = quantity(None, "N", span=True)
+    opening: str | None = None  # field with the set point of the opening, m; None: those of the scenario
+    send: list[str] | None = None  # signals of the results, "{finger}.{signal}"; None: those of shape and contact
+    record: list[str] | None = None  # signals of a recording beside those measured, sent and commanded; None: likewise
+    stale_after: float = quantity(0.04, "s", above=0)  # without a reading, commands are safe and bands widen
+    safe_command: float = 0.0  # Pa, or N or m of tendons: what every finger is commanded then
+
+    @property
+    def pressure_factor(self) -> float:
+        """Pa per unit."""
+        return _PRESSURE[self.pressure_unit]
+
+    @property
+    def names(self) -> list[str]:
+        """The fields of a message that are used."""
+        of_fingers = [
+            name
+            for finger in self.fingers.values()
+            for name in (*finger.readings, *finger.pressures, *finger.tensions, *(finger.base_pose or ()))
+        ]
+        return [*of_fingers, *(name for name in (self.count, self.time, self.opening) if name is not None)]
+
+    def misfits(self) -> Iterator[Misfit]:
+        twice = sorted({name for name in self.names if self.names.count(name) > 1})
+        if twice:
+            yield "fingers", twice, "each field has one meaning"
+        yield from _line_misfits("source", self.source, self.format)
+        yield from _line_misfits("sink", self.sink or "stdio:", self.sink_format or self.format)
+        if self.format == "json":
+            return
+        for name in self.names:
+            if name not in self.fields:
+                yield "fields", self.fields, f"must have '{name}': a message of format {self.format} has no names"
+
+
+def _line_misfits(field_: str, address: str, form: str) -> Iterator[Misfit]:
+    scheme = address.partition(":")[0]
+    if form not in ("json", "text") and scheme in ("serial", "stdio", "file"):
+        yield field_, address, f"carries lines, and {form} has none: take json or text there"
+
+
+def load_bench(file: Path) -> BenchConfig:
+    """The description in a YAML file.
+
+    Raises:
+        InputError: if there is no such file, or a field does not fit.
+    """
+    require(file.is_file(), file, "bench", str(file), "there is no such file")
+    return load_config(file, read_yaml(file), BenchConfig)
+
+
+def described(inputs: Mapping[str, int], source: str) -> BenchConfig:
+    """The bench whose messages name the inputs of a `Bench`, `{finger}.{kind}`, by their sizes."""
+    fields: dict[str, dict[str, list[str]]] = {}
+    for name, size in inputs.items():
+        finger, _, kind = name.rpartition(".")
+        fields.setdefault(finger, {})[kind] = [f"{name}[{i}]" for i in range(size)]
+    fingers = {}
+    for finger, of in fields.items():
+        driving = [of.pop(kind, []) for kind in ("pressure", "tension", "X_WB")]
+        (readings,) = of.values()
+        fingers[finger] = BenchFinger(readings, driving[0], driving[1], driving[2] or None)
+    return BenchConfig(source=source, count="count", time="time", fingers=fingers)

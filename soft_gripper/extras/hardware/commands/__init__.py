@@ -1,0 +1,125 @@
+"""Commands of this extra, as the command line lists them."""
+
+from soft_gripper.commands.options import (
+    CONSOLE,
+    DATA,
+    DESCRIBED_AS,
+    EXECUTOR,
+    HOST,
+    HTML,
+    RECORDINGS,
+    SEED,
+    Command,
+    count,
+    flag,
+    number,
+    option,
+    out,
+    path,
+    urdf,
+)
+
+COMMANDS = (
+    Command(
+        "calibrate",
+        "calibrate sensors and fingers from recordings of free bending",
+        (
+            "results/free_bending/recording.nc --out my_gripper.yaml",
+            "log.csv --bench my_bench.yaml --scenario my_scenario.yaml --out my_gripper.yaml",
+            "free.c3d --as my_recording.yaml --scenario my_scenario.yaml --out my_gripper.yaml",
+        ),
+        (
+            *CONSOLE,
+            option("recording", "a recording.nc that `soft-gripper run` wrote, or a log", read=path, nargs="+"),
+            option("--bench", "YAML file that names the fields of a log, as for `live`", "FILE", path),
+            DESCRIBED_AS,
+            option("--scenario", "scenario with the fingers and sensors of a log", "NAME"),
+            option(
+                "--find",
+                "look for an offset of the pressure sensor, a curvature of the response, too",
+                nargs="+",
+                choices=("pressure", "response"),
+                default=(),
+            ),
+            option("--out", "YAML file for nominal.calibration", "FILE", path, required=True),
+        ),
+        package=__name__,
+    ),
+    Command(
+        "identify",
+        "fit parameters of a finger to hardware recordings",
+        (
+            "swing.csv --as mine.yaml --finger mine.urdf --free youngs_modulus relaxation_time --out fitted.urdf",
+            "a.csv b.csv --test c.csv --as mine.yaml --finger mine.urdf --free youngs_modulus --out fitted.urdf",
+            "rest.csv --as mine.yaml --finger mine.urdf --free tendon.slack tendon.stiffness --out fitted.urdf",
+            "--test new.csv --as mine.yaml --finger fitted.urdf                    test a fitted finger, without a fit",
+        ),
+        (
+            *CONSOLE,
+            option("file", "recording to fit to; searched for here, then in the data folder", nargs="*"),
+            DESCRIBED_AS,
+            option(
+                "--test",
+                "held out for testing; alone: test without a fit",
+                "FILE",
+                nargs="+",
+                default=[],
+            ),
+            option("--finger", "URDF with one finger, the initial guess of the fit", "FILE", required=True),
+            option("--free", "parameters to fit, such as youngs_modulus", "KEY", nargs="+", default=[]),
+            option("--out", "URDF to write; set-up, table and figures are named after it", "FILE", urdf),
+            DATA,
+            count("--starts", "number of random restarts; the best fit is kept", 1),
+            SEED,
+            *EXECUTOR,
+        ),
+        package=__name__,
+    ),
+    Command(
+        "weigh",
+        "estimate the load at the tip of an identified finger from recordings at rest",
+        (
+            "load.csv --as mine.yaml --finger fitted.urdf",
+            "load_*.csv --as mine.yaml --finger fitted.urdf --window 10 --out results/loads",
+        ),
+        (
+            *CONSOLE,
+            *RECORDINGS,
+            option("--finger", "URDF with the identified finger, without a load", "FILE", required=True),
+            option("--tare", "recording of much the same motion without a load, to cancel errors of the model", "FILE"),
+            option("--window", "span of an estimate (default: %(default)s)", "SECONDS", number(1e6), default=30.0),
+            DATA,
+            out("results/weigh"),
+        ),
+        package=__name__,
+    ),
+    Command(
+        "replay",
+        "estimate shapes from hardware recordings and compare them with motion capture",
+        (
+            "trial_1.txt trial_2.txt --as two_segment_arm --estimator arcs gaussian",
+            "trial_*.txt --as two_segment_arm --html animation.html",
+        ),
+        (
+            *CONSOLE,
+            *RECORDINGS,
+            option("--fit", "recordings to fit to (default: all but the one estimated)", "FILE", nargs="+"),
+            option(
+                "--estimator", "built-in, or your own as MODULE:FUNCTION (default: all built-in)", "NAME", nargs="+"
+            ),
+            DATA,
+            out("results/replay"),
+            flag("--meshcat", "show it in a browser, and wait when it ends"),
+            HOST,
+            HTML,
+        ),
+        package=__name__,
+    ),
+    Command(
+        "hardware",
+        "identify and replay the published hardware recordings",
+        ("--data ~/recordings",),
+        (*CONSOLE, DATA, out("results/hardware"), *EXECUTOR),
+        package=__name__,
+    ),
+)

@@ -1,0 +1,76 @@
+"""soft-gripper calibrate: recordings of free bending -> gains, offsets and a bend ratio for each finger."""
+
+import argparse
+from dataclasses import asdict
+
+from soft_gripper.errors import InputError
+from soft_gripper.estimators.calibration import GAIN, SOUGHT
+from soft_gripper.extras.hardware.bench_schema import load_bench
+from soft_gripper.extras.hardware.calibration import Log, calibrate_recordings
+from soft_gripper.extras.hardware.recording_schema import load_description
+from soft_gripper.files.output import check_file, keep_inputs
+from soft_gripper.scenario.calibration_file import FingerCalibrationConfig, save_calibration
+from soft_gripper.scenario.scenario_file import load_scenario
+
+_UNKNOWN = 0.5  # of the standard deviation before, above which a gain counts as not determined
+
+
+def run(options: argparse.Namespace) -> None:
+    """Runs the command."""
+    keep_inputs(options.recording, [options.out])
+    check_file(options.out)
+    calibration = calibrate_recordings(options.recording, _log(options), options.find)
+    save_calibration(calibration, options.out)
+    for name, finger in calibration.fingers.items():
+        _print(name, finger)
+    print(f"assumed: {calibration.assumed}")
+    options.console.document["fingers"] = {name: asdict(finger) for name, finger in calibration.fingers.items()}
+    options.console.wrote(options.out)
+
+
+def _log(options: argparse.Namespace) -> Log | None:
+    """How logs are read; None: these are recordings of this project."""
+    named = {"--scenario": options.scenario, "--bench": options.bench, "--as": options.described_as}
+    found = [name for name, value in named.items() if value is not None]
+    if not found:
+        return None
+    if len(found) != 2 or "--scenario" not in found:
+        expected = "logs need --scenario, which has the fingers, and either --bench or --as, which names the columns"
+        raise InputError("calibrate", "options", found, expected)
+    read = load_description(options.described_as) if options.bench is None else load_bench(options.bench)
+    return Log(read, load_scenario(options.scenario))
+
+
+def _print(name: str, finger: FingerCalibrationConfig) -> None:
+    ratio = f"{finger.bend_ratio:.4f} +- {finger.bend_ratio_std:.4f}"
+    print(f"{name}: bends {ratio} times as far as nominal; residual {finger.residual:.2g}")
+    rows = {
+        "gains": (finger.gains, "{:9.4f}"),
+        "  +-": (finger.gain_stds, "{:9.4f}"),
+        "offsets": (finger.offsets, "{:9.5f}"),
+        "  +- ": (finger.offset_stds, "{:9.5f}"),
+        "drift [%/min]": ([6000 * drift for drift in finger.drifts], "{:9.3f}"),
+    }
+    for title, (values, form) in rows.items():
+        print(f"  {title:<15}", *(form.format(value) for value in values), sep="")
+    print(f"  hysteresis {100 * finger.hysteresis:.2f} % of the stroke")
+    for name, (value, std, unit) in _sought(finger).items():
+        if std > 0:
+            print(f"  {name} {value:.4g} +- {std:.2g}{unit}")
+            if std > _UNKNOWN * SOUGHT[name.partition(" ")[0]]:
+                print(f"  note: the {name} is hardly known better than before: a measured tip would help")
+    unknown = [str(i) for i, std in enumerate(finger.gain_stds) if std > _UNKNOWN * GAIN]
+    if unknown:
+        print(f"  note: the gains of readings {', '.join(unknown)} are not determined: these hardly stretch")
+    if not finger.tip_measured:
+        print("  note: a common gain and the bend ratio cannot be told apart, unless the place of the tip is measured")
+    for hold in finger.doubtful:
+        print(f"  note: {hold} does not fit free bending: was the finger loaded or touched?")
+
+
+def _sought(finger: FingerCalibrationConfig) -> dict[str, tuple[float, float, str]]:
+    """Parameters that were looked for with --find: value, standard deviation and unit."""
+    return {
+        "pressure offset": (finger.pressure_offset, finger.pressure_offset_std, " Pa"),
+        "response curvature": (finger.response_curvature, finger.response_curvature_std, ""),
+    }

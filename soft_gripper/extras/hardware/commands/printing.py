@@ -1,0 +1,111 @@
+"""Tables of fits and replays, printed."""
+
+from collections.abc import Sequence
+from dataclasses import astuple
+
+import numpy as np
+
+from soft_gripper.arrays import Array
+from soft_gripper.commands.tables import print_table
+from soft_gripper.extras.hardware.identification.fit import Confidence, MotionScore
+from soft_gripper.extras.hardware.identification.free_parameters import FreeParameters
+from soft_gripper.extras.hardware.identification.identified_finger import Identified, Tested, doubts
+from soft_gripper.extras.hardware.identification.settled_states import IdentifiedStates, TestedStates
+from soft_gripper.extras.hardware.replay.held_out import ALL, ArmReplay, ReplayRow
+
+_CORRELATED = 0.9
+
+
+def print_identified(found: Tested) -> None:
+    """Prints a line for each recording; of a fit first the parameters, with their confidence and correlations."""
+    if isinstance(found, Identified):
+        print(f"\nmarker error {100 * found.fit.root_mean_square:.2f} % of the largest displacement (root mean square)")
+        _print_parameters(found.fit.free, found.fit.x, found.confidence)
+        finger = found.model.finger
+        remains = 1 - sum(branch.share for branch in finger.creep)
+        if finger.creep:
+            print(f"Young's modulus after all creep: {finger.base.youngs_modulus * remains:.5g} Pa")
+        _print_correlations(found.fit.free, found.confidence)
+    columns = {"recording": "", "role": "", "settled": ".2f", "motion": ".2f", "tip [%]": ".1f"}
+    columns |= dict.fromkeys(("settled turn [degrees]", "creep [degrees]", "recovery [degrees]"), ">")
+    columns |= dict.fromkeys(("50 % [ms]", "63 % [ms]"), ">")
+    print_table(columns, map(_score_cells, found.scores), "marker errors [mm], and measured motion")
+    for row in found.scores:
+        if not np.isnan(row.frequency_hz + row.simulated_frequency_hz):
+            swing = f"{row.frequency_hz:.2f} Hz ({row.simulated_frequency_hz:.2f})"
+            print(f"{row.recording}: swings at {swing}, decrement {row.decrement:.2f} ({row.simulated_decrement:.2f})")
+    for motion in found.motions:
+        if motion.hold is not None:
+            held = f"{1e3 * motion.hold.sag:.1f} mm low, turned by {np.degrees(motion.hold.turn):.1f} degrees"
+            print(f"{motion.name}: held {held}")
+    print("In brackets: simulated. Event times, and a held pose if it is free, are fitted to each recording, including")
+    print("held-out ones; where the hold is unknown, the hand is taken to have held the finger straight. 50 and 63 %:")
+    print("times from the event to these shares of the settled turn.")
+    for doubt in doubts(found):
+        print(f"WARNING: {doubt}")
+
+
+def print_identified_states(found: TestedStates) -> None:
+    """Prints the errors of every recording and family, after the parameters, if any are fitted."""
+    print()
+    if isinstance(found, IdentifiedStates):
+        _print_parameters(found.fit.free, found.fit.x, found.confidence)
+        _print_correlations(found.fit.free, found.confidence)
+    columns = {"recording": "", "role": "", "rows moved": "", "marker": "", "rows": "d"}
+    columns |= {"root mean square": ".2f", "mean": ".2f", "95 %": ".2f"}
+    print_table(columns, map(astuple, found.scores), "marker errors [mm], the mean offset removed")
+    if isinstance(found, IdentifiedStates):
+        print("Left out: predicted by a fit to the other families; each family has a mean offset of its own.")
+
+
+def _print_parameters(free: FreeParameters, x: Array, confidence: Confidence) -> None:
+    stds = confidence.std * np.where(free.is_positive, np.abs(free.values(x)), 1)
+    fitted = zip(free.names, free.values(free.start), free.values(x), stds, free.units, strict=True)
+    columns = {"parameter": "", "initial": ".5g", "fitted": ".5g", "standard deviation": ".2g", "": ""}
+    print_table(columns, fitted)
+
+
+def _print_correlations(free: FreeParameters, confidence: Confidence) -> None:
+    names, correlation = free.names, confidence.correlation
+    for i in range(len(names)):
+        for j in range(i):
+            if abs(correlation[i, j]) > _CORRELATED:
+                print(f"correlated: {names[j]} and {names[i]} ({correlation[i, j]:+.3f})")
+    for together in confidence.unresolved:
+        what = " and ".join(together)
+        says = "cannot be distinguished" if len(together) > 1 else "is hardly observable"
+        print(f"{what} {says} in these recordings: fix one, or add recordings")
+
+
+def _score_cells(row: MotionScore) -> list[str | float]:
+    turn = f"{row.settled_turn_deg:.2f} ({row.simulated_settled_turn_deg:.2f})"
+    creep = f"{row.creep_deg:.2f} ({row.simulated_creep_deg:.2f})"
+    recovery = f"{row.recovery_deg:.2f} ({row.simulated_recovery_deg:.2f})"
+    times = f"{row.t50_ms:.0f} ({row.simulated_t50_ms:.0f})", f"{row.t63_ms:.0f} ({row.simulated_t63_ms:.0f})"
+    errors = row.settled_error_mm, row.motion_error_mm, row.tip_error_percent
+    return [row.recording, row.role, *errors, turn, creep, recovery, *times]
+
+
+def print_replay(replay: ArmReplay) -> None:
+    """Prints which recordings each fit used, and a line for each estimator."""
+    print("\nEach recording is estimated with a model fitted to others; its motion capture is used only for scoring:")
+    for one in replay.replayed:
+        creep = ", ".join(f"{branch.share:g} in {branch.time:g} s" for branch in one.fitted.arm.finger.creep)
+        of_fit = f"creep {creep}; wires delayed by {1e3 * one.fitted.delay:.0f} ms"
+        print(f"  {one.name:<12} fitted to {', '.join(one.fitted_on)} ({of_fit})")
+        for beyond in one.extrapolated:
+            print(f"WARNING: {one.name} is extrapolated: {beyond}")
+    names = [name for name in dict.fromkeys(row.recording for row in replay.table) if name != ALL]
+    for body in reversed(dict.fromkeys(row.body for row in replay.table)):
+        rows = [row for row in replay.table if row.body == body]
+        columns = {"": "", "mean": ".2f", "median": ".2f", "95 %": ".2f", "max": ".2f"}
+        columns |= {"in band [%]": ".1f"} | {f"mean of {name}": ".2f" for name in names}
+        cells = [_replay_cells(row, rows) for row in rows if row.recording == ALL]
+        print_table(columns, cells, f"error of '{body}' [mm]")
+
+
+def _replay_cells(row: ReplayRow, rows: Sequence[ReplayRow]) -> list[str | float]:
+    numbers = row.mean_mm, row.median_mm, row.percentile_95_mm, row.max_mm, row.within_band_percent
+    of_row = [other for other in rows if (other.estimator, other.sections) == (row.estimator, row.sections)]
+    means = [other.mean_mm for other in of_row if other.recording != ALL]
+    return [f"{row.estimator}, {row.sections} per side", *numbers, *means]

@@ -1,0 +1,308 @@
+"""The parameters of a finger and its set-up that can be fitted: keys, and the effect of their values.
+
+Values that are positive are fitted as logarithms. Of a pressure law, two numbers are fitted, its gain and its margin,
+
+    effective = gain p / (1 - (1 - margin) p / p_max) ,
+
+p_max being the highest pressure of the recordings. The bend due to a silicone chamber grows faster than the pressure,
+and beyond all bounds where it balloons; the margin says how far below that p_max is. Above 1, the bend grows more
+slowly than the pressure. Whatever the two numbers are, the law rises between 0 and p_max. At one pressure the gain
+alone is fitted. It is written to the file as points.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from operator import attrgetter
+from typing import Any
+
+import numpy as np
+
+from soft_gripper.arrays import Array
+from soft_gripper.errors import InputError
+from soft_gripper.extras.hardware.identification.simulated_motion import Setup
+from soft_gripper.files.document import require
+from soft_gripper.fingers.cross_section import SIZES
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.finger_parts import CreepBranch, PressureLaw
+from soft_gripper.fingers.paths import Tendon
+
+PRESSURE_LAW = "pressure_law"
+HELD_POSE = "held_pose"  # is fitted to every recording
+_POINTS = 25  # of a pressure law in a file
+_BEYOND = 2.0  # of the highest pressure that was fitted, up to which a law is written at most
+MARGINS = (0.01, 10.0)  # of a pressure law
+
+
+@dataclass(frozen=True)
+class Model:
+    """A finger in its set-up."""
+
+    finger: Finger
+    setup: Setup = field(default_factory=Setup)
+
+
+@dataclass(frozen=True)
+class Key:
+    """A parameter that can be fitted: reads its values from a model, and sets them."""
+
+    unit: str
+    get: Callable[[Model], Sequence[float]]
+    put: Callable[[Model, Sequence[float]], Model]
+    positive: bool = True
+    scale: float = 0.1  # typical change: of the logarithm, or of the value if it may be negative
+    room: tuple[float, float] = (-np.inf, np.inf)  # bounds of sensible values, and of the search
+
+
+def _of_sections(name: str, unit: str) -> Key:
+    """A field of every cross-section: the first that is not 0 is fitted, and the others keep their ratios to it."""
+
+    def get(model: Model) -> Sequence[float]:
+        values = [getattr(section, name) for section in model.finger.cross_sections]
+        return (next(filter(None, values), 0.0),)
+
+    def put(model: Model, values: Sequence[float]) -> Model:
+        ratio = values[0] / get(model)[0]
+        changed = model.finger.with_sections(lambda part: replace(part, **{name: getattr(part, name) * ratio}))
+        return replace(model, finger=changed)
+
+    return Key(unit, get, put)
+
+
+def _of_finger(name: str, unit: str) -> Key:
+    def put(model: Model, values: Sequence[float]) -> Model:
+        changed: dict[str, Any] = {name: values[0]}
+        return replace(model, finger=replace(model.finger, **changed))
+
+    return Key(unit, lambda model: (getattr(model.finger, name),), put)
+
+
+def _of_setup(name: str, unit: str, positive: bool, scale: float, room: tuple[float, float] = (-np.inf, np.inf)) -> Key:
+    def put(model: Model, values: Sequence[float]) -> Model:
+        changed: dict[str, Any] = {name: values[0]}
+        return replace(model, setup=replace(model.setup, **changed))
+
+    return Key(unit, lambda model: (getattr(model.setup, name),), put, positive, scale, room)
+
+
+def _of_creep(name: str, unit: str, room: tuple[float, float]) -> Key:
+    """A field of each creep branch in the file."""
+
+    def put(model: Model, values: Sequence[float]) -> Model:
+        branches = zip(model.finger.creep, values, strict=True)
+        creep: tuple[CreepBranch, ...] = tuple(replace(branch, **{name: value}) for branch, value in branches)
+        return replace(model, finger=replace(model.finger, creep=creep))
+
+    return Key(unit, lambda model: [getattr(branch, name) for branch in model.finger.creep], put, room=room)
+
+
+def _of_tendons(unit: str, get: Callable[[Tendon], float], put: Callable[[Tendon, float], Tendon], **fit: Any) -> Key:
+    """A number of each tendon."""
+
+    def changed(model: Model, values: Sequence[float]) -> Model:
+        tendons = tuple(put(tendon, value) for tendon, value in zip(model.finger.tendons, values, strict=True))
+        return replace(model, finger=replace(model.finger, tendons=tendons))
+
+    return Key(unit, lambda model: [get(tendon) for tendon in model.finger.tendons], changed, **fit)
+
+
+def _angle(tendon: Tendon) -> float:
+    return float(np.arctan2(tendon.y[0], tendon.x[0]))
+
+
+def _turned(tendon: Tendon, angle: float) -> Tendon:
+    """A tendon, its whole path turned about the middle of the section until it begins at an angle."""
+    columns = np.atleast_2d(np.broadcast_arrays(tendon.x, tendon.y))
+    turned = np.exp(1j * (angle - _angle(tendon))) * (columns[0] + 1j * columns[1])
+    return replace(tendon, x=_sizeable(turned.real), y=_sizeable(turned.imag))
+
+
+def _lever(model: Model) -> Sequence[float]:
+    """Distance of the first tendon from the middle of the section, at its beginning."""
+    return [float(np.hypot(tendon.x[0], tendon.y[0])) for tendon in model.finger.tendons[:1]]
+
+
+def _at_lever(model: Model, values: Sequence[float]) -> Model:
+    """All tendons moved away from the middle of the section, in proportion."""
+    ratio = values[0] / _lever(model)[0]
+    tendons = (
+        replace(tendon, x=tuple(ratio * x for x in tendon.x), y=tuple(ratio * y for y in tendon.y))
+        for tendon in model.finger.tendons
+    )
+    return replace(model, finger=replace(model.finger, tendons=tuple(tendons)))
+
+
+def _slackened(tendon: Tendon, slack: float) -> Tendon:
+    return replace(tendon, slack=_sizeable(np.array([slack]))[0])
+
+
+def _stiffened(tendon: Tendon, stiffness: float) -> Tendon:
+    return replace(tendon, stiffness=stiffness)
+
+
+def _sizeable(values: Array) -> tuple[float, ...]:
+    """Values of a finger, 0 where they are too small to be one."""
+    return tuple(np.where(np.abs(values) < SIZES[0], 0.0, values).tolist())
+
+
+def _margin_of(law: PressureLaw, highest: float) -> float:
+    """Margin of a law, by its gains at the highest pressure and at half of it."""
+    half, full = (float(law.softening(pressure)) for pressure in (highest / 2, highest))
+    steepest = half / (2 * full - half) if 2 * full > half else np.inf
+    return float(np.clip(steepest, *MARGINS))
+
+
+def pressure_law(highest: float, gain: float, margin: float) -> PressureLaw:
+    """The points of a law: up to the highest pressure that was fitted, Pa, and on, halfway to where it balloons."""
+    beyond = _BEYOND if margin >= 1 else min(_BEYOND, 1 + 0.5 * margin / (1 - margin))
+    share = np.append(np.linspace(0, 1, _POINTS), np.linspace(1, beyond, _POINTS // 2)[1:])
+    pressure = highest * share
+    effective = gain * pressure / (1 - (1 - margin) * pressure / highest)
+    return PressureLaw(tuple(pressure.tolist()), tuple(effective.tolist()))
+
+
+def pressure_law_keys(pressures: Sequence[float]) -> dict[str, Key]:
+    """The keys of a pressure law that is fitted to recordings at these pressures, Pa: gain and margin."""
+    highest = max(pressures)
+
+    def numbers(model: Model) -> tuple[float, float]:
+        law = model.finger.pressure_law or PressureLaw((0.0, highest), (0.0, highest))
+        margin = _margin_of(law, highest)
+        return float(law.softening(highest)) * margin, margin
+
+    def changed(model: Model, gain: float, margin: float) -> Model:
+        law = pressure_law(highest, gain, margin)
+        return replace(model, finger=replace(model.finger, pressure_law=law))
+
+    def with_gain(model: Model, values: Sequence[float]) -> Model:
+        return changed(model, values[0], numbers(model)[1])
+
+    def with_margin(model: Model, values: Sequence[float]) -> Model:
+        return changed(model, numbers(model)[0], values[0])
+
+    gain = {f"{PRESSURE_LAW}.gain": Key("1", lambda model: numbers(model)[:1], with_gain)}
+    margin = {f"{PRESSURE_LAW}.margin": Key("1", lambda model: numbers(model)[1:], with_margin, room=MARGINS)}
+    return gain | margin if len(set(pressures)) > 1 else gain
+
+
+KEYS = {
+    "youngs_modulus": _of_sections("youngs_modulus", "Pa"),
+    "density": _of_sections("density", "kg/m^3"),
+    "chamber_width": _of_sections("chamber_width", "m"),
+    "chamber_thickness": _of_sections("chamber_thickness", "m"),
+    "layer_shear_modulus": _of_sections("layer_shear_modulus", "Pa"),
+    "relaxation_time": _of_finger("relaxation_time", "s"),
+    "length": _of_finger("length", "m"),
+    "shear_factor": _of_finger("shear_factor", "1"),
+    "creep.share": _of_creep("share", "1", (1e-3, 0.6)),
+    "creep.time": _of_creep("time", "s", (5e-3, 100.0)),
+    "mounting_x": _of_setup("mounting_x", "m", False, 1e-3),
+    "mounting_z": _of_setup("mounting_z", "m", False, 1e-3),
+    "mounting_angle": _of_setup("mounting_angle", "rad", False, 0.01),
+    "load_x": _of_setup("load_x", "m", False, 1e-3),
+    "load_z": _of_setup("load_z", "m", False, 1e-3),
+    "marker_mass": _of_setup("marker_mass", "kg", False, 1e-3, (0.0, 0.1)),
+    "fill_time": _of_setup("fill_time", "s", True, 0.1, (5e-3, 1.0)),
+    "swelling": _of_setup("swelling", "1", True, 0.1, (0.1, 20.0)),
+    "supply_lag": _of_setup("supply_lag", "Pa", False, 300.0, (0.0, 1e5)),
+    "supply_time": _of_setup("supply_time", "s", True, 0.1, (0.05, 20.0)),
+    "dry_friction": _of_setup("dry_friction", "rad", False, 0.03, (0.0, 1.0)),
+    "tendon.angle": _of_tendons("rad", _angle, _turned, positive=False),
+    "tendon.lever": Key("m", _lever, _at_lever),
+    "tendon.slack": _of_tendons("m", attrgetter("slack"), _slackened, positive=False, scale=3e-4),
+    "tendon.stiffness": _of_tendons("N/m", attrgetter("stiffness"), _stiffened, scale=0.3),
+}
+
+
+@dataclass(frozen=True)
+class FreeParameters:
+    """Chosen keys of a model, as one vector of numbers that a fit may vary."""
+
+    model: Model
+    keys: dict[str, Key]
+
+    @property
+    def names(self) -> list[str]:
+        """Names of all numbers; those of a key with several numbers are numbered from 1."""
+        counted = [(name, len(key.get(self.model))) for name, key in self.keys.items()]
+        return [name if count == 1 else f"{name}.{i + 1}" for name, count in counted for i in range(count)]
+
+    @property
+    def units(self) -> list[str]:
+        """Units of all numbers."""
+        return [key.unit for key in self.keys.values() for _ in key.get(self.model)]
+
+    @property
+    def scales(self) -> Array:
+        """Typical changes of the vector."""
+        return np.array([key.scale for key in self.keys.values() for _ in key.get(self.model)])
+
+    @property
+    def is_positive(self) -> Array:
+        """Whether each number is fitted as a logarithm."""
+        return np.array([key.positive for key in self.keys.values() for _ in key.get(self.model)], dtype=bool)
+
+    @property
+    def start(self) -> Array:
+        """The vector of the current model."""
+        values = np.array([value for key in self.keys.values() for value in key.get(self.model)])
+        return np.where(self.is_positive, np.log(np.where(self.is_positive, values, 1.0)), values)
+
+    @property
+    def bounds(self) -> tuple[Array, Array]:
+        """Bounds of the vector."""
+        room = np.array([key.room for key in self.keys.values() for _ in key.get(self.model)]).reshape(-1, 2).T
+        with np.errstate(divide="ignore", invalid="ignore"):
+            lower, upper = np.where(self.is_positive, np.log(np.maximum(room, 0.0)), room)
+        return lower, upper
+
+    def values(self, x: Array) -> Array:
+        """The numbers of a vector, in their units."""
+        return np.where(self.is_positive, np.exp(np.where(self.is_positive, x, 0.0)), x)
+
+    def at(self, x: Array) -> Model:
+        """The model with the values of a vector.
+
+        Raises:
+            InputError: if such a finger is impossible.
+        """
+        model, rest = self.model, self.values(x).tolist()
+        for key in self.keys.values():
+            count = len(key.get(self.model))
+            model, rest = key.put(model, rest[:count]), rest[count:]
+        return model
+
+
+def free_parameters(
+    finger: Finger, names: Sequence[str], pressures: Sequence[float], setup: Setup | None = None
+) -> FreeParameters:
+    """The parameters of a finger to be fitted.
+
+    Args:
+        finger: initial guess of the fit.
+        names: names of the keys.
+        pressures: pressures of the recordings, Pa; may be empty.
+        setup: initial guess of the set-up; None: the default.
+
+    Raises:
+        InputError: if there is no such key, it is given twice, or the finger does not have it.
+    """
+    law = pressure_law_keys(pressures) if pressures else {}
+    model, keys = Model(finger, replace(setup or Setup(), held_pose=HELD_POSE in names)), dict[str, Key]()
+    for name in names:
+        if list(names).count(name) > 1:
+            raise InputError("identify", "--free", name, "appears more than once")
+        if name == HELD_POSE:
+            continue
+        of_name = law if name == PRESSURE_LAW else {name: KEYS[name]} if name in KEYS else {}
+        if not of_name:
+            why = "the recordings have no pressure to fit it to" if name == PRESSURE_LAW else "there is no such key"
+            known = ", ".join([*KEYS, HELD_POSE, *([PRESSURE_LAW] if law else [])])
+            raise InputError("identify", "--free", name, f"{why}; known: {known}")
+        for key in of_name.values():
+            values = key.get(model)
+            if not len(values) or (key.positive and not min(values) > 0):
+                expected = "the finger file has no initial guess for it; add one there"
+                raise InputError("identify", "--free", name, expected)
+        keys |= of_name
+    require(len(keys) > 0, "identify", "--free", " ".join(names), "name a key of the finger or its set-up as well")
+    return FreeParameters(model, keys)

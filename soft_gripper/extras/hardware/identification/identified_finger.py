@@ -1,0 +1,356 @@
+"""Recordings of hardware -> the parameters of a finger, their confidence, and their predictions.
+
+A fit of a pressure law begins with the law that the settled turns of the recordings give, whatever the finger's file
+says: from a law that is far off, a fit can end where valve and creep make up for it.
+
+What was fitted of the set-up is saved beside the finger, and read again with it.
+"""
+
+import re
+import xml.etree.ElementTree as ET
+from collections.abc import Sequence
+from concurrent.futures import Executor
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+import yaml
+from matplotlib.figure import Figure
+
+from soft_gripper.arrays import Array, Planar
+from soft_gripper.errors import InputError
+from soft_gripper.extras.hardware.identification.fit import (
+    FITTED,
+    TESTED,
+    UNHELD,
+    Confidence,
+    Fit,
+    MotionScore,
+    Report,
+    confidence,
+    converged,
+    fit,
+    fit_unknowns,
+    score,
+    tip_turn,
+)
+from soft_gripper.extras.hardware.identification.free_parameters import (
+    HELD_POSE,
+    MARGINS,
+    PRESSURE_LAW,
+    Model,
+    free_parameters,
+    pressure_law,
+)
+from soft_gripper.extras.hardware.identification.simulated_motion import (
+    Hold,
+    MeasuredMotion,
+    Setup,
+    simulated_markers,
+    turned,
+)
+from soft_gripper.files.document import check_document, require
+from soft_gripper.files.output import atomic_file
+from soft_gripper.files.text import read_text
+from soft_gripper.files.xml_text import parse_xml
+from soft_gripper.files.yaml_text import read_yaml
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.urdf import expand_urdf
+from soft_gripper.pictures.style import STYLE
+
+_JITTER = 2.0  # typical changes, standard deviation of the random restarts
+_MARGINS_TRIED = 200  # of a pressure law, between the least and the largest
+_AT_END = 0.02  # typical changes, within which a value is at an end of its range
+
+
+@dataclass(frozen=True)
+class Tested:
+    """Recordings compared with a finger."""
+
+    model: Model  # the finger in its set-up
+    motions: tuple[MeasuredMotion, ...]  # with what was not recorded, as fitted
+    scores: tuple[MotionScore, ...]  # of the same
+
+
+@dataclass(frozen=True)
+class Identified(Tested):
+    """The result of a fit: the recordings that were fitted, then those held out."""
+
+    fit: Fit
+    confidence: Confidence
+
+
+def identify(
+    finger: Finger,
+    names: Sequence[str],
+    fitted: Sequence[MeasuredMotion],
+    tested: Sequence[MeasuredMotion],
+    executor: Executor,
+    starts: int = 1,
+    seed: int = 0,
+    report: Report = lambda error: None,
+    setup: Setup | None = None,
+) -> Identified:
+    """Fits keys of a finger to recordings, and tests the result on others.
+
+    Args:
+        finger: initial guess of the fit.
+        names: the free keys, see `free_parameters`.
+        fitted: recordings to fit to.
+        tested: held-out recordings, of which only the times of their events are fitted and, if it is free, the held
+            pose; those with a held pose are compared a second time without it.
+        executor: runs the simulations.
+        starts: number of fits, of which the best is kept; the first starts from the finger, the others near it.
+        seed: seed of the random starts.
+        report: called with the root mean square error after each step, relative to the largest displacement.
+        setup: initial guess of the set-up; None: the default.
+
+    Raises:
+        InputError: if a key cannot be fitted, or no fit converges.
+    """
+    pressures = [motion.pressure for motion in fitted if motion.pressure is not None]
+    free = free_parameters(finger, names, pressures, _of_recordings(setup or Setup(), fitted))
+    if free.model.setup.held_pose:
+        where, releases = "identify", [motion.name for motion in fitted if motion.pressure is None]
+        require(len(releases) > 0, where, "--free", HELD_POSE, "no hand lets go in these recordings")
+    if PRESSURE_LAW in names:
+        free = replace(free, model=replace(free.model, finger=_with_static_law(free.model.finger, fitted)))
+    fitted = [as_held(free.model.setup, motion) for motion in fitted]
+    jitter = np.random.default_rng(seed).normal(size=(starts, len(free.start))) * _JITTER * free.scales
+    jitter[0] = 0.0
+    fits = converged(lambda away: fit(free, fitted, executor, report, free.start + away), list(jitter))
+    best = min(fits, key=lambda found: found.root_mean_square)
+    calls = [(best.model, motion, FITTED) for motion in best.motions] + _tests(best.model, tested)
+    return Identified(best.model, *_scored(calls, executor), best, confidence(best))
+
+
+def compared(model: Model, motions: Sequence[MeasuredMotion], executor: Executor) -> Tested:
+    """Compares recordings with a finger in its set-up; only what was not recorded is fitted to them."""
+    return Tested(model, *_scored(_tests(model, motions), executor))
+
+
+def _tests(model: Model, motions: Sequence[MeasuredMotion]) -> list[tuple[Model, MeasuredMotion, str]]:
+    """Comparisons with held-out recordings: with the held pose that explains each best, and without."""
+    held = [motion for motion in motions if as_held(model.setup, motion).hold is not None]
+    return [(model, motion, TESTED) for motion in motions] + [(model, motion, UNHELD) for motion in held]
+
+
+def _of_recordings(setup: Setup, motions: Sequence[MeasuredMotion]) -> Setup:
+    """A set-up with the ranges of the recordings that are fitted."""
+    pressure = max(motion.pressure or 0.0 for motion in motions)
+    load = max(motion.load.mass if motion.load else 0.0 for motion in motions)
+    return replace(setup, highest_pressure=pressure, heaviest_load=load)
+
+
+def _with_static_law(finger: Finger, motions: Sequence[MeasuredMotion]) -> Finger:
+    """A finger with the pressure law that the settled turns give, weight left out."""
+    steps = [motion for motion in motions if motion.pressure is not None]
+    pressures = np.array([motion.pressure for motion in steps])
+    turns = np.array([tip_turn(motion, motion.markers).settled for motion in steps])
+    per_pressure, highest = np.log(np.abs(turns / pressures)), float(pressures.max())
+    least, most = (float(np.log(end)) for end in MARGINS)
+    margins = np.exp(np.linspace(least, most, _MARGINS_TRIED)) if len(set(pressures)) > 1 else np.ones(1)
+    excess = per_pressure + np.log(1 - (1 - margins[:, None]) * pressures / highest)
+    best = int(np.argmin(excess.std(axis=1)))
+    remains = 1 - sum(branch.share for branch in finger.creep)
+    of_chamber = float(np.sum(finger.pressure_gain / finger.stiffness)) / remains
+    gain = float(np.exp(excess[best].mean())) / of_chamber
+    return replace(finger, pressure_law=pressure_law(highest, gain, float(margins[best])))
+
+
+def as_held(setup: Setup, motion: MeasuredMotion) -> MeasuredMotion:
+    """A recording whose held pose is to be fitted, if the set-up says so and a hand lets go in it."""
+    return replace(motion, hold=Hold()) if setup.held_pose and motion.pressure is None else motion
+
+
+def _scored(
+    calls: Sequence[tuple[Model, MeasuredMotion, str]], executor: Executor
+) -> tuple[tuple[MeasuredMotion, ...], tuple[MotionScore, ...]]:
+    scored = [future.result() for future in [executor.submit(_score, *call) for call in calls]]
+    return tuple(motion for motion, _ in scored), tuple(score for _, score in scored)
+
+
+_GOOD = 5.0  # % of the finger's length: largest error of the tip, in a recording that was fitted, of a good fit
+
+
+def doubts(found: Tested) -> list[str]:
+    """Why not to trust a result: keys at an end of their range, a bad fit, recordings beyond those that were fitted."""
+    said, setup = [], found.model.setup
+    if isinstance(found, Identified):
+        free, x, (lower, upper) = found.fit.free, found.fit.x, found.fit.free.bounds
+        ends = np.minimum(x - lower, upper - x) < _AT_END * free.scales
+        for name, value in zip(np.array(free.names)[ends], free.values(x)[ends], strict=True):
+            said.append(f"{name} ends at {value:.3g}, a bound of its range: fix it, or try --starts 5")
+    for row, motion in zip(found.scores, found.motions, strict=True):
+        if row.role == FITTED and row.tip_error_percent > _GOOD:
+            error = f"{row.tip_error_percent:.1f} % of the length"
+            said.append(
+                f"{row.recording} was fitted, and the tip is off by up to {error}: try --starts 5, or more keys"
+            )
+        if 0 < setup.highest_pressure < (motion.pressure or 0.0):
+            pressures = f"{1e-3 * (motion.pressure or 0.0):g} kPa, fitted up to {1e-3 * setup.highest_pressure:g} kPa"
+            said.append(f"{row.recording} is extrapolated: {pressures}")
+        if 0 < setup.heaviest_load < (motion.load.mass if motion.load else 0.0):
+            assert motion.load is not None
+            loads = f"{1e3 * motion.load.mass:g} g, fitted up to {1e3 * setup.heaviest_load:g} g"
+            said.append(f"{row.recording} is extrapolated: {loads}")
+    return list(dict.fromkeys(said))
+
+
+def _score(model: Model, motion: MeasuredMotion, role: str) -> tuple[MeasuredMotion, MotionScore]:
+    if role != FITTED:
+        motion = fit_unknowns(model, as_held(model.setup, motion) if role == TESTED else motion)
+    return motion, score(model, motion, role)
+
+
+MEASURED: dict[str, Any] = {"color": "0.6", "lw": 3.0, "label": "measured", "solid_capstyle": "round"}
+SIMULATED: dict[str, Any] = {"color": "#b2182b", "lw": 1.1, "label": "simulated"}
+_WIDTH, _HEIGHT = 2.6, 2.1  # inches, of a panel
+_TITLES = {FITTED: "fitted", TESTED: "held out", UNHELD: "held out, hold unknown"}
+
+
+def identify_figure(found: Tested) -> Figure:
+    """Plots displacement and rotation of the tip, with a column for each recording."""
+    roles = [score.role for score in found.scores]
+    with plt.rc_context(STYLE):
+        figure, axes = plt.subplots(
+            2,
+            len(roles),
+            figsize=(max(_WIDTH * len(roles), 5.0), 2 * _HEIGHT),
+            sharex="col",
+            squeeze=False,
+            constrained_layout=True,
+        )
+        for column, motion, role in zip(axes.T, found.motions, roles, strict=True):
+            draw_motion(column, found.model, motion)
+            column[0].set_title(f"{motion.name}\n{_TITLES[role]}")
+            column[1].set_xlabel("time [s]")
+        axes[0, 0].set_ylabel("displacement of the tip [mm]")
+        axes[1, 0].set_ylabel("turn of the tip [degrees]")
+        axes[0, 0].legend(frameon=False)
+    plt.close(figure)
+    return figure
+
+
+def draw_motion(axes: Sequence[Any], model: Model, motion: MeasuredMotion) -> None:
+    """One recording: displacement and turn, measured and simulated."""
+    simulated = simulated_markers(model.finger, model.setup, motion)
+    for markers, style in ((motion.markers, MEASURED), (simulated, SIMULATED)):
+        axes[0].plot(motion.time, 1e3 * displacement(markers, motion), **style)
+        axes[1].plot(motion.time, np.degrees(turned(markers, motion.reference)), **style)
+
+
+def displacement(markers: Planar, motion: MeasuredMotion) -> Array:
+    """Displacement of the marker centre from its place before the event, m, (T,)."""
+    distance: Array = np.abs(np.mean(markers - motion.reference, axis=1))
+    return distance
+
+
+_PROLOG = re.compile(r"(?:\s|<\?.*?\?>|<!--.*?-->)*", re.DOTALL)  # may precede the root element
+_OF_BODY = ("length", "relaxation_time", "shear_factor")
+_OF_SECTION = ("youngs_modulus", "density", "chamber_width", "chamber_thickness", "layer_shear_modulus")
+
+
+def read_finger(path: Path) -> Finger:
+    """The finger of a file.
+
+    Raises:
+        InputError: if the file cannot be read or does not contain exactly one finger.
+    """
+    fingers = expand_urdf(path).fingers
+    if len(fingers) != 1:
+        raise InputError(path, "finger", [finger.name for finger in fingers], "give a file with one finger")
+    return fingers[0]
+
+
+def with_finger(path: Path, finger: Finger) -> str:
+    """The text of a finger file with the numbers of another finger; comments and everything else are kept.
+
+    Raises:
+        InputError: if the result is not a valid finger file.
+    """
+    text = read_text(path)
+    robot = parse_xml(path, text)
+    element = robot.find("finger")
+    assert element is not None
+    before = read_finger(path)
+    for name in _OF_BODY:
+        _set(_child(element, "body"), name, getattr(finger, name), getattr(before, name))
+    sections = [*element.findall("base"), *element.findall("section"), *element.findall("tip")]
+    for section, part, part_before in zip(sections, finger.cross_sections, before.cross_sections, strict=True):
+        is_other = (part.youngs_modulus, part.density) != (part_before.youngs_modulus, part_before.density)
+        if is_other:
+            section.attrib.pop("material", None)  # it applied to both
+        for name in _OF_SECTION:
+            _set(section, name, getattr(part, name), None if is_other else getattr(part_before, name))
+    for child, tendon, given in zip(element.findall("tendon"), finger.tendons, before.tendons, strict=True):
+        if (tendon.x, tendon.y) != (given.x, given.y):
+            child.set("x", _text(*tendon.x))
+            child.set("y", _text(*tendon.y))
+        _set(child, "stiffness", tendon.stiffness, given.stiffness)
+        _set(child, "slack", tendon.slack, given.slack)
+    if finger.creep != before.creep:
+        for name in ("share", "time"):
+            _child(element, "creep").set(name, _text(*(getattr(branch, name) for branch in finger.creep)))
+    law = finger.pressure_law
+    if law is not None and law != before.pressure_law:
+        _child(element, "pressure_law").set("pressure", _text(*law.pressure))
+        _child(element, "pressure_law").set("effective", _text(*law.effective))
+    ET.indent(robot)
+    before_root = _PROLOG.match(text)
+    assert before_root is not None
+    text = before_root[0] + ET.tostring(robot, encoding="unicode") + "\n"
+    with TemporaryDirectory(prefix="soft-gripper-") as folder:
+        written = Path(folder) / path.name
+        written.write_text(text, encoding="utf-8")
+        read_finger(written)  # checks that the result is valid
+    return text
+
+
+def write_text(path: Path, text: str) -> None:
+    """Writes the text of a finger, or of its set-up, whole."""
+    with atomic_file(path) as partial:
+        partial.write_text(text, encoding="utf-8")
+
+
+def setup_file(finger: Path) -> Path:
+    """Where the set-up of a finger's recordings is saved, beside its file."""
+    return finger.with_suffix(".setup.yaml")
+
+
+def read_setup(finger: Path) -> Setup:
+    """The set-up that is saved beside a finger's file; the default if there is none.
+
+    Raises:
+        InputError: if it cannot be read, or a field is wrong.
+    """
+    file = setup_file(finger)
+    if not file.exists():
+        return Setup()
+    document = read_yaml(file)
+    check_document(file, document, Setup)
+    return Setup(**document)
+
+
+def setup_text(setup: Setup) -> str:
+    """The text of a set-up's file."""
+    head = "# The set-up of the recordings that a finger was identified from, for `soft-gripper identify --test`\n"
+    text: str = yaml.safe_dump(asdict(setup), sort_keys=False)
+    return head + text
+
+
+def _set(element: ET.Element, name: str, value: float, before: float | None) -> None:
+    if value != before and not (before is None and value == 0):
+        element.set(name, _text(value))
+
+
+def _child(element: ET.Element, tag: str) -> ET.Element:
+    child = element.find(tag)
+    return ET.SubElement(element, tag) if child is None else child
+
+
+def _text(*values: float) -> str:
+    return " ".join(f"{value:.6g}" for value in values)

@@ -1,0 +1,441 @@
+"""Recorded states of a finger at rest, its tendons pulled, and parameters fitted to them: free ones and placement.
+
+A row of such a recording holds how far each tendon is pulled, and where markers on the finger came to rest. The finger
+of a model rests where its springs, weight and tendons balance (`tendon_balance`). Dry friction makes its bend lag:
+it follows the balance only as far as this is more than the friction away (play operator; Visintin, *Differential Models
+of Hysteresis*, 1994, chapter III), in the order of the rows. Where a recording places the finger is not known, so
+predicted markers are shifted by their mean distance from measured ones.
+
+A fit minimises the distances of predicted and measured markers; large ones count less than by their squares, because
+tendons that stick or slip off are not part of the model. Derivatives by the markers' places are exact, those of joint
+positions by the parameters are finite differences, which takes no kinematics.
+"""
+
+import re
+from collections.abc import Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+from soft_gripper.arrays import Array
+from soft_gripper.errors import InputError, SimulationDivergedError
+from soft_gripper.extras.hardware.identification.fit import (
+    Confidence,
+    Report,
+    confidence_of,
+    converged,
+    correlation_time,
+)
+from soft_gripper.extras.hardware.identification.free_parameters import FreeParameters, Model, free_parameters
+from soft_gripper.extras.hardware.identification.simulated_motion import Setup
+from soft_gripper.extras.hardware.recordings import HardwareRecording
+from soft_gripper.files.document import given, require
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.finger_parts import TipLoad
+from soft_gripper.fingers.spatial_chain import posture, spatial_chain
+from soft_gripper.fingers.tendon_balance import pulled_positions
+from soft_gripper.pictures.style import ESTIMATOR_COLORS, STYLE
+
+_OF_SCALE = 0.02  # step of the finite differences, in typical changes
+_LARGE = 0.02  # of the finger's length: distances of markers beyond this count less than by their squares
+_TOLERANCE = 2e-4  # relative, of the cost
+_MOST_STEPS = 60
+_JITTER = 1.0  # typical changes, standard deviation of the random restarts
+
+
+@dataclass(frozen=True)
+class SettledStates:
+    """The rows of a recording, in their order."""
+
+    name: str
+    pulled: Array  # (R, T) m, of every tendon of the finger
+    markers: Array  # (R, M, 3) m in B
+    places: Array  # (M, 3) m, of the markers in the frame of the tip, or of where else they are
+    families: NDArray[np.str_]  # (R,) of what was moved; empty where a row belongs to none
+    gravity: Array  # (3,) m/s^2 in B
+    at: Array | None = None  # (M,) shares of the length where the markers are; None: all at the tip
+    load: float = 0.0  # kg, hung on the tip
+    time: Array | None = None  # (R,) s; None: not known
+    names: tuple[str, ...] = ()  # of the markers; empty: they have none
+
+
+def settled_states(recording: HardwareRecording, finger: Finger) -> SettledStates:
+    """The rows of a recording whose markers were all seen, for a finger with the tendons that it describes.
+
+    Raises:
+        InputError: if tendons or markers are not described, or the finger does not have the tendons.
+    """
+    config, name = recording.config, recording.name
+    markers = given(config.markers, name, "markers", "describe the markers on the tip, and their places there")
+    require(len(markers.places) > 0, name, "markers.places", {}, "give at least one marker on the tip and its place")
+    require(len(recording.pulled) > 0, name, "tendons", None, "describe the columns of pulled lengths")
+    names = [tendon.name for tendon in finger.tendons]
+    if sorted(names) != sorted(recording.pulled):
+        expected = f"name the tendons of the finger '{finger.name}': {', '.join(names) or 'it has none'}"
+        raise InputError(name, "tendons.columns", ", ".join(recording.pulled), expected)
+    for tendon in finger.tendons:
+        expected = "give a first guess: a tendon that is commanded in length is a spring"
+        require(tendon.stiffness > 0, f"finger '{finger.name}'", f"{tendon.name}.stiffness", 0.0, expected)
+    pulled = np.stack([recording.pulled[tendon] for tendon in names], axis=-1)
+    seen = np.stack([recording.markers[marker] for marker in markers.places], axis=1)
+    whole: NDArray[np.bool_] = np.isfinite(pulled + seen.sum(axis=(1, 2))[:, None]).all(axis=1)
+    require(int(whole.sum()) > config.every, name, "rows", int(whole.sum()), "at least 2 need all tendons and markers")
+    pattern = config.labels.family if config.labels else "(.*)"
+    families = np.array([_family(label, pattern) for label in recording.labels or [""] * len(whole)])
+    gravity = np.zeros(3) if recording.gravity is None else recording.gravity
+    places = np.array(list(markers.places.values()))
+    if config.blocks > 1 and config.labels is None:
+        block = np.arange(len(whole)) * config.blocks // len(whole) + 1
+        families = np.array([f"block {number}" for number in block])
+    whole &= np.arange(len(whole)) % config.every == 0
+    at = np.array([markers.at.get(name, 1.0) for name in markers.places])
+    return SettledStates(
+        name,
+        pulled[whole],
+        seen[whole],
+        places,
+        families[whole],
+        gravity,
+        at,
+        recording.load_mass,
+        recording.time[whole],
+        tuple(markers.places),
+    )
+
+
+def _family(label: str, pattern: str) -> str:
+    found = re.search(pattern, label)
+    return found[1] if found else ""
+
+
+def resting_positions(model: Model, states: SettledStates) -> Array:
+    """Joint positions of a finger in its set-up in every row, (R, J) rad, or m where joints slide.
+
+    Raises:
+        SimulationDivergedError: if it finds no balance.
+    """
+    q = pulled_positions(_loaded(model.finger, states.load), states.pulled, states.gravity)
+    if model.setup.dry_friction == 0:
+        return q
+    ways = np.array(spatial_chain(model.finger).ways)
+    bends = ways == "bending", *([ways == "sideways"] if "sideways" in ways else [])
+    lag = model.setup.dry_friction / model.finger.segments
+    lagging = _lagging(np.stack([q[:, bend] for bend in bends], axis=-1), lag)
+    q = q.copy()
+    for i, bend in enumerate(bends):
+        q[:, bend] = lagging[..., i]
+    return q
+
+
+def _loaded(finger: Finger, mass: float) -> Finger:
+    """A finger with a point mass, kg, in the middle of its tip besides what it carries; 0: as it is."""
+    if mass == 0:
+        return finger
+    require(finger.tip_load is None, f"finger '{finger.name}'", "tip_load", "", "leave it out: the recording names one")
+    return replace(finger, tip_load=TipLoad(mass, 0.0, 0.0))
+
+
+def _lagging(wanted: Array, lag: float) -> Array:
+    """Vectors that follow wanted ones, (R, N, 2) or (R, N, 1), once these are further away than `lag`."""
+    found, at = np.empty(wanted.shape), wanted[0]
+    for row, there in zip(found, wanted, strict=True):
+        away = there - at
+        distance = np.sqrt((away**2).sum(axis=-1, keepdims=True))
+        at = at + away * np.maximum(0.0, 1 - lag / np.maximum(distance, lag))
+        row[:] = at
+    return found
+
+
+def predicted_markers(finger: Finger, states: SettledStates, q: Array) -> tuple[Array, Array]:
+    """Markers of a finger at joint positions (R, J): (R, M, 3) m in its frame; derivatives by these, (R, J, M, 3)."""
+    chain = spatial_chain(finger)
+    at = posture(chain, q)
+    stations = finger.length * (np.ones(len(states.places)) if states.at is None else states.at)
+    before = np.searchsorted(finger.joint_arc_lengths, stations)  # joints between the base and each marker
+    frames, last = chain.beyond(before), np.concatenate([[0.0], finger.joint_arc_lengths])[before]
+    places = states.places + np.outer(stations - last, [0.0, 0.0, 1.0])
+    markers = at.origins[:, frames] + (at.rotations[:, frames] @ places[..., None])[..., 0]
+    turning, moving = at.screws[..., None, :3], at.screws[..., None, 3:]
+    carried = (frames > np.arange(len(chain.ways))[:, None])[..., None]
+    return markers, carried * (np.cross(turning, markers[:, None]) + moving)
+
+
+def state_errors(model: Model, states: SettledStates, rows: NDArray[np.bool_] | None = None) -> Array:
+    """Predicted minus measured markers, (R, M, 3) m, their mean over the rows that are true in `rows` removed."""
+    away = predicted_markers(model.finger, states, resting_positions(model, states))[0] - states.markers
+    error: Array = away - away[slice(None) if rows is None else rows].mean(axis=(0, 1))
+    return error
+
+
+@dataclass(frozen=True)
+class StatesFit:
+    """Parameters fitted to some rows of recordings."""
+
+    free: FreeParameters
+    x: Array  # (P,) the vector of the free parameters
+    residuals: Array  # (K,) m, of the fitted rows, without their weights
+    jacobian: Array  # (K, P)
+    cost: float
+
+    @property
+    def model(self) -> Model:
+        """The fitted finger in its set-up."""
+        return self.free.at(self.x)
+
+
+Rows = Sequence[NDArray[np.bool_]]  # (R,) each: which rows of the recordings are fitted
+
+
+def fit_states(
+    free: FreeParameters,
+    recordings: Sequence[SettledStates],
+    rows: Rows,
+    start: Array,
+    report: Report = lambda error: None,
+) -> StatesFit:
+    """Fits free parameters to the rows of recordings that are true in `rows`, from a vector.
+
+    Raises:
+        InputError: if the fit does not converge.
+    """
+    steps = _OF_SCALE * free.scales
+
+    def residuals(x: Array) -> Array:
+        try:
+            model = free.at(x)
+            errors = [state_errors(model, *each)[each[1]] for each in zip(recordings, rows, strict=True)]
+        except (InputError, SimulationDivergedError):  # a step of the search may lead to an impossible finger
+            errors = [
+                np.full((int(keep.sum()), *of.markers.shape[1:]), length)
+                for of, keep in zip(recordings, rows, strict=True)
+            ]
+        return np.concatenate([error.ravel() for error in errors])
+
+    def jacobian(x: Array) -> Array:
+        report(root_mean_square(residuals(x).reshape(-1, 3)) / length)
+        return np.concatenate([_slopes(free, x, steps, *each) for each in zip(recordings, rows, strict=True)])
+
+    length = free.model.finger.length
+    found = least_squares(
+        residuals,
+        np.clip(start, *free.bounds),
+        jacobian,
+        bounds=free.bounds,
+        x_scale=free.scales,
+        loss="soft_l1",
+        f_scale=_LARGE * length,
+        ftol=_TOLERANCE,
+        xtol=_TOLERANCE,
+        max_nfev=_MOST_STEPS,
+    )
+    rms = root_mean_square(residuals(found.x).reshape(-1, 3))
+    expected = f"the fit does not converge in {_MOST_STEPS} steps: start closer, or free fewer keys"
+    require(bool(found.success) and rms < length, "identify", "residual", f"{1e3 * rms:.3g} mm", expected)
+    return StatesFit(free, found.x, residuals(found.x), jacobian(found.x), float(found.cost))
+
+
+def _slopes(free: FreeParameters, x: Array, steps: Array, states: SettledStates, rows: NDArray[np.bool_]) -> Array:
+    """Derivatives of the residuals of one recording by the free parameters, (K, P)."""
+    model = free.at(x)
+    q = resting_positions(model, states)
+    markers, by_joints = predicted_markers(model.finger, states, q)
+    columns = []
+    for step in np.diag(steps):
+        moved = free.at(x + step)
+        if moved.finger.length != model.finger.length:  # which alone changes the markers where the joints stand still
+            change = predicted_markers(moved.finger, states, resting_positions(moved, states))[0] - markers
+        else:
+            change = np.einsum("rj,rjmi->rmi", resting_positions(moved, states) - q, by_joints)
+        change = change[rows] / step.max()
+        columns.append((change - change.mean(axis=(0, 1))).ravel())
+    return np.stack(columns, axis=-1)
+
+
+def root_mean_square(errors: Array) -> float:
+    """Root mean square of the lengths of vectors (..., 3)."""
+    return float(np.sqrt((errors**2).sum(axis=-1).mean()))
+
+
+@dataclass(frozen=True)
+class StateScore:
+    """A row of the table: marker errors of one recording, or of some of its rows, their mean removed."""
+
+    recording: str
+    role: str  # "fit", "left out" of the fit that is scored, or "test"
+    family: str  # "all": all rows; or the family
+    marker: str  # "all"; or its name, if there are several
+    rows: int
+    rms_mm: float
+    mean_mm: float
+    percentile_95_mm: float
+
+
+@dataclass(frozen=True)
+class TestedStates:
+    """Recordings compared with a finger."""
+
+    model: Model  # the finger in its set-up
+    states: tuple[SettledStates, ...]
+    errors: tuple[Array, ...]  # of the same, (R, M, 3) m
+    scores: tuple[StateScore, ...]
+
+
+@dataclass(frozen=True)
+class IdentifiedStates(TestedStates):
+    """The result of a fit: the recordings that were fitted, then those held out."""
+
+    left_out: tuple[Array, ...]  # errors of the fitted ones by fits without the row's family; NaN where it has none
+    fit: StatesFit
+    confidence: Confidence
+
+
+def identify_states(
+    finger: Finger,
+    names: Sequence[str],
+    fitted: Sequence[SettledStates],
+    tested: Sequence[SettledStates],
+    executor: Executor,
+    starts: int = 1,
+    seed: int = 0,
+    report: Report = lambda error: None,
+    setup: Setup | None = None,
+) -> IdentifiedStates:
+    """Fits keys of a finger to settled states, and tests the result on others and on families left out of the fit.
+
+    Args:
+        finger: initial guess of the fit.
+        names: the free keys, see `free_parameters`.
+        fitted: recordings to fit to.
+        tested: held-out recordings, of which only the placement is fitted.
+        executor: runs the fits without a family.
+        starts: number of fits, of which the best is kept; the first starts from the finger, the others near it.
+        seed: seed of the random starts.
+        report: called with the root mean square error after each step, relative to the finger's length.
+        setup: initial guess of the set-up; None: the default.
+
+    Raises:
+        InputError: if a key cannot be fitted, or no fit converges.
+    """
+    free = free_parameters(finger, names, [], setup)
+    everything = [np.full(len(states.pulled), True) for states in fitted]
+    jitter = np.random.default_rng(seed).normal(size=(starts, len(free.start))) * _JITTER * free.scales
+    jitter[0] = 0.0
+    fits = converged(lambda away: fit_states(free, fitted, everything, free.start + away, report), list(jitter))
+    best = min(fits, key=lambda found: found.cost)
+    left_out = _left_out(best, fitted, executor)
+    states = (*fitted, *tested)
+    errors = tuple(state_errors(best.model, of) for of in states)
+    scores = [one for of, error in zip(fitted, errors, strict=False) for one in _scores(of, "fit", "all", error)]
+    for of, error in zip(fitted, left_out, strict=True):
+        families = [name for name in sorted(set(of.families)) if name]
+        for name in families:
+            scores += _scores(of, "left out", name, error[of.families == name])
+        scores += _scores(of, "left out", "all", error[of.families != ""]) if families else []
+    for of in tested:
+        scores += _scores(of, "test", "all", state_errors(best.model, of))
+    lasting = float(np.mean([correlation_time(error.ravel()) for error in errors[: len(fitted)]]))
+    known = confidence_of(free, best.residuals, best.jacobian, lasting)
+    return IdentifiedStates(best.model, states, errors, tuple(scores), left_out, best, known)
+
+
+def compared_states(model: Model, states: Sequence[SettledStates]) -> TestedStates:
+    """Compares recordings with a finger in its set-up; only their placement is fitted."""
+    errors = tuple(state_errors(model, of) for of in states)
+    scores = [one for of, error in zip(states, errors, strict=True) for one in _scores(of, "test", "all", error)]
+    return TestedStates(model, tuple(states), errors, tuple(scores))
+
+
+def _left_out(best: StatesFit, fitted: Sequence[SettledStates], executor: Executor) -> tuple[Array, ...]:
+    """Errors of every row by a fit without its family, which is placed as a recording of its own, (R, M, 3) m."""
+    families = sorted({str(name) for states in fitted for name in states.families} - {""})
+    others = [[states.families != name for states in fitted] for name in families]
+    found = tuple(np.full(states.markers.shape, np.nan) for states in fitted)
+    if len(families) < 2:
+        return found
+    finger, names = best.free.model.finger, list(best.free.keys)
+    pending = [executor.submit(_fit_from, finger, names, fitted, rows, best.x) for rows in others]
+    for rows, future in zip(others, pending, strict=True):
+        model = best.free.at(future.result())
+        for errors, states, keep in zip(found, fitted, rows, strict=True):
+            errors[~keep] = state_errors(model, states, ~keep)[~keep]
+    return found
+
+
+def _fit_from(finger: Finger, names: Sequence[str], fitted: Sequence[SettledStates], rows: Rows, start: Array) -> Array:
+    return fit_states(free_parameters(finger, names, []), fitted, rows, start).x
+
+
+def _scores(states: SettledStates, role: str, family: str, errors: Array) -> list[StateScore]:
+    """Scores of all markers, and of each if there are several."""
+    distances = 1e3 * np.linalg.norm(errors - errors.mean(axis=(0, 1)), axis=-1)
+    of_markers = {"all": distances}
+    if len(states.names) > 1:
+        of_markers |= dict(zip(states.names, distances.T, strict=True))
+    return [
+        StateScore(
+            states.name,
+            role,
+            family,
+            marker,
+            len(errors),
+            float(np.sqrt((of**2).mean())),
+            float(of.mean()),
+            float(np.percentile(of, 95)),
+        )
+        for marker, of in of_markers.items()
+    ]
+
+
+_WIDTH, _HEIGHT = 3.0, 2.8  # inches, of a panel
+_VIEWS = ((0, 1), (0, 2))  # axes of B: from the tip, and from the side
+
+
+def states_figure(found: TestedStates) -> Figure:
+    """Plots the places of the last marker, measured and predicted, seen along the finger and from the side.
+
+    A row for each recording; beside it the distribution of the errors.
+    """
+    count = len(found.states)
+    with plt.rc_context(STYLE):
+        figure, axes = plt.subplots(
+            count, 3, figsize=(3 * _WIDTH, count * _HEIGHT), squeeze=False, constrained_layout=True
+        )
+        fitted = found.left_out if isinstance(found, IdentifiedStates) else ()
+        left_out: list[Array | None] = [*fitted, *[None] * count]
+        for row, states, errors, without in zip(axes, found.states, found.errors, left_out, strict=False):
+            for panel, (i, j) in zip(row, _VIEWS, strict=False):
+                _draw_places(panel, states.markers[:, -1], errors[:, -1], i, j)
+            _draw_errors(row[2], errors, "held out" if without is None else "fitted", ESTIMATOR_COLORS[2])
+            if without is not None and np.isfinite(without).any():
+                _draw_errors(row[2], without[np.isfinite(without).all(axis=(1, 2))], "left out", ESTIMATOR_COLORS[5])
+            row[0].set_title(states.name)
+            row[1].legend(frameon=False, markerscale=3, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
+            row[2].set(xlabel="error [mm]", ylabel="share of the rows [%]", ylim=(0, 100), xlim=(0, None))
+            row[2].legend(frameon=False, loc="lower right")
+    plt.close(figure)
+    return figure
+
+
+def _draw_places(panel: Axes, measured: Array, errors: Array, i: int, j: int) -> None:
+    for place, away in zip(1e3 * measured, 1e3 * errors, strict=True):
+        panel.plot(place[i] + [0, away[i]], place[j] + [0, away[j]], color="0.75", lw=0.5, zorder=0)
+    panel.plot(*(1e3 * measured[:, [i, j]]).T, ".", ms=2.5, color="0.35", label="measured")
+    panel.plot(*(1e3 * (measured + errors)[:, [i, j]]).T, ".", ms=1.5, color=ESTIMATOR_COLORS[5], label="predicted")
+    panel.set(xlabel=f"{'xyz'[i]} [mm]", ylabel=f"{'xyz'[j]} [mm]", aspect="equal")
+
+
+def _draw_errors(panel: Axes, errors: Array, label: str, color: str) -> None:
+    distances = np.sort(1e3 * np.linalg.norm(errors, axis=-1).ravel())
+    rms = np.sqrt((distances**2).mean())
+    panel.plot(
+        distances,
+        100 * np.arange(1, len(distances) + 1) / len(distances),
+        color=color,
+        label=f"{label}: {rms:.1f} mm r.m.s.",
+    )

@@ -1,0 +1,375 @@
+"""A simulated recording: the chain in Drake, driven like the hardware, and the positions of its markers.
+
+A chamber fills through an orifice, and its widening multiplies creep, because recordings of the pneumatic segment
+require both. A first-order lag behind the valve cannot rise within 70 ms at 15 kPa and within 190 ms at 35 kPa; and
+with a pressure law that leaves creep alone, the fitted segment crept by half of the measured amount at small
+pressures.
+"""
+
+import xml.etree.ElementTree as ET
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.math import RotationMatrix
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import JacobianWrtVariable
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import LogVectorOutput, TrajectorySource
+from pydrake.trajectories import PiecewisePolynomial
+
+from soft_gripper.arrays import Array, Planar
+from soft_gripper.diagrams.wiring.drive import add_pressure_drive
+from soft_gripper.errors import InputError, SimulationDivergedError
+from soft_gripper.extras.hardware.recordings import HardwareRecording
+from soft_gripper.fingers.creep import shares
+from soft_gripper.fingers.cross_section import SIZES
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.finger_element import FingerElement
+from soft_gripper.fingers.finger_links import finger_to_urdf
+from soft_gripper.fingers.finger_parts import TipLoad
+from soft_gripper.fingers.kinematics import as_planar, forward_kinematics, in_plane, rotated
+from soft_gripper.fingers.plant_finger import PlantFinger
+from soft_gripper.quantity import quantity
+from soft_gripper.scenario.schema import PressureConfig
+
+_TIP = "tip"
+_ABOVE_NOISE = 0.1  # share of the largest displacement that only an event can cause
+_REACHED = 0.5  # share of the largest displacement that identifies the rise and fall of the event
+_STILL_HELD = 0.97  # of the displacement before the valve closes
+_LETTING_GO = 0.03  # s, initial guess of the time that a hand takes
+_LAST = 0.2  # s, averaging period of settled values
+
+
+class Hold(NamedTuple):
+    """How a hand holds the tip before it lets go, from the straight finger."""
+
+    sag: float = 0.0  # m, across, toward the inner side
+    turn: float = 0.0  # rad
+
+
+@dataclass(frozen=True)
+class MeasuredMotion:
+    """The markers of one recording, m, z + i x in B, and the cause of their motion. NaN: not seen."""
+
+    name: str
+    time: Array  # (T,) s
+    markers: Planar  # (T, M)
+    reference: Planar  # (M,) mean of the markers before the event, when the finger is straight
+    gravity: Array  # (3,) m/s^2, in B
+    pressure: float | None  # Pa, in the chamber between two events; None: let go by a hand between two events
+    load: TipLoad | None
+    events: tuple[float, float]  # s, of a release, its begin and end; or of the valve, when it opens and closes
+    hold: Hold | None = None  # of the hand that let go, to be fitted; None: it held the finger straight
+
+    @property
+    def displacement(self) -> Array:
+        """Mean distance of the markers from the reference, m, (T,)."""
+        return np.abs(np.nanmean(self.markers - self.reference, axis=1))
+
+    @property
+    def largest(self) -> float:
+        """Displacement, m."""
+        return float(np.nanmax(self.displacement))
+
+    @property
+    def end(self) -> float:
+        """End of the settled state, s: the end of the recording, or the closing of the valve."""
+        return float(self.time[-1]) if self.pressure is None else self.events[1]
+
+    @property
+    def unknowns(self) -> Array:
+        """Unknowns as one vector: the times of its events, s, and how it was held, if that is fitted."""
+        return np.array((*self.events, *(self.hold or ())))
+
+    def with_unknowns(self, values: Array) -> "MeasuredMotion":
+        """This motion with other values of what was not recorded."""
+        begin, end, *hold = values.tolist()
+        return replace(self, events=(begin, end), hold=Hold(*hold) if hold else None)
+
+
+def measured_motion(recording: HardwareRecording) -> MeasuredMotion:
+    """Reads the motion of the tip from a recording.
+
+    Raises:
+        InputError: if the recording has no markers on the tip, does not give the cause of motion, or nothing moves.
+    """
+    config = recording.config
+    names = config.markers.bodies.get(_TIP, []) if config.markers else []
+    if len(names) < 2:
+        expected = "name at least two markers that are glued to the tip, to measure its rotation"
+        raise InputError(recording.name, "markers.bodies.tip", names, expected)
+    if config.event not in ("release", "step"):
+        raise InputError(recording.name, "event", config.event, 'give the cause of the motion: "release" or "step"')
+    if config.event == "step" and recording.commanded_pressure is None:
+        expected = "the file name does not give the pressure as described by commanded_pressure"
+        raise InputError(recording.name, "commanded_pressure", None, expected)
+    markers = as_planar(np.stack([recording.markers[name][:, [0, 2]] for name in names], axis=1))
+    reference = as_planar(np.stack([recording.reference[name][[0, 2]] for name in names]))
+    away = np.abs(np.nanmean(markers - reference, axis=1))
+    events = _release(recording, away) if config.event == "release" else _steps(recording, away)
+    gravity = np.zeros(3) if recording.gravity is None else recording.gravity
+    pressure = recording.commanded_pressure if config.event == "step" else None
+    return MeasuredMotion(
+        recording.name, recording.time, markers, reference, gravity, pressure, _load(recording), events
+    )
+
+
+def _load(recording: HardwareRecording) -> TipLoad | None:
+    if recording.load_mass == 0:
+        return None
+    x, z = recording.load_place or (0.0, 0.0)
+    return TipLoad(recording.load_mass, x, z)
+
+
+def _release(recording: HardwareRecording, away: Array) -> tuple[float, float]:
+    """The times when the finger starts to move, and when the hand has let go; the second is not observable."""
+    begin = _begin(recording, away)
+    return begin, begin + _LETTING_GO
+
+
+def _steps(recording: HardwareRecording, away: Array) -> tuple[float, float]:
+    """The times when the finger starts to move, and when it starts to move back."""
+    begin, far = _begin(recording, away), np.flatnonzero(away > _REACHED * np.nanmax(away))
+    if far[-1] >= len(away) - 2:
+        raise InputError(recording.name, "event", "step", "the valve does not close before the recording ends")
+    k = int(far[-1])
+    held = np.nanmean(
+        away[(recording.time > recording.time[k] - 2 * _LAST) & (recording.time < recording.time[k] - _LAST)]
+    )
+    while k > 0 and not away[k] > _STILL_HELD * held:
+        k -= 1
+    return begin, float(recording.time[k])
+
+
+def _begin(recording: HardwareRecording, away: Array) -> float:
+    before = recording.time < recording.time[0] + recording.config.reference
+    if not np.nanmax(away) > 5 * np.nanmax(away[before]):
+        expected = "the tip hardly moves more than before the event; is this the right description of the file?"
+        raise InputError(recording.name, "markers", f"{1e3 * np.nanmax(away):.2g} mm", expected)
+    k = int(np.flatnonzero(away > _REACHED * np.nanmax(away))[0])
+    while k > 0 and not away[k] < _ABOVE_NOISE * np.nanmax(away):
+        k -= 1
+    return float(recording.time[k])
+
+
+def turned(markers: Planar, reference: Planar) -> Array:
+    """Rotation of markers from the reference in the bending plane, (..., M) -> (...) rad.
+
+    The angle of the rotation that aligns the two best, by least squares.
+    """
+    centred = markers - markers.mean(axis=-1, keepdims=True)
+    angle: Array = np.angle(np.vecdot(reference - reference.mean(), centred))
+    return angle
+
+
+def settled(time: Array, values: NDArray[Any], end: float) -> Any:
+    """Mean over the last moments before `end`, s, of values (T, ...)."""
+    mean = np.nanmean(values[(time > end - _LAST) & (time <= end)], axis=0)
+    return mean
+
+
+_TIME_STEP = 2e-3  # s; an eighth of it changes the frequency of the beam by 0.2 %, its decrement by 2 %
+_OF_STABLE = 0.5  # of the longest stable time step
+_PERIOD = 0.01  # s, of the log
+_FILL_STEP = 2e-3  # s, in which the pressure is followed
+_FILL_SUPPLY = 10e3  # Pa, of which the fill time is meant
+_LEVELS = 200  # of the pressure, between which the compliance of the chamber is interpolated
+_SUDDEN = 1e-3  # s, in which a hand lets go at least
+_ROOT = "root"
+
+
+@dataclass(frozen=True)
+class Setup:
+    """Properties of the set-up of recordings, and not of the finger; saved beside its file."""
+
+    mounting_x: float = quantity(0.0, "m")  # of the neutral axis in B at the base
+    mounting_z: float = quantity(0.0, "m")  # of the base in B
+    mounting_angle: float = quantity(0.0, "rad")  # of the straight finger in B, from z toward x
+    held_pose: bool = False  # whether the pose in which a hand holds the tip is fitted to every recording
+    load_x: float = quantity(0.0, "m")  # of a load from where it is said to hang, in the tip's frame
+    load_z: float = quantity(0.0, "m")  # likewise
+    marker_mass: float = quantity(0.0, "kg", least=0)  # of the markers on the tip, all together
+    # In which a chamber that does not swell fills from a supply of 10 kPa
+    fill_time: float = quantity(0.06, "s", above=0)
+    swelling: float = quantity(2.0, least=0)  # growth of the chamber's compliance per growth of the bend per pressure
+    # Pressure that the supply lacks when the valve opens, and the time in which that decays by 63 %
+    supply_lag: float = quantity(0.0, "Pa", least=0)
+    supply_time: float = quantity(1.0, "s", above=0)
+    dry_friction: float = quantity(0.0, "rad", least=0)  # by which the whole finger lags behind its balance at most
+    highest_pressure: float = quantity(0.0, "Pa", least=0)  # of the recordings that were fitted; 0: none
+    heaviest_load: float = quantity(0.0, "kg", least=0)  # likewise
+
+
+@dataclass(frozen=True)
+class TipMotion:
+    """The tip of a finger, in the frame of its mounting."""
+
+    time: Array  # (T,) s, since the event
+    tip: Planar  # (T,) m
+    heading: Array  # (T,) rad
+
+
+def simulated_markers(finger: Finger, setup: Setup, motion: MeasuredMotion) -> Planar:
+    """Simulated positions of the markers of a recording, (T, M) m in B, at the times of the recording.
+
+    Raises:
+        SimulationDivergedError: if the chain does not stay finite.
+    """
+    mount, angle = in_plane(setup.mounting_x, setup.mounting_z), setup.mounting_angle
+    tip = tip_motion(finger, setup, motion)
+    in_tip = rotated(rotated(motion.reference - mount, -angle) - tip.tip[0], -tip.heading[0])
+    markers = mount + rotated(tip.tip[:, None] + rotated(in_tip, tip.heading[:, None]), angle)
+    since = motion.time - motion.events[0]
+    return np.array([np.interp(since, tip.time, marker) for marker in markers.T]).T
+
+
+def tip_motion(finger: Finger, setup: Setup, motion: MeasuredMotion) -> TipMotion:
+    """Simulates a finger from the first event on, at rest before it: straight, or as a hand holds it."""
+    loaded = replace(finger, tip_load=_at_tip(finger, setup, motion))
+    duration = float(motion.time[-1] - motion.events[0]) + _PERIOD
+    step = min(_TIME_STEP, _OF_STABLE * loaded.stable_time_step())
+    step = _PERIOD / np.ceil(_PERIOD / step)  # so that the log falls on steps
+    builder = DiagramBuilder()
+    gravity = RotationMatrix.MakeYRotation(-setup.mounting_angle) @ motion.gravity
+    in_plant = _add_finger(builder, loaded, gravity, step)
+    pressure = motion.pressure or 0.0
+    limits = PressureConfig(minimum=min(pressure, 0.0), maximum=max(pressure, 1.0), time_constant=0.0)
+    command = add_pressure_drive(builder, [in_plant], limits).commands[in_plant.name]
+    held = _held(in_plant, motion.hold)
+    source = builder.AddSystem(TrajectorySource(_pressure(finger, setup, motion, duration)))
+    builder.Connect(source.get_output_port(), command)
+    if motion.pressure is None:
+        hand = builder.AddSystem(TrajectorySource(_hand(held.force, motion)))
+        builder.Connect(hand.get_output_port(), in_plant.plant.get_applied_generalized_force_input_port())
+    log = LogVectorOutput(in_plant.plant.get_state_output_port(), builder, _PERIOD)
+    simulator = Simulator(builder.Build())
+    _hold(in_plant, held, simulator)
+    try:
+        simulator.AdvanceTo(duration)
+    except RuntimeError as error:
+        raise SimulationDivergedError(f"{motion.name}: {error}") from None
+    data = log.FindLog(simulator.get_context())
+    q = (in_plant.position_selector() @ data.data()).T
+    shear = (in_plant.position_selector("shear") @ data.data()).T if finger.shear_factor > 0 else None
+    chain = forward_kinematics(q, finger.segment_length, shear)
+    if not np.isfinite(q).all():
+        raise SimulationDivergedError(f"{motion.name}: joint angles are not finite")
+    return TipMotion(data.sample_times(), chain.tip, chain.headings[:, -1])
+
+
+def _add_finger(builder: DiagramBuilder, finger: Finger, gravity: Array, time_step: float) -> PlantFinger:
+    """Adds a plant of a single finger with a fixed base and no contact geometry."""
+    robot = ET.Element("robot", name="identified")
+    robot.append(ET.Element("link", name=_ROOT))
+    robot.extend(finger_to_urdf(FingerElement(finger, _ROOT), visuals=False))
+    for link in robot.findall("link"):
+        for skin in link.findall("collision"):
+            link.remove(skin)
+    plant = builder.AddNamedSystem("plant", MultibodyPlant(time_step))
+    (model,) = Parser(plant).AddModelsFromString(ET.tostring(robot, encoding="unicode"), "urdf")
+    plant.WeldFrames(plant.world_frame(), plant.GetFrameByName(_ROOT))
+    plant.mutable_gravity_field().set_gravity_vector(gravity)
+    plant.Finalize()
+    return PlantFinger(finger, plant, model)
+
+
+class _Held(NamedTuple):
+    """A finger in a hand that holds its tip: what the hand bears, and the pose."""
+
+    force: Array  # (nv) generalized
+    positions: Array  # (nv) of the joints
+
+
+def _held(finger: PlantFinger, hold: Hold | None) -> _Held:
+    """The finger before it is let go: straight if there is no hold; else a hand holds the tip alone, and creep is over.
+
+    For small angles: the joints yield to weight, and to a force and a moment of the hand, by their stiffness less all
+    creep; force and moment are those that bring the tip to its place and direction.
+    """
+    plant, context = finger.plant, finger.plant.CreateDefaultContext()
+    weight = plant.CalcGravityGeneralizedForces(context)
+    if hold is None:
+        return _Held(-weight, 0 * weight)
+    stiffness, remains = np.ones(plant.num_velocities()), 1 - shares(finger.finger).sum()
+    for way, of_joints in finger.finger.stiffnesses.items():
+        starts = [joint.velocity_start() for joint in finger.joints_of(way)]
+        stiffness[starts] = of_joints * (remains if way == "bending" else 1.0)
+    world, velocity = plant.world_frame(), JacobianWrtVariable.kV
+    jacobian = plant.CalcJacobianSpatialVelocity(context, velocity, finger.frames[-1], np.zeros(3), world, world)
+    of_tip = jacobian[[3, 1]]  # its velocity along x, and its turn about y
+    lacks = (hold.sag, hold.turn) - of_tip @ (weight / stiffness)
+    bears = np.linalg.solve(of_tip @ (of_tip / stiffness).T, lacks) @ of_tip
+    return _Held(bears, (weight + bears) / stiffness)
+
+
+def _hold(finger: PlantFinger, held: _Held, simulator: Simulator) -> None:
+    """Sets the state with which a simulation begins."""
+    diagram, context = simulator.get_system(), simulator.get_mutable_context()
+    of_plant = finger.plant.GetMyMutableContextFromRoot(context)
+    finger.plant.SetPositions(of_plant, held.positions)
+    if finger.finger.creep and held.positions.any():
+        name = f"{finger.name}.creep"
+        creep = diagram.GetSubsystemByName(name)
+        q = held.positions[[joint.velocity_start() for joint in finger.joints]]
+        z = np.tile(q, (len(finger.finger.creep), 1))
+        creep.set_internal_angles(creep.GetMyMutableContextFromRoot(context), z, q)
+
+
+def _at_tip(finger: Finger, setup: Setup, motion: MeasuredMotion) -> TipLoad | None:
+    """Load that hangs at the tip: a weight and the markers, as one mass in their centre."""
+    masses = [(finger.tip_load, 0.0, 0.0), (motion.load, setup.load_x, setup.load_z)]
+    parts = [(load.mass, load.x + x, load.z + z) for load, x, z in masses if load is not None]
+    if setup.marker_mass > SIZES[0]:
+        middle = complex(motion.reference.mean()) - finger.length
+        parts.append((setup.marker_mass, middle.imag, middle.real))
+    if not parts:
+        return None
+    mass, x, z = np.transpose(parts)
+    return TipLoad(float(mass.sum()), *(float(mass @ place / mass.sum()) for place in (x, z)))
+
+
+def _hand(bears: Array, motion: MeasuredMotion) -> PiecewisePolynomial:
+    """The generalized force of a hand while letting go: decreases linearly to 0."""
+    lets_go = max(motion.events[1] - motion.events[0], _SUDDEN)
+    return PiecewisePolynomial.FirstOrderHold([0.0, lets_go], np.column_stack([bears, 0 * bears]))
+
+
+def _pressure(finger: Finger, setup: Setup, motion: MeasuredMotion, duration: float) -> PiecewisePolynomial:
+    """The pressure in the chamber since the first event: it fills and, after the second, empties.
+
+    Air enters a chamber of compliance C through a narrow passage, where the loss of pressure grows with the square of
+    the flow:  C(p) dp/dt = k sqrt(supply - p) . A chamber that swells takes more air:
+    C(p) = C(0) (1 + swelling (growth of the bend per pressure there / that of a small pressure - 1)) .
+    The supply comes up to its pressure with a lag:  supply = p - min(p, supply_lag) exp(-t / supply_time) .
+    """
+    if motion.pressure is None:
+        return PiecewisePolynomial(np.zeros((1, 1)))
+    open_for = motion.events[1] - motion.events[0]
+    opened = np.linspace(0.0, open_for, max(int(open_for / _FILL_STEP), 1) + 1)
+    closed = np.arange(1, int((duration - open_for) / _FILL_STEP) + 3) * _FILL_STEP
+    levels = motion.pressure * np.linspace(0.0, 1.0, _LEVELS + 1)[1:]
+    law = finger.pressure_law
+    slope = np.ones(_LEVELS) if law is None else np.gradient(law.curve(levels), levels)
+    compliance = 1 + setup.swelling * (slope / slope[0] - 1)
+    rates = np.sqrt(_FILL_SUPPLY) / (setup.fill_time * compliance)  # sqrt(Pa)/s, at which sqrt(supply - p) falls
+    lacks = np.clip(motion.pressure, -setup.supply_lag, setup.supply_lag)
+    supply = motion.pressure - lacks * np.exp(-opened[1:] / setup.supply_time)
+    filled = _followed(0.0, supply, np.diff(opened), np.abs(levels), rates)
+    emptied = _followed(filled[-1], 0 * closed, np.full(len(closed), _FILL_STEP), np.abs(levels), rates)
+    time = np.concatenate([opened, open_for + closed])
+    return PiecewisePolynomial.FirstOrderHold(time, np.concatenate([[0.0], filled, emptied])[None])
+
+
+def _followed(pressure: float, supplies: Array, steps: Array, levels: Array, rates: Array) -> list[float]:
+    """Pressures, Pa, after each of some steps, s, toward those of the supply, where the rates at levels are known."""
+    found = []
+    for supply, step in zip(supplies.tolist(), steps.tolist(), strict=True):
+        lack = supply - pressure
+        root = max(np.sqrt(abs(lack)) - step * float(np.interp(abs(pressure), levels, rates)), 0.0)
+        pressure = supply - np.copysign(root**2, lack)
+        found.append(pressure)
+    return found

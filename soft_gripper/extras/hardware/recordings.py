@@ -1,0 +1,533 @@
+"""Files of a described experiment -> recordings as arrays.
+
+Headings have no sign: motion capture sometimes reports a body with symmetric markers rotated by 180 degrees.
+"""
+
+import os
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from itertools import combinations
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from soft_gripper.arrays import Array
+from soft_gripper.errors import InputError
+from soft_gripper.extras.hardware.recording_schema import (
+    LENGTH,
+    PRESSURE,
+    TIME,
+    LoadNameConfig,
+    PressureNameConfig,
+    RecordingConfig,
+    load_description,
+)
+from soft_gripper.extras.hardware.table import Columns, Table
+from soft_gripper.extras.hardware.tables import is_bag_folder, read_table
+from soft_gripper.files.document import given, require
+from soft_gripper.files.notes import LEFT_OUT, Note, collected, note
+
+_FURTHEST = 5.0  # lengths of the finger between its bodies, at most
+_NEAREST = 0.1  # and at least, or its markers are together
+_RIGID = 0.05  # lengths of the finger by which the distance of two markers on one body may change
+_RESTS = 0.02  # lengths of the finger that a base may move more than the tip
+_LOST = 0.1  # s, after which a marker that is seen again is not compared with where it was
+
+
+def check_size(path: Path, field: str, points: dict[str, Array], length: float) -> None:
+    """Checks that the largest distance of points, each (T, 3) m, fits a finger of `length`.
+
+    Raises:
+        InputError: if it is so large or small that the unit must be wrong.
+    """
+    seen = [point[~np.isnan(point).any(axis=1)] for point in points.values()]
+    places = np.array([np.median(point, axis=0) for point in seen if len(point)])
+    if len(places) < 2:
+        return
+    size = float(np.linalg.norm(np.ptp(places, axis=0)))
+    if not _NEAREST * length < size < _FURTHEST * length:
+        expected = f"they spread over {size:.3g} m, and the finger is {length:g} m long: is the unit right?"
+        raise InputError(path, f"{field}.unit", f"{len(places)} bodies or markers", expected)
+
+
+def check_exchanged(path: Path, time: Array, markers: dict[str, Array]) -> None:
+    """Checks that two markers, each (T, 3) m, do not swap names, in which case each jumps to the place of the other.
+
+    Raises:
+        InputError: naming both markers, and the times.
+    """
+    for a, b in combinations(markers, 2):
+        seen = np.flatnonzero(~np.isnan(markers[a] + markers[b]).any(axis=1))
+        p, q, t = markers[a][seen], markers[b][seen], time[seen]
+        kept = _distance(p[1:], p[:-1]) + _distance(q[1:], q[:-1])
+        exchanged = _distance(p[1:], q[:-1]) + _distance(q[1:], p[:-1])
+        jumps = np.flatnonzero((2 * exchanged < kept) & (np.diff(t) < _LOST))
+        if len(jumps):
+            times = ", ".join(f"{t[i + 1]:.2f}" for i in jumps[:6]) + (" ..." if len(jumps) > 6 else "")
+            raise InputError(path, "markers", f"{a}, {b}", f"swap names at {times} s: exchange their columns there")
+
+
+def check_rigid(
+    path: Path, time: Array, markers: dict[str, Array], bodies: dict[str, list[str]], length: float
+) -> None:
+    """Checks that markers on one body, each (T, 3) m, keep their distances.
+
+    Raises:
+        InputError: naming the body, the markers, and the time.
+    """
+    for body, names in bodies.items():
+        for a, b in combinations(names, 2):
+            distance = _distance(markers[a], markers[b])
+            change = np.abs(distance - np.nanmedian(distance)) if np.isfinite(distance).any() else np.zeros(1)
+            if np.nanmax(change) > _RIGID * length:
+                worst = int(np.nanargmax(change))
+                found = f"their distance changes by {change[worst] * 1e3:.1f} mm at {time[worst]:.2f} s"
+                raise InputError(path, f"markers.bodies.{body}", f"{a}, {b}", f"{found}: are they on one rigid body?")
+
+
+def check_base_rests(path: Path, markers: dict[str, Array], bodies: dict[str, list[str]], length: float) -> None:
+    """Checks that the markers on the body "base" hardly move, or move less than those on "tip".
+
+    Raises:
+        InputError: if they move more: the names of the bodies are exchanged.
+    """
+    if "tip" not in bodies or "base" not in bodies:
+        return
+    moved = {body: max(_motion(markers[name]) for name in bodies[body]) for body in ("tip", "base")}
+    if moved["base"] > moved["tip"] + _RESTS * length:
+        expected = f"the base moves by {moved['base'] * 1e3:.1f} mm and the tip by {moved['tip'] * 1e3:.1f} mm"
+        raise InputError(path, "markers.bodies", "base, tip", f"{expected}: are their markers exchanged?")
+
+
+def _distance(p: Array, q: Array) -> Array:
+    distance: Array = np.linalg.norm(p - q, axis=-1)
+    return distance
+
+
+def _motion(p: Array) -> float:
+    """Distance of a marker from its median position, 90th percentile, which ignores single outliers."""
+    seen = p[~np.isnan(p).any(axis=1)]
+    return float(np.percentile(_distance(seen, np.median(seen, axis=0)), 90)) if len(seen) else 0.0
+
+
+def markers_of(table: Table, config: RecordingConfig, time: Array) -> dict[str, Array]:
+    """Markers (T, 3) m by name, in the axes of the recording; NaN where one is not seen.
+
+    Raises:
+        InputError: if one is missing, or their positions are impossible.
+    """
+    if config.markers is None:
+        return {}
+    described, unit = config.markers, LENGTH[config.markers.unit]
+    markers: dict[str, Array] = {}
+    for name in (name for body in described.bodies.values() for name in body):
+        p = table.columns(described.of(name)) * unit
+        p[np.isnan(p).any(axis=1) | (p == 0).all(axis=1)] = (
+            np.nan
+        )  # some systems write zeros for markers that are not seen
+        markers[name] = p
+    for body, names in described.bodies.items():
+        seen = any(np.isfinite(markers[name]).any() for name in names)
+        require(seen, table.path, f"markers.bodies.{body}", names, "none of them is ever seen")
+    check_size(table.path, "markers", markers, config.length)
+    check_exchanged(table.path, time, markers)
+    check_rigid(table.path, time, markers, described.bodies, config.length)
+    check_base_rests(table.path, markers, described.bodies, config.length)
+    return markers
+
+
+_NORM = 0.01  # allowed deviation of a quaternion's norm from 1
+
+
+@dataclass(frozen=True)
+class BodyPose:
+    """The pose of a rigid body over time."""
+
+    p: Array  # (T, 3) m
+    R: Array  # (T, 3, 3), its axes
+
+
+def poses_of(table: Table, config: RecordingConfig) -> dict[str, BodyPose]:
+    """Poses by body, in the axes of the recording; NaN where a quaternion is missing or has not unit norm.
+
+    Raises:
+        InputError: if a column is missing, no quaternion has unit norm, or the unit cannot be right.
+    """
+    poses: dict[str, BodyPose] = {}
+    for name, pose in config.poses.items():
+        p = table.columns(pose.position) * LENGTH[pose.unit]
+        wxyz = table.columns(pose.quaternion)
+        good = np.abs(np.linalg.norm(wxyz, axis=1) - 1) < _NORM
+        if not good.any():
+            raise InputError(table.path, f"poses.{name}.quaternion", pose.quaternion, "none of them has unit norm")
+        R = np.full((len(p), 3, 3), np.nan)
+        R[good] = Rotation.from_quat(np.roll(wxyz[good], -1, axis=1)).as_matrix()
+        poses[name] = BodyPose(p, R)
+    fields = ", ".join(f"poses.{name}" for name in poses)
+    check_size(table.path, fields, {name: pose.p for name, pose in poses.items()}, config.length)
+    return poses
+
+
+@dataclass(frozen=True)
+class HardwareRecording:
+    """The contents of one file, in SI units, with vectors in the finger's frame B. NaN: not seen."""
+
+    name: str  # of the file, without its suffix
+    config: RecordingConfig  # how the file is described: bodies, wires, event and what is unknown
+    time: Array  # (T,) s, increasing
+    markers: dict[str, Array] = field(default_factory=dict)  # (T, 3) m, by name
+    reference: dict[str, Array] = field(default_factory=dict)  # (3,) m, mean of every marker over the reference span
+    poses: dict[str, BodyPose] = field(default_factory=dict)  # by rigid body
+    pressures: Array | None = None  # (T, C) Pa, measured, in the order of the description
+    readings: Array | None = None  # (T, R) of strain sensors, in the order of the description
+    lengths: dict[str, Array] = field(default_factory=dict)  # (T,) m, by wire
+    pulled: dict[str, Array] = field(default_factory=dict)  # (T,) m, by tendon
+    labels: tuple[str, ...] = ()  # (T) of what was moved; empty if none are described
+    commanded_pressure: float | None = None  # Pa, from the file's name
+    load_mass: float = 0.0  # kg, hung on the tip, from the file's name
+    load_place: tuple[float, float] | None = None  # m, x and z of the load from the tip; None: unknown
+    gravity: Array | None = None  # (3,) m/s^2; None: unknown
+    notes: tuple[Note, ...] = ()  # what is missing, was mended or left out
+
+
+_MOST_PRESSURE = 1e7  # Pa, highest plausible pressure in a soft body
+_LEAST_PRESSURE = 10.0  # Pa, lowest plausible driving pressure
+
+
+_ATMOSPHERE = 80e3, 110e3  # Pa, of the air where people work
+_OPEN = 5e3  # Pa, below which a pressure is relative to the surroundings
+
+
+def check_relative(path: Path, field: str, pressure: Array, reference: NDArray[np.bool_], how: str) -> None:
+    """Checks that a pressure, (T,) Pa, is relative to the surroundings; `how` says what to do if it is not.
+
+    Raises:
+        InputError: if it rests near the pressure of the air in the reference span, and is never near zero.
+    """
+    low, high = _ATMOSPHERE
+    seen = pressure[reference & np.isfinite(pressure)]
+    rests = float(np.median(seen)) if len(seen) else 0.0
+    if low < rests < high and np.nanmin(np.abs(pressure)) > _OPEN:
+        raise InputError(path, field, f"{rests / 1e3:.4g} kPa at rest", f"is it measured against vacuum? {how}")
+
+
+def pressures_of(table: Table, config: RecordingConfig, reference: NDArray[np.bool_]) -> Array | None:
+    """Measured pressures, relative to the surroundings, Pa, (T, C); None if none are described.
+
+    `reference` is true in the reference span, (T,).
+
+    Raises:
+        InputError: if the unit cannot be right, or they look absolute and nothing is said of it.
+    """
+    if config.pressures is None:
+        return None
+    described = config.pressures
+    unit = described.scale or PRESSURE[described.unit]
+    pressures = table.columns(described.columns) * unit
+    most = float(np.nanmax(np.abs(pressures), initial=0.0))
+    fine = most == 0 or _LEAST_PRESSURE < most < _MOST_PRESSURE
+    require(fine, table.path, "pressures.unit", described.unit, f"the highest is then {most:.3g} Pa: is it right?")
+    if described.zeroed:
+        seen = pressures[reference & np.isfinite(pressures).all(axis=1)]
+        require(len(seen) > 0, table.path, "pressures.zeroed", True, "no pressure is known in the reference span")
+        return pressures - seen.mean(axis=0)
+    if described.ambient is None:
+        how = "give `pressures.ambient`, what it has in open air, or `zeroed: true`; if not, `ambient: 0`"
+        for column, pressure in zip(described.columns, pressures.T, strict=True):
+            check_relative(table.path, f"pressure in {column}", pressure, reference, how)
+    return pressures - (described.ambient or 0.0) * unit
+
+
+def lengths_of(table: Table, config: RecordingConfig) -> dict[str, Array]:
+    """Measured lengths, m, (T,), by wire.
+
+    Raises:
+        InputError: if a column is missing, or the unit cannot be right.
+    """
+    if config.lengths is None:
+        return {}
+    described = config.lengths
+    unit = described.scale or LENGTH[described.unit]
+    columns = [wire.column for wire in described.wires.values()]
+    lengths = table.columns(columns) * unit
+    most = float(np.nanmax(np.abs(lengths), initial=0.0))
+    expected = f"the longest is then {most:.3g} m, and the finger {config.length:g} m: is it right?"
+    require(most < 10 * config.length, table.path, "lengths.unit or scale", described.unit, expected)
+    change = float(np.nanmax(np.ptp(lengths, axis=0), initial=0.0))
+    expected = f"no wire then changes by more than {change:.3g} m, and the finger is {config.length:g} m: is it right?"
+    fine = change == 0 or change > 1e-3 * config.length
+    require(fine, table.path, "lengths.unit or scale", described.unit, expected)
+    return dict(zip(described.wires, lengths.T, strict=True))
+
+
+def pulled_of(table: Table, config: RecordingConfig) -> dict[str, Array]:
+    """Lengths of tendons that are pulled in, m, (T,), by tendon.
+
+    Raises:
+        InputError: if a column is missing, or the unit cannot be right.
+    """
+    if config.tendons is None:
+        return {}
+    described = config.tendons
+    columns, let_out = list(described.columns.values()), list(described.antagonists.values())
+    wound = table.columns(columns), -table.columns(let_out)
+    pulled = np.concatenate(wound, axis=1) * described.scale
+    most = float(np.nanmax(np.ptp(pulled, axis=0), initial=0.0))
+    expected = f"the most that a tendon moves is then {most:.3g} m, and the finger is {config.length:g} m long"
+    fine = 1e-4 * config.length < most < config.length
+    require(fine, table.path, "tendons.unit", described.unit, f"{expected}: is it right?")
+    return dict(zip([*described.columns, *described.antagonists], pulled.T, strict=True))
+
+
+_FEWEST = 2  # samples, minimum for a recording
+_LONGEST_GAP = 60.0  # s, between two rows of one recording
+
+
+def without_repeats(table: Table, time: str, unit: float, longest_gap: float = _LONGEST_GAP) -> Table:
+    """The samples with distinct times; `unit` of the times, and `longest_gap`, s.
+
+    Raises:
+        InputError: if time runs backwards, most of it stands still, or rows are so far apart that they are of several
+            recordings.
+    """
+    t = table.columns([time])[:, 0]
+    timed = table.kept(np.isfinite(t))
+    t = t[np.isfinite(t)]
+    require(len(t) >= _FEWEST, table.path, time, len(t), f"needs at least {_FEWEST} samples with a time")
+    back = np.flatnonzero(np.diff(t) < 0)
+    if len(back):
+        row, value = int(timed.rows[back[0] + 1]), float(t[back[0] + 1])
+        expected = f"time runs backwards in row {row}, after {t[back[0]]:g}: split the file there, or sort it"
+        raise InputError(table.path, time, value, expected)
+    far = np.flatnonzero(np.diff(t) * unit > longest_gap)
+    if len(far):
+        row, value = int(timed.rows[far[0] + 1]), float(t[far[0] + 1])
+        expected = f"a gap of more than {longest_gap:g} s before row {row}, after {t[far[0]]:g}: split the file there"
+        if 2 * len(far) > len(t):
+            expected = (
+                f"most rows are more than {longest_gap:g} s apart: is `time_unit` right? one of {', '.join(TIME)}"
+            )
+        raise InputError(table.path, time, value, expected)
+    own = np.concatenate(([True], np.diff(t) > 0))
+    row = int(timed.rows[np.argmin(own)])
+    expected = f"most rows repeat a time, the first of them row {row}: does the clock count seconds alone?"
+    require(bool(own.mean() > 0.5), table.path, time, float(t[np.argmin(own)]), expected)
+    if not own.all():
+        why = f"they repeat a time, the first of them row {row}"
+        note(LEFT_OUT, table.path, f"{len(own) - own.sum()} of {len(own)} rows", "", why)
+    if len(timed.values) < len(table.values):
+        note(LEFT_OUT, table.path, f"{len(table.values) - len(timed.values)} rows", "", "they have no time")
+    return timed.kept(own)
+
+
+def note_defects(path: Path, time: Array, markers: dict[str, Array], reference: NDArray[np.bool_]) -> None:
+    """Notes markers that are not always seen; `reference` is true in the reference span, (T,)."""
+    for name, p in markers.items():
+        lost = np.any(np.isnan(p), axis=1)
+        if lost.any():
+            first, longest = time[np.argmax(lost)], _longest(time, lost)
+            why = f"they are missing, the first at {first:.2f} s; the longest gap is {longest:.2f} s"
+            note(LEFT_OUT, path, f"{lost.sum()} of {len(lost)} samples of {name}", "", why)
+        if lost[reference].all():
+            note(LEFT_OUT, path, f"the reference of {name}", "", "it is not seen in the reference span")
+
+
+def _longest(time: Array, lost: NDArray[np.bool_]) -> float:
+    """The longest time between two samples that are seen, with lost ones between them, s."""
+    seen = np.concatenate((time[:1], time[~lost], time[-1:]))
+    return float(np.diff(seen).max())
+
+
+_GRAM = 1e-3  # kg
+
+
+def pressure_in_name(path: Path, ways: list[PressureNameConfig]) -> float | None:
+    """The commanded pressure in a file's name, Pa; None if there is none.
+
+    Raises:
+        InputError: if the match is not a number.
+    """
+    for way in ways:
+        if found := re.search(way.pattern, path.stem):
+            return _number(path, "commanded_pressure", found[1]) * PRESSURE[way.unit]
+    return None
+
+
+def load_in_name(path: Path, load: LoadNameConfig | None) -> float:
+    """The mass at the tip according to a file name, kg; 0 if it gives none.
+
+    Raises:
+        InputError: if the match is not a number.
+    """
+    found = re.search(load.pattern, path.stem) if load else None
+    if load is None or found is None:
+        return 0.0
+    return load.masses.get(found[1], _number(path, "load", found[1]) * _GRAM)
+
+
+def _number(path: Path, field: str, text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise InputError(path, f"{field}.pattern", text, "is not a number; the group must match digits only") from None
+
+
+@dataclass(frozen=True)
+class RecordingFrame:
+    """Frame B: its origin (3,) m and, as columns, its axes (3, 3), in the axes of the recording."""
+
+    origin: Array
+    R: Array
+
+    def placed(self, p: Array) -> Array:
+        """Points (..., 3) m in B."""
+        return (p - self.origin) @ self.R
+
+    def posed(self, pose: BodyPose) -> BodyPose:
+        """A pose in B."""
+        return BodyPose(self.placed(pose.p), self.R.T @ pose.R)
+
+
+def frame_of(
+    path: Path,
+    config: RecordingConfig,
+    markers: dict[str, Array],
+    poses: dict[str, BodyPose],
+    reference: NDArray[np.bool_],
+) -> RecordingFrame:
+    """Frame B as described; `reference` is true in the reference span, (T,).
+
+    Raises:
+        InputError: if its origin is neither given nor measured.
+    """
+    z = np.array(config.frame.z) / np.linalg.norm(config.frame.z)
+    x = np.array(config.frame.x) - np.dot(config.frame.x, z) * z
+    x /= np.linalg.norm(x)
+    R = np.column_stack((x, np.cross(z, x), z))
+    if config.frame.origin is not None:
+        return RecordingFrame(np.array(config.frame.origin), R)
+    if "base" in poses:
+        return RecordingFrame(seen_mean(poses["base"].p[reference]), R)
+    base = config.markers.bodies.get("base", []) if config.markers else []
+    expected = "without it a pose or markers of the body 'base' are needed"
+    require(len(base) > 0, path, "frame.origin", None, expected)
+    return RecordingFrame(seen_mean(np.array([seen_mean(markers[name][reference]) for name in base])), R)
+
+
+def seen_mean(p: Array) -> Array:
+    """Mean over the finite rows of (T, 3), NaN if there are none."""
+    seen = p[~np.isnan(p).any(axis=1)]
+    mean: Array = seen.mean(axis=0) if len(seen) else np.full(3, np.nan)
+    return mean
+
+
+def read_recording(path: Path, config: RecordingConfig) -> HardwareRecording:
+    """Reads a file according to its description.
+
+    Raises:
+        InputError: naming file, column or marker, and row or time, if it contradicts the description.
+    """
+    with collected() as notes:
+        found = _read(path, config)
+    return replace(found, notes=tuple(notes))
+
+
+def _read(path: Path, config: RecordingConfig) -> HardwareRecording:
+    longest_gap = np.inf if config.event == "settled" else _LONGEST_GAP  # between states at rest, time does not matter
+    unit = TIME[config.time_unit]
+    table = without_repeats(_table(path, config), config.time, unit, longest_gap)
+    time = table.columns([config.time])[:, 0] * unit
+    reference = time <= time[0] + config.reference
+    markers, poses = markers_of(table, config, time), poses_of(table, config)
+    B = frame_of(path, config, markers, poses, reference)
+    placed = {name: B.placed(p) for name, p in markers.items()}
+    note_defects(path, time, placed, reference)
+    return HardwareRecording(
+        name=path.stem,
+        config=config,
+        time=time,
+        markers=placed,
+        reference={name: seen_mean(p[reference]) for name, p in placed.items()},
+        poses={name: B.posed(pose) for name, pose in poses.items()},
+        pressures=pressures_of(table, config, reference),
+        readings=table.columns(config.readings) if config.readings else None,
+        lengths=lengths_of(table, config),
+        pulled=pulled_of(table, config),
+        labels=table.labels,
+        commanded_pressure=pressure_in_name(path, config.commanded_pressure),
+        load_mass=load_in_name(path, config.load),
+        load_place=None if config.load_place is None else (config.load_place[0], config.load_place[1]),
+        gravity=None if config.gravity is None else np.array(config.gravity) @ B.R,
+    )
+
+
+def _table(path: Path, config: RecordingConfig) -> Table:
+    markers, label = config.markers, config.labels
+    columns = Columns(
+        names=config.columns,
+        time=config.time,
+        time_unit=TIME[config.time_unit],
+        header=config.header,
+        text=config.text,
+        label=None if label is None else label.column,
+        points="" if markers is None else markers.columns,
+        point_unit=1.0 if markers is None else LENGTH[markers.unit],
+        hold=config.hold,
+    )
+    return read_table(path, columns)
+
+
+DATA_FOLDER = "SOFT_GRIPPER_DATA"  # environment variable
+
+
+def find_recordings(
+    files: Sequence[str], described_as: str | None = None, data: Path | None = None
+) -> list[HardwareRecording]:
+    """Finds and reads recordings: the files of `recording_paths`, as they are described.
+
+    Raises:
+        InputError: if a file or description is not found, or wrong.
+    """
+    return [
+        read_recording(path, _description(path, described_as)) for path in recording_paths(files, described_as, data)
+    ]
+
+
+def recording_paths(files: Sequence[str], described_as: str | None = None, data: Path | None = None) -> list[Path]:
+    """Finds recordings.
+
+    Args:
+        files: each as given, or below `data`, or in a folder there named after the description.
+        described_as: a shipped description's name, or a path; None: the YAML beside a file, with its name or
+            recording.yaml.
+        data: folder of recordings; None: the environment variable SOFT_GRIPPER_DATA.
+
+    Raises:
+        InputError: if a file is not found.
+    """
+    folder = data or (Path(os.environ[DATA_FOLDER]) if os.environ.get(DATA_FOLDER) else None)
+    require(len(files) > 0, "recording", "FILE", [], "give at least one file")
+    return [_find(file, described_as, folder) for file in files]
+
+
+def _find(file: str, described_as: str | None, folder: Path | None) -> Path:
+    places = [Path(file)]
+    if folder is not None:
+        places += [folder / file, *([folder / Path(described_as).stem / file] if described_as else [])]
+    found = next((place for place in places if os.path.isfile(place) or is_bag_folder(place)), None)
+    below = f"nor below {folder}" if folder else f"and neither --data nor {DATA_FOLDER} names a folder"
+    if found is None:
+        raise InputError("recording", "FILE", file, f"there is no such file here, {below}")
+    return found
+
+
+def _description(path: Path, described_as: str | None) -> RecordingConfig:
+    if described_as is not None:
+        return load_description(described_as)
+    places = path.with_suffix(".yaml"), path.with_name("recording.yaml")
+    found = next((place for place in places if os.path.isfile(place)), None)
+    expected = f"no description: give --as NAME, or put {places[0].name} or {places[1].name} next to it"
+    return load_description(given(found, path, "description", expected))

@@ -1,0 +1,364 @@
+"""The diagram of a replay: recorded readings of an arm -> the blocks of the estimation -> scores.
+
+The positions of the bodies of an arm whose sections bend and lengthen, with rigid parts between them.
+
+The joints of a section share its length; behind every section lies a rigid part, and to its end a body is fixed. In
+planar vectors z + i x (see `kinematics`), with h_s the heading at the end of section s,
+
+    e_s = p_base + exp(i tilt) chain_s + sum over sections r before s of  d_r exp(i h_r) ,
+    p_s = e_s + m_s exp(i h_s) ,
+
+where chain_s is the end of section s along the stretched chain.
+
+Leading axes are free; S sections, N joints.
+
+The lengthening of an arm bypasses its estimators, from the wires to `StretchedArm`: a bending finger is inextensible,
+and its joint angles do not depend on length.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import BasicVector, Context, Diagram, DiagramBuilder, DiscreteValues, LeafSystem
+from pydrake.systems.primitives import Adder, ConstantVectorSource, MatrixGain
+
+from soft_gripper.arrays import Array, Planar
+from soft_gripper.diagrams.private_run import keep_what_is_read
+from soft_gripper.diagrams.recording import Recording, add_logs, read_logs
+from soft_gripper.diagrams.wiring.named_blocks import find_estimator, make_block
+from soft_gripper.diagrams.wiring.named_wires import NamedWires, connect_known, vector_outputs
+from soft_gripper.estimators.driving_torque import DRIVING_TORQUE, DrivingTorque
+from soft_gripper.estimators.finger_shape import ANGLES
+from soft_gripper.estimators.uncertainty import Uncertainty
+from soft_gripper.extras.hardware.recordings import HardwareRecording
+from soft_gripper.files.document import given, require
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.kinematics import as_planar, as_points, forward_kinematics, rotated
+from soft_gripper.sensors.sensor_layout import SensorLayout
+from soft_gripper.sensors.wire_lengths import WireGeometry, as_strain
+from soft_gripper.signals import XZ, describe
+
+
+@dataclass(frozen=True)
+class RigidParts:
+    """The rigid parts of an arm."""
+
+    base: Planar | complex  # m, of the first section in B
+    tilt: float  # rad, of the first section in B
+    couplings: Planar  # (S,) m, d: from the end of a section to the beginning of the next
+    bodies: Planar  # (S,) m, m: from the end of a section to the body that is fixed there
+    turns: Array  # (S,) rad, of the axes of the bodies from the headings of their sections
+
+
+def stretched_arm(
+    parts: RigidParts, q: Array, lengths: Array, section_ends: NDArray[np.int_]
+) -> tuple[Planar, Planar, Array]:
+    """Joints (..., N) m, bodies (..., S) m, both in B, and headings of the bodies (..., S) rad.
+
+    Args:
+        parts: the rigid parts.
+        q: joint angles, (..., N) rad.
+        lengths: of the sections, (..., S) m.
+        section_ends: joints up to the end of every section, from 0 to N, (S + 1,).
+    """
+    joints = np.diff(section_ends)
+    chain = forward_kinematics(q, np.repeat(lengths / joints, joints, axis=-1))
+    headings = parts.tilt + chain.headings[..., section_ends[1:]]
+    shifts = rotated(parts.couplings, headings)
+    before = shifts.cumsum(axis=-1) - shifts
+    ends = parts.base + rotated(chain.segment_ends[..., section_ends[1:]], parts.tilt) + before
+    along = parts.base + rotated(chain.joints, parts.tilt) + np.repeat(before, joints, axis=-1)
+    return along, ends + rotated(parts.bodies, headings), headings + parts.turns
+
+
+class StretchedArm(LeafSystem):
+    """The positions of joints and bodies of an arm that lengthens, and the errors of the bodies.
+
+    ::
+
+        estimated_joint_angles (N) rad ---> +--------------+ ---> joint_positions  (N x 2) x, z; m in B
+        section_lengths (S) m ------------> | StretchedArm | ---> body_positions   (S x 2) x, z; m in B
+        measured_bodies (S x 2) m in B ---> +--------------+ ---> body_error       (S) m
+
+    Matrices are passed row by row. Stateless.
+    """
+
+    def __init__(self, parts: RigidParts, finger: Finger, bodies: Sequence[str], arcs: SensorLayout | None = None):
+        """`arcs`: sensors whose sections are arcs, whatever the joint angles within them; None: these count."""
+        super().__init__()
+        self._parts, self._arcs, self._ends = parts, arcs, finger.section_ends(len(bodies))
+        joints = range(finger.segments)
+        self._angles = self.DeclareVectorInputPort(ANGLES, finger.segments)
+        self._lengths = self.DeclareVectorInputPort("section_lengths", len(bodies))
+        self._measured = self.DeclareVectorInputPort("measured_bodies", 2 * len(bodies))
+        shape = {self._angles.ticket(), self._lengths.ticket()}
+        positions = self.DeclareVectorOutputPort("joint_positions", 2 * len(joints), self._calc_joints, shape)
+        describe(positions, "m", joint=joints, xz=XZ)
+        places = self.DeclareVectorOutputPort("body_positions", 2 * len(bodies), self._calc_bodies, shape)
+        describe(places, "m", body=bodies, xz=XZ)
+        errors = self.DeclareVectorOutputPort("body_error", len(bodies), self._calc_error)
+        describe(errors, "m", body=bodies)
+
+    def _points(self, context: Context) -> tuple[np.ndarray, np.ndarray]:
+        q = self._angles.Eval(context)
+        q = q if self._arcs is None else self._arcs.shared_equally(self._arcs.sums(q))
+        joints, bodies, _ = stretched_arm(self._parts, q, self._lengths.Eval(context), self._ends)
+        return as_points(joints), as_points(bodies)
+
+    def _calc_joints(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(self._points(context)[0].ravel())
+
+    def _calc_bodies(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(self._points(context)[1].ravel())
+
+    def _calc_error(self, context: Context, output: BasicVector) -> None:
+        apart = self._points(context)[1].ravel() - self._measured.Eval(context)
+        output.SetFromVector(np.linalg.norm(apart.reshape(-1, 2), axis=1))
+
+
+class LogSource(LeafSystem):
+    """Outputs recorded samples.
+
+    ::
+
+        +-----------+
+        | LogSource | ---> {signal}  (entries of the signal)
+        +-----------+
+
+    Sampled in discrete state every period, from time 0, like a sensor; the last sample is held.
+    """
+
+    def __init__(self, signal: str, samples: Array, period: float, unit: str, **axes: Sequence[Any]):
+        """`samples` (T, ...) every `period` s; unit and axes as for `describe`."""
+        super().__init__()
+        self._samples, self._period = samples.reshape(len(samples), -1), period
+        state = self.DeclareDiscreteState(self._samples.shape[1])
+        self.DeclareInitializationDiscreteUpdateEvent(self._sample)
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._sample)
+        describe(self.DeclareStateOutputPort(signal, state), unit, **axes)
+
+    def _sample(self, context: Context, values: DiscreteValues) -> None:
+        row = min(round(context.get_time() / self._period), len(self._samples) - 1)
+        values.set_value(np.array(self._samples[row]))
+
+
+PATHS = ("inner", "outer")
+
+
+class WireStrain(LeafSystem):
+    """Computes strain and length of an arm of S sections from its wires.
+
+    ::
+
+                                +------------+ ---> strain           (2 x sections) as of an arm that only bends
+        wire_lengths (2 x S) m  | WireStrain |
+          [inner; outer] -----> +------------+ ---> section_lengths  (S) m
+
+    Estimators bend a finger of constant length; the lengths bypass them, to StretchedArm. Stateless.
+    """
+
+    def __init__(self, geometry: WireGeometry, finger: Finger, sections: int):
+        """`sections` of the strain sensors, which divides S."""
+        super().__init__()
+        self._geometry, self._finger, self._sections = geometry, finger, sections
+        count = len(geometry.bend_offsets)
+        self._wires = self.DeclareVectorInputPort("wire_lengths", 2 * count)
+        describe(
+            self.DeclareVectorOutputPort("strain", 2 * sections, self._calc_strain), path=PATHS, section=range(sections)
+        )
+        lengths = self.DeclareVectorOutputPort("section_lengths", count, self._calc_lengths)
+        describe(lengths, "m", arm_section=range(count))
+
+    def _calc_strain(self, context: Context, output: BasicVector) -> None:
+        theta = self._geometry.sections(*self._sides(context)).theta
+        output.SetFromVector(as_strain(self._finger, theta, self._sections)[1])
+
+    def _calc_lengths(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(self._geometry.sections(*self._sides(context)).length)
+
+    def _sides(self, context: Context) -> np.ndarray:
+        return np.asarray(self._wires.Eval(context)).reshape(2, -1)
+
+
+@dataclass(frozen=True)
+class NominalArm:
+    """The nominal model of an arm of S sections, C chambers and N joints."""
+
+    finger: Finger  # with creep
+    gains: Array  # (N, C) N m/Pa, torque per pressure
+    rest: Array  # (N,) N m, torque without pressure
+    wires: WireGeometry
+    parts: RigidParts
+    uncertainty: Uncertainty
+    gravity: Array  # (3,) m/s^2 in B
+
+
+@dataclass(frozen=True)
+class ReplayInputs:
+    """T recorded samples, `period` s apart."""
+
+    period: float
+    wire_lengths: Array  # (T, 2, S) m, inner and outer, from the base to the end of each section
+    pressures: Array  # (T, C) Pa
+    bodies: Sequence[str]  # (S,) names
+    measured_bodies: Array  # (T, S, 2) m, x and z in B
+
+
+class ArmEstimation(Diagram):
+    """One estimator of an arm, from its readings to the places of its bodies.
+
+    ::
+
+        wire_lengths --> WireStrain --> strain --> estimator --> estimated_joint_angles --> StretchedArm --> places,
+                             |                        ^               |                      ^    ^          errors
+                             +--- section_lengths ----|---------------|----------------------+    |
+        pressures --> chambers --> driving torque ----+               |                           |
+                          memory of creep --^-------------------------+                           |
+        measured_bodies --------------------------------------------------------------------------+
+    """
+
+    def __init__(self, arm: NominalArm, estimator: str, sections: int, bodies: Sequence[str], period: float):
+        """An estimator by its name, with the number of sensors per side.
+
+        Raises:
+            InputError: if there is none of that name.
+        """
+        super().__init__()
+        layout, joints = SensorLayout(arm.finger, sections), arm.finger.segments
+        wires = NamedWires()
+        wires.add("wire_strain", WireStrain(arm.wires, arm.finger, sections))
+        wires.add("chambers", MatrixGain(arm.gains), {"u0": "pressures", "y0": "chamber_torque"})
+        wires.add("rest", ConstantVectorSource(arm.rest), {"y0": "rest_torque"})
+        wires.add("no_pressure", ConstantVectorSource([0.0]), {"y0": "pressure"})
+        wires.add("memory", DrivingTorque(arm.finger, period), {DRIVING_TORQUE: "memory_torque"}, later={ANGLES})
+        parts = {f"u{i}": name for i, name in enumerate(("chamber_torque", "rest_torque", "memory_torque"))}
+        driving = Adder(3, joints)
+        wires.add("driving", driving, {**parts, "sum": DRIVING_TORQUE})
+        describe(driving.get_output_port(), "N m", joint=range(joints))
+        identity = np.append(np.eye(3).ravel(), np.zeros(3))
+        wires.add("base", ConstantVectorSource(identity), {"y0": "X_WB"})  # gravity is given in B
+        make = find_estimator(estimator, arm.uncertainty, "--estimator")
+        wires.add("estimator", make_block("--estimator", estimator, make, layout, arm.gravity, period))
+        as_arcs = layout if estimator == "arcs" else None
+        kept = {ANGLES, DRIVING_TORQUE, "strain", "section_lengths"}
+        for name in wires.outputs.keys() - kept:
+            del wires.outputs[name]
+        wires.add("arm", StretchedArm(arm.parts, arm.finger, bodies, as_arcs))
+        wires.build_into(self)
+
+
+def estimate_recording(
+    arm: NominalArm, inputs: ReplayInputs, estimators: Mapping[str, tuple[str, int]], about: Mapping[str, str]
+) -> Recording:
+    """Feeds recorded readings to estimators.
+
+    Args:
+        arm: nominal model of the arm.
+        inputs: of one recording.
+        estimators: name of an estimator and its sensors per side, by the name of the row.
+        about: attributes of the result.
+
+    Returns:
+        the signals of each estimation, `{row}.{signal}`, and the recorded signals.
+
+    Raises:
+        InputError: if there is no such estimator.
+    """
+    builder = DiagramBuilder()
+    sections, chambers = range(inputs.wire_lengths.shape[2]), range(inputs.pressures.shape[1])
+    sources: dict[str, tuple[str, Array, dict[str, Sequence[Any]]]] = {
+        "wire_lengths": ("m", inputs.wire_lengths, {"path": PATHS, "arm_section": sections}),
+        "pressures": ("Pa", inputs.pressures, {"chamber": chambers}),
+        "measured_bodies": ("m", inputs.measured_bodies, {"body": list(inputs.bodies), "xz": XZ}),
+    }
+    known = {}
+    for name, (unit, samples, axes) in sources.items():
+        source = builder.AddNamedSystem(name, LogSource(name, samples, inputs.period, unit, **axes))
+        known[name] = source.get_output_port()
+    signals = dict(known)
+    for row, (estimator, count) in estimators.items():
+        estimation = ArmEstimation(arm, estimator, count, inputs.bodies, inputs.period)
+        builder.AddNamedSystem(row, estimation)
+        connect_known(builder, estimation, known, "estimation")
+        signals |= {f"{row}.{name}": port for name, port in vector_outputs(estimation).items()}
+    logs = add_logs(builder, signals, inputs.period)
+    keep_what_is_read(builder, inputs.period, signals)
+    simulator = Simulator(builder.Build())
+    simulator.AdvanceTo((len(inputs.pressures) - 1) * inputs.period)
+    return read_logs(logs, simulator.get_context(), about)
+
+
+PERIOD = 0.02  # s, between samples; rows are held
+MOST_TIME = 3600.0  # s, of a recording
+
+
+@dataclass(frozen=True)
+class ArmRecording:
+    """T samples, PERIOD apart, of an arm with S sections and C chambers; NaN where a body is not seen."""
+
+    name: str
+    spacing: float  # m, between the wires of the two sides
+    time: Array  # (T,) s, from 0
+    inner: Array  # (T, S) m, wires from the base to the end of each section
+    outer: Array  # (T, S) m
+    pressures: Array  # (T, C) Pa
+    chamber_sections: tuple[int, ...]  # (C,) that each chamber is in, from 0
+    bodies: tuple[str, ...]  # S names, from the base to the tip
+    positions: Planar  # (T, S) m in B, of the bodies
+    headings: Array  # (T, S) rad
+
+
+def arm_recording(recording: HardwareRecording) -> ArmRecording:
+    """Raises InputError if the recording lacks two wires and a body per section, or pressures."""
+    where, expected = recording.name, "an arm is estimated from length sensors: describe them"
+    described = given(recording.config.lengths, where, "lengths", expected)
+    measured = given(recording.pressures, where, "pressures", "describe the chambers' pressures")
+    wires = {(wire.side, wire.section): recording.lengths[name] for name, wire in described.wires.items()}
+    sections = range(1, max(section for _, section in wires) + 1)
+    expected = "give two wires that end at each section, on the inner and on the outer side"
+    complete = set(wires) == {(side, section) for side in ("inner", "outer") for section in sections}
+    require(complete, where, "lengths.wires", list(described.wires), expected)
+    moved = {name: pose for name, pose in recording.poses.items() if name != "base"}
+    bodies = sorted(moved, key=lambda name: float(np.nanmedian(moved[name].p[:, 2])))
+    expected = f"give a body for the end of each of the {len(sections)} sections, besides 'base'"
+    require(len(bodies) == len(sections), where, "poses", bodies, expected)
+    pressures = recording.config.pressures
+    in_sections = (pressures.sections if pressures else None) or []
+    fits = len(in_sections) == measured.shape[1] and set(in_sections) <= set(sections)
+    require(fits, where, "pressures.sections", in_sections, f"give the section of each chamber, of {len(sections)}")
+    read = np.isfinite(np.column_stack([*wires.values(), measured])).all(axis=1)
+    require(bool(read.any()), where, "lengths, pressures", None, "no row has all of them")
+    seconds = recording.time[read] - recording.time[read][0]
+    expected = f"lasts longer than {MOST_TIME:g} s, the limit of {MOST_TIME / PERIOD:g} samples: cut it"
+    require(seconds[-1] <= MOST_TIME, where, "time", float(seconds[-1]), expected)
+    time = np.arange(0.0, seconds[-1], PERIOD)
+    rows = np.flatnonzero(read)[np.searchsorted(seconds, time + 1e-9, side="right") - 1]
+    return ArmRecording(
+        name=recording.name,
+        spacing=described.spacing,
+        time=time,
+        inner=np.column_stack([wires["inner", section] for section in sections])[rows],
+        outer=np.column_stack([wires["outer", section] for section in sections])[rows],
+        pressures=measured[rows],
+        chamber_sections=tuple(section - 1 for section in in_sections),
+        bodies=tuple(bodies),
+        positions=np.column_stack([as_planar(moved[name].p[:, ::2]) for name in bodies])[rows],
+        headings=np.column_stack([_heading(moved[name].R) for name in bodies])[rows],
+    )
+
+
+def _heading(R: Array) -> Array:
+    """Direction of a body's z axis in the bending plane, rad, less multiples of pi.
+
+    Motion capture sometimes reports a body with symmetric markers rotated by 180 degrees: an axis has no sign.
+    """
+    heading: Array = np.arctan2(R[:, 0, 2], R[:, 2, 2])
+    seen = np.isfinite(heading)
+    if seen.any():
+        angle = np.unwrap(heading[seen], period=np.pi)
+        heading[seen] = angle - np.pi * np.round(angle[0] / np.pi)
+    return heading

@@ -1,0 +1,269 @@
+"""Estimators on recordings of one arm: each is estimated with a model fitted to the others, or to chosen ones."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from tqdm import tqdm
+
+from soft_gripper.arrays import Array
+from soft_gripper.diagrams.recording import Recording
+from soft_gripper.diagrams.wiring.named_blocks import find_estimator
+from soft_gripper.errors import InputError
+from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
+from soft_gripper.estimators.uncertainty import EXACT, Uncertainty
+from soft_gripper.extras.hardware.replay.arm_estimation import (
+    PERIOD,
+    ArmRecording,
+    NominalArm,
+    ReplayInputs,
+    estimate_recording,
+)
+from soft_gripper.extras.hardware.replay.geometry_band import body_band, extrapolations
+from soft_gripper.extras.hardware.replay.geometry_fit import FittedGeometry, fit_drive, fit_geometry, measured
+from soft_gripper.files.document import require
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.kinematics import as_points
+from soft_gripper.pictures.style import ESTIMATOR_COLORS, STYLE
+
+_OFTEN = 1.0  # s, between two reports of the progress at least
+Rows = Mapping[str, tuple[str, int]]  # name of an estimator and its sensors per side, by the name of the row
+_LOAD_SHARE = 0.1  # torque of a load over that of the angles that a drive leaves unexplained
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """A fitted arm, and its geometry as known."""
+
+    arm: NominalArm
+    geometry: FittedGeometry
+
+    @property
+    def delay(self) -> float:
+        """Delay of the wires, s."""
+        return self.geometry.delay
+
+
+@dataclass(frozen=True)
+class Replayed:
+    """A recording with its estimates."""
+
+    name: str
+    fitted_on: tuple[str, ...]
+    fitted: Fitted
+    signals: Recording
+    extrapolated: tuple[str, ...]  # where it leaves the lengths and bends that were fitted
+
+
+def estimator_rows(names: Iterable[str] | None, sections: int) -> Rows:
+    """Estimators, None for all, with one sensor per side over the whole arm, and with one for each section.
+
+    Raises:
+        InputError: if there is none of that name.
+    """
+    chosen = list(names or SHAPE_FUNCTIONS)
+    for name in chosen:
+        find_estimator(name, field="--estimator")
+    return {f"{name} {count}": (name, count) for count in sorted({1, sections}) for name in chosen}
+
+
+@dataclass(frozen=True)
+class ReplayRow:
+    """Errors of one estimator over a recording, or over all samples of all of them."""
+
+    estimator: str
+    sections: int  # sensors per side
+    recording: str
+    body: str
+    mean_mm: float
+    median_mm: float
+    percentile_95_mm: float
+    max_mm: float
+    within_band_percent: float  # samples within the 95 % band; of arcs with a sensor for each section, NaN otherwise
+
+
+@dataclass(frozen=True)
+class ArmReplay:
+    """Recordings of one arm with their estimates, and the errors of these."""
+
+    replayed: list[Replayed]
+    rows: Rows
+
+    @cached_property
+    def table(self) -> list[ReplayRow]:
+        """Errors of each estimator, see `replay_table`."""
+        return replay_table(self.replayed, self.rows)
+
+
+def replay_recordings(
+    reported: Sequence[ArmRecording], fitted: Sequence[ArmRecording] | None, rows: Rows, finger: Finger, gravity: Array
+) -> ArmReplay:
+    """Estimates recordings; a recording is never part of the data that its own estimates were fitted to.
+
+    Args:
+        reported: recordings to estimate.
+        fitted: recordings for the fit; None: for each recording, all others.
+        rows: the estimators, by row.
+        finger: that represents the arm.
+        gravity: gravity in B, (3,) m/s^2.
+
+    Raises:
+        InputError: if there are no recordings to fit to, or one would be in both.
+    """
+    twice = sorted({r.name for r in reported} & {r.name for r in fitted or ()})
+    require(not twice, "replay", "--fit", twice, "a recording cannot be both fitted and reported")
+    if fitted is None and len(reported) < 2:
+        names = [recording.name for recording in reported]
+        raise InputError(
+            "replay", "FILE", names, "each is estimated by a fit to the others: give at least two, or --fit"
+        )
+    found = None if fitted is None else fit_arm(fitted, finger, gravity)
+    replayed = []
+    progress = tqdm(reported, desc="replay", mininterval=_OFTEN, dynamic_ncols=True)  # in a log as well
+    for recording in progress:
+        others = fitted or [other for other in reported if other is not recording]
+        of_recording = found or fit_arm(others, finger, gravity)
+        fitted_on = tuple(other.name for other in others)
+        about = {
+            "recording": recording.name,
+            "fitted_on": ", ".join(fitted_on),
+            "wires_late_by_s": f"{of_recording.delay:g}",
+        }
+        signals = estimate_recording(of_recording.arm, replay_inputs(recording, of_recording.delay), rows, about)
+        band = {BAND: (("time", "body"), body_band(of_recording.geometry, recording, finger), {"units": "m"})}
+        signals = Recording(signals.data.assign(band))
+        beyond = tuple(extrapolations(of_recording.geometry, recording))
+        replayed.append(Replayed(recording.name, fitted_on, of_recording, signals, beyond))
+    return ArmReplay(replayed, rows)
+
+
+def fit_arm(recordings: Sequence[ArmRecording], finger: Finger, gravity: Array) -> Fitted:
+    """The nominal model of an arm, fitted to recordings of it."""
+    geometry = fit_geometry(recordings, finger)
+    drive = fit_drive(recordings, geometry, finger, gravity)
+    driven = np.argmax(finger.pressure_gain)
+    load = _LOAD_SHARE * drive.angle_std * finger.stiffness[driven] / finger.pressure_gain[driven]
+    uncertainty = Uncertainty(
+        reading=_noise(recordings), angle=drive.angle_std, bend_per_pressure=EXACT, load_pressure=float(load)
+    )
+    arm = NominalArm(drive.finger, drive.gains, drive.rest, geometry.wires, geometry.parts, uncertainty, gravity)
+    return Fitted(arm, geometry)
+
+
+def replay_inputs(recording: ArmRecording, delay: float) -> ReplayInputs:
+    """The inputs of the diagram from a recording; body positions are those a `delay` (s) earlier."""
+    bodies, _ = measured(recording, delay)
+    wires = np.stack([recording.inner, recording.outer], axis=1)
+    return ReplayInputs(PERIOD, wires, recording.pressures, recording.bodies, as_points(bodies))
+
+
+def _noise(recordings: Sequence[ArmRecording]) -> float:
+    """Standard deviation of the wires' extension ratios, by the steps between different samples that follow each other.
+
+    Robust against motion, which makes steps of another size.
+    """
+    wires = [np.diff(np.concatenate([r.inner, r.outer], axis=1) / r.inner[:, -1].mean(), axis=0) for r in recordings]
+    steps = np.concatenate([step.ravel() for step in wires])
+    return float(1.48 * np.median(np.abs(steps[steps != 0])) / np.sqrt(2))
+
+
+ALL = "all"
+BAND = "body_band"  # signal: radius of the 95 % band of every body about its place by arcs
+
+
+def replay_table(replayed: Sequence[Replayed], rows: Rows) -> list[ReplayRow]:
+    """A row for each estimator, body and recording, and for all recordings together.
+
+    The first sample, which is logged before the sensors are read, is omitted.
+    """
+    table = []
+    for row, (estimator, sections) in rows.items():
+        errors = {one.name: 1e3 * one.signals[f"{row}.body_error"][1:] for one in replayed}
+        bodies = next(iter(errors.values()))["body"].values
+        for i, body in enumerate(bodies):
+            of_body = {name: error.values[:, i] for name, error in errors.items()}
+            has_band = estimator == "arcs" and sections == len(bodies)
+            bands = {one.name: 1e3 * one.signals[BAND].values[1:, i] for one in replayed}
+            bands |= {ALL: np.concatenate(list(bands.values()))}
+            for name, values in {**of_body, ALL: np.concatenate(list(of_body.values()))}.items():
+                seen = values[np.isfinite(values)]
+                within = 100 * np.mean((values <= bands[name])[np.isfinite(values)]) if has_band else np.nan
+                numbers = seen.mean(), np.median(seen), np.percentile(seen, 95), seen.max(), within
+                table.append(ReplayRow(estimator, sections, name, str(body), *map(float, numbers)))
+    return table
+
+
+_PREFERRED = ("arcs", "gaussian")
+_MEASURED = "0.1"
+_SMOOTHED = 50  # samples, over which errors are averaged
+_MOST = 4  # estimators in a figure, so that each can be seen
+
+
+def drawn_rows(rows: Rows) -> dict[str, str]:
+    """The rows to draw, with their colours."""
+    drawn = [row for row, (name, _) in rows.items() if name in _PREFERRED] or list(rows)
+    return dict(zip(drawn[:_MOST], ESTIMATOR_COLORS[1:], strict=False))
+
+
+def replay_figure(replay: ArmReplay) -> Figure:
+    """Plots tip position across the arm, tip error and shape, with a column for each recording."""
+    colors, replayed = drawn_rows(replay.rows), replay.replayed
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(1.2 + 2.5 * len(replayed), 8.2), layout="constrained")
+        heights = {"height_ratios": [1, 0.8, 1.9]}
+        panels = figure.subplots(3, len(replayed), sharex="row", sharey="row", squeeze=False, gridspec_kw=heights)
+        for column, one in zip(panels.T, replayed, strict=True):
+            column[0].set_title(one.name.replace("_", " "), fontsize=10, loc="left")
+            _draw_tip(column[0], one, colors)
+            _draw_errors(column[1], one, colors)
+            _draw_shape(column[2], one, colors)
+        panels[0, 0].set_ylabel("tip, across the arm [mm]")
+        panels[1, 0].set_ylabel("error of the tip,\n1 s means [mm]")
+        panels[2, 0].set_ylabel("down [mm]")
+        handles, labels = panels[0, 0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside upper center", ncols=len(labels), frameon=False)
+    return figure
+
+
+def _draw_tip(axes: Axes, one: Replayed, colors: dict[str, str]) -> None:
+    tip = 1e3 * one.signals["measured_bodies"][1:, -1, 0]
+    for row, color in colors.items():
+        estimated = 1e3 * one.signals[f"{row}.body_positions"][1:, -1, 0]
+        axes.plot(tip["time"], estimated, color=color, lw=1.0, label=_label(row))
+    axes.plot(tip["time"], tip, color=_MEASURED, lw=1.4, ls=(0, (4, 2)), label="motion capture")
+
+
+def _draw_errors(axes: Axes, one: Replayed, colors: dict[str, str]) -> None:
+    for row, color in colors.items():
+        error = 1e3 * one.signals[f"{row}.body_error"][1:, -1]
+        axes.plot(error["time"], error.rolling(time=_SMOOTHED, center=True, min_periods=1).mean(), color=color, lw=1.2)
+    axes.set(yscale="log", ylim=(1, 100), xlabel="time [s]")
+    axes.set_yticks([1, 2, 5, 10, 20, 50, 100], ["1", "2", "5", "10", "20", "50", "100"])
+    axes.minorticks_off()
+
+
+def _draw_shape(axes: Axes, one: Replayed, colors: dict[str, str]) -> None:
+    """Draws the shape at the sample with the largest spread of the bodies across the arm."""
+    bodies = one.signals["measured_bodies"].values[1:]
+    place = 1 + int(np.argmax(np.abs(np.diff(bodies[:, :, 0], axis=1, prepend=0.0)).sum(axis=1)))
+    for row, color in colors.items():
+        joints = one.signals[f"{row}.joint_positions"].values[place]
+        ends = one.signals[f"{row}.body_positions"].values[place]
+        line = 1e3 * np.concatenate([[[0.0, 0.0]], joints, ends[-1:]])
+        axes.plot(*line.T, color=color, lw=1.6, marker="o", ms=2)
+    axes.plot(*(1e3 * bodies[place - 1].T), color=_MEASURED, ls="", marker="s", mfc="none", ms=8, mew=1.5)
+    time = float(one.signals.data["time"][place])
+    axes.set_title(f"at {time:.1f} s; squares: motion capture", fontsize=8, loc="left")
+    axes.set(aspect="equal", xlabel="across [mm]")
+    axes.margins(0.15)
+    if not axes.yaxis_inverted():
+        axes.invert_yaxis()
+
+
+def _label(row: str) -> str:
+    name, count = row.split()
+    return f"{name}, {count} per side"

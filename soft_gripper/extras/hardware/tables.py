@@ -1,0 +1,125 @@
+"""Files of numbers -> tables of named columns.
+
+| file | columns |
+|---|---|
+| text | numbers between commas; names are in the first row, or given |
+| text of JSON objects | one object a line; the entries of a list are `name[0]`, `name[1]` ... |
+| `.c3d`, motion capture | of each point, in a pattern, and analog channels, by their labels |
+| `.nc`, netCDF 3 | variables over the dimension of the time, `name` or `name[0]`, `name[0,1]` ... |
+| `.bag`, `.db3`, `.mcap`, folder of a ROS 2 bag | fields of messages, see `bag_messages` |
+"""
+
+import importlib.util
+from pathlib import Path
+
+import numpy as np
+
+from soft_gripper.arrays import Array
+from soft_gripper.diagrams.recording import Recording
+from soft_gripper.errors import InputError
+from soft_gripper.extras.hardware.bag_messages import bag_columns
+from soft_gripper.extras.hardware.c3d_points import c3d_points
+from soft_gripper.extras.hardware.reading_apart import read_apart
+from soft_gripper.extras.hardware.recording_schema import LENGTH
+from soft_gripper.extras.hardware.table import Columns, Table
+from soft_gripper.extras.hardware.text_table import read_text_table
+from soft_gripper.files.document import require
+from soft_gripper.files.text import check_regular
+
+BAGS = (".bag", ".db3", ".mcap")
+OTHER_THAN_TEXT = (*BAGS, ".nc", ".c3d")
+
+
+def read_table(path: Path, columns: Columns) -> Table:
+    """Reads a file; its name says which kind it is.
+
+    Raises:
+        InputError: if it cannot be read, has no samples, or lacks a column.
+    """
+    is_text = not is_bag_folder(path) and path.suffix.lower() not in OTHER_THAN_TEXT
+    require(is_text or columns.label is None, path, "labels.column", columns.label, "is read of files of text alone")
+    if is_text:
+        return read_text_table(path, columns)
+    if path.suffix.lower() in BAGS or is_bag_folder(path):
+        return _read_bag(path, columns)
+    if path.suffix.lower() == ".c3d":
+        return _read_c3d(path, columns)
+    return _read_netcdf(path, columns)
+
+
+def is_bag_folder(path: Path) -> bool:
+    """Whether a path leads to a ROS 2 bag that is a folder."""
+    return (path / "metadata.yaml").is_file()
+
+
+def _read_netcdf(path: Path, columns: Columns) -> Table:
+    data, time = Recording.load(path).data, columns.time
+    if time not in data.variables or data[time].ndim != 1:
+        known = ", ".join(str(name) for name in data.variables if data[name].ndim == 1)
+        raise InputError(path, "time", time, f"is not a variable with one dimension; these are: {known}")
+    (along,) = data[time].dims
+    count = data.sizes[along]
+    require(count > 0, path, "file", path.name, "is empty: it has no samples")
+    names, values = list[str](), list[Array]()
+    for name in data.variables:
+        variable = data[name]
+        if along in variable.dims and variable.dtype.kind in "biufmM" and variable.size:
+            flat = variable.transpose(along, ...).values.reshape(count, -1)
+            if flat.dtype.kind in "mM":
+                flat = (flat - flat[:1]) / np.timedelta64(1, "s") / columns.time_unit
+            sizes = [size for dim, size in variable.sizes.items() if dim != along]
+            places = [",".join(map(str, place)) for place in np.ndindex(*sizes)]
+            names += [f"{name}[{place}]" if place else str(name) for place in places]
+            values.append(flat)
+    chosen = np.concatenate(values, axis=1)[:, columns.places(path, names)].astype(float)
+    return Table(path, tuple(columns.fields), chosen, np.arange(count) + 1)
+
+
+_MOST_RATE = 1e6  # Hz
+
+
+def _read_c3d(path: Path, columns: Columns) -> Table:
+    """Points, NaN where one is not seen, and analog channels at their times, which start at 0."""
+    _require_extra(path, "c3d", "ezc3d")
+    data = read_apart(c3d_points, path)
+    points, rate = data["points"], float(data["RATE"][0]) if len(data["RATE"]) else 0.0
+    labels = [str(label).strip() for label in data["LABELS"]][: points.shape[1]] if columns.points else []
+    channels = [str(label).strip() for label in data["CHANNELS"]][: len(data["analogs"])]
+    require(points.shape[2] > 0, path, "file", path.name, "is empty: it has no points")
+    require(bool(labels or channels), path, "markers", None, "it has no analog channels: describe its markers")
+    require(0 < rate <= _MOST_RATE, path, "POINT:RATE", rate, f"must be above 0, and at most {_MOST_RATE:g} Hz")
+    own = str((data["UNITS"] or ["mm"])[0]).strip() or "mm"
+    require(own in LENGTH, path, "POINT:UNITS", own, f"one of {', '.join(LENGTH)}")
+    frames = np.arange(points.shape[2])
+
+    def of_point(label: str) -> list[str]:
+        return [columns.points.format(marker=label, axis=axis) for axis in "xyz"]
+
+    scale = LENGTH[own] / columns.point_unit
+    flat = points[:, : len(labels)].transpose(2, 1, 0).reshape(len(frames), -1) * scale
+    analogs = data["analogs"][: len(channels)].T
+    every = max(len(analogs) // len(frames), 1) if channels else 1
+    together = analogs[::every][: len(frames)] if channels else np.empty((len(frames), 0))
+    names = [*(name for label in labels for name in of_point(label)), *channels]
+    values = np.column_stack((flat, together))
+    # A label has its subject in front, and may be given without.
+    short = [i for i, name in enumerate(names) if ":" in name]
+    names, values = names + [names[i].rpartition(":")[2] for i in short], values[:, [*range(len(names)), *short]]
+    time = frames / rate / columns.time_unit
+    places = columns.places(path, [columns.time, *names])
+    return Table(path, tuple(columns.fields), np.column_stack((time, values))[:, places], frames + 1)
+
+
+def _read_bag(path: Path, columns: Columns) -> Table:
+    _require_extra(path, "ros", "rosbags", "mcap")
+    if not is_bag_folder(path):
+        check_regular(path)
+    names = tuple(columns.fields)
+    values = read_apart(bag_columns, path, names[0], names[1:], columns.hold, columns.time_unit)
+    return Table(path, names, values, np.arange(len(values)) + 1)
+
+
+def _require_extra(path: Path, extra: str, *libraries: str) -> None:
+    if any(importlib.util.find_spec(library) is None for library in libraries):
+        needs = f"such files require {' and '.join(libraries)}: pip install 'soft-gripper[{extra}]'"
+        raise InputError(path, "file", path.name, needs)

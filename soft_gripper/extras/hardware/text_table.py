@@ -1,0 +1,266 @@
+"""Text of loggers, spreadsheets and scripts -> a table.
+
+How a file is written is found from what is known of it, the names of its columns: the separator and the line of names
+are those that show most of them, and the decimal sign is the one with which most rows are numbers. What is not a row
+of the table, or not one of numbers, is left out with a note. Whatever is in columns that are not needed is ignored.
+"""
+
+import csv
+import json
+import math
+import re
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from soft_gripper.arrays import Array
+from soft_gripper.errors import InputError
+from soft_gripper.extras.hardware.clock_times import is_clock, seconds_of
+from soft_gripper.extras.hardware.foreign_files import foreign_binary, foreign_text
+from soft_gripper.extras.hardware.table import Columns, Table
+from soft_gripper.files.notes import LEFT_OUT, MENDED, note
+from soft_gripper.files.text import decoded, read_bytes
+
+_SPACE = " "  # any number of spaces and tabs
+_SEPARATORS = "\t", ";", ",", "|", _SPACE
+_COMMENT = re.compile(r"\s*(?:#|%|//)+ *")
+_HEAD = 1000  # lines in which the names of columns are looked for
+_LEAST_SHARE = 0.05  # of rows that must be numbers, or the form of the file was not recognised
+_MISSING = frozenset(
+    ["", "nan", "na", "n/a", "#n/a", "null", "none", "-", "--", "---", "?", "1.#qnan", "1.#ind", "#div/0!", "#value!"]
+)
+_THOUSANDS = {
+    sign: re.compile(rf"[-+]?[1-9]\d{{0,2}}(?:{re.escape(other)}\d{{3}})+(?:{re.escape(sign)}\d*)?")
+    for sign, other in ((".", ","), (",", "."))
+}
+
+
+class _Rows(NamedTuple):
+    """The cells of rows that are needed: those of `Columns.fields` in this order, and that of the label."""
+
+    cells: list[list[Any]]  # texts, or values of JSON
+    lines: list[int]  # in the file, counted from 1
+    lost: dict[int, str]  # lines that are no rows of the table, and why
+
+
+def read_text_table(path: Path, columns: Columns) -> Table:
+    """Reads a file of text: cells with separators between them, or objects of JSON.
+
+    Raises:
+        InputError: if it is not text, lacks a column, has two of one name, or no row of it holds numbers.
+    """
+    rows = _rows(path, columns)
+    names = tuple(columns.fields)
+    time = [str(row[0]) for row in rows.cells]
+    clock = _clock(path, time, columns.time_unit) if is_clock(time) else None
+    if clock is not None:
+        for row, seconds in zip(rows.cells, clock.tolist(), strict=True):
+            row[0] = seconds
+    found = _in_numbers(path, rows, names, columns.text.decimal)
+    lost = rows.lost | found.lost
+    first = min(lost, default=None)
+    every = len(lost) + len(found.good)
+    if len(found.good) <= _LEAST_SHARE * every:
+        expected = "is empty: it has no samples"
+        if first is not None:
+            read = f"{len(found.good)} of {every} rows are numbers for {', '.join(names[:6])}"
+            expected = f"only {read}: row {first} {lost[first]}"
+        raise InputError(path, "file", path.name, expected)
+    if first is not None:
+        note(LEFT_OUT, path, f"{len(lost)} of {every} rows", "", f"the first of them, row {first}, {lost[first]}")
+    labels = () if columns.label is None else tuple(str(rows.cells[i][-1]) for i in found.good)
+    return Table(path, names, found.values, np.array(rows.lines)[found.good], labels)
+
+
+def _rows(path: Path, columns: Columns) -> _Rows:
+    data = read_bytes(path)
+    if form := foreign_binary(data):
+        raise InputError(path, "file", path.name, form)
+    text = decoded(path, data, columns.text.encoding, "cp1252")
+    whole = text.rstrip("\0")
+    if len(whole) < len(text):
+        note(LEFT_OUT, path, f"{len(text) - len(whole)} zeros at its end", "", "as a loss of power leaves them")
+    if not whole.strip():
+        raise InputError(path, "file", path.name, "is empty: it has no samples")
+    lines = whole.split("\n")
+    if re.match(r"\s*(\{|\[\s*\{)", whole):
+        return _of_json(path, whole, lines, columns)
+    return _of_cells(path, lines, columns)
+
+
+def _of_cells(path: Path, lines: list[str], columns: Columns) -> _Rows:
+    chosen = _SEPARATORS if columns.text.separator is None else (columns.text.separator,)
+    if columns.header is None:
+        separator, begin, names = _by_names(lines, set(columns.wanted), chosen)
+        if (form := foreign_text(lines)) and not columns.wanted.keys() <= set(names):
+            raise InputError(path, "file", path.name, form)
+        before = begin - 1
+    else:
+        names = list(columns.header)
+        separator, begin = _by_rows(lines, len(names), columns.places(path, names)[0], chosen)
+        before = begin
+    places = columns.places(path, names)
+    rows = _Rows([], [], {})
+    comments = 0
+    for number, line in enumerate(lines[begin:], start=begin + 1):
+        cells = _split(line, separator)
+        while len(cells) > len(names) and not cells[-1]:
+            cells.pop()
+        if len(cells) == len(names) and any(cells):
+            rows.cells.append([cells[place] for place in places])
+            rows.lines.append(number)
+        elif _COMMENT.match(line):
+            comments += 1
+        elif any(cells):
+            rows.lost[number] = f"has {len(cells)} cells, and there are {len(names)} columns"
+    if any(skipped := [line for line in lines[:before] if line.strip()]):
+        note(LEFT_OUT, path, f"{len(skipped)} lines before the table", "", f"the first begins '{skipped[0][:30]}'")
+    if comments:
+        note(LEFT_OUT, path, f"{comments} lines", "", "they are comments")
+    return rows
+
+
+def _by_names(lines: list[str], wanted: set[str], separators: Sequence[str]) -> tuple[str, int, list[str]]:
+    """The separator, the number of lines down to that of the names, and these; those that show most wanted names.
+
+    Where none does, those with most words.
+    """
+
+    def split() -> Iterator[tuple[str, int, list[str]]]:
+        for separator in separators:
+            for i, line in enumerate(lines[:_HEAD]):
+                yield separator, i + 1, _split(_COMMENT.sub("", line, count=1), separator)
+
+    best = max(split(), key=lambda each: len(wanted.intersection(each[2])))
+    if wanted.isdisjoint(best[2]):
+        best = max(split(), key=lambda each: sum(1 for name in each[2] if name and not _is_number(name)))
+    return best
+
+
+def _by_rows(lines: list[str], count: int, time: int, separators: Sequence[str]) -> tuple[str, int]:
+    """The separator with which most lines have `count` cells, that at `time` a time; and the lines before the first."""
+
+    def fitting(separator: str) -> list[int]:
+        split = ((i, _split(line, separator)) for i, line in enumerate(lines[:_HEAD]))
+        return [
+            i
+            for i, cells in split
+            if len(cells) >= count
+            and not any(cells[count:])
+            and (is_clock([cells[time]]) or _is_number(cells[time]))
+            and cells[time]
+        ]
+
+    found = {separator: fitting(separator) for separator in separators}
+    separator = max(found, key=lambda each: (len(found[each]), len(_split(lines[-1] or lines[0], each))))
+    return separator, found[separator][0] if found[separator] else 0
+
+
+def _split(line: str, separator: str) -> list[str]:
+    if '"' in line and len(separator) == 1:
+        with suppress(csv.Error):  # of a cell that is too long
+            return [cell.strip() for cell in next(csv.reader([line], delimiter=separator, skipinitialspace=True))]
+    return line.split() if separator == _SPACE else [cell.strip() for cell in line.split(separator)]
+
+
+def _of_json(path: Path, text: str, lines: list[str], columns: Columns) -> _Rows:
+    """Objects, one a line, or in a list; nested names are joined by dots, places in lists are in brackets."""
+    found: dict[int, dict[str, Any]] = {}
+    lost: dict[int, str] = {}
+    with suppress(ValueError, RecursionError, TypeError):
+        if text.lstrip().startswith("["):
+            found = {i: dict(_flat(each)) for i, each in enumerate(json.loads(text), start=1)}
+    for i, line in enumerate([] if found else lines, start=1):
+        try:
+            if line.strip():
+                found[i] = dict(_flat(json.loads(line)))
+        except (ValueError, RecursionError, TypeError):
+            lost[i] = "is not an object of JSON"
+    names = list(dict.fromkeys(name for each in found.values() for name in each))
+    if not names:
+        raise InputError(path, "file", path.name, "no line of it is a JSON object of numbers")
+    needed = [names[place] for place in columns.places(path, names)]
+    return _Rows([[each.get(name) for name in needed] for each in found.values()], list(found), lost)
+
+
+def _flat(value: Any, name: str = "") -> Iterator[tuple[str, Any]]:
+    if isinstance(value, dict):
+        for key, each in value.items():
+            yield from _flat(each, f"{name}.{key}" if name else key)
+    elif isinstance(value, list) and name:
+        for i, each in enumerate(value):
+            yield from _flat(each, f"{name}[{i}]")
+    elif name:
+        yield name, value
+    else:
+        raise TypeError("not an object")
+
+
+class _Numbers(NamedTuple):
+    values: Array  # (rows, columns)
+    good: list[int]  # places of these rows among all
+    lost: dict[int, str]  # lines of the others, and why
+
+
+def _in_numbers(path: Path, rows: _Rows, names: Sequence[str], decimal: str | None) -> _Numbers:
+    """The rows of numbers, with the decimal sign with which most are."""
+    commas = [cell for row in rows.cells for cell in row[: len(names)] if isinstance(cell, str) and "," in cell]
+    signs = (".", ",") if decimal is None and commas else (decimal or ".",)
+    found = [_with_decimal(rows, names, sign) for sign in signs]
+    if len(found) == 2 and len(found[0].good) == len(found[1].good) > 0:
+        expected = 'is the comma a decimal one? say so: text: { decimal: "," }; or ".", if it separates thousands'
+        raise InputError(path, "text.decimal", commas[0], expected)
+    return max(found, key=lambda each: len(each.good))
+
+
+def _with_decimal(rows: _Rows, names: Sequence[str], decimal: str) -> _Numbers:
+    values, good, lost = [], [], {}
+    for i, row in enumerate(rows.cells):
+        cells = row[: len(names)]
+        try:
+            values.append([_number(cell, decimal) for cell in cells])
+            good.append(i)
+        except ValueError:
+            wrong = next(place for place, cell in enumerate(cells) if not _is_number(cell, decimal))
+            lost[rows.lines[i]] = f"has '{str(row[wrong])[:30]}' for {names[wrong]}, which is not a number"
+    return _Numbers(np.array(values, dtype=float).reshape(len(good), len(names)), good, lost)
+
+
+def _number(cell: Any, decimal: str = ".") -> float:
+    """A cell as a number; NaN if it is empty. Square brackets, as around lists, are ignored.
+
+    Raises:
+        ValueError: if it is not a number.
+    """
+    if not isinstance(cell, str):
+        try:
+            return math.nan if cell is None else float(cell)
+        except OverflowError:  # of a whole number with hundreds of digits
+            return math.inf
+    text = cell.strip("[] \xa0").replace("\u2212", "-")
+    if text.lower() in _MISSING:
+        return math.nan
+    if decimal == "," and "." in text and not _THOUSANDS[","].fullmatch(text):
+        raise ValueError(text)
+    if _THOUSANDS[decimal].fullmatch(text):
+        text = text.replace("," if decimal == "." else ".", "")
+    return float(text.replace(decimal, "."))
+
+
+def _is_number(cell: Any, decimal: str = ".") -> bool:
+    try:
+        _number(cell, decimal)
+    except ValueError:
+        return False
+    return True
+
+
+def _clock(path: Path, cells: Sequence[str], unit: float) -> Array:
+    """Times since the first, in units of `unit` s."""
+    seconds, midnights = seconds_of(cells)
+    if midnights:
+        note(MENDED, path, "the time", "", "it passes midnight: a day is added from there on")
+    return seconds / unit

@@ -1,0 +1,159 @@
+"""The mass at the tip of a finger, weighed by the shape in which it rests: settled states of an identified finger.
+
+A finger that was identified in known states, at least one of them with a known mass, rests in others where tendons,
+springs and weight balance. With markers p of states under an unknown mass m, predicted as p(m), Gauss-Newton steps
+
+    m + (J' (p - p(m))) / (J' J) ,   J = dp/dm ,
+
+over all rows of a recording lead to the mass on which it agrees with the markers best; a last one over the rows of a
+window gives that of the window. The place of the base is not known, so a mean offset is removed from the markers of the
+recording.
+
+The band is the mass's standard deviation times that of 95 % of a normal distribution. Residuals r of an inexact model
+are correlated among markers and in time, so the variance is that of the sum of  J_i . r_i  over N rows i, of which each
+counts as  1 / correlation time  (`correlation_time`; Newey and West, *Econometrica* 55, 1987):
+
+    std(m) = sqrt(N var(J_i . r_i) correlation time) / (J' J) .
+
+With a recording of much the same motion without a load, the errors that the model makes in it where the tendons are
+pulled most alike are taken from those of the loaded one, as a balance is tared: what is wrong in the model for both
+cancels.
+
+An error that lasts longer than the window, such as a tendon that has slackened since, is not in it.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.figure import Figure
+from scipy.spatial import cKDTree
+
+from soft_gripper.arrays import Array
+from soft_gripper.extras.hardware.identification.fit import correlation_time
+from soft_gripper.extras.hardware.identification.free_parameters import Model
+from soft_gripper.extras.hardware.identification.settled_states import SettledStates, state_errors
+from soft_gripper.files.document import require
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.pictures.style import ESTIMATOR_COLORS, STYLE
+
+_NORMAL_95 = 1.96
+_STEP = 0.02  # kg, of the finite differences
+_STEPS = 4
+_FEWEST = 10  # rows of a window
+_ALIKE = 0.2  # share of the range of the pulled lengths
+
+
+@dataclass(frozen=True)
+class Weighing:
+    """A row of the table: the mass at the tip, from all rows of a span of time."""
+
+    recording: str
+    begin_s: float
+    end_s: float
+    rows: int
+    load_g: float
+    band_g: float  # to either side, 95 %
+    named_g: float  # by the file's name; 0 if it names none
+
+
+def weigh(finger: Finger, states: SettledStates, window: float, tare: SettledStates | None = None) -> list[Weighing]:
+    """Weighs what hangs on the tip in every window of a recording, and in the last row over all of it.
+
+    Args:
+        finger: the identified one, without a load.
+        states: of the recording; its own load is not looked at but named in the result.
+        window: span of time, s; a rest of the recording that is shorter than half of one belongs to the last.
+        tare: states without a load, in which tendons were pulled much as in this recording; None: there are none.
+
+    Raises:
+        InputError: if the rows have no times, or are too few for a window.
+        SimulationDivergedError: if the finger finds no balance.
+    """
+    require(window > 0, states.name, "--window", window, "give a span of time, s")
+    offset = np.zeros(states.markers.shape) if tare is None else _errors_alike(finger, tare, states)
+    mass, error, slope = _linearised(finger, states, offset)
+    require(states.time is not None, states.name, "time", None, "the rows need times for windows")
+    assert states.time is not None
+    since = states.time - states.time[0]
+    count = max(round(float(since[-1]) / window), 1)
+    of_window = np.minimum((since / window).astype(int), count - 1)
+    found = []
+    for rows in [*(of_window == i for i in range(count)), np.full(len(since), True)]:
+        expected = f"a window needs at least {_FEWEST} rows: make it longer"
+        require(int(rows.sum()) >= _FEWEST, states.name, "--window", window, expected)
+        load, band = _weighed(mass, error[rows], slope[rows])
+        ends = since[rows][[0, -1]]
+        found.append(
+            Weighing(
+                states.name,
+                float(ends[0]),
+                float(ends[1]),
+                int(rows.sum()),
+                1e3 * load,
+                1e3 * band,
+                1e3 * states.load,
+            )
+        )
+    return found
+
+
+def _errors_alike(finger: Finger, tare: SettledStates, states: SettledStates) -> Array:
+    """Errors of the unloaded model where tendons were pulled most as in each row, (R, M, 3) m."""
+    error, pulled = state_errors(Model(finger), replace(tare, load=0.0)), cKDTree(tare.pulled)
+    apart, nearest = pulled.query(states.pulled)
+    reach = float(np.ptp(tare.pulled, axis=0).max())
+    expected = f"pulls no tendons as this recording does: rows are {100 * _ALIKE:.0f} % of the range apart, or more"
+    require(float(np.median(apart)) <= _ALIKE * reach, states.name, "--tare", tare.name, expected)
+    return error[nearest]
+
+
+def _linearised(finger: Finger, states: SettledStates, offset: Array) -> tuple[float, Array, Array]:
+    """The mass at which a finger agrees best, or 0; errors of the markers, and their slopes by the mass, (R, M, 3).
+
+    `offset` are errors that the model makes without a load, (R, M, 3) m; they are taken from these.
+    """
+    mass = 0.0
+    for _ in range(_STEPS):
+        error, more = (state_errors(Model(finger), replace(states, load=m)) for m in (mass, mass + _STEP))
+        slope, error = (more - error) / _STEP, error - offset
+        before, mass = mass, max(mass - float((slope * error).sum() / (slope**2).sum()), 0.0)
+    return before, error, slope
+
+
+def _weighed(mass: float, error: Array, slope: Array) -> tuple[float, float]:
+    """The mass of rows, and its band, kg; errors and slopes at a mass."""
+    strength = float((slope**2).sum())
+    away = -float((slope * error).sum()) / strength
+    sums = (slope * (error + slope * away)).sum(axis=(1, 2))
+    variance = len(sums) * sums.var() * correlation_time(sums)
+    return mass + away, _NORMAL_95 * float(np.sqrt(variance)) / strength
+
+
+def weighing_figure(weighings: Sequence[Weighing]) -> Figure:
+    """Plots the mass in every window with its band, and what the file's name says, a panel for each recording."""
+    names = list(dict.fromkeys(row.recording for row in weighings))
+    with plt.rc_context(STYLE):
+        figure, axes = plt.subplots(
+            1, len(names), figsize=(1.2 + 2.6 * len(names), 2.8), sharey=True, squeeze=False, constrained_layout=True
+        )
+        for panel, name in zip(axes[0], names, strict=True):
+            *windows, whole = [row for row in weighings if row.recording == name]
+            middles = [(row.begin_s + row.end_s) / 2 for row in windows]
+            panel.errorbar(
+                middles,
+                [row.load_g for row in windows],
+                [row.band_g for row in windows],
+                fmt="o",
+                ms=4,
+                capsize=3,
+                color=ESTIMATOR_COLORS[5],
+                label="estimated, 95 %",
+            )
+            panel.axhline(whole.named_g, color="0.35", lw=1, ls="--", label="hung on the tip")
+            panel.set(title=name, xlabel="time [s]", xlim=(0, None))
+        axes[0, 0].set_ylabel("load at the tip [g]")
+        figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=2, frameon=False)
+    plt.close(figure)
+    return figure

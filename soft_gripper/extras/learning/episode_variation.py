@@ -1,0 +1,162 @@
+"""Variation between episodes: drawn, and put into the context of a station that is built once."""
+
+from copy import deepcopy
+from dataclasses import dataclass
+
+import numpy as np
+from pydrake.geometry import (
+    Box,
+    Capsule,
+    Cylinder,
+    Ellipsoid,
+    ProximityProperties,
+    Role,
+    RoleAssign,
+    SceneGraph,
+    Shape,
+    Sphere,
+)
+from pydrake.math import RigidTransform
+from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
+from pydrake.multibody.tree import RigidBody, SpatialInertia, UnitInertia
+from pydrake.systems.framework import Context
+
+from soft_gripper.diagrams.simulation import seed_random_sources
+from soft_gripper.errors import InputError
+from soft_gripper.extras.learning.config import VariationConfig
+from soft_gripper.extras.learning.station import LearningStation
+from soft_gripper.scenario.schema import FingerConfig, Scenario
+
+
+def scaled_shape(shape: Shape, factor: float) -> Shape:
+    """A shape with all its lengths multiplied.
+
+    Raises:
+        InputError: if it is not a primitive that has lengths.
+    """
+    match shape:
+        case Sphere():
+            return Sphere(factor * shape.radius())
+        case Box():
+            return Box(factor * shape.size())
+        case Capsule():
+            return Capsule(factor * shape.radius(), factor * shape.length())
+        case Cylinder():
+            return Cylinder(factor * shape.radius(), factor * shape.length())
+        case Ellipsoid():
+            return Ellipsoid(factor * shape.a(), factor * shape.b(), factor * shape.c())
+    expected = "give an object of spheres, boxes, capsules, cylinders or ellipsoids; or omit variation.size"
+    raise InputError("variation", "size", type(shape).__name__, expected)
+
+
+def scale_geometries(
+    scene_graph: SceneGraph,
+    context: Context,
+    plant: MultibodyPlant,
+    body: RigidBody,
+    factor: float,
+    seen: bool,
+) -> None:
+    """Multiplies all lengths of a body about its frame, and, if `seen`, those of its visual geometry.
+
+    `context` is the SceneGraph's.
+    """
+    inspector, source = scene_graph.model_inspector(), plant.get_source_id()
+    frame = plant.GetBodyFrameIdOrThrow(body.index())
+    for geometry in inspector.GetGeometries(frame) if seen else inspector.GetGeometries(frame, Role.kProximity):
+        X_BG = inspector.GetPoseInFrame(geometry)
+        moved = RigidTransform(X_BG.rotation(), factor * X_BG.translation())
+        scene_graph.ChangeShape(context, source, geometry, scaled_shape(inspector.GetShape(geometry), factor), moved)
+
+
+def change_contact(
+    scene_graph: SceneGraph,
+    context: Context,
+    plant: MultibodyPlant,
+    body: RigidBody,
+    friction: float | None,
+    stiffness: float | None,
+) -> None:
+    """Changes the friction of a body and its stiffness at points of contact, N/m; None: unchanged.
+
+    `context` is the SceneGraph's.
+    """
+    for geometry in plant.GetCollisionGeometriesForBody(body):
+        properties = ProximityProperties(scene_graph.model_inspector().GetProximityProperties(geometry))
+        if friction is not None:
+            properties.UpdateProperty("material", "coulomb_friction", CoulombFriction(friction, friction))
+        if stiffness is not None:
+            properties.UpdateProperty("material", "point_contact_stiffness", stiffness)
+        scene_graph.AssignRole(context, plant.get_source_id(), geometry, properties, RoleAssign.kReplace)
+
+
+def set_mass(context: Context, body: RigidBody, mass: float | None, size: float) -> None:
+    """Changes the mass of a body, kg, and its inertia according to mass and a factor of its lengths.
+
+    `context` is the plant's; None: the mass is unchanged.
+    """
+    before = body.CalcSpatialInertiaInBodyFrame(context)
+    unit = before.get_unit_inertia()
+    unit = UnitInertia(*(size**2 * unit.get_moments()), *(size**2 * unit.get_products()))
+    inertia = SpatialInertia(before.get_mass() if mass is None else mass, size * before.get_com(), unit)
+    body.SetSpatialInertiaInBodyFrame(context, inertia)
+
+
+_MOST_SEEDS = 2**31
+
+
+@dataclass(frozen=True)
+class Draw:
+    """How an episode differs from its scenario; None: as in the scenario."""
+
+    offset: float = 0.0  # m, along x
+    mass: float | None = None  # kg
+    friction: float | None = None
+    size: float | None = None
+    stiffness: float | None = None  # N/m
+    sensor_seed: int = 0
+
+
+def draw(rng: np.random.Generator, config: VariationConfig) -> Draw:
+    """The random draw for an episode."""
+    offset = rng.uniform(-1.0, 1.0) * config.offset
+    mass, friction, size = (_within(rng, limits) for limits in (config.mass, config.friction, config.size))
+    logarithm = _within(rng, None if config.stiffness is None else [*np.log(config.stiffness)])
+    stiffness = None if logarithm is None else float(np.exp(logarithm))
+    return Draw(float(offset), mass, friction, size, stiffness, int(rng.integers(_MOST_SEEDS)))
+
+
+def _within(rng: np.random.Generator, limits: list[float] | None) -> float | None:
+    return None if limits is None else float(rng.uniform(limits[0], limits[1]))
+
+
+def apply_draw(station: LearningStation, context: Context, drawn: Draw) -> None:
+    """Puts a draw into a default context of the station's diagram; to be followed by `Simulator.Initialize`."""
+    seed_random_sources(station.diagram, context, drawn.sensor_seed)
+    if station.object is None:
+        return
+    plant, body = station.parts.plant, station.object
+    scene_graph = station.parts.scene_graph
+    in_plant, in_scene = (part.GetMyMutableContextFromRoot(context) for part in (plant, scene_graph))
+    X_WO = body.EvalPoseInWorld(in_plant)
+    place = X_WO.translation() + np.array([drawn.offset, 0.0, 0.0])
+    if drawn.size is not None:
+        place[2] += (drawn.size - 1) * station.object_height
+        scale_geometries(scene_graph, in_scene, plant, body, drawn.size, station.seen)
+    if drawn.friction is not None or drawn.stiffness is not None:
+        change_contact(scene_graph, in_scene, plant, body, drawn.friction, drawn.stiffness)
+    set_mass(in_plant, body, drawn.mass, drawn.size or 1.0)
+    plant.SetFreeBodyPose(in_plant, body, RigidTransform(X_WO.rotation(), place))
+
+
+def varied_fingers(scenario: Scenario, config: VariationConfig, number: int) -> Scenario:
+    """The scenario with gripper `number`, from 0, of those that are built; its nominal model stays the same."""
+    if config.grippers == 1 or config.youngs_modulus == 0.0:
+        return scenario
+    share = float(np.linspace(-1, 1, config.grippers)[number]) * config.youngs_modulus
+    found = deepcopy(scenario)
+    (model,) = (model for model in found.models if model.name == config.gripper)
+    changed = model.fingers.setdefault("all", FingerConfig())
+    changed.youngs_modulus = f"{100 * share:+.9g} %"
+    found.nominal.youngs_modulus = f"{100 * (1 / (1 + share) - 1):+.9g} %"
+    return found

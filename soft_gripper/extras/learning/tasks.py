@@ -1,0 +1,157 @@
+"""Tasks of a station: rewards computed from ground truth."""
+
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+from pydrake.systems.framework import Context
+
+from soft_gripper.arrays import Array
+from soft_gripper.extras.learning.config import GraspConfig, PickPlaceConfig, ReachConfig
+from soft_gripper.extras.learning.station import LearningStation
+from soft_gripper.fingers.kinematics import as_planar, in_space
+
+
+class Judgement(NamedTuple):
+    """Result of one step."""
+
+    reward: float
+    terminated: bool
+    info: dict[str, Any]  # ground truth, which observations do not contain
+
+
+class Task(Protocol):
+    """A task of a station; contexts are those of the station's whole diagram."""
+
+    def begin(self, context: Context, rng: np.random.Generator) -> None:
+        """Draws the random part of the task, and sets it in a context in which an episode begins."""
+
+    def judge(self, context: Context) -> Judgement:
+        """Scores the state after a step."""
+
+
+class Handled(NamedTuple):
+    """The object of a task and the forces on it."""
+
+    place: Array  # (3,) m, of its frame, from where the episode began
+    force: Array  # (F,) N, normal, of each finger
+    peak: float  # N, the largest of any finger in the episode
+
+    @property
+    def strongest(self) -> float:
+        return float(self.force.max())
+
+
+class HandledObject:
+    """Reads the object of a station."""
+
+    def __init__(self, station: LearningStation):
+        assert station.object is not None
+        self._station, self._body = station, station.object
+        self._begin: Array = np.zeros(3)
+
+    def begin(self, context: Context) -> None:
+        """Stores the state at the start of an episode."""
+        self._begin = self._place(context)
+
+    @property
+    def begins_at(self) -> Array:
+        """Initial position of the object frame in an episode, (3,) m in the world."""
+        return self._begin
+
+    def look(self, context: Context) -> Handled:
+        """The object in a context of the whole diagram."""
+        forces = self._station.forces
+        assert forces is not None
+        own = forces.GetMyContextFromRoot(context)
+        force, peak = (forces.GetOutputPort(name).Eval(own) for name in ("force", "peak"))
+        return Handled(self._place(context) - self._begin, force, float(max(peak.max(), force.max())))
+
+    def _place(self, context: Context) -> Array:
+        place: Array = self._body.EvalPoseInWorld(self._station.parts.plant.GetMyContextFromRoot(context)).translation()
+        return place
+
+
+_HELD = 0.8  # share of the height above which a touched object counts as held up
+
+
+class Grasp:
+    """Earns time_step (lifted share - force_weight force) a step, and -1 for a crushed object, which ends it."""
+
+    def __init__(self, station: LearningStation, config: GraspConfig, time_step: float):
+        """`time_step` from a step to the next, s."""
+        self._object, self._config, self._time_step = HandledObject(station), config, time_step
+
+    def begin(self, context: Context, rng: np.random.Generator) -> None:
+        self._object.begin(context)
+
+    def judge(self, context: Context) -> Judgement:
+        seen, config = self._object.look(context), self._config
+        height = float(seen.place[2])
+        lifted = float(np.clip(height / config.height, 0.0, 1.0))
+        crushed = seen.peak > config.crushing_force
+        reward = self._time_step * (lifted - config.force_weight * seen.strongest) - float(crushed)
+        held = lifted >= _HELD and bool((seen.force > 0).all()) and not crushed
+        info = {"height": height, "force": seen.force, "peak_force": seen.peak, "crushed": crushed, "success": held}
+        return Judgement(reward, crushed, info)
+
+
+_RESTING = 2e-3  # m, below which an object stands on the table
+
+
+class PickPlace:
+    """Earns time_step (share of the way - force_weight force) a step, and 1 when the object stands there alone.
+
+    Either that or a crushed object, which earns -1, ends the episode. The way is at least as long as the tolerance.
+    """
+
+    def __init__(self, station: LearningStation, config: PickPlaceConfig, time_step: float):
+        """`time_step` from a step to the next, s."""
+        assert station.goal is not None
+        self._object, self._config, self._time_step = HandledObject(station), config, time_step
+        self._goal = station.goal
+
+    def begin(self, context: Context, rng: np.random.Generator) -> None:
+        self._object.begin(context)
+        least, most = self._config.goal
+        own = self._goal.GetMyMutableContextFromRoot(context)
+        self._goal.get_mutable_source_value(own).SetFromVector([rng.uniform(least, most)])
+
+    def judge(self, context: Context) -> Judgement:
+        seen, config = self._object.look(context), self._config
+        goal = float(self._goal.get_output_port().Eval(self._goal.GetMyContextFromRoot(context))[0])
+        way, height = goal - float(self._object.begins_at[0]), float(seen.place[2])
+        error = abs(way - float(seen.place[0]))
+        crushed = seen.peak > config.crushing_force
+        placed = error < config.tolerance and abs(height) < _RESTING and not seen.force.any()
+        share = float(np.clip(1 - error / max(abs(way), config.tolerance), 0.0, 1.0))
+        reward = self._time_step * (share - config.force_weight * seen.strongest) + float(placed) - float(crushed)
+        info = {"error": error, "height": height, "force": seen.force, "peak_force": seen.peak}
+        return Judgement(reward, placed or crushed, info | {"crushed": crushed, "success": placed})
+
+
+class Reach:
+    """Earns time_step / (1 + (error / scale)^2) a step: near 1 a second where the true tip is at the target."""
+
+    def __init__(self, station: LearningStation, config: ReachConfig, time_step: float):
+        """`time_step` from a step to the next, s."""
+        assert station.target is not None
+        self._station, self._config, self._time_step = station, config, time_step
+        self._finger, self._target = station.parts.fingers[0], station.target
+        self._tip, self._base = self._finger.frames[-1], self._finger.base.body_frame()
+
+    def begin(self, context: Context, rng: np.random.Generator) -> None:
+        least, most = self._config.pressure
+        amplitude = rng.uniform(0.5, 1.0) * (most - least) / 2
+        mean = rng.uniform(least + amplitude, most - amplitude)
+        shortest, longest = self._config.period
+        period, phase = rng.uniform(shortest, longest), rng.uniform(0.0, 2 * np.pi)
+        own = self._target.GetMyMutableContextFromRoot(context)
+        self._target.swing(own, mean, amplitude, period, phase)
+
+    def judge(self, context: Context) -> Judgement:
+        target = self._target.get_output_port().Eval(self._target.GetMyContextFromRoot(context))
+        plant = self._station.parts.plant
+        tip = self._tip.CalcPose(plant.GetMyContextFromRoot(context), self._base).translation()
+        error = float(np.linalg.norm(tip - in_space(as_planar(target))))
+        reward = self._time_step / (1 + (error / self._config.scale) ** 2)
+        return Judgement(reward, False, {"tip_error": error})

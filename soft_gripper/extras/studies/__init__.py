@@ -1,0 +1,1 @@
+"""Studies of sensing and grasping beyond the evaluation of the paper."""

@@ -1,0 +1,332 @@
+"""How many faults of sensors and fingers are found and named, how soon, and how often one is named without any.
+
+    python -m soft_gripper.extras.studies.health
+
+writes `health.csv`, `health_runs.csv` and a figure into results/health. Half of the runs have one fault. Every run is
+simulated by itself, with a scenario, pressures, supply, object place and sensor errors of its own, and 12 s long. The
+monitor is told that the nominal model is exact, as it is; in some of the runs it looks again with a nominal stiffness
+that is wrong, and with a larger uncertainty.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.figure import Figure
+from pydrake.common.schema import Transform
+from pydrake.math import RigidTransform
+
+from soft_gripper.arrays import Array
+from soft_gripper.diagrams.simulation import run_station
+from soft_gripper.diagrams.station import make_private_station
+from soft_gripper.estimators.faults import FAULTS
+from soft_gripper.estimators.health import LOOK, HealthFilter
+from soft_gripper.estimators.health_monitor import named
+from soft_gripper.estimators.uncertainty import uncertainty_of
+from soft_gripper.files.csv_table import write_csv
+from soft_gripper.pictures.style import COLORS, STYLE, save_figure
+from soft_gripper.runs.executor import open_executor
+from soft_gripper.runs.scores.readings import ReadAgain, read_again
+from soft_gripper.scenario.model_files import OF_FINGER, changed_finger, model_path
+from soft_gripper.scenario.scenario_file import load_scenario
+from soft_gripper.scenario.schema import NominalConfig, Scenario, SensorConfig, StrainErrorsConfig
+from soft_gripper.scenario.sensor_presets import strain_errors
+from soft_gripper.sensors.strain_errors import SENSOR_FAULTS, SensorFault, StrainErrors, disturb
+
+PRESET = "realistic"
+SECTIONS = 4
+KINDS = (*SENSOR_FAULTS, "leak", "cut", "held")  # as they are simulated
+NAMES = {"offset": "slipped", "loose": "slipped"}  # of those that are named otherwise
+# kPa, the range of the pressures of the motions of which one is drawn.
+MOTIONS = {
+    "free_bending": (-30, 150),
+    "obstructed_inside": (0, 75),
+    "obstructed_outside": (-45, 40),
+    "box_grasp": (0, 140),
+    "irregular_grasp": (0, 120),
+}
+STEPS, STEP = 12, 1.0  # of pressure, s
+ONSET = 2.0, 7.0  # s
+LEAST_EFFECT = 0.01  # of the extension ratio: the largest change of a reading by a fault of a sensor
+SIZES = {"offset": (0.02, 0.08), "loose": (0.4, 0.9), "drifting": (0.005, 0.02), "saturated": (0.4, 0.75)}
+HELD_AT = 150  # kPa, the highest pressure of a held finger
+LEAKS, SOFTER, CUT_AT = (0.25, 0.6), (2.0, 3.0), (0.25, 0.7)
+_DRAWS = 100
+EVERY = 4  # runs, of which one is also monitored with other beliefs
+TABLE, RUNS, FIGURE = "health.csv", "health_runs.csv", "health"
+
+
+@dataclass(frozen=True)
+class Belief:
+    """Assumptions of a monitor."""
+
+    stiffness_error: float = 0.0  # of the nominal finger, as a share; positive: it is too stiff
+    declared: float = 0.005  # uncertainty of the bend per pressure, as a share
+
+
+EXACT = Belief()
+DECLARED = tuple(Belief(error, 0.1) for error in (0.0, 0.1, -0.1))
+# Of fingers without a fault only: beyond what is declared, and what is declared there.
+BEYOND = tuple(Belief(error, declared) for declared in (0.005, 0.05) for error in (0.05, -0.05, 0.1, -0.1))
+
+
+@dataclass(frozen=True)
+class HealthRun:
+    """One run, monitored with one belief."""
+
+    belief: str  # stiffness error and uncertainty, in percent
+    number: int
+    fault: str  # as simulated, or "none"
+    motion: str
+    finger: str
+    reading: int  # -1: none
+    onset: float  # s; 0 of what is so from the beginning; NaN without a fault
+    size: float
+    found: bool  # whether anything was named after the onset
+    false_alarm: bool  # or before it
+    delay: float  # s, NaN if not found
+    said: str  # what was the most probable in the end, or "healthy"
+
+    @property
+    def right(self) -> bool:
+        """Whether what is named in the end is true."""
+        return self.found and self.said == NAMES.get(self.fault, self.fault)
+
+
+@dataclass(frozen=True)
+class HealthRow:
+    """All runs with one fault, or with none, monitored with one belief."""
+
+    belief: str
+    fault: str
+    runs: int
+    found_percent: float
+    right_percent: float
+    false_alarm_percent: float
+    median_delay: float  # s
+    delay_90: float  # s, within which 90 % of those found are found
+
+
+def moved_scenario(
+    rng: np.random.Generator, motion: str, overrides: Sequence[str] = (), most: float | None = None
+) -> Scenario:
+    """A scenario with pressures of a run."""
+    low, high = MOTIONS[motion] if most is None else (0, most)
+    steps = [0.0, *(1e3 * rng.uniform(low, high, STEPS - 1)).round().tolist()]
+    common = [f"pressure.steps.all={steps}", f"pressure.settle={STEP - 0.1}", "pressure.hold_samples=10"]
+    common += [f"pressure.time_constant={rng.uniform(0.05, 0.25):.3f}", "record.truth=forces"]
+    if motion in ("obstructed_inside", "obstructed_outside"):
+        x, away = {"obstructed_inside": (-0.0245, 2e-3), "obstructed_outside": (-0.0655, -2e-3)}[motion]
+        x += away * rng.uniform()
+        common.append(f"models.1.X_PC.translation=[{x:.4f}, 0, {rng.uniform(0.115, 0.145):.4f}]")
+    return load_scenario(motion, [*common, f"sensor.sections={SECTIONS}", *overrides])
+
+
+def run_health(number: int, kind: str, seed: int, beliefs: Sequence[Belief] = (EXACT,)) -> list[HealthRun]:
+    """Simulates a run, and monitors its health with every belief."""
+    rng = np.random.default_rng([seed, KINDS.index(kind) if kind in KINDS else len(KINDS), number])
+    motion, onset = str(rng.choice(list(MOTIONS))), float(rng.uniform(*ONSET))
+    overrides, size, finger = [], np.nan, None
+    if kind == "leak":
+        size = float(rng.uniform(*LEAKS))
+        overrides = [f"pressure.leaks.all={size}", f"pressure.leak_time={onset}"]
+    elif kind in ("cut", "held"):
+        onset = 0.0
+        motion, finger = {"cut": ("free_bending", None), "held": ("obstructed_inside", "left_finger")}[kind]
+    with TemporaryDirectory() as folder:
+        if kind == "cut":
+            size = float(rng.uniform(*SOFTER))
+            overrides = _cut(rng, Path(folder) / "cut.urdf", size)
+        scenario = moved_scenario(rng, motion, overrides, HELD_AT if kind == "held" else None)
+        if kind == "held":
+            _hold(scenario, rng)
+        station = make_private_station(scenario)
+        recording = run_station(station)
+        chosen = station.fingers[int(rng.integers(len(station.fingers)))]
+        chosen = next((one for one in station.fingers if one.name == finger), chosen)
+        again = read_again(station, recording, chosen, SECTIONS)
+    reading, errors = -1, strain_errors(SensorConfig(errors=StrainErrorsConfig(preset=PRESET)))
+    assert errors is not None
+    if kind in SENSOR_FAULTS:
+        fault = _sensor_fault(kind, onset, again, rng)
+        reading, size, errors = fault.reading, fault.size or np.nan, replace(errors, faults=(fault,))
+    layout, ratios = again.layout, again.layout.response.ratio(again.readings[1:])
+    readings = layout.response.reading(disturb(errors, ratios, again.period, rng))
+    found = []
+    for belief in beliefs:
+        times, probabilities = monitored(again, readings, errors, belief)
+        is_named = named(probabilities) > 0
+        after = is_named & (times > (onset if kind in KINDS else np.inf))
+        is_found = bool(after.any())
+        found.append(
+            HealthRun(
+                f"{100 * belief.stiffness_error:+.0f} % ({100 * belief.declared:g} %)",
+                *(number, kind if kind in KINDS else "none", motion, chosen.name, reading),
+                *(onset if kind in KINDS else np.nan, size, is_found, bool((is_named & ~after).any())),
+                *(float(times[after][0] - onset) if is_found else np.nan, FAULTS[int(probabilities[-1].argmax())]),
+            )
+        )
+    return found
+
+
+def monitored(again: ReadAgain, readings: Array, errors: StrainErrors, belief: Belief) -> tuple[Array, Array]:
+    """The ends of the looks at a recorded finger, (L,) s, and the probabilities of FAULTS then, (L, 8)."""
+    nominal = NominalConfig(youngs_modulus=f"{100 * belief.stiffness_error:+g} %")
+    finger = changed_finger(again.layout.finger, "nominal", nominal, OF_FINGER)
+    assumed = replace(uncertainty_of(errors), bend_per_pressure=belief.declared)
+    monitor = HealthFilter(replace(again.layout, finger=finger), assumed, again.period)
+    known, found = monitor.begin(), []
+    for i, sample in enumerate(zip(readings, again.driving()[1:], again.gravity[1:], strict=True), start=1):
+        known = monitor.step(known, *sample)
+        if i % LOOK == 0:
+            found.append(monitor.probabilities(known))
+    return again.period * LOOK * np.arange(1, len(found) + 1), np.array(found)
+
+
+def _sensor_fault(kind: str, onset: float, again: ReadAgain, rng: np.random.Generator) -> SensorFault:
+    """A fault of a random sensor that changes its readings by LEAST_EFFECT or more at some time."""
+    layout, begun = again.layout, round(onset / again.period)
+    strain = layout.response.ratio(again.readings[1:])[begun:] - 1
+    for _ in range(_DRAWS):
+        reading = int(rng.integers(layout.readings))
+        seen, size = strain[:, reading], float(rng.uniform(*SIZES[kind])) if kind in SIZES else 0.0
+        if kind in ("offset", "drifting"):
+            size *= float(rng.choice([-1.0, 1.0]))
+            return SensorFault(kind, reading, onset, size)
+        if kind == "saturated":
+            size *= float(seen.max())
+        effects = {"dead": np.ptp(seen), "loose": size * np.abs(seen).max(), "saturated": seen.max() - size}
+        if effects[kind] >= LEAST_EFFECT:
+            frozen = kind == "dead" and rng.random() < 0.5
+            return SensorFault(kind, reading, onset, None if frozen else size)
+    raise AssertionError(f"no sensor of this run sees a fault of the kind {kind}")
+
+
+def _cut(rng: np.random.Generator, file: Path, softer: float) -> list[str]:
+    """Writes a finger whose silicone is softer from a place to the tip; the nominal one is that which was built."""
+    shipped = "package://soft_gripper/grippers/finger.urdf"
+    text, at = model_path(shipped).read_text(), round(float(rng.uniform(*CUT_AT)), 3)
+    begin = text.index("<base")
+    base = text[begin : text.index("/>", begin) + 2]
+    modulus = base.split('youngs_modulus="')[1].split('"')[0]
+    tip = text[text.index("<tip") : text.index("/>", text.index("<tip")) + 2]
+    soft = f'youngs_modulus="{float(modulus) / softer:.6g}"'
+    whole = base.replace("<base", f'<section at="{at}"')
+    cut = [text.replace(tip, "\n".join((whole, whole.replace(f'youngs_modulus="{modulus}"', soft), tip)))]
+    cut.append(cut[0].replace(tip, tip.replace(f'youngs_modulus="{modulus}"', soft)))
+    file.write_text(cut[1])
+    return [*(f"models.{i}.file={file}" for i in range(2)), f"nominal.file={shipped}"]
+
+
+def _hold(scenario: Scenario, rng: np.random.Generator) -> None:
+    """Puts pegs at both sides of the left finger: inside near the tip, and outside further up."""
+    peg = scenario.models[1]
+    for name, x, z in (("peg", -0.0245, rng.uniform(0.093, 0.097)), ("other_peg", -0.0644, rng.uniform(0.135, 0.145))):
+        place = Transform(RigidTransform([x, 0.0, float(z)]))
+        if name == peg.name:
+            peg.X_PC = place
+        else:
+            scenario.models.append(replace(peg, name=name, X_PC=place))
+
+
+def health_rows(runs: Sequence[HealthRun]) -> list[HealthRow]:
+    """The table of runs, for every belief: every fault, all faults, and the runs without."""
+    found = []
+    for belief in dict.fromkeys(run.belief for run in runs):
+        of_belief = [run for run in runs if run.belief == belief]
+        groups = {kind: [run for run in of_belief if run.fault == kind] for kind in KINDS}
+        groups["all"] = [run for run in of_belief if run.fault in KINDS]
+        groups["none"] = [run for run in of_belief if run.fault == "none"]
+        found += [_row(belief, name, group) for name, group in groups.items() if group]
+    return found
+
+
+def _row(belief: str, name: str, runs: Sequence[HealthRun]) -> HealthRow:
+    delays = [run.delay for run in runs if run.found]
+    median, most = np.percentile(delays, [50, 90]) if delays else (np.nan, np.nan)
+
+    def percent(of: Callable[[HealthRun], bool]) -> float:
+        return float(100 * np.mean([of(run) for run in runs]))
+
+    shares = (percent(lambda run: run.found), percent(lambda run: run.right)) if name != "none" else (np.nan, np.nan)
+    false_alarms = percent(lambda run: run.false_alarm)
+    return HealthRow(belief, name, len(runs), *shares, false_alarms, float(median), float(most))
+
+
+def health_runs(number: int, seed: int, executor: Executor) -> list[HealthRun]:
+    """`number` runs with a fault, as many of every kind, and `number` without."""
+    jobs = [*_jobs(number, KINDS, DECLARED), *_jobs(number, ["none"], DECLARED + BEYOND)]
+    found = executor.map(run_health, *zip(*[(i, kind, seed, beliefs) for i, kind, beliefs in jobs], strict=True))
+    return [run for runs in found for run in runs]
+
+
+def _jobs(number: int, kinds: Sequence[str], others: Sequence[Belief]) -> Iterator[tuple[int, str, Sequence[Belief]]]:
+    """Number, kind and beliefs of every run."""
+    for i in range(number):
+        is_chosen = i // len(kinds) % EVERY == 0
+        yield i, kinds[i % len(kinds)], (EXACT, *others) if is_chosen else (EXACT,)
+
+
+def health_figure(runs: Sequence[HealthRun]) -> Figure:
+    """Figure of the answers to each fault, and of how long it takes to be found; the model is exact."""
+    runs = [run for run in runs if run.belief == runs[0].belief]
+    truths = (*KINDS, "none")
+    counts = np.array([[_said(runs, truth, name) for name in FAULTS] for truth in truths])
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(10, 4.2), layout="constrained")
+        left, right = figure.subplots(1, 2, width_ratios=[1.35, 1])
+        left.imshow(counts / counts.sum(axis=1, keepdims=True), cmap="Blues", vmin=0, vmax=1, aspect="auto")
+        for (row, column), count in np.ndenumerate(counts):
+            if count:
+                dark = count > 0.6 * counts[row].sum()
+                left.text(column, row, f"{count:.0f}", ha="center", va="center", color="white" if dark else "0.2")
+        left.set_xticks(range(len(FAULTS)), FAULTS, rotation=30, ha="right")
+        left.set_yticks(range(len(truths)), truths)
+        left.tick_params(length=0)
+        left.grid(visible=False)
+        left.set(xlabel="named at the end", ylabel="fault of the run")
+        for i, kind in enumerate(KINDS):
+            delays = np.sort([run.delay for run in runs if run.fault == kind and run.found])
+            right.plot(delays, np.full(len(delays), i), "o", ms=4, alpha=0.5, color=COLORS[1], mec="none")
+            if len(delays):
+                right.plot(np.median(delays), i, "|", ms=14, mew=2, color="0.15")
+        right.set_yticks(range(len(KINDS)), KINDS)
+        right.set_xscale("log")
+        right.xaxis.set_major_formatter("{x:g}")
+        right.set(xlabel="delay [s], and its median", ylim=(len(KINDS) - 0.5, -0.5))
+    return figure
+
+
+def _said(runs: Sequence[HealthRun], truth: str, name: str) -> int:
+    return sum(run.fault == truth and (run.said if run.found or run.false_alarm else "healthy") == name for run in runs)
+
+
+def print_health(rows: Sequence[HealthRow]) -> None:
+    """Prints the table."""
+    titles = "runs", "found %", "named right %", "false alarm %", "delay s", "90 % within s"
+    print(f"{'stiffness (declared)':<22}{'fault':<12}" + "".join(f"{title:>15}" for title in titles))
+    for row in rows:
+        numbers = row.found_percent, row.right_percent, row.false_alarm_percent, row.median_delay, row.delay_90
+        told = "".join(f"{number:>15.3g}" for number in numbers)
+        print(f"{row.belief:<22}{row.fault:<12}{row.runs:>15}{told}")
+
+
+def main(number: int = 200, seed: int = 1, jobs: int = 2, out: str = "results/health") -> None:
+    """Runs the study, writes tables and figure, and prints the table."""
+    folder = Path(out)
+    folder.mkdir(parents=True, exist_ok=True)
+    with open_executor(jobs) as executor:
+        runs = health_runs(number, seed, executor)
+    rows = health_rows(runs)
+    write_csv(folder / RUNS, runs)
+    write_csv(folder / TABLE, rows)
+    save_figure(health_figure(runs), folder / FIGURE)
+    print_health(rows)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,450 @@
+"""One server for all browser content: a page, the WebSocket of its plots and commands, the scene of a Meshcat.
+
+Opening a page requires the token in its address, which is printed for the user only. A page from elsewhere can
+connect to any port of this machine, but does not know the token; it is also refused by its Origin, and by the Host
+name that it has made this machine answer to (DNS rebinding).
+
+The scene is Meshcat's own page, and what Meshcat sends to it. Meshcat itself is hidden (`hidden_meshcat`), has no
+sliders and no buttons, and receives nothing that a browser sends: so a client of the scene cannot command anything.
+
+All of it runs in one asyncio thread, which waits for no client. A client whose request is not complete in
+time, or that does not answer pings, is disconnected; messages that a browser is too slow to receive are dropped.
+"""
+
+import asyncio
+import hmac
+import ipaddress
+import json
+import logging
+import math
+import re
+import secrets
+import socket
+import time
+from collections.abc import AsyncIterator, Callable, Collection, Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from dataclasses import asdict
+from functools import partial
+from http import HTTPStatus
+from http.client import HTTPConnection, HTTPException
+from itertools import product
+from pathlib import Path
+from threading import Thread
+from typing import Any
+from urllib.parse import urlsplit
+
+from pydrake.systems.framework import OutputPort
+from websockets.asyncio.server import ServerConnection, broadcast, serve
+from websockets.datastructures import Headers
+from websockets.http11 import Request, Response
+
+from soft_gripper.diagrams.view.meshcat_view import LOOPBACK
+from soft_gripper.errors import InputError
+from soft_gripper.page.panel import Panel
+from soft_gripper.page.signal_feed import SignalFeed
+from soft_gripper.scenario.schema import Scenario
+from soft_gripper.signals import signal_of
+
+PORTS = range(7100, 7200)  # after those of Meshcat
+MOST_CONNECTIONS = 150
+MOST_MESSAGES = 300  # per connection and second
+REQUEST_TIME = 3.0  # s until a whole request must have arrived
+_ANSWER_TIME = 60.0  # s until it must have been answered, and read
+_PING_TIME = 10.0  # s between pings, each of which must be answered within 20 s
+_STALLED_TIME = 60.0  # s for which a browser may accept no data of a scene
+_END_TIME = 0.3  # s that connections have to close at the end
+_MOST_BYTES = 4096  # of an incoming message
+_MOST_WAITING = 2**20  # maximum backlog of a browser, bytes
+_PAGE = Path(__file__).parent / "files"
+_HTML = "text/html; charset=utf-8"
+_FILES = {
+    "": ("index.html", _HTML),
+    "page.js": ("page.js", "text/javascript; charset=utf-8"),
+    "controls.js": ("controls.js", "text/javascript; charset=utf-8"),
+    "plot.js": ("plot.js", "text/javascript; charset=utf-8"),
+    "page.css": ("page.css", "text/css; charset=utf-8"),
+}
+_LIVE, _SCENE = "live", "scene/"
+_AUTHORITY = re.compile(r"(?:\[([\da-f:.]+)\]|([\w.-]+))(?::\d{1,5})?", re.ASCII | re.IGNORECASE)
+_OF_MESHCAT = re.compile(r"(cas-v1/[0-9a-f]{1,128}|[\w-]+\.js)?")  # its page, and the files that belong to it
+# What opens a WebSocket of Meshcat, and what keeps it open: uWebSockets closes one that is silent for two minutes.
+_GREETING = (
+    b"GET / HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+    b"Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\nSec-WebSocket-Version: 13\r\n\r\n"
+)
+_PONG = b"\x8a\x80\0\0\0\0"
+_HEADERS = {"Cache-Control": "no-store", "Referrer-Policy": "no-referrer", "X-Content-Type-Options": "nosniff"}
+_POLICY = "connect-src 'self' ws: wss:; base-uri 'none'; form-action 'none'; object-src 'none'; frame-ancestors 'self'"
+_OWN_POLICY = "default-src 'none'; script-src 'self'; style-src 'self'; img-src data:; frame-src 'self'; " + _POLICY
+# Meshcat's page has its scripts and styles inside, makes others from text, and loads textures from data.
+_SCENE_POLICY = "default-src 'self' 'unsafe-inline' 'unsafe-eval' data: blob:; " + _POLICY.replace(
+    "wss:", "wss: data: blob:"
+)
+_REFUSED = "This address is not, or no longer, in use: open the one that soft-gripper has printed.\n"
+_QUIET = logging.Logger("page")  # the terminal is the user's
+_QUIET.addHandler(logging.NullHandler())
+Answer = tuple[HTTPStatus, str, bytes]  # and the type of its body, and the body
+
+
+class LivePage:
+    """The data that the page of a session shows, and the commands it accepts."""
+
+    def __init__(self, about: Mapping[str, Any], panel: Panel, feed: SignalFeed):
+        """`about` is sent to the page once, as JSON; `feed`, as it comes; what is commanded goes to `panel`."""
+        self.about, self.panel, self.feed = about, panel, feed
+        self.refused = 0  # messages that were not valid commands
+
+    def take(self, message: str | bytes, listener: Callable[[str], None]) -> None:
+        """Takes a command, or `{"signals": [NAME, ...]}`, the signals that are sent from now on."""
+        try:
+            found = json.loads(message)
+        except (ValueError, RecursionError):
+            found = None
+        match found:
+            case {"signals": [*names]} if all(isinstance(name, str) and name in self.feed.known for name in names):
+                self.feed.listen(listener, names)
+            case _:
+                self.refused += not self.panel.take(found)
+
+
+@contextmanager
+def page_server(host: str, scene: Callable[[], str], live: LivePage | None = None) -> Iterator[str]:
+    """Serves at the first port that is free until the block ends; then no thread and no connection is left.
+
+    Args:
+        host: address to listen at; "" means all addresses of this machine.
+        scene: returns the address of the Meshcat that is shown; a browser that has lost it asks again. (Drake ends the
+            process if a thread other than the first asks a Meshcat for it.)
+        live: what surrounds the scene; None: the page is the scene alone.
+
+    Yields:
+        The address to open.
+
+    Raises:
+        InputError: if no port is free, or the address is not one of this machine.
+    """
+    listening = _listen(host)
+    server = _PageServer(_names(host), scene, live)
+    thread = Thread(target=server.run, args=(listening,))
+    thread.start()
+    try:
+        yield f"http://{_shown(host)}:{listening.getsockname()[1]}/{server.token}/{_SCENE if live is None else ''}"
+    finally:
+        server.end()
+        thread.join()
+
+
+def _listen(host: str) -> socket.socket:
+    reason = ""
+    for port in PORTS:
+        try:
+            found = socket.getaddrinfo(host or None, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)
+            family, *_, address = found[0]
+            return socket.create_server(address, family=family, backlog=MOST_CONNECTIONS)
+        except (OSError, UnicodeError) as error:
+            reason = getattr(error, "strerror", None) or str(error)
+    expected = f"none of the ports {PORTS[0]} to {PORTS[-1]} is available there ({reason})"
+    raise InputError("page", "host", host, expected)
+
+
+def _shown(host: str) -> str:
+    """The host in the address of the page: a name that works wherever the page can be opened."""
+    if host == LOOPBACK:
+        return "localhost"
+    if host in ("", "0.0.0.0", "::"):
+        return socket.gethostname()
+    return f"[{host}]" if ":" in host else host
+
+
+def _names(host: str) -> frozenset[str]:
+    """The names of this machine; a foreign name may resolve to it too, but is not among these."""
+    own = socket.gethostname().lower()
+    return frozenset({"localhost", own, own.split(".")[0], f"{own.split('.')[0]}.local", host.lower()})
+
+
+class _PageServer:
+    """Answers requests, in the thread that calls `run`."""
+
+    def __init__(self, names: frozenset[str], scene: Callable[[], str], live: LivePage | None):
+        self.token = secrets.token_urlsafe(16)
+        self._names, self._scene, self._live = names, scene, live
+        self._open: set[_Connection] = set()
+        self._loop, self._over = asyncio.new_event_loop(), asyncio.Event()
+        self._loop.set_exception_handler(lambda *_: None)
+
+    def run(self, listening: socket.socket) -> None:
+        """Serves until `end`."""
+        with asyncio.Runner(loop_factory=lambda: self._loop) as runner:
+            runner.run(self._serve(listening))
+
+    def end(self) -> None:
+        """Ends `run`, from another thread."""
+        with suppress(RuntimeError):  # it has already ended
+            self._loop.call_soon_threadsafe(self._over.set)
+
+    async def _serve(self, listening: socket.socket) -> None:
+        server = await serve(
+            self._handle,
+            sock=listening,
+            process_request=self._respond,
+            create_connection=partial(_Connection, self._open),  # type: ignore[arg-type]
+            compression=None,
+            server_header=None,
+            open_timeout=_ANSWER_TIME,
+            ping_interval=_PING_TIME,
+            close_timeout=1.0,
+            max_size=_MOST_BYTES,
+            logger=_QUIET,
+        )
+        await self._over.wait()
+        for connection in self._open:
+            if connection.request is not None and connection.request.path.endswith(_LIVE):
+                self._say(connection, json.dumps({"end": True}))
+        server.close()
+        await asyncio.wait([asyncio.create_task(server.wait_closed())], timeout=_END_TIME)
+        for connection in self._open:
+            connection.transport.abort()
+
+    async def _respond(self, _: ServerConnection, request: Request) -> Response | None:
+        """The answer to a request; None for a WebSocket request, which is then opened."""
+        answer = await self._answer(request)
+        if answer is None:
+            return None
+        status, kind, body = answer
+        is_scene = request.path.partition("/")[2].partition("/")[2].startswith(_SCENE)
+        headers = {**_HEADERS, "Connection": "close", "Content-Length": str(len(body)), "Content-Type": kind}
+        headers["Content-Security-Policy"] = _SCENE_POLICY if is_scene else _OWN_POLICY
+        return Response(status.value, status.phrase, Headers(headers), body)
+
+    async def _answer(self, request: Request) -> Answer | None:
+        hosts, origins = request.headers.get_all("Host"), request.headers.get_all("Origin")
+        token, _, path = request.path.partition("?")[0].removeprefix("/").partition("/")
+        if len(hosts) != 1 or not self._is_ours(hosts[0]):
+            return _refusal(HTTPStatus.FORBIDDEN)
+        if not hmac.compare_digest(token.encode(errors="replace"), self.token.encode()):
+            return _refusal(HTTPStatus.NOT_FOUND)
+        if "Upgrade" in request.headers:
+            if origins not in ([f"http://{hosts[0]}"], [f"https://{hosts[0]}"]):
+                return _refusal(HTTPStatus.FORBIDDEN)
+            return None if path in self._sockets else _refusal(HTTPStatus.NOT_FOUND)
+        return await self._file(path)
+
+    def _is_ours(self, authority: str) -> bool:
+        """Whether a Host is an IP address, which nobody can redirect, or a name of this machine."""
+        found = _AUTHORITY.fullmatch(authority)
+        if found is None:
+            return False
+        address, name = found.groups()
+        with suppress(ValueError):
+            return bool(ipaddress.ip_address(address or name))
+        return name is not None and name.lower() in self._names
+
+    @property
+    def _sockets(self) -> tuple[str, ...]:
+        return (_SCENE,) if self._live is None else (_SCENE, _LIVE)
+
+    async def _file(self, path: str) -> Answer:
+        if path.startswith(_SCENE):
+            return await self._of_meshcat(path.removeprefix(_SCENE))
+        if self._live is None:
+            return _refusal(HTTPStatus.NOT_FOUND)
+        if path == "about.json":
+            return HTTPStatus.OK, "application/json", json.dumps(self._live.about).encode()
+        if path not in _FILES:
+            return _refusal(HTTPStatus.NOT_FOUND)
+        name, kind = _FILES[path]
+        return HTTPStatus.OK, kind, (_PAGE / name).read_bytes()
+
+    async def _of_meshcat(self, path: str) -> Answer:
+        if not _OF_MESHCAT.fullmatch(path):
+            return _refusal(HTTPStatus.NOT_FOUND)
+        try:
+            return await asyncio.to_thread(_fetched, self._scene(), path)
+        except (OSError, HTTPException):
+            return _refusal(HTTPStatus.SERVICE_UNAVAILABLE)
+
+    async def _handle(self, connection: ServerConnection) -> None:
+        assert connection.request is not None
+        if connection.request.path.endswith(_LIVE):
+            await self._talk(connection)
+        else:
+            await self._show(connection)
+
+    async def _talk(self, connection: ServerConnection) -> None:
+        """Sends updates, and receives commands."""
+        assert self._live is not None
+
+        def listener(message: str) -> None:
+            self._loop.call_soon_threadsafe(self._say, connection, message)
+
+        self._live.feed.listen(listener)
+        try:
+            async for message in _bounded(connection):
+                self._live.take(message, listener)
+        finally:
+            self._live.feed.leave(listener)
+
+    def _say(self, connection: ServerConnection, message: str) -> None:
+        """Sends a message, or drops it if the browser is far behind."""
+        if connection.transport.get_write_buffer_size() < _MOST_WAITING:
+            broadcast([connection], message)
+
+    async def _show(self, connection: ServerConnection) -> None:
+        """Passes on what Meshcat sends, and sends nothing to it, until either of them has gone."""
+        address = urlsplit(self._scene())
+        reader, writer = await asyncio.open_connection(address.hostname, address.port)
+        try:
+            writer.write(_GREETING)
+            await reader.readuntil(b"\r\n\r\n")
+            ends = [asyncio.create_task(each) for each in (_hand_on(reader, writer, connection), _ignore(connection))]
+            await asyncio.wait(ends, return_when=asyncio.FIRST_COMPLETED)
+        finally:
+            writer.close()
+            connection.transport.abort()  # a closing frame might fall into one of Meshcat's
+        # The other one ends now. It is not cancelled, since `wait_for` can lose that in Python 3.11.
+        await asyncio.gather(*ends, return_exceptions=True)
+
+
+class _Connection(ServerConnection):
+    """One of a limited number, which is closed unless its request arrives in time."""
+
+    def __init__(self, others: "set[_Connection]", *arguments: Any, **options: Any):
+        super().__init__(*arguments, **options)
+        self._others = others
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        super().connection_made(transport)
+        self._others.add(self)
+        if len(self._others) > MOST_CONNECTIONS:
+            self.transport.abort()
+        self.loop.call_later(REQUEST_TIME, self._require_request)
+
+    def start_keepalive(self) -> None:
+        """Sends pings, but not between the frames of a scene."""
+        if self.request is not None and self.request.path.endswith(_LIVE):
+            super().start_keepalive()
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        self._others.discard(self)
+        super().connection_lost(exc)
+
+    def _require_request(self) -> None:
+        if self.request is None:
+            self.transport.abort()
+
+
+def _refusal(status: HTTPStatus) -> Answer:
+    return status, "text/plain; charset=utf-8", _REFUSED.encode()
+
+
+def _kind(name: str) -> str:
+    """The type of a file of Meshcat, which it does not always state; browsers run nothing else as a script."""
+    if name.endswith(".js"):
+        return "text/javascript; charset=utf-8"
+    return "application/octet-stream" if name else _HTML
+
+
+def _fetched(url: str, path: str) -> Answer:
+    """A file of Meshcat."""
+    address = urlsplit(url)
+    assert address.hostname is not None
+    connection = HTTPConnection(address.hostname, address.port, timeout=1.0)
+    try:
+        connection.request("GET", f"/{path}")
+        answer = connection.getresponse()
+        # Newer Drakes address files by their hash and state their names beside.
+        kind = answer.getheader("Content-Type") or _kind(answer.getheader("Meshcat-Cas-Filename", path))
+        return HTTPStatus(answer.status), kind, answer.read()
+    finally:
+        connection.close()
+
+
+async def _bounded(connection: ServerConnection) -> AsyncIterator[str | bytes]:
+    """Its messages; the connection ends if they arrive too fast."""
+    began, number = time.monotonic(), 0
+    async for message in connection:
+        if time.monotonic() - began > 1.0:
+            began, number = time.monotonic(), 0
+        number += 1
+        if number > MOST_MESSAGES:
+            return
+        yield message
+
+
+async def _hand_on(reader: asyncio.StreamReader, writer: asyncio.StreamWriter, connection: ServerConnection) -> None:
+    """Hands on frames as they are: some hundred come every 50 ms, and to read each would take half of that time."""
+    alive = time.monotonic()
+    while data := await reader.read(2**16):
+        connection.transport.write(data)
+        await asyncio.wait_for(connection.drain(), _STALLED_TIME)
+        if time.monotonic() - alive > _PING_TIME:
+            alive = time.monotonic()
+            writer.write(_PONG)
+
+
+async def _ignore(connection: ServerConnection) -> None:
+    async for _ in _bounded(connection):
+        pass
+
+
+MOST_LINES = 16  # of a signal
+# Shown at first, of those that there are.
+SHOWN = ("pressure", "tension", "grip.opening", "contact_force", "external_torque", "theta", "strain")
+_SHOWN_AT_FIRST = 3
+_SIGNS = {"ArrowUp": "\N{UPWARDS ARROW}", "ArrowDown": "\N{DOWNWARDS ARROW}", "Comma": ",", "Period": "."}
+_READABLE = {"Pa": (1e-3, "kPa"), "m": (1e3, "mm"), "rad": (180 / math.pi, "deg"), "N m": (1e3, "mN m")}
+
+
+def page_contents(
+    command: str,
+    name: str,
+    scenario: Scenario,
+    panel: Panel,
+    signals: Mapping[str, OutputPort],
+    fingers: Collection[str],
+) -> dict[str, Any]:
+    """The data sent to the page of a command when it is opened; for `signals` and `fingers` see `plots_of`."""
+    plots = plots_of(signals, fingers)
+    return {
+        "command": command,
+        "name": name,
+        "description": scenario.description,
+        "plots": plots,
+        "shown": first_plots(plots),
+        "sliders": [{**asdict(slider), "signs": [*map(_sign, slider.keys)]} for slider in panel.sliders],
+        "buttons": [{"name": button, "key": key, "sign": _sign(key)} for button, key in panel.buttons.items()],
+    }
+
+
+def plots_of(signals: Mapping[str, OutputPort], fingers: Collection[str]) -> dict[str, dict[str, Any]]:
+    """The plots that can be chosen, by title; signals of the fingers share one.
+
+    Returns:
+        `unit`, `scale` from the port's unit to it, and `signals`, the labels of their entries by their names.
+    """
+    found: dict[str, dict[str, Any]] = {}
+    for name, port in signals.items():
+        owner, _, own = name.rpartition(".")
+        if port.size() <= MOST_LINES:
+            scale, unit = _readable(signal_of(port).unit)
+            kind = own if owner in fingers else name
+            plot = found.setdefault(kind, {"unit": unit, "scale": scale, "signals": {}})
+            plot["signals"][name] = [" ".join(map(str, entry)) for entry in product(*signal_of(port).axes.values())]
+    return dict(sorted(found.items(), key=lambda item: ("." in item[0], item[0])))
+
+
+def first_plots(plots: Iterable[str]) -> list[str]:
+    """The plots shown by default."""
+    return [name for name in SHOWN if name in set(plots)][:_SHOWN_AT_FIRST]
+
+
+def _readable(unit: str | tuple[str, ...]) -> tuple[float, str]:
+    """A display unit and the conversion factor to it; several units are listed."""
+    if isinstance(unit, tuple):
+        return 1.0, ", ".join(dict.fromkeys(unit))
+    return _READABLE.get(unit, (1.0, unit))
+
+
+def _sign(key: str) -> str:
+    """The label of a key."""
+    return _SIGNS.get(key, key.removeprefix("Key"))

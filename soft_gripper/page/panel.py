@@ -1,0 +1,88 @@
+"""Panel: the sliders and buttons of a page, for the thread that acts on them and for one that serves the page."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from threading import Lock
+
+Keys = tuple[str, str]  # JavaScript's codes of the keys that decrease and increase it
+ALL_KEYS: Keys = ("ArrowDown", "ArrowUp")
+NO_KEYS: Keys = ("", "")
+ALL_FINGERS = "all fingers [kPa]"
+
+
+@dataclass(frozen=True)
+class Slider:
+    """A number set by the user. Names and numbers are in display units: kPa, mm, degrees."""
+
+    name: str
+    low: float
+    high: float
+    step: float
+    value: float  # initial value
+    keys: Keys = NO_KEYS
+
+
+class Button(StrEnum):
+    """The name of a button."""
+
+    PAUSE = "pause"
+    RESET = "reset"
+    ZERO = "zero"
+    RECORD = "record"
+    STOP = "stop"
+
+
+_KEYS = {Button.PAUSE: "KeyP", Button.RESET: "KeyX", Button.ZERO: "KeyZ", Button.RECORD: "KeyC", Button.STOP: ""}
+
+
+class Panel:
+    """The positions of sliders, and the clicked buttons, for a thread that acts on them and one that serves a page."""
+
+    def __init__(self, buttons: Sequence[Button], sliders: Sequence[Slider] = (), together: Sequence[str] = ()):
+        """`together` are the names of the sliders that `ALL_FINGERS` moves."""
+        self.buttons = {button: _KEYS[button] for button in buttons}
+        self.sliders, self._together = list(sliders), together
+        self._by_name = {slider.name: slider for slider in self.sliders}
+        self._lock, self._clicked = Lock(), set[Button]()
+        self.reset()
+
+    def take(self, message: object) -> bool:
+        """Takes `{"slider": NAME, "value": NUMBER}` or `{"button": NAME}`; whether it was valid.
+
+        A value that is not a finite number within the range of its slider is rejected, as is anything else.
+        """
+        match message:
+            case {"slider": str(name), "value": int(value) | float(value), **rest} if not rest:
+                return name in self._by_name and self._move(self._by_name[name], value)
+            case {"button": str(name), **rest} if not rest and name in self.buttons:
+                with self._lock:
+                    self._clicked.add(Button(name))
+                return True
+            case _:
+                return False
+
+    def _move(self, slider: Slider, value: float) -> bool:
+        if isinstance(value, bool) or not slider.low <= value <= slider.high:  # also rejects NaN
+            return False
+        with self._lock:
+            for name in [slider.name, *(self._together if slider.name == ALL_FINGERS else ())]:
+                self._values[name] = float(value)
+        return True
+
+    @property
+    def values(self) -> dict[str, float]:
+        """The position of each slider, in its unit."""
+        with self._lock:
+            return dict(self._values)
+
+    def pressed(self) -> list[Button]:
+        """The buttons clicked since the last call."""
+        with self._lock:
+            clicked, self._clicked = self._clicked, set()
+        return [button for button in self.buttons if button in clicked]
+
+    def reset(self) -> None:
+        """Resets all sliders."""
+        with self._lock:
+            self._values = {slider.name: slider.value for slider in self.sliders}

@@ -1,0 +1,101 @@
+"""A bench computes from readings what a station computed in a simulation; what is missing is said to be missing."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from refusals import refused
+
+from soft_gripper.diagrams.simulation import run_station
+from soft_gripper.diagrams.station import make_station
+from soft_gripper.extras.bench import bench as bench_module
+from soft_gripper.extras.bench.bench import Bench
+from soft_gripper.scenario.scenario_file import load_scenario
+
+SHORT = ["control.set_points=[0.06, 0.04]", "control.hold=0.5"]
+
+
+def scenario(*changes):
+    return load_scenario("tip_distance_steps", [*SHORT, *changes])
+
+
+def samples(recording, bench):
+    """What the bench measures at every sample of a recording; its first row is before the first sample."""
+    signals = {name: name.replace(".pressure", ".sampled_pressure") for name in bench.inputs}
+    for row in range(1, recording.data.sizes["time"]):
+        yield row, {name: np.ravel(recording[signal].values[row]) for name, signal in signals.items()}
+
+
+@pytest.mark.parametrize("estimator", ["arcs", "gaussian", pytest.param("recursive", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("errors", [(), ("sensor.errors.preset=realistic",)], ids=["ideal", "realistic"])
+def test_it_computes_what_the_station_computed(estimator, errors):
+    """To rounding, as a station computes two fingers at once. Errors are drawn twice at time 0, as a PID remembers."""
+    chosen = scenario(f"estimator.type={estimator}", *errors)
+    recording, bench = run_station(make_station(chosen)), Bench(chosen)
+    signals = [name for name in bench.signals if name in recording.data]
+    if errors:
+        signals = [name for name in signals if not name.endswith("pressure_command")]
+    assert {"left_finger.external_torque", "grip.opening", "right_finger.X_WB"} <= set(signals)
+    for row, measured in samples(recording, bench):
+        bench.step(measured)
+        for name, value in bench.read(signals).items():
+            expected = np.ravel(recording[name].values[row])
+            np.testing.assert_allclose(value, expected, rtol=1e-9, atol=1e-9, err_msg=name)
+
+
+@pytest.mark.parametrize("estimator", ["contact", "recursive"])
+def test_equal_fingers_are_computed_together_as_each_alone(estimator, monkeypatch):
+    chosen = scenario(f"estimator.type={estimator}", "estimator.health=true")
+    together = Bench(chosen)
+    monkeypatch.setattr(bench_module, "can_stack", lambda _: False)
+    alone = Bench(chosen)
+    assert together.signals.keys() == alone.signals.keys()
+    for i in range(6):
+        inputs = {name: np.full(size, 0.01 * i) for name, size in together.inputs.items()}
+        inputs["left_finger.strain"] *= 2.0
+        for bench in (together, alone):
+            bench.step(inputs)
+        for name, value in alone.read([*alone.signals]).items():
+            np.testing.assert_allclose(together.read([name])[name], value, rtol=1e-9, atol=1e-12, err_msg=name)
+
+
+def test_the_cost_is_measured_apart():
+    bench = Bench(scenario("estimator.type=gaussian"))
+    bench.step({name: np.full(size, 0.01) for name, size in bench.inputs.items()})
+    before = bench.read([*bench.signals])
+    assert 0 < bench.cost(["left_finger.tip_pose"]) < 0.1
+    for name, value in bench.read([*bench.signals]).items():
+        np.testing.assert_array_equal(value, before[name])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("estimator", "trace"), [("gaussian", 0.0), ("recursive", 1e-3)])
+def test_missing_samples_leave_little_trace(estimator, trace):
+    """A tenth of a second without readings: what has no memory is as ever afterwards, what learns has learnt less."""
+    chosen = scenario(f"estimator.type={estimator}")
+    recording, whole, holed = run_station(make_station(chosen)), Bench(chosen), Bench(chosen)
+    for row, measured in samples(recording, whole):
+        whole.step(measured)
+        if 30 <= row < 40:
+            holed.skip()
+        else:
+            holed.step(measured)
+    tips = [bench.read(["left_finger.tip_pose"])["left_finger.tip_pose"] for bench in (whole, holed)]
+    np.testing.assert_allclose(*tips, rtol=0, atol=trace)
+
+
+def test_free_readings_are_those_of_fingers_that_touch_nothing():
+    chosen = scenario("estimator.type=gaussian")
+    recording, bench = run_station(make_station(chosen)), Bench(chosen)
+    for _, measured in samples(recording, bench):
+        bench.step(measured)
+    for name, free in bench.free_readings().items():
+        np.testing.assert_allclose(free, measured[name], atol=1e-5)
+        assert np.abs(free).max() > 0.03
+
+
+def test_what_only_a_simulation_can_do():
+    with refused("task.phases", "with openings"):
+        Bench(load_scenario("pick_and_place_box"))
+    with refused("models"):
+        Bench(replace(scenario(), models=[], control=load_scenario("free_bending").control))

@@ -1,0 +1,127 @@
+"""Messages in four formats; whatever is not what was described is malformed."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from soft_gripper.extras.bench.messages import MOST_BYTES, MalformedError, chosen, count_of, decoded, encoded
+from soft_gripper.extras.bench.watch import Watch
+
+FIELDS = ["n", "a", "b"]
+RESULTS = {"n": 3.0, "v": np.array([0.5, -1.25])}
+
+
+@pytest.mark.parametrize("form", ["text", "float32", "float64"])
+def test_numbers_without_names_come_back(form):
+    assert decoded(encoded(RESULTS, form), form, FIELDS) == {"n": 3.0, "a": 0.5, "b": -1.25}
+
+
+def test_json_has_names():
+    assert decoded(encoded(RESULTS, "json"), "json", ()) == {"n": 3.0, "v[0]": 0.5, "v[1]": -1.25}
+
+
+def test_null_is_a_sensor_that_was_not_read():
+    found = decoded(b'{"a": null, "b": [1, null]}', "json", ())
+    assert math.isnan(found["a"])
+    assert math.isnan(found["b[1]"])
+    assert json.loads(encoded({"a": np.array([np.nan])}, "json")) == {"a": [None]}
+
+
+@pytest.mark.parametrize(
+    ("message", "form"),
+    [
+        (b"", "json"),
+        (b"nonsense", "json"),
+        (b"[1, 2]", "json"),
+        (b'{"a": "1"}', "json"),
+        (b'{"a": true}', "json"),
+        (b'{"a": NaN}', "json"),
+        (b'{"a": 1e999}', "json"),
+        (b'{"a": ' + b"9" * 400 + b"}", "json"),
+        (b"[" * 50_000, "json"),
+        (b'{"a": [[1]]}', "json"),
+        (b" " * (MOST_BYTES + 1), "json"),
+        (b"\xff\xfe", "json"),
+        (b"1,2", "text"),
+        (b"1,2,3,4", "text"),
+        (b"1,2,nan", "text"),
+        (b"1,2,inf", "text"),
+        (b"1,2,x", "text"),
+        (b"\xb2,2,3", "text"),
+        (b"\0" * 11, "float32"),
+        (np.array([1, 2, np.nan]).tobytes(), "float64"),
+    ],
+)
+def test_malformed_messages(message, form):
+    with pytest.raises(MalformedError):
+        decoded(message, form, FIELDS)
+
+
+@given(st.binary(max_size=200), st.sampled_from(["json", "text", "float32", "float64"]))
+def test_no_message_does_more_than_be_malformed(message, form):
+    try:
+        found = decoded(message, form, FIELDS)
+    except MalformedError:
+        return
+    assert not any(map(math.isinf, found.values()))
+
+
+def test_fields_that_are_missing_and_numbers_that_do_not_count():
+    with pytest.raises(MalformedError, match="no field 'c'"):
+        chosen({"a": 1.0}, ["a", "c"])
+    for value in (-1.0, 0.5, math.nan, math.inf, 2.0**60):
+        with pytest.raises(MalformedError):
+            count_of(value)
+
+
+def watched(*counts):
+    watch = Watch()
+    return [watch.accept(count) for count in counts], watch.counts
+
+
+def test_readings_in_order():
+    gaps, counts = watched(5, 6, 7)
+    assert gaps == [0, 0, 0]
+    assert (counts.used, counts.lost, counts.late) == (3, 0, 0)
+
+
+def test_lost_late_and_repeated_readings():
+    gaps, counts = watched(0, 1, 4, 3, 3, 4, 5)
+    assert gaps == [0, 0, 2, None, None, None, 0]
+    assert (counts.used, counts.lost, counts.late, counts.repeated) == (4, 1, 1, 2)
+
+
+def test_a_device_that_restarts_begins_again():
+    """From several readings in order it is known that the numbers go on there."""
+    for last in (5000, 500, 5):
+        gaps, counts = watched(last, 0, 1, 2, 3)
+        assert gaps == [0, None, None, 0, 0]
+        assert (counts.restarts, counts.lost, counts.used) == (1, 0, 3)
+
+
+@pytest.mark.parametrize("wrong", [12, 999, 2**50])
+def test_a_wrong_number_blinds_for_a_moment(wrong):
+    """The sixth reading has a number far ahead: what it skips is not lost, but for the number that it hid."""
+    gaps, counts = watched(0, 1, 2, 3, 4, wrong, 6, 7, 8, 9, 10)
+    assert gaps == [0, 0, 0, 0, 0, wrong - 5, None, None, 0, 0, 0]
+    assert (counts.restarts, counts.lost, counts.late, counts.used) == (1, 1, 2, 9)
+
+
+def test_readings_without_numbers_are_never_missing():
+    gaps, counts = watched(None, None)
+    assert gaps == [0, 0]
+    assert (counts.used, counts.restarts) == (2, 0)
+
+
+@given(st.lists(st.integers(0, 60), unique=True, min_size=1))
+def test_every_reading_is_counted_once(order):
+    """Used, late or lost: together all those between the first that came and the last, if it never began anew."""
+    _, counts = watched(*order)
+    assume(counts.restarts == 0)
+    assert counts.used + counts.late + counts.repeated == len(order)
+    assert counts.used + counts.late + counts.lost == max(order) - order[0] + 1
+    assert counts.repeated == sum(count < order[0] for count in order)

@@ -1,0 +1,92 @@
+"""A recording of a bench is whole whenever it is read, and a disk that is full costs samples alone."""
+
+import errno
+import time
+
+import numpy as np
+import pytest
+from refusals import refused
+
+from soft_gripper.diagrams.recording import Recording
+from soft_gripper.extras.bench import recorder as recorder_module
+from soft_gripper.extras.bench.bench import Bench
+from soft_gripper.extras.bench.recorder import Recorder, free_name, recording_layout
+from soft_gripper.extras.bench.session import recorded_signals
+from soft_gripper.extras.hardware.bench_schema import described
+from soft_gripper.scenario.scenario_file import load_scenario
+
+SCENARIO = load_scenario("tip_distance_steps", ["estimator.type=gaussian"])
+
+
+@pytest.fixture(scope="module")
+def bench():
+    return Bench(SCENARIO)
+
+
+def recorder(bench, path):
+    return Recorder(bench, recording_layout(bench, recorded_signals(bench, described(bench.inputs, "test"))), path)
+
+
+def feed(bench, recorder, begin, end):
+    for i in range(begin, end):
+        bench.step({name: 1e-3 * i + np.arange(size) for name, size in bench.inputs.items()})
+        recorder.take(float(i), 0.01 * i)
+
+
+def test_it_has_every_sample(bench, tmp_path):
+    path = tmp_path / "recording.nc"
+    found = recorder(bench, path)
+    feed(bench, found, 0, 50)
+    found.close()
+    data = Recording.load(path).data
+    np.testing.assert_allclose(data["time"], 0.01 * np.arange(50))
+    np.testing.assert_array_equal(data["reading.count"], np.arange(50))
+    np.testing.assert_array_equal(data["left_finger.strain"].values.reshape(50, -1)[7], 7e-3 + np.arange(8))
+    for name in ("left_finger.tip_pose", "right_finger.estimated_joint_angles", "left_finger.pressure_command"):
+        np.testing.assert_array_equal(data[name].values[-1].ravel(), bench.read([name])[name])
+    assert data["left_finger.tip_pose"].dims == ("time", "pose")
+    assert data["left_finger.strain"].attrs["units"] == "1"
+    assert found.report() == str(path)
+
+
+def test_it_can_be_read_at_any_time_and_torn_anywhere(bench, tmp_path):
+    """What a killed process leaves: rows that are counted, and perhaps a part of one that is not."""
+    path, torn = tmp_path / "recording.nc", tmp_path / "torn.nc"
+    found = recorder(bench, path)
+    assert Recording.load(path).data.sizes["time"] == 0
+    feed(bench, found, 0, 20)
+    end = time.monotonic() + 10
+    while (before := Recording.load(path).data.sizes["time"]) < 20 and time.monotonic() < end:
+        time.sleep(0.05)
+    assert before == 20
+    found.close()
+    torn.write_bytes(path.read_bytes() + bytes(100))
+    assert Recording.load(torn).data.equals(Recording.load(path).data)
+
+
+def test_a_full_disk_costs_what_follows_alone(bench, tmp_path, monkeypatch):
+    path = tmp_path / "recording.nc"
+    found = recorder(bench, path)
+    feed(bench, found, 0, 5)
+    end = time.monotonic() + 10
+    while Recording.load(path).data.sizes["time"] < 5 and time.monotonic() < end:
+        time.sleep(0.05)
+
+    def fail(*_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(recorder_module, "write_all", fail)
+    feed(bench, found, 5, 8)
+    found.close()
+    assert Recording.load(path).data.sizes["time"] == 5
+    assert found.report() == f"{path}; 3 samples are missing: No space left on device"
+
+
+def test_no_recording_replaces_another(bench, tmp_path):
+    path = tmp_path / "recording.nc"
+    assert free_name(path) == path
+    path.write_text("kept")
+    with refused("recording", str(path)):
+        recorder(bench, path)
+    assert free_name(path) == tmp_path / "recording_2.nc"
+    assert path.read_text() == "kept"

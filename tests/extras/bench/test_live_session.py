@@ -1,0 +1,303 @@
+"""Readings over UDP, serial and LCM give the estimates of an offline replay; what goes wrong on the way is counted."""
+
+import json
+import os
+import time
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from live_links import feed, lcm, pseudo_terminal, udp
+from refusals import refused
+
+from soft_gripper.diagrams.simulation import run_station
+from soft_gripper.diagrams.station import make_station
+from soft_gripper.extras.bench import endpoints as endpoints_module
+from soft_gripper.extras.bench.bench import Bench
+from soft_gripper.extras.bench.endpoints import Endpoints, LineSource, by_entry
+from soft_gripper.extras.bench.messages import decoded, encoded
+from soft_gripper.extras.bench.session import Pace, Session
+from soft_gripper.extras.hardware.bench_schema import described
+from soft_gripper.scenario.scenario_file import load_scenario
+
+SCENARIO = load_scenario(
+    "tip_distance_steps", ["estimator.type=gaussian", "control.set_points=[0.06, 0.04]", "control.hold=1.0"]
+)
+TIP, STD = "left_finger.tip_pose", "left_finger.position_std"
+COMMAND = "left_finger.pressure_command"
+
+
+@pytest.fixture(scope="module")
+def messages():
+    """What the sensors of a run read, sample by sample."""
+    recording, inputs = run_station(make_station(SCENARIO)), Bench(SCENARIO).inputs
+    signals = {name: name.replace(".pressure", ".sampled_pressure") for name in inputs}
+    return [
+        {"count": float(i), "time": 0.01 * i} | {n: np.ravel(recording[s].values[i]) for n, s in signals.items()}
+        for i in range(1, recording.data.sizes["time"])
+    ]
+
+
+@pytest.fixture(scope="module")
+def offline(messages):
+    """The results of these readings, by number."""
+    live = made(lambda timeout: [])
+    for message in messages:
+        live.session._take(encoded(message, "json"), time.monotonic())
+    return by_count(live.results)
+
+
+def made(receive, is_live=False, clock=time.monotonic, **changes):
+    """A session, and what it has sent."""
+    bench, results = Bench(SCENARIO), []
+    config = described(bench.inputs, "test")
+    for name, value in changes.items():
+        setattr(config, name, value)
+    source = receive if hasattr(receive, "receive") else SimpleNamespace(receive=receive, is_over=False)
+    session = Session(bench, config, source, lambda _, found: results.append(found), is_live, clock)
+    return SimpleNamespace(session=session, results=results, bench=bench)
+
+
+def by_count(results):
+    return {int(found["count"]): found for found in results if TIP in found and found["age"] == 0}
+
+
+def assert_as_offline(live, offline, counts, names=(TIP, STD, COMMAND)):
+    found = by_count(live.results)
+    assert found.keys() >= set(counts)
+    for count in counts:
+        for name in names:
+            np.testing.assert_array_equal(found[count][name], offline[count][name])
+
+
+@pytest.mark.parametrize("link", [udp, pseudo_terminal])
+def test_links_that_lose_nothing(link, messages, offline):
+    with link() as (source, send):
+        live = made(source, is_live=True)
+        feed(live.session, send, messages, 0.01)
+    is_busy = live.session.counts.silences > 1  # of this machine, so that control began anew; the last one is the end
+    assert_as_offline(live, offline, range(1, len(messages) + 1), (TIP, STD) if is_busy else (TIP, STD, COMMAND))
+    assert live.session.counts.used == len(messages)
+    assert live.session.counts.lost == 0
+
+
+@pytest.mark.slow
+def test_lcm(messages, offline):
+    with lcm() as (source, send):
+        live = made(source, is_live=True)
+        feed(live.session, send, messages, 0.01)
+    found, counts = by_count(live.results), live.session.counts
+    assert len(found) + counts.lost + counts.late == max(found)
+    assert_as_offline(live, offline, found, (TIP, STD))  # a controller remembers what it missed
+    if len(found) < len(messages) / 2:
+        pytest.skip("this machine was too busy: of several messages that arrive at once, LCM keeps the newest")
+
+
+@pytest.mark.parametrize("form", ["text", "float64"])
+def test_formats_without_names(form, messages, offline):
+    live = made(lambda timeout: [], format=form, fields=list(dict(by_entry(messages[0]))))
+    for message in messages:
+        live.session._take(encoded(message, form), time.monotonic())
+    tolerance = 0 if form == "float64" else 1e-6
+    for count, found in by_count(live.results).items():
+        np.testing.assert_allclose(found[TIP], offline[count][TIP], rtol=tolerance, atol=tolerance)
+
+
+def test_losses_and_disorder_are_counted_and_harmless(messages, offline):
+    """10 % lost and 10 % swapped with the next."""
+    random = np.random.default_rng(3)
+    order = [message for message in messages if random.uniform() > 0.1]
+    for i in range(5, len(order) - 5, 10):
+        order[i], order[i + 1] = order[i + 1], order[i]
+    live = made(lambda timeout: [])
+    for message in order:
+        live.session._take(encoded(message, "json"), time.monotonic())
+    counts, sent = live.session.counts, {int(message["count"]) for message in order}
+    assert counts.late > 5
+    assert counts.used == len(order) - counts.late
+    assert counts.lost == max(sent) - min(sent) + 1 - len(sent)
+    for count, found in by_count(live.results).items():
+        np.testing.assert_array_equal(found[TIP], offline[count][TIP])
+
+
+class Scripted:
+    """Messages that arrive at given times of a clock, which runs while somebody waits."""
+
+    is_over = False
+
+    def __init__(self, arrivals):
+        self.arrivals, self.now = list(arrivals), 0.0
+
+    def receive(self, timeout):
+        if self.arrivals and self.arrivals[0][0] <= self.now + timeout:
+            self.now, message = max(self.now, self.arrivals[0][0]), self.arrivals.pop(0)[1]
+            return [message]
+        self.now += timeout
+        return []
+
+
+def test_silence_widens_bands_and_makes_commands_safe(messages, offline):
+    """0.4 s of it, in the middle of a motion: the true tip stays within three standard deviations."""
+    silent, last = range(105, 145), 105
+    sent = [(0.01 * i, encoded(m, "json")) for i, m in enumerate(messages[:160]) if i not in silent]
+    source = Scripted(sent)
+    live = made(source, is_live=True, clock=lambda: source.now, safe_command=-100.0)
+    while source.now < 2.0:
+        live.session.turn()
+    aged = [found for found in live.results if found["age"] > 0 and found["count"] == last]
+    ages = np.array([found["age"] for found in aged])
+    np.testing.assert_allclose(ages, 0.015 + 0.01 * np.arange(len(ages)), atol=1e-9)
+    assert len(ages) == 40
+    safe = np.array([found[COMMAND][0] == -100.0 for found in aged])
+    np.testing.assert_array_equal(safe, ages >= 0.04)  # after four periods
+    np.testing.assert_array_equal(safe, [found["stale"] for found in aged])
+    for found, true in zip(aged, range(last + 1, last + 41), strict=True):
+        apart = np.linalg.norm(offline[true][TIP][:2] - found[TIP][:2])
+        assert apart < 3 * found[STD][-1]
+    widths = [found[STD][-1] for found in aged]
+    assert widths[-1] > 10 * offline[last][STD][-1]
+    again = by_count(live.results)[146]
+    assert (again["lost"], again[STD][-1]) == (40, offline[146][STD][-1])
+    assert live.session.counts.silences == 2  # the other one at the end
+
+
+def test_before_the_first_reading_commands_are_safe():
+    live = made(lambda timeout: time.sleep(timeout) or [], is_live=True, safe_command=-5.0)
+    for _ in range(5):
+        live.session.turn()
+    assert all(found[COMMAND] == [-5.0] and found["stale"] for found in live.results)
+    assert len(live.results) >= 4
+
+
+@pytest.mark.parametrize(
+    "junk",
+    [b"", b"{}", b"\xff" * 70_000, b'{"count": NaN}', b'{"count": -1}', b"[" * 60_000],
+    ids=["empty", "no field", "huge", "NaN", "negative", "nested"],
+)
+def test_malformed_datagrams_only_count(junk, messages):
+    live = made(lambda timeout: [])
+    live.session._take(junk, 0.0)
+    assert live.session.counts.malformed == 1
+    assert not live.results
+
+
+def test_a_reading_that_is_not_finite_only_counts(messages):
+    live = made(lambda timeout: [])
+    bad = dict(by_entry(messages[0])) | {"left_finger.pressure[0]": None}
+    live.session._take(json.dumps(bad).encode(), 0.0)
+    assert live.session.counts.malformed == 1
+
+
+def test_a_flood_only_counts(messages):
+    """A thousand readings at once, where a bunch of half a second is allowed."""
+    live = made(lambda timeout: [], is_live=True)
+    live.session._pace = Pace(0.01, clock=lambda: 0.0)
+    for i in range(1000):
+        live.session._take(encoded(messages[0] | {"count": float(i)}, "json"), time.monotonic())
+    assert (live.session.counts.used, live.session.counts.excess) == (50, 950)
+
+
+def test_a_machine_that_is_too_slow_stays_close_behind(messages):
+    """A result takes three periods: readings that cannot be used are counted, and the last is hardly late."""
+    source = Waiting(encoded(messages[0] | {"count": float(i)}, "json") for i in range(1000))
+    live = made(source, is_live=True, clock=lambda: source.now)
+    live.session._sink = source.take_long
+    while source.arrived < 1000:
+        live.session.turn()
+    counts = live.session.counts
+    assert counts.used + counts.lost == 1000
+    assert counts.used == pytest.approx(333, abs=30)
+    assert counts.excess == counts.lost
+    assert max(live.session.latencies) < 0.6
+
+
+class Waiting:
+    """Messages that arrive every period of a clock, which runs while a result is computed and sent."""
+
+    is_over = False
+
+    def __init__(self, messages):
+        self.messages, self.now, self.arrived = list(messages), 0.0, 0
+
+    def receive(self, timeout):
+        self.now += 1e-9
+        found = self.messages[self.arrived : int(self.now / 0.01) + 1]
+        self.arrived += len(found)
+        if not found:
+            self.now += timeout
+        return found
+
+    def take_long(self, *_):
+        self.now += 0.03
+
+
+def test_zeroing_removes_offsets(messages, offline):
+    """A constant added to every reading is gone after readings of free fingers."""
+    live = made(lambda timeout: [])
+    shifted = [{n: v + 0.02 if n.endswith(".strain") else v for n, v in message.items()} for message in messages]
+    for message in shifted[:60]:
+        live.session._take(encoded(message, "json"), 0.0)
+    live.session.zero()  # at rest
+    for message in shifted[60:100]:
+        live.session._take(encoded(message, "json"), 0.0)
+    live.session.zeroed()
+    for message in shifted[100:]:
+        live.session._take(encoded(message, "json"), 0.0)
+    found = by_count(live.results)
+    assert all(found[i][COMMAND] == 0.0 for i in range(61, 101))  # nothing moves meanwhile
+    assert found[150][COMMAND] != 0.0
+    errors = [np.linalg.norm(found[i][TIP][:2] - offline[i][TIP][:2]) for i in (90, 190)]
+    assert errors[0] > 2e-3
+    assert errors[1] < 1e-4
+
+
+def test_a_sensor_that_is_never_read_is_not_zeroed(messages):
+    live = made(lambda timeout: [])
+    live.session.zero()
+    for message in messages[60:100]:
+        silent = dict(by_entry(message)) | {"left_finger.strain[3]": None}
+        live.session._take(json.dumps(silent).encode(), 0.0)
+    live.session.zeroed()
+    offsets = live.session._offsets["left_finger.strain"]
+    assert offsets[3] == 0.0
+    assert np.isfinite(offsets).all()
+
+
+def test_zeroing_without_readings():
+    live = made(lambda timeout: [])
+    live.session.zero()
+    with refused("--zero", "no reading"):
+        live.session.zeroed()
+
+
+def test_lines_of_any_length():
+    read, write = os.pipe()
+    source = LineSource(read)
+    os.write(write, b'{"a": 1}\n\n{"a": 2}\n{"a"')
+    assert source.receive(0.1) == [b'{"a": 1}', b'{"a": 2}']
+    os.write(write, b": 3}\n")
+    assert source.receive(0.1) == [b'{"a": 3}']
+    os.close(write)
+    assert source.receive(0.1) == []
+    assert source.is_over
+    assert decoded(b'{"a": 3}', "json", ()) == {"a": 3.0}
+
+
+@pytest.mark.parametrize(
+    "address",
+    [
+        *("udp://127.0.0.1", "udp://127.0.0.1:99999", "file:/no/such/file.csv", "nowhere", "tcp://:5"),
+        *("lcm://", "lcm://READINGS?url=nonsense", "lcm://READINGS?url=udpm://192.168.1.1:7667"),
+    ],
+)
+def test_addresses_that_cannot_be_opened(address):
+    with Endpoints("bench.yaml") as endpoints, refused("source", address):
+        endpoints.source(address)
+
+
+def test_lcm_is_refused_where_it_would_end_the_process(monkeypatch):
+    """Where the next file has a higher descriptor than LCM can wait for, whatever this machine allows."""
+    monkeypatch.setattr(endpoints_module, "_LCM_FILES", 2)
+    with Endpoints("bench.yaml") as endpoints, refused("source", "lcm://READINGS") as error:
+        endpoints.source("lcm://READINGS")
+    assert "too many open files" in str(error.value)

@@ -1,0 +1,65 @@
+import numpy as np
+from pydrake.systems.primitives import PassThrough
+
+from soft_gripper.extras.bench.live_tables import finger_table, needed_signals, readings_table
+from soft_gripper.extras.bench.watch import Counts
+from soft_gripper.signals import describe
+
+
+def port(size=1, meanings=()):
+    return describe(PassThrough(size).get_output_port(), "1", meanings, **({"entry": range(size)} if size > 1 else {}))
+
+
+KNOWN = {
+    "left.tip_pose": port(3),
+    "left.position_std": port(2),
+    "left.contact_force": port(),
+    "left.contact_force_std": port(),
+    "left.contact_answer": port(meanings=("nothing touches", "touched here")),
+    "right.tip_pose": port(3),
+    "right.fault": port(meanings=("healthy", "dead")),
+}
+VALUES = {
+    "left.tip_pose": np.array([0.0123, 0.11, 0.2]),
+    "left.position_std": np.array([0.0, 0.00042]),
+    "left.contact_force": np.array([0.5]),
+    "left.contact_force_std": np.array([0.04]),
+    "left.contact_answer": np.array([1.0]),
+    "right.fault": np.array([1.0]),
+}
+
+
+def rows(values):
+    _, head, *found = finger_table(["left", "right"], KNOWN, values)
+    assert head == ["", "left", "right"]
+    return {title: cells for title, *cells in found}
+
+
+def test_what_is_estimated_has_a_row_and_what_is_not_has_none():
+    assert set(needed_signals(["left", "right"], KNOWN)) == set(KNOWN)
+    found = rows(VALUES)
+    assert found["tip x, z [mm]"] == ["12.3, 110.0", "-"]
+    assert found["tip ± [mm]"] == ["0.42", "-"]
+    assert found["force [N]"] == ["0.50 ± 0.04", "-"]
+    assert found["contact"] == ["touched here", "-"]
+    assert "at most [N]" not in found
+
+
+def test_a_fault_is_marked():
+    assert rows(VALUES)["health"] == ["-", ("dead", "bad")]
+    assert rows({"right.fault": np.array([0.0])})["health"] == ["-", "healthy"]
+
+
+def test_an_unknown_band_is_left_out():
+    assert rows(VALUES | {"left.contact_force_std": np.array([np.nan])})["force [N]"] == ["0.50", "-"]
+
+
+def test_before_the_first_reading_nothing_is_known():
+    assert {cell for cells in rows({}).values() for cell in cells} == {"-"}
+
+
+def test_counters_of_what_went_wrong_are_marked():
+    _, head, *found = readings_table(Counts(used=7, lost=2))
+    cells = [cell for row in found for cell in row]
+    assert head == []
+    assert cells[:6] == [("used", "name"), "7", ("lost", "name"), ("2", "bad"), ("late", "name"), "0"]

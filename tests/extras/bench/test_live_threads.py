@@ -1,0 +1,116 @@
+"""What may wait holds nothing up: results are dropped and counted, and errors arrive where they can be told."""
+
+import threading
+import time
+
+import pytest
+
+from soft_gripper.extras.bench import threads
+from soft_gripper.extras.bench.threads import MOST_WAITING, Inbox, Outbox
+
+LONG = 30.0  # s
+
+
+def wait_until(holds):
+    end = time.monotonic() + LONG
+    while not holds():
+        assert time.monotonic() < end
+        time.sleep(0.01)
+
+
+def test_all_is_taken_in_order():
+    taken = []
+    outbox = Outbox(taken.append)
+    for i in range(50):
+        outbox.put(i)
+    outbox.close()
+    assert taken == [*range(50)]
+    assert outbox.dropped == 0
+
+
+def test_what_nobody_takes_is_dropped_but_the_newest(monkeypatch):
+    monkeypatch.setattr(threads, "LINGER", 0.1)
+    goes_on, taken = threading.Event(), []
+    outbox = Outbox(lambda item: (goes_on.wait(), taken.append(item)))
+    began = time.monotonic()
+    for i in range(1000):
+        outbox.put(i)
+    assert time.monotonic() - began < LONG / 10
+    assert outbox.dropped >= 1000 - MOST_WAITING - 1
+    goes_on.set()
+    outbox.close()
+    assert taken[-1] == 999
+    assert outbox.dropped + len(taken) == 1000
+
+
+def test_closing_leaves_what_is_never_taken(monkeypatch):
+    monkeypatch.setattr(threads, "LINGER", 0.1)
+    outbox = Outbox(lambda _: threading.Event().wait())
+    outbox.put(1)
+    outbox.put(2)
+    began = time.monotonic()
+    outbox.close()
+    assert time.monotonic() - began < LONG / 10
+    assert outbox.dropped == 2
+
+
+def test_where_nothing_is_live_nothing_is_dropped():
+    taken, is_over = [], threading.Event()
+    outbox = Outbox(lambda item: (time.sleep(1e-4), taken.append(item)), is_over.is_set)
+    for i in range(5 * MOST_WAITING):
+        outbox.put(i)
+    outbox.close()
+    assert taken == [*range(5 * MOST_WAITING)]
+
+
+def test_a_signal_ends_waiting_for_room(monkeypatch):
+    monkeypatch.setattr(threads, "LINGER", 0.1)
+    is_over = threading.Event()
+    outbox = Outbox(lambda _: threading.Event().wait(), is_over.is_set)
+    threading.Timer(0.2, is_over.set).start()
+    for i in range(2 * MOST_WAITING):
+        outbox.put(i)
+    outbox.close()
+    assert outbox.dropped == 2 * MOST_WAITING
+
+
+def test_an_error_of_whoever_takes_it_is_told():
+    def fail(_):
+        raise ZeroDivisionError
+
+    outbox = Outbox(fail)
+    outbox.put(1)
+    wait_until(lambda: outbox._error is not None)
+    with pytest.raises(ZeroDivisionError):
+        outbox.put(2)
+    with pytest.raises(ZeroDivisionError):
+        outbox.close()
+
+
+def test_a_generator_that_waits_holds_nothing_up():
+    goes_on = threading.Event()
+
+    def messages():
+        yield {"a": 1.0}
+        goes_on.wait()
+        yield {"a": 2.0}
+        raise ZeroDivisionError
+
+    inbox = Inbox(messages(), 0.0)
+    assert inbox.receive(LONG) == [{"a": 1.0}]
+    assert inbox.receive(0.01) == []
+    assert not inbox.is_over
+    goes_on.set()
+    assert inbox.receive(LONG) == [{"a": 2.0}]
+    with pytest.raises(ZeroDivisionError):
+        inbox.receive(LONG)
+    assert inbox.is_over
+
+
+def test_a_generator_has_its_pace():
+    began, found = time.monotonic(), []
+    inbox = Inbox(({"a": float(i)} for i in range(10)), 0.01)
+    while not inbox.is_over:
+        found += inbox.receive(0.1)
+    assert len(found) == 10
+    assert time.monotonic() - began >= 0.09

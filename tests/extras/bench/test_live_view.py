@@ -1,0 +1,185 @@
+"""A live session on the page: its user's clicks, and what is shown of readings, silence and a simulated twin."""
+
+import numpy as np
+import pytest
+
+from soft_gripper.diagrams.recording import Recording
+from soft_gripper.extras.bench import live_view
+from soft_gripper.extras.bench.bench import Bench
+from soft_gripper.extras.bench.endpoints import by_entry
+from soft_gripper.extras.bench.live_view import LiveView
+from soft_gripper.extras.bench.session import Session, recorded_signals
+from soft_gripper.extras.bench.twin import Twin
+from soft_gripper.extras.hardware.bench_schema import described
+from soft_gripper.extras.play.session import SignalFeed
+from soft_gripper.scenario.scenario_file import load_scenario
+
+SCENARIO = load_scenario("tip_distance_steps", ["estimator.type=gaussian", "sensor.sections=2"])
+OPENING, STD = "grip.opening", "left_finger.position_std"
+STRAIN = "left_finger.strain"
+
+
+class Seen(SignalFeed):
+    """What is sent to a page with these plots."""
+
+    wanted = frozenset({OPENING, STD, STRAIN, f"twin.{STRAIN}"})
+
+    def __init__(self):
+        super().__init__(())
+        self.sent = []
+
+    def send(self, status, values):
+        self.sent.append((status, values))
+
+
+class Shown:
+    """A twin in the place of hardware, its session and its view, on a clock that runs while somebody waits."""
+
+    is_over = False
+
+    def __init__(self, folder, with_twin=True):
+        self.twin, self.bench = Twin(SCENARIO), Bench(SCENARIO)
+        self.now, self.sent, self.is_silent = 0.0, 0, False
+        config = described(self.bench.inputs, "twin")
+        self.session = Session(self.bench, config, self, self.obey, clock=lambda: self.now)
+        twin = self.twin if with_twin else None
+        self.view = LiveView(
+            self.session, self.bench, folder, recorded_signals(self.bench, config), [], twin, clock=lambda: self.now
+        )
+        self.view.feed = self.feed = Seen()
+
+    def obey(self, _, results):
+        self.twin.command(results)
+
+    def receive(self, timeout):
+        due = (self.sent + 1) * self.bench.period
+        if due > self.now + timeout:
+            self.now += timeout
+            return []
+        self.now, self.sent = max(self.now, due), self.sent + 1
+        message = dict(by_entry(self.twin.message()))
+        return [] if self.is_silent else [message]
+
+    def run(self, seconds):
+        """The last that the page was sent."""
+        end = self.now + seconds
+        while self.now < end - 1e-9:
+            self.session.turn()
+            self.view.refresh()
+        return self.feed.sent[-1]
+
+    def click(self, button):
+        assert self.view.panel.take({"button": button})
+
+
+@pytest.fixture
+def shown(tmp_path):
+    found = Shown(tmp_path)
+    yield found
+    found.view.recorder.close()
+
+
+def test_it_shows_what_is_estimated_and_what_the_twin_reads(shown):
+    status, values = shown.run(0.5)
+    assert (status["mode"], status["alarm"], status["note"]) == ("live", False, "")
+    assert status["time"] == pytest.approx(0.5, abs=0.06)
+    assert status["latency"].startswith("reading to result 0.0 ms")
+    assert set(values) == Seen.wanted
+    np.testing.assert_array_equal(values[STRAIN], values[f"twin.{STRAIN}"])
+    estimates, readings = status["tables"]
+    assert estimates[1] == ["", "left_finger", "right_finger"]
+    assert shown.sent - 6 < int(readings[2][1]) <= shown.sent
+    assert f"twin.{STRAIN}" in shown.view.signals
+    assert shown.view.owners == ["left_finger", "right_finger", "twin.left_finger", "twin.right_finger"]
+
+
+def test_in_silence_it_is_stale_with_wider_bands(shown):
+    _, before = shown.run(1.0)
+    shown.is_silent = True
+    status, values = shown.run(0.5)
+    assert status["mode"] == "stale, 0.5 s"
+    assert status["alarm"]
+    assert values[STD][-1] > 5 * before[STD][-1]
+    np.testing.assert_array_equal(values[OPENING], shown.bench.read([OPENING])[OPENING])
+
+
+def test_before_the_first_reading_it_waits(shown):
+    shown.is_silent = True
+    status, values = shown.run(0.2)
+    assert status["mode"] == "waiting for readings"
+    assert not values.keys() & {OPENING, STD}
+
+
+@pytest.mark.slow
+def test_zero_removes_an_offset_in_two_seconds(shown):
+    shown.run(0.1)
+    shown.click("zero")
+    status, _ = shown.run(1.0)
+    assert (status["mode"], status["zeroing"]) == ("zeroing", True)
+    status, _ = shown.run(1.2)
+    assert (status["mode"], status["note"][:7]) == ("live", "zeroed:")
+
+
+def test_zero_without_readings_says_so(shown):
+    shown.is_silent = True
+    shown.click("zero")
+    status, _ = shown.run(2.2)
+    assert "no reading arrived" in status["note"]
+    assert not status["zeroing"]
+
+
+def test_a_recording_goes_from_click_to_click_and_has_what_was_estimated(shown, tmp_path):
+    shown.run(0.5)
+    shown.click("record")
+    status, _ = shown.run(0.4)
+    assert status["recording"]
+    shown.click("record")
+    shown.run(0.1)
+    at_end = shown.bench.read([OPENING])[OPENING]
+    shown.view.recorder.close()
+    status, _ = shown.run(0.1)
+    assert status["note"] == f"written: {tmp_path / '1' / 'recording.nc'}"
+    recording = Recording.load(tmp_path / "1" / "recording.nc")
+    assert recording["time"].values[0] == 0.0
+    assert recording["time"].attrs["units"] == "s"
+    assert 30 < len(recording["time"]) < 50
+    assert recording[OPENING].values[-1] == pytest.approx(float(at_end[0]), abs=2e-3)
+    assert (tmp_path / "1" / "scenario.yaml").is_file()
+    assert shown.view.recorder.recordings == [tmp_path / "1"]
+
+
+def test_stop_ends_it(shown):
+    shown.click("stop")
+    shown.run(0.1)
+    assert shown.view.is_over
+    assert not shown.view.panel.take({"button": "pause"}), "hardware cannot be stopped in time"
+
+
+def test_a_view_that_fails_stops_nothing(shown, monkeypatch):
+    def fail(_):
+        raise RuntimeError("Meshcat's thread has ended")
+
+    shown.run(0.2)
+    monkeypatch.setattr(live_view, "has_failed", lambda _: True)
+    monkeypatch.setattr(shown.view._drawn, "show", fail)
+    status, _ = shown.run(0.3)
+    assert (status["mode"], status["note"]) == ("live", "the view failed; estimates and commands go on")
+
+
+def test_without_a_twin_there_are_the_signals_of_hardware_alone(tmp_path):
+    found = Shown(tmp_path, with_twin=False)
+    assert not any(name.startswith("twin.") for name in found.view.signals)
+    assert found.view.owners == ["left_finger", "right_finger"]
+    found.view.recorder.close()
+
+
+def test_a_twin_beside_hardware_is_driven_by_what_is_measured():
+    """Without commands: its pressure follows that of the hardware."""
+    twin, bench = Twin(SCENARIO), Bench(SCENARIO)
+    for i in range(60):
+        measured = {name: np.zeros(size) for name, size in bench.inputs.items()}
+        bench.step(measured | {"left_finger.pressure": np.array([4e4])})
+        twin.follow({}, bench, 0.01 * i)
+    pressures = [float(each[0]) for each in twin.read([f"{s}_finger.pressure" for s in ("left", "right")]).values()]
+    assert pressures == pytest.approx([4e4, 0.0], abs=500)
+    assert twin.context.get_time() == pytest.approx(0.59, abs=0.011)

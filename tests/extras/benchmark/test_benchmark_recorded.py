@@ -1,0 +1,166 @@
+"""The tasks and our models on synthetic twins of the recordings, which independent scripts made up."""
+
+import hashlib
+from dataclasses import replace
+from uuid import uuid4
+
+import numpy as np
+import pytest
+from synthetic_hardware import write_arm, write_beam, write_segment
+
+from soft_gripper.extras.benchmark import ours_recorded
+from soft_gripper.extras.benchmark.baselines import baselines
+from soft_gripper.extras.benchmark.ours import OURS
+from soft_gripper.extras.benchmark.scores import score_task
+from soft_gripper.extras.benchmark.task import read_task
+from soft_gripper.extras.benchmark.tasks import TASKS
+from soft_gripper.extras.hardware.identification.free_parameters import Model
+from soft_gripper.extras.hardware.identification.identified_finger import read_finger
+from soft_gripper.extras.hardware.identification.settled_states import (
+    SettledStates,
+    predicted_markers,
+    resting_positions,
+)
+from soft_gripper.scenario.model_files import model_path
+
+TASK = {task.name: task for task in TASKS}
+
+
+def twin(name, folder, **changes):
+    """The task of a name, with the checksums of other files."""
+    task = replace(TASK[name], **changes)
+    digests = {file: hashlib.sha256((folder / file).read_bytes()).hexdigest() for file in task.sha256}
+    return replace(task, sha256=digests)
+
+
+def scores(task, folder, *names):
+    train, tested = read_task(task, folder, folder / f"copies_{uuid4().hex}")
+    estimators = baselines(task) | OURS[task.name]
+    rows = [row for name in names for row in score_task(task, name, estimators[name], train, tested)]
+    return {(row.region, row.estimator): row for row in rows}
+
+
+@pytest.fixture(scope="module")
+def beam(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("data")
+    write_beam(folder / "clamped_beam", duration=6.0)
+    return folder
+
+
+def test_the_tip_of_a_beam_follows_from_its_turn(beam):
+    """A load on the tip bends the beam other than an arc: the error of the arc is that of its shape."""
+    found = scores(twin("beam_tip", beam), beam, "arcs", "gaussian", "recursive")
+    assert found["at rest", "gaussian"].mean < 1e-3
+    assert found["at rest", "gaussian"].mean < 0.5 * found["at rest", "arcs"].mean
+    assert found["at rest", "recursive"].mean < 2e-3
+
+
+def test_the_load_of_a_beam_is_weighed(beam):
+    found = scores(twin("beam_load", beam), beam, "fitted", "ridge")
+    assert found["102 g", "fitted"].mean < 5  # g
+    assert found["102 g", "fitted"].mean < 0.2 * found["102 g", "ridge"].mean
+
+
+@pytest.fixture(scope="module")
+def segment(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("data")
+    write_segment(folder / "pneumatic_segment", pressures=(10, 15, 20, 25, 35, 40, 45))
+    return folder
+
+
+def test_a_segment_bends_as_its_pressure_law_says(segment):
+    found = scores(twin("segment_tip", segment), segment, "fitted", "nearest")
+    for region in ("15 kPa", "20 kPa", "35 kPa", "40 kPa"):
+        recorded = TASK["segment_tip"].read(segment / f"pneumatic_segment/{region.replace(' ', '')}.csv")
+        travel = np.linalg.norm(np.ptp(recorded.outputs, axis=0))
+        assert found[region, "fitted"].mean < 0.1 * travel  # inertia and the valve, which it leaves out, are the rest
+        assert found[region, "fitted"].mean < found[region, "nearest"].mean
+
+
+def test_pressure_of_a_segment_is_that_of_its_file_while_the_valve_is_open(segment):
+    recorded = TASK["segment_tip"].read(segment / "pneumatic_segment/25kPa.csv")
+    assert set(recorded.inputs.ravel()) == {0.0, 25.0}
+    moved = np.linalg.norm(recorded.outputs, axis=1)
+    assert moved[recorded.inputs[:, 0] == 25].mean() > 10 * moved[:20].mean()
+
+
+@pytest.mark.slow
+def test_the_tip_of_an_arm_is_estimated_from_its_wires(tmp_path):
+    write_arm(tmp_path / "two_segment_arm", duration=6.0)
+    files = {f"two_segment_arm/trial_{trial}.txt": "" for trial in range(1, 6)}
+    tested = {"S-shapes": TASK["arm_tip"].tested["S-shapes"]}
+    task = twin("arm_tip", tmp_path, sha256=files, tested=tested, period=1 / 30)
+    found = scores(task, tmp_path, "arcs", "nearest")
+    assert found["S-shapes", "arcs"].mean < 6e-3
+    assert found["S-shapes", "arcs"].mean < 0.3 * found["S-shapes", "nearest"].mean
+
+
+def rested(description, pulled, at, load=0.0, gravity=(0.0, 0.0, 0.0), beyond=0.0):
+    """Markers in B of the shipped finger with stiffer tendons, at rest, (R, M, 3) m."""
+    finger = read_finger(model_path(f"package://soft_gripper/recordings/{description}.urdf"))
+    tendons = tuple(replace(tendon, stiffness=1.3 * tendon.stiffness) for tendon in finger.tendons)
+    finger = replace(finger, tendons=tendons)
+    places = np.array([[0.0, 0.0, beyond]] * len(at))
+    nothing = np.zeros((len(pulled), len(at), 3))
+    states = SettledStates("", pulled, nothing, places, np.array([]), np.array(gravity), np.array(at), load)
+    return predicted_markers(finger, states, resting_positions(Model(finger), states))[0]
+
+
+@pytest.mark.slow
+def test_the_tip_of_a_robot_with_tendons(tmp_path):
+    random = np.random.default_rng(1)
+    inputs = random.uniform(-1, 6, (120, 9))  # mm
+    tip = 1e3 * rested("tendon_robot_v4", 1e-3 * inputs, [1.0], beyond=0.008)[:, 0]
+    tip += np.array([3.0, -2.0, 5.0]) + random.normal(0, 0.05, (120, 3))  # the base stands elsewhere
+    rows = [",".join(["0", "label", *map(str, each)]) for each in np.hstack([inputs, tip])]
+    (tmp_path / "tendon_robots").mkdir()
+    (tmp_path / "tendon_robots/v4_train.csv").write_text("\n".join(["header", *rows]) + "\n")
+    found = scores(twin("tendons_v4_tip", tmp_path), tmp_path, "fitted", "ridge")
+    for region in ("two alike", "two opposite"):
+        assert found[region, "fitted"].mean < 1e-3
+        assert found[region, "fitted"].mean < found[region, "ridge"].mean
+
+
+TRUNK_AT = [0.345, 0.64, 1.0]
+
+
+@pytest.fixture(scope="module")
+def trunk(tmp_path_factory):
+    """Three recordings of 100 rows of the same commands, in the axes of the file: it hangs along -y."""
+    folder = tmp_path_factory.mktemp("data")
+    (folder / "soft_trunk").mkdir()
+    random = np.random.default_rng(2)
+    motors = random.uniform(-60, 60, (100, 6))  # degrees
+    for mass in (0, 100, 300):
+        turned = motors + random.normal(0, 1, motors.shape)
+        pulled = np.radians(np.hstack([turned, -turned])) * 0.02  # each motor winds two tendons
+        markers = rested("soft_trunk", pulled, TRUNK_AT, 1e-3 * mass, (0.0, 0.0, 9.81))
+        x, y, z = np.moveaxis(markers, -1, 0)
+        disks = np.stack([0.1 + x, -z, 0.105 + y], axis=-1) + random.normal(0, 1e-4, markers.shape)
+        table = np.hstack([np.arange(100)[:, None], disks.reshape(100, 9), turned])
+        np.savetxt(folder / f"soft_trunk/random_{mass}g.csv", table, delimiter=",", header="ID", comments="")
+    return folder
+
+
+@pytest.mark.slow
+def test_the_shape_of_a_trunk(trunk, monkeypatch):
+    monkeypatch.setattr(ours_recorded, "_OF_SHAPE", 4)
+    found = scores(twin("trunk_shape", trunk), trunk, "fitted", "ridge")
+    assert found["0 g", "fitted"].mean < 2e-3
+    assert found["0 g", "fitted"].mean < found["0 g", "ridge"].mean
+
+
+def test_the_load_of_a_window_is_that_which_agrees_best():
+    random = np.random.default_rng(4)
+    slope, curving = random.normal(size=(40, 3, 3)), 0.2 * random.normal(size=(40, 3, 3))
+    for u in (-1.0, 0.3):
+        found = ours_recorded._agreeing(slope * u + curving * u**2, slope, curving)
+        assert found[5:] == pytest.approx(u, abs=1e-6)
+
+
+@pytest.mark.slow
+def test_the_load_of_a_trunk_is_weighed(trunk, monkeypatch):
+    monkeypatch.setattr(ours_recorded, "_OF_LOAD", 6)
+    monkeypatch.setattr(ours_recorded, "_WEIGHED", 2)
+    found = scores(twin("trunk_load", trunk), trunk, "fitted")
+    assert all(row.mean < 15 for row in found.values())  # g

@@ -1,0 +1,271 @@
+"""A study over an analytic stand-in: its known optimum and front; the same table after an interruption; refusals."""
+
+import csv
+
+import numpy as np
+import pytest
+import yaml
+from here_executor import HereExecutor
+from refusals import refused
+from stand_in import FRICTION, GAIN, LENGTH, PRESSURE, WEIGHT, grasped
+
+from soft_gripper.errors import InputError
+from soft_gripper.extras.design.run import TABLE, run_design
+from soft_gripper.extras.design.study_file import load_design_study
+from soft_gripper.files.output import release_folders
+from soft_gripper.models import DIRECTORY
+
+STUDY = {
+    "scenario": "bottle_grasp",
+    "vary": {LENGTH: "0.10..0.14", PRESSURE: "20.0e3..160.0e3"},
+    "draw": {FRICTION: "0.5..0.9"},
+    "draws": 3,
+    "test_draws": 20,
+    "ends": [{"measure": "normal_force_n"}],
+    "designs": 60,
+}
+
+
+@pytest.fixture(autouse=True)
+def _unlocked():
+    yield
+    release_folders()
+
+
+def study(folder, **changes):
+    file = folder / "study.yaml"
+    file.write_text(yaml.safe_dump(STUDY | changes, sort_keys=False))
+    return load_design_study(file)
+
+
+def designed(folder, out="out", executor=None, **changes):
+    found = run_design(study(folder, **changes), folder / out, executor or HereExecutor(), work=grasped)
+    release_folders()
+    return found
+
+
+def rows(folder, out="out"):
+    with (folder / out / TABLE).open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+@pytest.fixture(scope="module")
+def found(tmp_path_factory):
+    return designed(tmp_path_factory.mktemp("study"))
+
+
+def test_the_known_optimum(found):
+    """Least force holds with the least friction of the draws: F = weight / mu."""
+    friction = min(float(row[FRICTION]) for row in rows(found.study.file.parent) if row["stage"] == "search")
+    best = found.designs[found.best]
+    optimum = WEIGHT / friction
+    assert optimum <= best.score.ends[0] < 1.05 * optimum
+    assert best.score.held == best.score.runs == 3
+
+
+def test_the_best_is_better_than_anything_random_that_was_tried_first(found):
+    firsts = [design.score.ends[0] for design in found.designs[1:11] if design.score.is_allowed]
+    assert found.designs[found.best].score.ends[0] < min(firsts)
+
+
+def test_it_is_tested_with_other_draws_beside_the_fingers_as_they_are_at_their_best_pressure(found):
+    drawn = {stage: {row[FRICTION] for row in rows(found.study.file.parent) if row["stage"] == stage}
+             for stage in ("search", "test")}  # fmt: skip
+    assert (len(drawn["search"]), len(drawn["test"])) == (3, 20)
+    assert drawn["search"].isdisjoint(drawn["test"])
+    assert [tested.number for tested in found.tested] == [found.reference.number, found.designs[found.best].number]
+    assert found.reference.values.keys() == {PRESSURE}
+    optimum = WEIGHT / min(map(float, drawn["search"]))  # the stand-in holds with this force at any length
+    assert optimum <= found.reference.score.ends[0] < min(1.05 * optimum, GAIN * 120e3 / 0.12)
+    tested = found.tested[0].rows["as_in_the_scenario"]
+    assert [float(row["normal_force_n"]) for row in tested] == [found.reference.score.ends[0]] * 20
+
+
+def test_fingers_whose_drive_is_not_searched_are_compared_as_they_are(tmp_path):
+    found = designed(tmp_path, vary={LENGTH: "0.10..0.14"}, designs=4)
+    assert found.reference is found.designs[0]
+    assert found.tested[0].number == 0
+
+
+def test_the_known_front(tmp_path):
+    """Force against slip ratio: every pressure that holds is on the front, whose product is weight over friction."""
+    ends = [{"measure": "normal_force_n"}, {"measure": "slip_ratio"}]
+    found = designed(tmp_path, ends=ends, draw={}, designs=40)
+    points = np.array([found.designs[i].score.ends for i in found.front])
+    np.testing.assert_allclose(points.prod(axis=1), WEIGHT / 0.8, rtol=1e-6)
+    allowed = [design for design in found.designs[1:] if design.score.is_allowed]
+    assert len(found.front) == len(allowed) > 10
+    assert np.ptp(points[:, 0]) > 0.5  # it is spread over them
+
+
+def test_limits_keep_a_margin(tmp_path):
+    found = designed(tmp_path, limits={"slip_ratio": {"most": 0.7}}, draw={})
+    assert WEIGHT / 0.8 / 0.7 <= found.designs[found.best].score.ends[0] < 1.05 * WEIGHT / 0.8 / 0.7
+
+
+class Interrupted(HereExecutor):
+    """Is interrupted at a call."""
+
+    def submit(self, work, /, *arguments):
+        if len(self.calls) == 40:
+            raise KeyboardInterrupt
+        return super().submit(work, *arguments)
+
+
+def test_an_interrupted_study_goes_on_to_the_same_table(tmp_path, found):
+    with pytest.raises(KeyboardInterrupt):
+        designed(tmp_path, executor=Interrupted())
+    release_folders()
+    executor = HereExecutor()
+    again = run_design(study(tmp_path), tmp_path / "out", executor, resume=True, work=grasped)
+    whole = rows(found.study.file.parent)
+    assert rows(tmp_path) == whole
+    assert len(executor.calls) < len(whole) - 20
+    assert again.best == found.best
+
+
+def test_thin_walls_are_refused_before_they_are_simulated(tmp_path):
+    """A chamber 9 mm wide in a finger 20 mm wide leaves walls of 5.5 mm; of 9.8 mm thickness the outer is 4 mm."""
+    key = "models.gripper.fingers.all.chamber_width"
+    executor = HereExecutor()
+    found = designed(
+        tmp_path, executor=executor, wall=2e-3, vary={key: "6.0e-3..25.0e-3", PRESSURE: "60.0e3..160.0e3"}, designs=30
+    )
+    for design in found.designs[1:]:
+        width = design.values[key]
+        assert bool(design.score.refused) == (width > 16e-3)
+        if 16e-3 < width < 19.9e-3:
+            assert f"a wall of {1e3 * (20e-3 - width) / 2:.2f} mm, below 2 mm" in design.score.refused
+    simulated = [float(row[key]) for row in rows(tmp_path) if int(row["design"]) > 0]
+    assert max(simulated) <= 16e-3
+    assert any(design.score.refused for design in found.designs)
+
+
+def test_choices_and_whole_numbers(tmp_path):
+    gripper = ["package://soft_gripper/grippers/two_finger.urdf", "package://soft_gripper/grippers/three_finger.urdf"]
+    vary = {"models.gripper.file": gripper, "sensor.sections": "1..4", PRESSURE: "60.0e3..160.0e3"}
+    found = designed(tmp_path, vary=vary, designs=24)
+    assert {design.values["models.gripper.file"] for design in found.designs[1:]} == set(gripper)
+    assert {design.values["sensor.sections"] for design in found.designs[1:]} == {1, 2, 3, 4}
+
+
+def test_nothing_holds(tmp_path):
+    found = designed(tmp_path, vary={PRESSURE: "1.0e3..2.0e3"}, designs=8)
+    assert found.best is None
+    assert list(found.front) == []
+    assert [tested.number for tested in found.tested] == [0]  # no pressure that is tried holds either
+
+
+def test_objects_of_the_users(tmp_path):
+    (tmp_path / "can.obj").write_text((DIRECTORY / "objects/cylinder.obj").read_text())
+    can = {"models.bottle.file": "can.obj", "models.bottle.X_PC.translation.2": 0.02, FRICTION: "0.3..0.4"}
+    objects = {"bottle": {}, "can": can}
+    found = designed(tmp_path, objects=objects, unseen={"sticky": {FRICTION: 0.95}}, designs=6)
+    table = rows(tmp_path)
+    assert all(0.3 <= float(row[FRICTION]) <= 0.4 for row in table if row["object"] == "can")
+    assert {row["object"] for row in table if row["stage"] == "search"} == {"bottle", "can"}
+    assert list(found.tested[0].rows) == ["bottle", "can", "sticky"]
+    assert len(found.tested[0].rows["sticky"]) == 1  # nothing is random
+
+
+@pytest.mark.parametrize(
+    ("changes", "field", "value"),
+    [
+        ({"vary": {}}, "vary", {}),
+        ({"vary": {"sensor.sectoins": "1..4"}}, "vary.sensor.sectoins", 1),
+        ({"vary": {"sensor.sections": "4..1"}}, "vary.sensor.sections", "4..1"),
+        ({"vary": {"sensor.sections": 3}}, "vary.sensor.sections", 3),
+        ({"vary": {"sensor.sections": "0..4"}}, "vary.sensor.sections", 0),
+        ({"ends": []}, "ends", []),
+        ({"ends": [{"measure": "force", "towards": "small"}]}, "ends[0].towards", "small"),
+        ({"draw": {FRICTION: 0.5}}, f"draw.{FRICTION}", 0.5),
+        ({"draw": {FRICTION: "0.9..0.5"}}, f"draw.{FRICTION}", "0.9..0.5"),
+        ({"objects": {"can": {FRICTION: "0.5..0.5"}}}, f"objects.can.{FRICTION}", "0.5..0.5"),
+        ({"draw": {PRESSURE: "1.0..2.0"}}, f"draw.{PRESSURE}", "1.0..2.0"),
+        ({"limits": {"slip_ratio": {}}}, "limits.slip_ratio.least", None),
+        ({"wall": -1.0}, "wall", -1.0),
+        ({"designs": 0}, "designs", 0),
+        ({"designs": float("nan")}, "designs", None),
+        ({"objects": {"a b": {}}}, "objects", "a b"),
+        ({"unseen": {"as_in_the_scenario": {}}}, "unseen.as_in_the_scenario", "as_in_the_scenario"),
+        ({"objects": {f"o{i}": {} for i in range(1001)}}, "objects", "1001 with unseen"),
+        ({"desings": 3}, "desings", 3),
+        ({"scenario": "bottel"}, "name", "bottel"),
+    ],
+)
+def test_a_wrong_study_names_field_and_value(tmp_path, changes, field, value):
+    with refused(field) as caught:
+        study(tmp_path, **changes)
+    assert value is None or caught.value.value == value
+    assert "study.yaml" in str(caught.value)
+
+
+def test_unknown_measures_are_refused_before_any_run(tmp_path):
+    executor = HereExecutor()
+    with refused("ends[0].measure", "normal_force"):
+        designed(tmp_path, executor=executor, ends=[{"measure": "normal_force"}])
+    with refused("limits.margin", "margin"):
+        designed(tmp_path, executor=executor, limits={"margin": {"most": 1.0}})
+    assert executor.calls == []
+    assert not (tmp_path / "out" / TABLE).exists()
+
+
+def test_a_measure_that_always_fails_ends_the_study_before_the_search(tmp_path):
+    def failing(scenario, changes, own):
+        raise InputError("design", "estimator.type", "arcs", "reports no contact force")
+
+    executor = HereExecutor()
+    with refused("scenario", "bottle_grasp") as caught:
+        run_design(study(tmp_path), tmp_path / "out", executor, work=failing)
+    assert "every run of it fails: design: estimator.type = 'arcs': reports no contact force" in str(caught.value)
+    assert len(executor.calls) == 3
+
+
+def test_an_object_that_cannot_be_built_is_refused_before_any_run(tmp_path):
+    with refused("file") as caught:
+        designed(tmp_path, objects={"can": {"models.bottle.file": "missing.stl"}})
+    assert "objects.can" in str(caught.value)
+
+
+HOSTILE = [
+    None,
+    True,
+    -1,
+    1e300,
+    float("nan"),
+    "x",
+    "1..",
+    "..",
+    "1..2 %",
+    "-1e9..1e9",
+    [],
+    [1],
+    {},
+    {"a": 1},
+    [[], {}],
+    "é",
+]
+
+
+@pytest.mark.parametrize("key", [*STUDY, "set", "objects", "unseen", "wall", "limits", "batch", "seed"])
+def test_hostile_values_are_taken_or_refused(tmp_path, key):
+    """Nothing but an InputError, whatever stands in place of a field or of what lies in it."""
+    for value in HOSTILE:
+        for hostile in (value, [value], {"sensor.sections": value}, {"bottle": {"models.bottle.mesh.mass": value}}):
+            assert "study.yaml" in complaint(tmp_path, **{key: hostile})
+
+
+def complaint(folder, **changes):
+    """Why a study is refused; its file if it is not."""
+    try:
+        return str(study(folder, **changes).file)
+    except InputError as error:
+        return str(error)
+
+
+@pytest.mark.parametrize("text", ["", "3", "[1]", "a: [1", "\x00"])
+def test_a_file_that_is_no_study(tmp_path, text):
+    file = tmp_path / "study.yaml"
+    file.write_text(text)
+    with pytest.raises(InputError, match=r"study\.yaml"):
+        load_design_study(file)

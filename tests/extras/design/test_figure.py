@@ -1,0 +1,78 @@
+"""The figure and the tables of a study, also where nothing holds, with one end, and with choices."""
+
+import csv
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from soft_gripper.extras.design.figure import BEST, design_figure
+from soft_gripper.extras.design.ranking import Score
+from soft_gripper.extras.design.run import Design, Designed, DesignTest
+from soft_gripper.extras.design.study_file import DesignConfig, DesignStudy, EndConfig
+from soft_gripper.extras.design.tables import DESIGNS, SENSITIVITY, TESTS, short_names, write_tables
+from soft_gripper.runs.sweep.run import Range, Values
+
+FORCE, ENERGY = EndConfig("force"), EndConfig("energy")
+AXES = [Range("models.gripper.fingers.all.length", 0.1, 0.2), Values("sensor.layout", ("sides", "faces"))]
+
+
+def found(ends, allowed=True, designs=12):
+    rng = np.random.default_rng(1)
+    config = DesignConfig("bottle_grasp", vary={"a": 1}, ends=ends)
+    study = DesignStudy("study.yaml", config, "bottle_grasp", {}, AXES, {"bottle": {}}, {"cup": {}})
+    tried = [Design(0, {}, Score(4, 4, tuple(2.0 for _ in ends), {"grasp": 0.0}))]
+    for number in range(1, designs + 1):
+        values = {AXES[0].key: float(rng.uniform(0.1, 0.2)), AXES[1].key: AXES[1].values[number % 2]}
+        score = Score(4, 4, tuple(rng.random(len(ends)).tolist()), {"grasp": 0.0})
+        tried.append(
+            Design(number, values, score if allowed else Score(1, 4, tuple(np.nan for _ in ends), {"grasp": 0.75}))
+        )
+    tried[3] = Design(3, tried[3].values, Score(refused="a wall of 1.00 mm, below 2 mm", excess={"wall": 0.5}))
+    rows = {name: [{"grasp": "held", "force": "1.0", "energy": "2.0"}] * 3 for name in ("bottle", "cup")}
+    tested = [DesignTest(0, rows), *([DesignTest(5, rows)] if allowed else [])]
+    return Designed(study, tried, tried[0], [5, 6] if allowed else [], 5 if allowed else None, tested)
+
+
+@pytest.mark.parametrize("ends", [[FORCE], [FORCE, ENERGY]])
+@pytest.mark.parametrize("allowed", [True, False])
+def test_figure(ends, allowed):
+    figure = design_figure(found(ends, allowed))
+    assert isinstance(figure, Figure)
+    figure.canvas.draw()
+    stars = [line for axes in figure.axes for line in axes.lines if line.get_color() == BEST]
+    assert len(stars) == (3 if allowed else 0)  # in the front, and over each variable
+
+
+def test_tables(tmp_path):
+    assert write_tables(found([FORCE, ENERGY]), tmp_path) == [DESIGNS, TESTS, SENSITIVITY]
+    rows = {}
+    for name in (DESIGNS, TESTS, SENSITIVITY):
+        with (tmp_path / name).open(newline="") as file:
+            rows[name] = list(csv.DictReader(file))
+    assert [row["design"] for row in rows[DESIGNS]] == [str(i) for i in range(13)]
+    assert rows[DESIGNS][3]["reason"] == "a wall of 1.00 mm, below 2 mm"
+    assert [row["front"] for row in rows[DESIGNS]].count("True") == 2
+    assert [(row["design"], row["object"], row["unseen"], row["held"]) for row in rows[TESTS]] == [
+        ("0", "bottle", "False", "3"),
+        ("0", "cup", "True", "3"),
+        ("5", "bottle", "False", "3"),
+        ("5", "cup", "True", "3"),
+    ]
+    assert {row["end"] for row in rows[SENSITIVITY]} == {"force", "energy"}
+
+
+def test_lost_objects_are_a_reason(tmp_path):
+    write_tables(found([FORCE], allowed=False), tmp_path)
+    assert "holds in 1 of 4 runs" in (tmp_path / DESIGNS).read_text()
+
+
+def test_short_names():
+    modulus = "models.gripper.fingers.all.youngs_modulus"
+    assert short_names([modulus, "pressure.steps.all.0", "sensor.type"]) == [
+        "youngs modulus",
+        "pressure steps",
+        "sensor type",
+    ]
+    one_by_one = ["models.gripper.fingers.left_finger.length", "models.gripper.fingers.right_finger.length"]
+    assert short_names(one_by_one) == one_by_one

@@ -1,0 +1,87 @@
+"""Cores, shells and walls of a finger, compared with their closed forms."""
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from soft_gripper.extras.design.mould import SHELL, cores, loft, outer_rings, shell
+from soft_gripper.extras.design.walls import least_wall
+from soft_gripper.fingers.cross_section import Station
+from soft_gripper.fingers.urdf import expand_urdf
+from soft_gripper.models import DIRECTORY
+
+GRIPPERS = DIRECTORY / "grippers"
+
+
+def finger(name):
+    return expand_urdf(GRIPPERS / f"{name}.urdf").fingers[0]
+
+
+def volume(rings):
+    """Of a solid through rectangles, mm^3: between two of them the area is a parabola, so Simpson's rule is exact."""
+    total = 0.0
+    for low, high in pairwise(rings):
+        middle = (low.thickness + high.thickness) * (low.width + high.width) / 4
+        total += (high.z - low.z) / 6 * (low.thickness * low.width + 4 * middle + high.thickness * high.width)
+    return total
+
+
+@pytest.mark.parametrize("name", ["two_finger", "three_finger", "conforming", "three_chambers", "two_finger_tendons"])
+def test_meshes_are_closed(name):
+    of = finger(name)
+    for mesh in (shell(of), *cores(of)):
+        assert mesh.is_watertight
+        assert mesh.is_winding_consistent
+        assert mesh.volume > 0
+
+
+def test_a_core_has_the_volume_of_the_chamber():
+    """Tapered in one direction: thickness 10 to 9.5 mm over 120 mm, of which the last wall, 3.8 mm, is left out."""
+    (core,) = cores(finger("two_finger"))
+    length = 120 - 3.8
+    end = 10 - 0.5 * length / 120
+    assert core.volume == pytest.approx(9 * length * (10 + end) / 2, rel=1e-9)
+    np.testing.assert_allclose(core.bounds, [[-1 - 5, -4.5, 0], [-1 + 5, 4.5, length]], atol=1e-9)
+
+
+def test_the_shell_is_what_is_round_the_finger():
+    of = finger("two_finger")
+    inside = outer_rings(of)
+    outside = [ring.grown(SHELL) for ring in inside]
+    floor = (outside[-1].thickness * outside[-1].width) * SHELL
+    assert shell(of).volume == pytest.approx(volume(outside) + floor - volume(inside), rel=1e-9)
+    assert loft(inside).volume == pytest.approx(volume(inside), rel=1e-9)
+
+
+def test_a_step_is_kept():
+    """From 20 to 16 mm wide at half of the length."""
+    of = finger("two_finger")
+    thin = replace(of.base, width=0.016)
+    steps = (Station(**vars_of(of.base), at=0.5), Station(**vars_of(thin), at=0.5))
+    stepped = replace(of, tip=thin, sections=steps)
+    outside = loft(outer_rings(stepped))
+    assert outside.is_watertight
+    assert outside.volume == pytest.approx(20 * 20 * 60 + 16 * 20 * 60, rel=1e-9)
+
+
+def vars_of(section):
+    return {name: getattr(section, name) for name in type(section).__dataclass_fields__}
+
+
+def test_the_thinnest_wall():
+    of = finger("two_finger")
+    assert least_wall(of) == pytest.approx(min(float(w) for s in of.cross_sections for w in s.walls.values()))
+    assert least_wall(of) == pytest.approx(3.8e-3)  # outer, at the tip: 9.5 - 0.95 - 4.75
+
+
+def test_walls_between_chambers_that_are_given_along_the_finger():
+    of = finger("three_chambers")
+    holes = of.section(0.0).holes
+    gaps = [
+        max(abs(a.x - b.x) - (a.thickness + b.thickness) / 2, abs(a.y - b.y) - (a.width + b.width) / 2)
+        for i, a in enumerate(holes)
+        for b in holes[:i]
+    ]
+    assert 0 < least_wall(of) <= min(map(float, gaps))

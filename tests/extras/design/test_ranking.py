@@ -1,0 +1,76 @@
+"""Scores, the Pareto front and the best design, on cases that are known."""
+
+import numpy as np
+import pytest
+
+from soft_gripper.extras.design.ranking import best, number, over, pareto_front, score
+from soft_gripper.extras.design.study_file import EndConfig, LimitConfig
+
+FORCE = EndConfig("force", "least", "mean")
+NAN = float("nan")
+
+
+def rows(*forces, grasp="held"):
+    return [{"grasp": grasp, "force": str(force)} for force in forces]
+
+
+def test_ends_are_means_or_the_worst():
+    assert over(FORCE, [1.0, 3.0]) == 2.0
+    assert over(EndConfig("force", "least", "worst"), [1.0, 3.0]) == 3.0
+    assert over(EndConfig("force", "most", "worst"), [1.0, 3.0]) == 1.0
+    assert np.isnan(over(FORCE, [1.0, NAN]))
+    assert np.isnan(over(FORCE, []))
+
+
+def test_a_design_that_loses_an_object_is_not_allowed():
+    found = score([*rows(1.0, 2.0, 3.0), *rows(0.0, grasp="dropped")], [FORCE], {})
+    assert (found.held, found.runs, found.is_allowed) == (3, 4, False)
+    assert found.excess["grasp"] == 0.25
+    assert found.ends == (2.0,)
+
+
+def test_a_run_that_failed_holds_nothing():
+    assert score([*rows(1.0), {"grasp": "", "error": "diverged"}], [FORCE], {}).excess["grasp"] == 0.5
+
+
+@pytest.mark.parametrize(
+    ("limit", "excess"),
+    [
+        (LimitConfig(most=2.5), 0.2),
+        (LimitConfig(most=4.0), -0.2),
+        (LimitConfig(least=2.0), 0.5),
+        (LimitConfig(1, 3), 0),
+    ],
+)
+def test_limits_are_of_the_worst_run(limit, excess):
+    found = score(rows(1.0, 3.0), [FORCE], {"force": limit})
+    assert max(found.excess.values()) == pytest.approx(max(excess, 0.0))
+    assert found.is_allowed == (excess <= 0)
+
+
+def test_a_measure_that_is_not_known_is_beyond_every_limit():
+    assert not score(rows(1.0, NAN), [], {"force": LimitConfig(most=9.0)}).is_allowed
+    assert not score(rows(1.0, NAN), [FORCE], {}).is_allowed
+
+
+def test_front_of_a_quarter_circle():
+    """Of points inside and on a circle round the origin, those on it dominate: less is better, so turn them round."""
+    angles = np.linspace(0, np.pi / 2, 9)
+    on = -np.column_stack([np.cos(angles), np.sin(angles)])
+    inside = 0.9 * on[1:-1]
+    assert pareto_front(np.concatenate([on, inside])) == list(range(9))
+
+
+def test_equal_points_are_both_on_the_front_and_nan_is_not():
+    assert pareto_front(np.array([[1.0, 2.0], [1.0, 2.0], [2.0, 2.0], [NAN, 0.0]])) == [0, 1]
+
+
+def test_the_best_is_that_of_the_first_end_then_of_the_next():
+    assert best(np.array([[2.0, 0.0], [1.0, 5.0], [1.0, 4.0], [NAN, NAN]])) == 2
+    assert best(np.full((2, 1), NAN)) is None
+    assert best(np.empty((0, 1))) is None
+
+
+def test_words_are_no_numbers():
+    assert [number(value) for value in ("True", "2.5", 3, False)] == [1.0, 2.5, 3.0, 0.0]
+    assert np.isnan([number(value) for value in ("done", "", None)]).all()

@@ -1,0 +1,142 @@
+"""Which shapes touch in MuJoCo, and how: what it mixes, or the pair that is listed, is what there should be."""
+
+import itertools
+import xml.etree.ElementTree as ET
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from soft_gripper.diagrams.station import make_station
+from soft_gripper.extras.export.mjcf import to_mjcf
+from soft_gripper.extras.export.mjcf_contact import Said, Skin, Surface, Touch, contacts, masks, mixed, said, touch
+from soft_gripper.scenario.scenario_file import load_scenario
+from soft_gripper.truth.contact import combined_friction
+
+SKIN = Surface(0.9, 1e-3, 80.0)
+TIP, ROOT, FIXED = (
+    SKIN._replace(mobility=200.0, compliance=2e-3),
+    SKIN._replace(mobility=40.0),
+    SKIN._replace(mobility=0),
+)
+USUAL = Skin(SKIN.friction, SKIN.mobility)
+BOX, TABLE, PALM = Surface(0.8, 0.0, 20.0), Surface(0.5, 0.0, 0.0), Surface(1.0, 0.0, 0.0)
+
+
+def stiffness(of):
+    return 1 / of.time**2
+
+
+@pytest.mark.parametrize("pair", list(itertools.combinations_with_replacement([SKIN, TIP, ROOT], 2)))
+def test_two_skins_are_mixed_to_the_stiffness_of_both(pair):
+    found = mixed(*(said(surface, USUAL) for surface in pair))
+    assert stiffness(found) == pytest.approx(stiffness(touch(*pair)), rel=5e-3)
+    assert found.friction == 0.9
+
+
+def test_a_skin_of_a_fixed_link_is_mixed_roughly():
+    found = mixed(said(FIXED, USUAL), said(SKIN, USUAL))
+    assert stiffness(found) == pytest.approx(stiffness(touch(FIXED, SKIN)), rel=0.2)
+
+
+def test_a_contact_has_the_stiffness_of_its_skin():
+    """K = k / ((1 - d) mobility), with the compliances of both and the mobilities of both."""
+    found = touch(SKIN, BOX)
+    assert stiffness(found) / (0.05 * (80 + 20)) == pytest.approx(1e3)
+    assert found.friction == combined_friction(0.9, 0.8)
+
+
+def test_mixing_is_that_of_mujoco():
+    mujoco = pytest.importorskip("mujoco")
+    one, other = Said(Touch(0.7, 0.01), 3.0), Said(Touch(0.5, 0.02), 1.0)
+    geoms = "".join(
+        f'<body pos="0 0 {z}"><freejoint/><geom size="0.1" friction="{s.touch.friction}" solmix="{s.weight}" '
+        f'solref="{s.touch.time} 1"/></body>'
+        for z, s in ((0, one), (0.19, other))
+    )
+    model = mujoco.MjModel.from_xml_string(f"<mujoco><worldbody>{geoms}</worldbody></mujoco>")
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    assert (data.contact[0].friction[0], data.contact[0].solref[0]) == pytest.approx(mixed(one, other))
+
+
+def test_only_pairs_that_would_be_mixed_wrong_are_listed():
+    surfaces = [SKIN, TIP, BOX, TABLE, PALM]
+    found = contacts(surfaces, list(itertools.combinations(range(5), 2)), set(), 4)
+    # Skins, and a skin on the palm, whose friction is the larger one, are mixed; so is no pair of rigid shapes here.
+    assert set(found.pairs) == {(0, 2), (1, 2), (0, 3), (1, 3), (2, 3), (2, 4), (3, 4)}
+    assert found.pairs[0, 2]["condim"] == "4"
+    assert found.pairs[2, 3]["condim"] == "3"
+    assert float(found.geoms[4]["friction"].split()[0]) == combined_friction(0.9, 1.0)
+
+
+def test_a_pair_that_mujoco_filters_is_listed():
+    assert set(contacts([SKIN, TIP], [(0, 1)], {(0, 1)}, 4).pairs) == {(0, 1)}
+
+
+@pytest.mark.parametrize("shapes", [3, 20, 60])
+def test_masks_and_pairs_together_are_the_candidates(shapes):
+    """However many groups of shapes there are: MuJoCo has 31 bits."""
+    rng = np.random.default_rng(shapes)
+    candidates = [pair for pair in itertools.combinations(range(shapes), 2) if rng.random() < 0.5]
+    found = contacts([SKIN] * shapes, candidates, set(), 4)
+    bits = [(int(geom["contype"]), int(geom["conaffinity"])) for geom in found.geoms]
+    by_mask = {
+        (i, k)
+        for i, k in itertools.combinations(range(shapes), 2)
+        if bits[i][0] & bits[k][1] or bits[k][0] & bits[i][1]
+    }
+    assert by_mask | set(found.pairs) == set(candidates)
+    assert by_mask.isdisjoint(found.pairs)
+
+
+def test_shapes_that_touch_the_same_share_a_bit():
+    touching = np.array([[0, 0, 1], [0, 0, 1], [1, 1, 0]], dtype=bool)
+    found = masks(touching)
+    assert found[0].tolist() == found[1].tolist()
+    assert found[2].tolist() == found[0].tolist()[::-1]
+
+
+@pytest.mark.parametrize("name", ["box_grasp", "bottle_grasp"])
+def test_every_candidate_of_drake_touches_in_mujoco_and_nothing_else(name):
+    mujoco = pytest.importorskip("mujoco")
+    scenario = load_scenario(name)
+    exported = to_mjcf(scenario, 0.002)
+    model = mujoco.MjModel.from_xml_string(
+        exported.text, {mesh: path.read_bytes() for mesh, path in exported.meshes.items()}
+    )
+    wanted = drake_candidates(scenario)
+    assert sum(wanted.values()) > 8 * model.npair > 0
+    assert touching_in(model) == wanted
+
+
+def drake_candidates(scenario):
+    """Pairs of names of bodies, with how many shapes of both may touch."""
+    station = make_station(replace(scenario, contact="points"))
+    inspector, plant, found = station.parts.scene_graph.model_inspector(), station.plant, {}
+    for pair in inspector.GetCollisionCandidates():
+        names = [plant.GetBodyFromFrameId(inspector.GetFrameId(each)).scoped_name().get_full() for each in pair]
+        if all(inspector.GetProximityProperties(each) is not None for each in pair):
+            found[tuple(sorted(names))] = found.get(tuple(sorted(names)), 0) + 1
+    return {tuple(name.replace("WorldModelInstance::WorldBody", "world") for name in k): v for k, v in found.items()}
+
+
+def touching_in(model):
+    """The same of MuJoCo: by bits, unless bodies are fixed to each other or neighbors; and by pairs."""
+    found, pairs = {}, set(zip(model.pair_geom1.tolist(), model.pair_geom2.tolist(), strict=True))
+    pairs = {tuple(sorted(pair)) for pair in pairs}
+    weld, parent = model.body_weldid, model.body_weldid[model.body_parentid[model.body_weldid]]
+    for pair in itertools.combinations(range(model.ngeom), 2):
+        bodies = [model.geom_bodyid[geom] for geom in pair]
+        (one, other), (of_one, of_other) = ([each[b] for b in bodies] for each in (weld, parent))
+        is_filtered = one == other or (of_one == other != 0) or (of_other == one != 0)
+        contype, conaffinity = model.geom_contype[list(pair)], model.geom_conaffinity[list(pair)]
+        by_bits = contype[0] & conaffinity[1] or contype[1] & conaffinity[0]
+        if pair in pairs or (by_bits and not is_filtered):
+            names = tuple(sorted(model.body(b).name for b in bodies))
+            found[names] = found.get(names, 0) + 1
+    return found
+
+
+def test_the_exported_box_grasp_lists_few_pairs():
+    assert len(ET.fromstring(to_mjcf(load_scenario("box_grasp")).text).find("contact")) <= 600

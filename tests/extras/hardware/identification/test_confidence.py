@@ -1,0 +1,86 @@
+"""What is said of fits whose residuals and Jacobians are known."""
+
+import numpy as np
+import pytest
+from identified import recorded, release
+
+from soft_gripper.extras.hardware.identification.fit import Fit, confidence
+from soft_gripper.extras.hardware.identification.free_parameters import free_parameters
+
+NAMES = ["youngs_modulus", "density", "mounting_x"]
+SCALES = np.array([0.1, 0.1, 1e-3])
+
+
+@pytest.fixture(scope="module")
+def motion(beam):
+    return recorded(beam, release(6.0))
+
+
+@pytest.fixture
+def made_up(beam, motion):
+    """A fit with a Jacobian by usual changes, (R, P), and residuals, (R,)."""
+
+    def make(by_changes, residuals):
+        free = free_parameters(beam, NAMES[: by_changes.shape[1]], [])
+        return Fit(free, free.start, (motion,), residuals, by_changes / free.scales)
+
+    return make
+
+
+@pytest.fixture
+def rows(motion):
+    return 2 * motion.markers.size
+
+
+def test_deviation_of_independent_residuals(made_up, rows):
+    """s / |column|, as for any linear regression; what the noise of noise makes of it is small."""
+    random = np.random.default_rng(0)
+    jacobian = np.linalg.qr(random.normal(size=(rows, 3)))[0] * [2.0, 3.0, 4.0]
+    found = confidence(made_up(jacobian, random.normal(0, 0.01, rows)))
+    np.testing.assert_allclose(found.std, 0.01 / np.array([2, 3, 4]) * SCALES, rtol=0.15)
+    np.testing.assert_allclose(found.correlation, np.eye(3), atol=1e-9)
+    assert found.unresolved == []
+
+
+def test_residuals_that_last_count_once(made_up, rows, motion):
+    """Of a first-order process with a time of L samples, 1 + 2 sum of autocorrelations is 2 L."""
+    random = np.random.default_rng(1)
+    samples, lasting = len(motion.time), 5.0
+    kept = np.exp(-1 / lasting)
+    series = random.normal(size=(samples, rows // samples))
+    for k in range(1, samples):
+        series[k] = kept * series[k - 1] + np.sqrt(1 - kept**2) * series[k]
+    jacobian = np.linalg.qr(random.normal(size=(rows, 1)))[0]
+    alone = confidence(made_up(jacobian, random.permutation(series.ravel()))).std
+    assert confidence(made_up(jacobian, series.ravel())).std / alone == pytest.approx(np.sqrt(2 * lasting), rel=0.25)
+
+
+def test_two_that_change_the_same(made_up, rows):
+    random = np.random.default_rng(2)
+    column, other = random.normal(size=(2, rows))
+    found = confidence(made_up(np.column_stack([column, -column, other]), random.normal(size=rows)))
+    assert found.unresolved == [("youngs_modulus", "density")]
+    assert found.correlation[0, 1] == pytest.approx(1.0, abs=1e-3)
+
+
+def test_two_that_change_nearly_the_same(made_up, rows):
+    random = np.random.default_rng(3)
+    column, other = random.normal(size=(2, rows))
+    found = confidence(made_up(np.column_stack([column, column + 0.1 * other, other]), random.normal(size=rows)))
+    assert ("youngs_modulus", "density") in found.unresolved
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("strengths", [[0.0], [1.0, 1.0, 0.0]])
+def test_one_that_changes_nothing(made_up, rows, strengths):
+    random = np.random.default_rng(4)
+    found = confidence(made_up(random.normal(size=(rows, len(strengths))) * strengths, random.normal(size=rows)))
+    assert found.unresolved == [(NAMES[len(strengths) - 1],)]
+    assert found.std[-1] > 100 * SCALES[len(strengths) - 1] / np.sqrt(rows)
+
+
+def test_perfect_fit(made_up, rows):
+    jacobian = np.linalg.qr(np.random.default_rng(5).normal(size=(rows, 2)))[0]
+    found = confidence(made_up(jacobian, np.zeros(rows)))
+    assert np.all(found.std == 0)
+    np.testing.assert_allclose(found.correlation, np.eye(2), atol=1e-9)

@@ -1,0 +1,131 @@
+"""Finger files with other numbers: read back, run in Drake, and all else as it was."""
+
+import xml.etree.ElementTree as ET
+from dataclasses import replace
+
+import pytest
+from identified import BEAM, HOLLOW, finger_of
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import MultibodyPlant
+from refusals import refused
+
+from soft_gripper import add_fingers
+from soft_gripper.extras.hardware.identification.identified_finger import read_finger, with_finger, write_text
+from soft_gripper.fingers.finger_parts import CreepBranch, PressureLaw
+
+
+@pytest.fixture
+def file(tmp_path):
+    """A finger file with a chamber."""
+    finger_of(HOLLOW, tmp_path)
+    return tmp_path / "finger.urdf"
+
+
+def fitted(finger):
+    """The finger with other values of all that a fit may change."""
+    ends = {
+        end: replace(
+            getattr(finger, end),
+            youngs_modulus=234567.8,
+            density=1111.111,
+            chamber_width=0.0123456,
+            chamber_thickness=0.00777777,
+        )
+        for end in ("base", "tip")
+    }
+    law = PressureLaw((0.0, 1e4 / 3, 2e4), (0.0, 4e3, 7e4 / 3))
+    creep = (CreepBranch(1 / 7, 1 / 3), CreepBranch(0.2, 5.5))
+    changed = {"length": 0.1 / 0.99, "relaxation_time": 1 / 90, "shear_factor": 6 / 7}
+    return replace(finger, **ends, **changed, creep=creep, pressure_law=law)
+
+
+def numbers(finger):
+    """All that a fit may change."""
+    of_ends = [
+        getattr(end, name)
+        for end in (finger.base, finger.tip)
+        for name in ("youngs_modulus", "density", "chamber_width", "chamber_thickness")
+    ]
+    creep = [value for branch in finger.creep for value in (branch.share, branch.time)]
+    law = finger.pressure_law
+    of_law = [] if law is None else [*law.pressure, *law.effective]
+    return [*of_ends, finger.length, finger.relaxation_time, finger.shear_factor, *creep, *of_law]
+
+
+def test_fitted_finger_reads_back(file):
+    finger = fitted(read_finger(file))
+    write_text(file, with_finger(file, finger))
+    assert numbers(read_finger(file)) == pytest.approx(numbers(finger), rel=5e-6)
+
+
+def test_all_else_stays(file):
+    text = with_finger(file, read_finger(file))
+    assert "<!-- a first guess -->" in text
+    assert [element.attrib for element in ET.fromstring(text).iter()] == [
+        element.attrib for element in ET.fromstring(HOLLOW).iter()
+    ]
+
+
+@pytest.fixture
+def sectioned(file):
+    """The same finger with two sections, which the file has after the tip."""
+    between = "".join(
+        f'<section at="{at}" width="0.02" thickness="0.02" material="dragon_skin_10"/><!-- at {at} -->'
+        for at in ("0.3", "0.7")
+    )
+    text = HOLLOW.replace("<sensors", f"{between}<sensors", 1)
+    file.write_text(text)
+    return file
+
+
+def test_a_fitted_finger_keeps_its_sections(sectioned):
+    before = read_finger(sectioned)
+    softer = before.with_sections(
+        lambda part: replace(part, youngs_modulus=2e5, chamber_width=0.018 if part.chamber_width else 0.0),
+        length=0.1 / 0.99,
+    )
+    text = with_finger(sectioned, softer)
+    write_text(sectioned, text)
+    found = read_finger(sectioned)
+    assert found == replace(softer, length=found.length)
+    assert found.length == pytest.approx(softer.length, rel=5e-6)
+    assert "<!-- at 0.3 -->" in text
+    written = [element.attrib for element in ET.fromstring(text).iter("section")]
+    as_before = {"width": "0.02", "thickness": "0.02", "youngs_modulus": "200000", "density": "1070"}
+    assert written == [{"at": at} | as_before for at in ("0.3", "0.7")]
+
+
+def test_words_before_the_robot_stay(file):
+    file.write_text(HOLLOW.replace("<robot", "<!-- whose <robot is it? -->\n<robot", 1))
+    text = with_finger(file, read_finger(file))
+    assert "<!-- whose <robot is it? -->\n<robot" in text
+    assert text.count("<?xml") == 1
+
+
+@pytest.mark.parametrize(
+    ("changes", "stays"),
+    [({"youngs_modulus": 3e5}, False), ({"density": 1e3}, False), ({"chamber_width": 0.011}, True)],
+)
+def test_material_goes_only_with_what_it_stands_for(file, changes, stays):
+    finger = read_finger(file)
+    changed = replace(finger, base=replace(finger.base, **changes))
+    element = ET.fromstring(with_finger(file, changed)).find("finger")
+    assert ("material" in element.find("base").attrib) is stays
+    assert ("youngs_modulus" in element.find("base").attrib) is not stays
+    assert element.find("tip").attrib["material"] == "dragon_skin_10"
+
+
+def test_written_finger_runs_in_drake(file):
+    finger = fitted(read_finger(file))
+    write_text(file, with_finger(file, finger))
+    plant = MultibodyPlant(1e-3)
+    (added,) = add_fingers(Parser(plant), file)
+    plant.Finalize()
+    assert added.finger.length == pytest.approx(finger.length, rel=5e-6)
+
+
+def test_file_with_two_fingers(tmp_path):
+    begin, end = BEAM.index("<finger"), BEAM.index("</finger>") + len("</finger>")
+    second = BEAM[begin:end].replace('"beam"', '"other"')
+    with refused("finger", ["beam", "other"]):
+        finger_of(BEAM[:end] + second + BEAM[end:], tmp_path)

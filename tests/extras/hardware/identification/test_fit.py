@@ -1,0 +1,114 @@
+"""Fits to simulated recordings find what these were simulated with."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from identified import LET_GO, RELEASE, recorded, release, step
+from refusals import refused
+
+from soft_gripper.extras.hardware.identification import fit as fit_module
+from soft_gripper.extras.hardware.identification.fit import _Problem, fit, fit_unknowns, marker_residuals
+from soft_gripper.extras.hardware.identification.free_parameters import Model, free_parameters
+from soft_gripper.extras.hardware.identification.simulated_motion import Setup
+from soft_gripper.fingers.finger_parts import CreepBranch
+
+
+@pytest.fixture(scope="module")
+def motion(beam):
+    return recorded(beam, release(1.2))
+
+
+def softened(finger, ratio, **changes):
+    """With another modulus, and other changes."""
+    ends = {end: getattr(finger, end) for end in ("base", "tip")}
+    moduli = {end: replace(part, youngs_modulus=ratio * part.youngs_modulus) for end, part in ends.items()}
+    return replace(finger, **moduli, **changes)
+
+
+@pytest.mark.slow
+def test_known_parameters_are_found(beam, motion, pool):
+    guess = softened(beam, 1.15, relaxation_time=0.013, creep=(CreepBranch(0.2, 0.26),))
+    free, reports = free_parameters(guess, ["youngs_modulus", "relaxation_time", "creep.time"], []), []
+    late = motion.with_unknowns(np.array([RELEASE, LET_GO]) + 0.02)
+    found = fit(free, [late], pool, reports.append)
+    modulus, damping, creep = free.values(found.x)
+    assert modulus == pytest.approx(beam.base.youngs_modulus, rel=0.01)
+    assert damping == pytest.approx(0.01, rel=0.1)
+    assert creep == pytest.approx(0.2, rel=0.1)
+    assert found.motions[0].events == pytest.approx((RELEASE, LET_GO), abs=3e-3)
+    assert found.model.finger.base.youngs_modulus == pytest.approx(modulus)
+    assert found.root_mean_square < 3e-3
+    assert reports[-1] < reports[0] / 10
+
+
+@pytest.mark.slow
+def test_jacobian_is_that_of_the_residuals(beam, motion, pool):
+    """Without the part that other times of the events would bring about."""
+    free = free_parameters(beam, ["youngs_modulus", "relaxation_time"], [])
+    found = fit(free, [motion], pool)
+    step, (fitted,) = 2e-4, found.motions
+
+    def change(model, later):
+        moved = marker_residuals(model, fitted.with_unknowns(np.array(fitted.events) + later))
+        return (moved - marker_residuals(found.model, fitted)) / step
+
+    by_events = np.stack([change(found.model, later) for later in step * np.eye(2)], axis=1)
+    for i in range(2):
+        by_parameter = change(free.at(found.x + step * np.eye(2)[i]), np.zeros(2))
+        expected = by_parameter - by_events @ np.linalg.lstsq(by_events, by_parameter, rcond=None)[0]
+        assert found.jacobian[:, i] == pytest.approx(expected, abs=0.05 * np.abs(expected).max())
+
+
+def test_residuals_are_parts_of_the_largest_displacement(beam, motion):
+    beside = replace(motion, markers=motion.markers + 0.1 * motion.largest)
+    off = marker_residuals(Model(beam), replace(motion, markers=motion.markers)) @ np.ones(2 * motion.markers.size)
+    assert abs(off) < 1e-3 * motion.markers.size
+    away = marker_residuals(Model(beam), beside)
+    assert np.sum(away**2) == pytest.approx((0.1 * motion.largest / beside.largest) ** 2, rel=0.05)
+
+
+def test_markers_that_are_not_seen_count_nothing(beam, motion):
+    hidden = motion.markers.copy()
+    hidden[10:60, 1] = np.nan
+    residuals = marker_residuals(Model(beam), replace(motion, markers=hidden)).reshape(len(hidden), 3, 2)
+    assert np.all(residuals[10:60, 1] == 0)
+    assert np.all(residuals[10:60, 0] != 0)
+
+
+@pytest.mark.slow
+def test_event_of_a_test_is_found_without_changing_the_model(beam, motion):
+    late = motion.with_unknowns(np.array([RELEASE, LET_GO]) - 0.03)
+    assert fit_unknowns(Model(beam), late).events == pytest.approx((RELEASE, LET_GO), abs=2e-3)
+
+
+def test_fit_that_does_not_converge(beam, motion, pool, monkeypatch):
+    monkeypatch.setattr(fit_module, "_MOST_STEPS", 1)
+    with refused("residual"):
+        fit(free_parameters(softened(beam, 2.0), ["youngs_modulus"], []), [motion], pool)
+
+
+def test_search_leaves_what_cannot_be(beam, motion, pool):
+    """Shares of creep of which nothing would be left are far off, not an error."""
+    creep = (CreepBranch(0.2, 0.2), CreepBranch(0.2, 0.3))
+    free = free_parameters(replace(beam, creep=creep), ["creep.share"], [])
+    residuals = _Problem(free, (motion,), pool, print).residuals(np.array([*np.log([0.55, 0.55]), RELEASE, LET_GO]))
+    assert len(residuals) == 2 * motion.markers.size
+    assert np.sum(residuals**2) > 100
+
+
+@pytest.mark.slow
+def test_creep_is_what_an_emptied_chamber_shows(hollow, pool, monkeypatch):
+    """The supply lags, which looks like creep of the material while the chamber is full, and is not fitted."""
+    creeping, lagging = replace(hollow, creep=(CreepBranch(0.1, 1.0),)), Setup(supply_lag=3e3, supply_time=0.5)
+    motion = recorded(creeping, step(3e4, 3.0), lagging)
+    free = free_parameters(creeping, ["creep.share", "pressure_law"], [3e4])
+
+    def excess():
+        found = fit(free, [motion], pool)
+        assert found.root_mean_square == pytest.approx(np.linalg.norm(marker_residuals(found.model, *found.motions)))
+        return free.values(found.x)[0] - 0.1
+
+    weighted = excess()
+    monkeypatch.setattr(fit_module, "_OF_EMPTIED", 1.0)
+    assert abs(weighted) < 0.3 * excess()

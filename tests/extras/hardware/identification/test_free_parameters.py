@@ -1,0 +1,170 @@
+"""Keys of a finger as one vector of numbers, there and back."""
+
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+from refusals import refused
+
+from soft_gripper.extras.hardware.identification.free_parameters import (
+    KEYS,
+    MARGINS,
+    Model,
+    free_parameters,
+    pressure_law,
+    pressure_law_keys,
+)
+from soft_gripper.extras.hardware.identification.simulated_motion import Setup
+from soft_gripper.fingers.cross_section import CrossSection, Station
+from soft_gripper.fingers.finger_parts import CreepBranch, PressureLaw
+from soft_gripper.fingers.paths import Tendon
+
+PRESSURES = [1e4, 2e4, 4e4]
+
+
+@pytest.fixture(scope="module")
+def guessed(hollow):
+    """A finger that has something of every key, and tapers."""
+    return replace(
+        hollow, shear_factor=0.85, creep=(CreepBranch(0.1, 0.1), CreepBranch(0.2, 2.0)), tip=stiffer(hollow.tip)
+    )
+
+
+def stiffer(section):
+    return replace(section, youngs_modulus=2 * section.youngs_modulus)
+
+
+@pytest.fixture(scope="module")
+def tendoned(hollow):
+    """A finger with tendons and a layer, which does not shear."""
+    layer = {"layer_thickness": 1e-3, "layer_modulus": 1e6, "layer_shear_modulus": 2e5}
+    slanted = Tendon("a", (4e-3, -3e-3), (1e-3, 5e-3), (0.0, 0.7), 2e3, slack=2e-4)
+    tendons = slanted, Tendon("b", (0.0,), (-4e-3,), (0.0, 1.0), 1e3)
+    return hollow.with_sections(lambda section: replace(section, **layer), tendons=tendons)
+
+
+OF_TENDONS = [name for name in KEYS if name.startswith("tendon.") or name.startswith("layer_")]
+OTHERS = [name for name in KEYS if name not in OF_TENDONS]
+
+
+def test_every_key_begins_with_the_finger_as_it_is(guessed, tendoned):
+    free = free_parameters(tendoned, OF_TENDONS, [])
+    again = free_parameters(free.at(free.start).finger, OF_TENDONS, [])
+    np.testing.assert_allclose(again.start, free.start, rtol=1e-12)
+    free = free_parameters(guessed, OTHERS, [])
+    found = free.at(free.start)
+    again = free_parameters(found.finger, OTHERS, [])
+    assert (found.setup.fill_time, found.setup.swelling) == pytest.approx((Setup().fill_time, Setup().swelling))
+    np.testing.assert_allclose(again.values(again.start)[:10], free.values(free.start)[:10], rtol=1e-12)
+    assert found.finger.tip.youngs_modulus == pytest.approx(guessed.tip.youngs_modulus)
+
+
+def test_sections_keep_their_ratios_to_the_first_that_is_not_0(hollow):
+    solid = {"chamber_width": 0.0, "chamber_thickness": 0.0, "chamber_center": 0.0}
+    names = [part.name for part in fields(CrossSection)]
+    built = {name: getattr(hollow.base, name) for name in names}
+    first, second = Station(**built, at=0.5), stiffer(Station(**built, at=0.5))
+    finger = replace(hollow, base=replace(hollow.base, **solid), sections=(replace(first, **solid), second))
+    free = free_parameters(finger, ["youngs_modulus", "chamber_width"], [])
+    found = free.at(free.start + np.log([1.2, 1.1])).finger
+    assert free.values(free.start).tolist() == pytest.approx([hollow.base.youngs_modulus, hollow.base.chamber_width])
+    for part, before in zip(found.cross_sections, finger.cross_sections, strict=True):
+        assert part.youngs_modulus == pytest.approx(1.2 * before.youngs_modulus)
+        assert part.chamber_width == pytest.approx(1.1 * before.chamber_width)
+        assert part.thickness == before.thickness
+
+
+@pytest.mark.parametrize(("finger", "keys"), [("guessed", OTHERS), ("tendoned", OF_TENDONS)])
+def test_every_number_changes_what_it_is_called_after(finger, keys, request):
+    free = free_parameters(request.getfixturevalue(finger), keys, [])
+    lower, upper = free.bounds
+    for i, name in enumerate(free.names):
+        x = free.start
+        x[i] = np.clip(x[i] + 0.1 * free.scales[i], lower[i], upper[i])
+        model = free.at(x)
+        changed = replace(free, model=model)
+        differ = np.flatnonzero(~np.isclose(changed.start, free.start, rtol=1e-9, atol=1e-12))
+        assert [free.names[k] for k in differ] == [name]
+        assert changed.start[i] == pytest.approx(x[i])
+
+
+def test_a_path_is_turned_as_a_whole(tendoned):
+    free = free_parameters(tendoned, ["tendon.angle"], [])
+    turned, straight = free.at(free.start + np.array([0.3, 0.0])).finger.tendons
+    before = np.array([tendoned.tendons[0].x, tendoned.tendons[0].y])
+    c, s = np.cos(0.3), np.sin(0.3)
+    np.testing.assert_allclose([turned.x, turned.y], np.array([[c, -s], [s, c]]) @ before, atol=1e-15)
+    assert (turned.at, straight) == (tendoned.tendons[0].at, tendoned.tendons[1])
+
+
+def test_names_and_units_count_branches(guessed):
+    free = free_parameters(guessed, ["length", "creep.time", "mounting_angle"], [])
+    assert free.names == ["length", "creep.time.1", "creep.time.2", "mounting_angle"]
+    assert free.units == ["m", "s", "s", "rad"]
+    assert free.is_positive.tolist() == [True, True, True, False]
+    np.testing.assert_allclose(free.values(free.start), [0.1, 0.1, 2.0, 0.0])
+
+
+def test_modulus_keeps_the_ratio_of_base_and_tip(guessed):
+    free = free_parameters(guessed, ["youngs_modulus"], [])
+    finger = free.at(free.start + np.log(1.5)).finger
+    assert finger.base.youngs_modulus == pytest.approx(1.5 * guessed.base.youngs_modulus)
+    assert finger.tip.youngs_modulus == pytest.approx(3.0 * guessed.base.youngs_modulus)
+
+
+def test_bounds_are_those_of_values(guessed):
+    free = free_parameters(guessed, ["creep.share", "load_x"], [])
+    lower, upper = free.bounds
+    np.testing.assert_allclose(free.values(lower)[:2], 1e-3)
+    np.testing.assert_allclose(free.values(upper)[:2], 0.6)
+    assert (lower[2], upper[2]) == (-np.inf, np.inf)
+
+
+@pytest.mark.parametrize("margin", [0.15, 1.0, 3.0])
+def test_pressure_law_is_read_as_it_is_written(hollow, margin):
+    law = pressure_law(4e4, 1.3, margin)
+    p = np.array(law.pressure)
+    np.testing.assert_allclose(law.effective, 1.3 * p / (1 - (1 - margin) * p / 4e4), rtol=1e-9)
+    model = Model(replace(hollow, pressure_law=law))
+    values = [key.get(model)[0] for key in pressure_law_keys(PRESSURES).values()]
+    np.testing.assert_allclose(values, [1.3, margin], rtol=1e-9)
+
+
+def test_pressure_law_has_a_margin_if_there_are_two_pressures():
+    assert list(pressure_law_keys([2e4, 2e4])) == ["pressure_law.gain"]
+    assert list(pressure_law_keys(PRESSURES)) == ["pressure_law.gain", "pressure_law.margin"]
+
+
+@pytest.mark.parametrize("margin", [MARGINS[0], 0.1, 1.0, MARGINS[1]])
+def test_pressure_law_rises_up_to_its_end_and_beyond_what_was_fitted(margin):
+    law = pressure_law(4e4, 1.3, margin)
+    assert law.pressure[-1] > 4e4
+    assert np.all(np.diff([float(f"{value:.6g}") for value in law.effective]) > 0)
+
+
+def test_law_of_a_file_is_where_a_fit_begins(hollow):
+    lawful = Model(replace(hollow, pressure_law=PressureLaw((0.0, 4e4), (0.0, 8e4))))
+    values = [key.get(lawful)[0] for key in pressure_law_keys(PRESSURES).values()]
+    np.testing.assert_allclose(values, [2.0, 1.0], rtol=1e-12)
+
+
+def test_held_pose_is_no_number_of_the_vector(beam):
+    free = free_parameters(beam, ["length", "held_pose"], [])
+    assert (free.names, free.model.setup.held_pose) == (["length"], True)
+    with refused("--free", "held_pose"):
+        free_parameters(beam, ["held_pose"], [])
+
+
+@pytest.mark.parametrize(
+    "names",
+    [["stiffness"], ["pressure_law"], ["length", "length"], ["creep.time"], ["shear_factor"], ["chamber_width"]],
+)
+def test_keys_that_cannot_be_fitted(beam, names):
+    with refused("--free", names[0]):
+        free_parameters(replace(beam, creep=()), names, [])
+
+
+def test_there_can_be_no_finger_that_is_all_creep(guessed):
+    free = free_parameters(guessed, ["creep.share"], [])
+    with refused("creep.share", [0.5, 0.5]):
+        free.at(np.log([0.5, 0.5]))

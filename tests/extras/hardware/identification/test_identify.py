@@ -1,0 +1,67 @@
+"""Fits, tests and what cannot be told apart, together."""
+
+from dataclasses import replace
+
+import pytest
+from identified import LET_GO, RELEASE, recorded, release, step
+from refusals import refused
+
+from soft_gripper.errors import InputError
+from soft_gripper.extras.hardware.identification import identified_finger as identify_module
+from soft_gripper.extras.hardware.identification.identified_finger import identify, identify_figure
+
+
+def test_weight_and_modulus_cannot_be_told_apart(beam, pool):
+    """All torques of an unloaded beam are in proportion to either."""
+    found = identify(beam, ["youngs_modulus", "density"], [recorded(beam, release(0.8))], [], pool)
+    assert found.confidence.unresolved == [("youngs_modulus", "density")]
+
+
+@pytest.mark.slow
+def test_chamber_and_gain_cannot_be_told_apart(hollow, pool):
+    found = identify(hollow, ["chamber_width", "pressure_law"], [recorded(hollow, step(3e4))], [], pool)
+    assert found.confidence.unresolved == [("chamber_width", "pressure_law.gain")]
+    assert abs(found.confidence.correlation[0, 1]) > 0.98
+
+
+def test_load_that_does_not_hang_there_is_not_seen(beam, pool):
+    found = identify(beam, ["load_x"], [recorded(beam, release(0.8))], [], pool)
+    assert found.confidence.unresolved == [("load_x",)]
+
+
+@pytest.mark.slow
+def test_recordings_that_test_change_nothing_but_their_events(beam, pool):
+    motion = recorded(beam, release(0.8))
+    other = replace(recorded(beam, release(0.8), seed=1), name="other", events=(RELEASE + 0.02, LET_GO + 0.02))
+    alone = identify(beam, ["youngs_modulus"], [motion], [], pool)
+    found = identify(beam, ["youngs_modulus"], [motion], [other], pool)
+    assert found.model == alone.model
+    assert [score.role for score in found.scores] == ["fit", "test"]
+    assert found.motions[1].events == pytest.approx((RELEASE, LET_GO), abs=2e-3)
+    assert found.scores[1].motion_error_mm < 0.05
+    assert [axes.get_title() for axes in identify_figure(found).axes[:2]] == [
+        "released\nfitted",
+        "other\nheld out",
+    ]
+
+
+@pytest.mark.slow
+def test_best_of_several_starts(beam, pool, monkeypatch):
+    """A start that fails leaves the others; where all fail, that is said."""
+    motion, begun = recorded(beam, release(0.8)), []
+    true_fit = identify_module.fit
+
+    def fails_first(free, motions, pool, report, start):
+        begun.append(start.copy())
+        if len(begun) == 1:
+            raise InputError("identify", "residual", "1", "the fit does not converge")
+        return true_fit(free, motions, pool, report, start)
+
+    monkeypatch.setattr(identify_module, "fit", fails_first)
+    found = identify(beam, ["youngs_modulus"], [motion], [], pool, starts=2, seed=3)
+    assert found.model.finger.base.youngs_modulus == pytest.approx(beam.base.youngs_modulus, rel=0.01)
+    assert begun[0] == found.fit.free.start
+    assert begun[1] != begun[0]
+    begun.clear()
+    with refused("residual", "1"):
+        identify(beam, ["youngs_modulus"], [motion], [], pool)

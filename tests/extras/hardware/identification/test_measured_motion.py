@@ -1,0 +1,117 @@
+"""What recordings of made-up motions say: events, turns, settled places, and what is wrong with them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from identified import CLOSES, OPENS, REFERENCE, RELEASE, RELEASED, STEPPED, write_motion
+from refusals import refused
+
+from soft_gripper.extras.hardware.identification.simulated_motion import measured_motion, settled, turned
+from soft_gripper.extras.hardware.recording_schema import load_description
+from soft_gripper.extras.hardware.recordings import read_recording
+
+TIME = np.arange(0, 2, 0.01)
+FALLS = 0.02j * np.clip((TIME - RELEASE) / 0.1, 0, 1)
+RISES_AND_FALLS = FALLS - 0.02j * np.clip((TIME - CLOSES) / 0.1, 0, 1)
+
+
+@pytest.fixture
+def recording(tmp_path):
+    """The recording of markers that are displaced together, m, as it is read from its file."""
+
+    def read(displacement, description=RELEASED, name="run"):
+        (tmp_path / "described.yaml").write_text(description)
+        markers = REFERENCE + displacement[:, None]
+        file = write_motion(tmp_path / f"{name}.csv", TIME, markers)
+        return read_recording(file, load_description(tmp_path / "described.yaml"))
+
+    return read
+
+
+def test_markers_that_turn():
+    angles = np.linspace(-2.5, 2.5, 11)
+    markers = (0.3 + 0.1j) + np.exp(1j * angles)[:, None] * REFERENCE
+    np.testing.assert_allclose(turned(markers, REFERENCE), angles, atol=1e-12)
+
+
+def test_turn_is_that_of_least_squares():
+    markers = REFERENCE * np.exp(0.3j) + 1e-3 * np.array([1 + 2j, -2j, -3 + 1j])
+    found = float(turned(markers, REFERENCE))
+
+    def off(angle):
+        moved = np.exp(1j * angle) * (REFERENCE - REFERENCE.mean())
+        return np.sum(np.abs(markers - markers.mean() - moved) ** 2)
+
+    assert off(found) < min(off(found - 1e-3), off(found + 1e-3))
+
+
+def test_settled_is_the_mean_of_the_last_fifth_of_a_second():
+    time = np.arange(0, 2, 0.01)
+    assert settled(time, time, 1.5) == pytest.approx(1.5 - (0.2 - 0.01) / 2)
+    values = np.where(time > 1.45, np.nan, 3.0)
+    assert settled(time, values, 1.5) == 3.0
+
+
+def test_release_is_when_it_begins_to_move(recording):
+    motion = measured_motion(recording(FALLS))
+    assert motion.events[0] == pytest.approx(RELEASE + 0.1 * 0.1, abs=0.0101)
+    assert motion.largest == pytest.approx(0.02)
+    assert motion.events[1] > motion.events[0]
+    assert motion.end == TIME[-1]
+    assert motion.pressure is None
+    np.testing.assert_allclose(motion.gravity, [9.81, 0, 0])
+
+
+def test_valve_opens_and_closes(recording):
+    motion = measured_motion(recording(RISES_AND_FALLS, STEPPED, "run_30kPa"))
+    assert motion.events == pytest.approx([OPENS, CLOSES], abs=0.0201)
+    assert motion.pressure == pytest.approx(30e3)
+    assert motion.end == motion.events[1]
+
+
+def test_a_kick_of_the_hand_is_not_the_release(recording):
+    motion = measured_motion(recording(FALLS + 0.004j * (np.abs(TIME - 0.31) < 0.003)))
+    assert motion.events[0] > 0.34
+
+
+def test_load_hangs_where_it_is_said_to(recording):
+    description = RELEASED + "load: {pattern: 'load_(\\d+)'}\nload_place: [-0.015, 0.002]\n"
+    load = measured_motion(recording(FALLS, description, "load_52g")).load
+    assert (load.mass, load.x, load.z) == pytest.approx((0.052, -0.015, 0.002))
+
+
+@pytest.mark.parametrize(
+    ("displacement", "description", "name", "field", "value"),
+    [
+        (
+            FALLS,
+            RELEASED.replace("tip: [tip_1, tip_2, tip_3]", "base: [tip_1, tip_2]"),
+            "run",
+            "markers.bodies.tip",
+            [],
+        ),
+        (FALLS, RELEASED.replace("event: release", ""), "run", "event", None),
+        (RISES_AND_FALLS, STEPPED, "run", "commanded_pressure", None),
+        (1e-5 * np.sin(40 * TIME), RELEASED, "run", "markers", "0.01 mm"),
+        (FALLS, STEPPED, "run_30kPa", "event", "step"),
+    ],
+)
+def test_recordings_that_show_no_motion(recording, displacement, description, name, field, value):
+    with refused(field, value):
+        measured_motion(recording(displacement, description, name))
+
+
+def test_other_events(recording):
+    motion = measured_motion(recording(FALLS)).with_unknowns(np.array([0.5, 0.6]))
+    assert motion.events == (0.5, 0.6)
+
+
+def test_markers_that_turn_about_their_middle_are_not_displaced(recording):
+    """The displacement is that of their middle."""
+    motion = measured_motion(recording(FALLS))
+    turned_over = motion.reference.mean() + np.exp(1j * np.linspace(0, 3, 5))[:, None] * (
+        motion.reference - motion.reference.mean()
+    )
+    still = replace(motion, time=motion.time[:5], markers=turned_over)
+    np.testing.assert_allclose(still.displacement, 0, atol=1e-12)

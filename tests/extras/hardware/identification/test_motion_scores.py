@@ -1,0 +1,121 @@
+"""What people look at, against signals of which it is known."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from identified import CLOSES, OPENS, REFERENCE, RELEASE, recorded, release, step
+
+from soft_gripper.extras.hardware.identification.fit import _swing, score, tip_turn
+from soft_gripper.extras.hardware.identification.free_parameters import Model
+from soft_gripper.extras.hardware.identification.simulated_motion import Setup
+
+MIDDLE = REFERENCE.mean()
+
+
+def turning(motion, turn):
+    """Markers that turn about their middle by an angle, rad, and are displaced by 5 cm a radian."""
+    return MIDDLE + 0.05j * turn[:, None] + np.exp(1j * turn)[:, None] * (REFERENCE - MIDDLE)
+
+
+@pytest.mark.parametrize(("frequency", "decrement"), [(3.0, 0.2), (7.3, 0.4), (5.1, 0.05)])
+def test_swings_of_a_damped_cosine(frequency, decrement):
+    time = np.arange(-0.3, 3, 0.01)
+    swing = 1 - np.exp(-decrement * frequency * time) * np.cos(2 * np.pi * frequency * time)
+    found = _swing(time, np.where(time < 0, 0, swing), 3.0)
+    assert found[0] == pytest.approx(frequency, rel=2e-3)
+    assert found[1] == pytest.approx(decrement, rel=0.05, abs=2e-3)
+
+
+def test_what_does_not_swing_has_no_frequency():
+    time = np.arange(-0.3, 3, 0.01)
+    assert np.isnan(_swing(time, 1 - np.exp(-np.maximum(time, 0) / 0.1), 3.0)).all()
+
+
+def test_turn_of_an_exponential_that_creeps():
+    motion = release(4.0)
+    since = np.maximum(motion.time - RELEASE, 0)
+    turn = 0.4 * (1 - np.exp(-since / 0.03)) + 0.02 * since
+    found = tip_turn(motion, turning(motion, turn))
+    end = motion.time[-1] - RELEASE
+    assert found.settled == pytest.approx(0.4 + 0.02 * (end - 0.1), abs=2e-4)
+    assert found.creep == pytest.approx(0.02 * (end - 0.1 - 0.5), abs=1e-3)
+
+    def reaches(level):
+        fine = np.linspace(0, 1, 100001)
+        return fine[np.argmax(0.4 * (1 - np.exp(-fine / 0.03)) + 0.02 * fine >= level)]
+
+    assert found.t50 == pytest.approx(reaches(0.5 * found.settled), abs=3e-3)
+    assert found.t63 == pytest.approx(reaches(0.63 * found.settled), abs=3e-3)
+    assert np.isnan(found.recovery)
+
+
+def test_recovery_is_seen_after_the_valve_has_closed():
+    motion = step(3e4, 6.0)
+    emptied = np.maximum(motion.time - CLOSES, 0)
+    turn = np.where(motion.time < CLOSES, 0.3 * (motion.time > OPENS), 0.02 + 0.05 * np.exp(-emptied / 0.7))
+    found = tip_turn(motion, turning(motion, turn))
+    assert found.recovery == pytest.approx(0.05 * (np.exp(-0.5 / 0.7) - np.exp(-4.7 / 0.7)), rel=0.02)
+
+
+def test_a_middle_that_drifts_does_not_change_the_decrement():
+    time = np.arange(0, 2, 0.01)
+    swing = np.exp(-0.4 * 3.3 * time) * np.cos(2 * np.pi * 3.3 * time)
+    found = _swing(time, 1 - swing - 0.3 * np.exp(-time / 0.8), 2.0)
+    assert found == pytest.approx((3.3, 0.4), rel=0.07)
+
+
+def test_turn_is_looked_at_before_the_valve_closes():
+    motion = replace(step(3e4, 3.0), events=(OPENS, CLOSES + 1))
+    turn = -0.3 * ((motion.time > OPENS) & (motion.time < CLOSES + 1.005))
+    found = tip_turn(motion, turning(motion, turn))
+    assert (found.settled, found.creep) == pytest.approx((-0.3, 0.0), abs=1e-9)
+
+
+def test_model_that_made_the_motion_is_off_by_nothing(beam):
+    swings = replace(beam, relaxation_time=0.002)
+    motion = recorded(swings, release())
+    found = score(Model(swings), motion, "test")
+    assert (found.recording, found.role) == ("released", "test")
+    assert found.settled_error_mm < 0.02
+    assert found.motion_error_mm < 0.03
+    assert found.tip_error_percent < 0.05
+    assert found.simulated_frequency_hz == pytest.approx(found.frequency_hz, rel=2e-3)
+    assert found.simulated_settled_turn_deg == pytest.approx(found.settled_turn_deg, abs=0.1)
+
+
+def test_errors_of_markers_to_either_side_do_not_make_up_for_each_other(beam):
+    """Two markers 2 mm beside the simulated ones, one on either side, and a third where it is: 4/3 mm in the mean."""
+    motion = recorded(beam, release())
+    apart = replace(motion, markers=motion.markers + 0.002j * np.array([1, -1, 0]))
+    found = score(Model(beam), apart, "test")
+    assert found.settled_error_mm == pytest.approx(4 / 3, rel=0.02)
+    assert found.motion_error_mm == pytest.approx(4 / 3, rel=0.02)
+    assert found.tip_error_percent < 0.05  # of their middle
+
+
+def test_what_is_before_the_event_counts_for_nothing(beam):
+    motion = recorded(beam, release())
+    before = motion.time < motion.events[0]
+    assert before.any()
+    shaken = replace(motion, markers=motion.markers + 0.002j * before[:, None])
+    found, calm = (score(Model(beam), each, "test") for each in (shaken, motion))
+    assert (found.motion_error_mm, found.tip_error_percent) == (calm.motion_error_mm, calm.tip_error_percent)
+
+
+def test_the_error_of_the_tip_is_the_largest_of_all_samples(beam):
+    motion = recorded(beam, release())
+    late = np.arange(len(motion.time)) == len(motion.time) - 30
+    found = score(Model(beam), replace(motion, markers=motion.markers + 0.005j * late[:, None]), "test")
+    assert found.tip_error_percent == pytest.approx(100 * 0.005 / beam.length, rel=0.02)
+
+
+def test_errors_of_markers_that_are_beside(beam):
+    """All markers 2 mm beside the simulated ones: that is what every error says."""
+    motion, beside = release(), Setup(mounting_x=0.002)
+    motion = recorded(beam, motion)
+    moved = replace(motion, markers=motion.markers + 0.002j)
+    assert score(Model(beam), moved, "fit").settled_error_mm == pytest.approx(2.0, rel=0.01)
+    assert score(Model(beam), moved, "fit").motion_error_mm == pytest.approx(2.0, rel=0.01)
+    assert score(Model(beam), moved, "fit").tip_error_percent == pytest.approx(2.0, rel=0.02)
+    assert score(Model(beam, beside), replace(moved, reference=moved.reference + 0.002j), "fit").motion_error_mm < 0.03

@@ -1,0 +1,107 @@
+"""C3D files, written here with ezc3d."""
+
+import numpy as np
+import pytest
+from damaged_files import damaged_bytes
+from hardware_files import MARKERS, swinging, whys, write_csv
+from refusals import refused
+
+from soft_gripper.errors import InputError
+from soft_gripper.extras.hardware import reading_apart
+from soft_gripper.extras.hardware.recordings import read_recording
+from soft_gripper.extras.hardware.table import Columns
+from soft_gripper.extras.hardware.tables import read_table
+
+ezc3d = pytest.importorskip("ezc3d", reason="C3D files take ezc3d: pip install 'soft-gripper[c3d]'")
+
+
+def write_c3d(path, columns, unit="mm", labels=tuple(MARKERS)):
+    file = ezc3d.c3d()
+    file["parameters"]["POINT"]["RATE"]["value"] = [100.0]
+    file["parameters"]["POINT"]["LABELS"]["value"] = labels
+    file["parameters"]["POINT"]["UNITS"]["value"] = [unit]
+    size = {"mm": 1.0, "m": 1e-3}[unit]
+    points = [[columns[f"{name}_{axis}_mm"] * size for name in MARKERS] for axis in "xyz"]
+    file["data"]["points"] = np.array([*points, np.ones_like(points[0])])
+    file.write(str(path))
+    return path
+
+
+@pytest.mark.parametrize("unit", ["mm", "m"])
+def test_the_same_as_from_text(tmp_path, describe, unit):
+    columns = swinging()
+    columns["tip_1_x_mm"][70:80] = np.nan
+    a = read_recording(write_csv(tmp_path / "a.csv", columns), describe())
+    b = read_recording(write_c3d(tmp_path / "a.c3d", columns, unit), describe())
+    np.testing.assert_allclose(b.time, a.time, atol=1e-9)
+    for name in MARKERS:
+        np.testing.assert_allclose(b.markers[name], a.markers[name], atol=1e-8)
+    assert whys(b) == whys(a)
+
+
+def test_labels_may_name_their_subject(tmp_path, describe):
+    path = write_c3d(tmp_path / "a.c3d", swinging(), labels=tuple(f"Beam:{name}" for name in MARKERS))
+    assert set(read_recording(path, describe()).markers) == set(MARKERS)
+
+
+def test_a_label_of_two_subjects_is_refused_without_the_subject(tmp_path, describe):
+    labels = ("left:tip_1", "right:tip_1", "left:tip_3", "left:base_1")
+    path = write_c3d(tmp_path / "a.c3d", swinging(), labels=labels)
+    columns = Columns({"right:tip_1_x_mm": "markers"}, "time_s", points="{marker}_{axis}_mm", point_unit=1e-3)
+    np.testing.assert_allclose(read_table(path, columns).values[:, 1], swinging()["tip_2_x_mm"], atol=1e-4)
+    with refused("markers", "tip_1_x_mm") as error:
+        read_recording(path, describe())
+    assert "left:tip_1_x_mm, right:tip_1_x_mm" in str(error.value)
+
+
+def test_a_missing_label_is_named(tmp_path, describe):
+    path = write_c3d(tmp_path / "a.c3d", swinging(), labels=("tip_1", "tip_2", "tipp_3", "base_1"))
+    with refused("markers", "tip_3_x_mm"):
+        read_recording(path, describe())
+
+
+def test_what_is_no_c3d_is_refused(tmp_path, describe):
+    (tmp_path / "a.c3d").write_text("not one")
+    with refused("file", "a.c3d"):
+        read_recording(tmp_path / "a.c3d", describe())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [0, 103, 279, 1, 2, 3])
+def test_damaged_files_end_in_a_line_even_where_ezc3d_crashes_or_does_not_end(tmp_path, describe, monkeypatch, seed):
+    """With the version that was tried, seeds 0 and 279 end the process of ezc3d, and 103 keeps it busy."""
+    monkeypatch.setattr(reading_apart, "_PATIENCE", 5.0)
+    path = write_c3d(tmp_path / "a.c3d", swinging())
+    path.write_bytes(damaged_bytes(path.read_bytes(), seed))
+    try:
+        recording = read_recording(path, describe())
+    except InputError:
+        return
+    assert np.isfinite(recording.time).all()
+    assert all(np.abs(p[np.isfinite(p)]).max(initial=0) < 1e20 for p in recording.markers.values())
+
+
+def test_modules_of_the_current_folder_are_not_run(tmp_path, describe, monkeypatch):
+    path = write_c3d(tmp_path / "a.c3d", swinging())
+    for name in ("resource", "pickle", "numpy", "json", "ezc3d"):
+        (tmp_path / f"{name}.py").write_text("open('was_run', 'w')")
+    monkeypatch.chdir(tmp_path)
+    assert len(read_recording(path, describe()).time) == 200
+    assert not (tmp_path / "was_run").exists()
+
+
+def test_a_low_limit_on_memory_does_not_make_a_file_damaged(tmp_path, describe, monkeypatch):
+    path = write_c3d(tmp_path / "a.c3d", swinging())
+    monkeypatch.setattr(reading_apart, "_MOST_MEMORY", 60 << 20)
+    with pytest.raises(InputError, match="ulimit -v") as error:
+        read_recording(path, describe())
+    assert "damaged" not in str(error.value)
+
+
+def test_a_crash_of_the_library_is_said(tmp_path, describe, monkeypatch):
+    path = write_c3d(tmp_path / "a.c3d", swinging())
+    monkeypatch.setattr(reading_apart, "_READS", "import os; os.abort()")
+    with pytest.raises(InputError) as error:
+        read_recording(path, describe())
+    assert (error.value.field, error.value.value) == ("file", "a.c3d")
+    assert "-6" in error.value.expected

@@ -1,0 +1,68 @@
+"""Descriptions of recordings: shipped ones load, wrong ones are refused with place and remedy."""
+
+import pytest
+from refusals import refused
+
+from soft_gripper.extras.hardware.recording_schema import description_names, load_description
+
+
+@pytest.mark.parametrize("name", description_names())
+def test_shipped_descriptions_load(name):
+    config = load_description(name)
+    assert config.source.license == "MIT"
+    assert config.description
+
+
+def test_there_are_five():
+    robots = ["soft_trunk", "tendon_robot_v4", "tendon_robot_v6"]
+    assert description_names() == ["clamped_beam", "pneumatic_segment", *robots, "two_segment_arm"]
+
+
+@pytest.mark.parametrize(
+    ("line", "field", "value"),
+    [
+        ("tyme_unit: s", "tyme_unit", "s"),
+        ("time_unit: min", "time_unit", "min"),
+        ("gravity: [0, 0]", "gravity", [0, 0]),
+        ("reference: 0", "reference", 0),
+        ("length: .inf", "length", float("inf")),
+        ("event: bang", "event", "bang"),
+        ("pressures: {columns: [p], unit: atm}", "pressures.unit", "atm"),
+        ("pressures: {columns: [p], sections: [1, 2]}", "pressures.sections", [1, 2]),
+        ("pressures: {columns: [p], sections: [0]}", "pressures.sections[0]", 0),
+        ("pressures: {columns: [p], unit: V}", "pressures.scale", None),
+        ("pressures: {columns: [p], unit: psi, scale: 2}", "pressures.scale", 2),
+        ("lengths: {wires: {a: {column: l, side: left}}, spacing: 0.04}", "lengths.wires.a.side", "left"),
+        ("lengths: {wires: {a: {column: l, section: 0}}, spacing: 0.04}", "lengths.wires.a.section", 0),
+        ("lengths: {wires: {a: {column: l}}}", "lengths.spacing", 0),
+        ("markers: {columns: '{marker}'}", "markers.columns", "{marker}"),
+        ("commanded_pressure: [{pattern: '(\\d+'}]", "commanded_pressure[0].pattern", "(\\d+"),
+        ("load: {pattern: '\\d+'}", "load.pattern", "\\d+"),
+        ("load: {pattern: '(\\d+)', masses: {'101': -1}}", "load.masses.101", -1),
+        ("poses: {tip: {position: [a, b]}}", "poses.tip.position", ["a", "b"]),
+        ("poses: {tip: {position: [a, b, c]}}", "poses.tip.quaternion", []),
+        ("header: [a, b, a]", "header", ["a"]),
+        ("load_place: [1]", "load_place", [1]),
+        ("frame: {z: [0, 0, 1], x: [0, 0, -2]}", "frame.x", [0, 0, -2]),
+        ("frame: {x: [0, 0, 0]}", "frame.x", [0, 0, 0]),
+    ],
+)
+def test_a_wrong_line_is_refused(describe, line, field, value):
+    with refused(field, value) as caught:
+        describe(text=line)
+    assert str(caught.value.where).endswith("described.yaml")
+
+
+def test_a_key_that_appears_twice_is_refused(describe):
+    with refused("key", "length"):
+        describe("length: 1")
+
+
+def test_an_unknown_name_lists_the_known():
+    with refused("--as", "clamped_beem"):
+        load_description("clamped_beem")
+
+
+def test_a_missing_file_is_named():
+    with refused("file", "nowhere.yaml"):
+        load_description("nowhere.yaml")

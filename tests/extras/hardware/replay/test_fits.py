@@ -1,0 +1,117 @@
+"""What is fitted of an arm, against one that is known."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from soft_gripper.extras.hardware.replay.arm_estimation import PERIOD, ArmRecording, RigidParts, stretched_arm
+from soft_gripper.extras.hardware.replay.geometry_fit import ArmGeometry, bend_under, fit_drive, fit_geometry, measured
+from soft_gripper.fingers.finger_parts import CreepBranch
+from soft_gripper.fingers.statics import gravity_torque
+from soft_gripper.sensors.wire_lengths import WireGeometry
+
+DOWN = np.array([0.0, 0.0, 9.81])
+
+
+@pytest.fixture(scope="module")
+def geometry(arms, arm_finger):
+    return fit_geometry(arms[:3], arm_finger)
+
+
+def test_geometry_holds_on_a_recording_that_it_never_saw(arms, arm_finger, geometry):
+    theta, length = geometry.wires.sections(arms[3].inner, arms[3].outer)
+    q = np.repeat(theta / 6, 6, axis=-1)
+    _, bodies, _ = stretched_arm(geometry.parts, q, length, arm_finger.section_ends(2))
+    assert np.abs(bodies - measured(arms[3], geometry.delay)[0]).mean() < 1e-3
+    assert abs(geometry.delay) < 0.01
+
+
+def test_late_wires_are_noticed(arms, arm_finger):
+    late = [replace(a, inner=np.roll(a.inner, 4, axis=0), outer=np.roll(a.outer, 4, axis=0)) for a in arms]
+    late = [replace(a, inner=_held(a.inner), outer=_held(a.outer)) for a in late]
+    assert fit_geometry(late, arm_finger).delay == pytest.approx(0.08, abs=0.01)
+
+
+def _held(wires):
+    wires = wires.copy()
+    wires[:4] = wires[4]
+    return wires
+
+
+def test_a_delay_shows_bodies_where_they_were_before(arms):
+    positions, headings = measured(arms[0], 0.05)
+    np.testing.assert_allclose(positions[10], (arms[0].positions[7] + arms[0].positions[8]) / 2)
+    np.testing.assert_allclose(headings[10], (arms[0].headings[7] + arms[0].headings[8]) / 2)
+
+
+def test_the_drive_finds_which_chamber_bends_where(arms, arm_finger, geometry):
+    gains = fit_drive(arms, geometry, arm_finger, DOWN).gains
+    upper, lower = gains[0], gains[-1]
+    np.testing.assert_array_equal(upper[2:], 0)
+    np.testing.assert_array_equal(lower[:2], 0)
+    assert upper[0] > 0 > upper[1]
+    assert upper[0] == pytest.approx(-upper[1], rel=0.2)
+
+
+def test_creep_lets_a_held_torque_bend_further():
+    """In the end the bend is that of the stiffness that is left, 1 - share; at once that of all of it."""
+    bends = bend_under(CreepBranch(0.4, 0.5), np.ones((2000, 1)))
+    assert bends[0, 0] == 1
+    assert bends[-1, 0] == pytest.approx(1 / 0.6, rel=1e-6)
+
+
+def test_headings_hold_on_a_recording_that_was_never_seen(arms, arm_finger, geometry):
+    theta, length = geometry.wires.sections(arms[3].inner, arms[3].outer)
+    _, _, headings = stretched_arm(geometry.parts, np.repeat(theta / 6, 6, axis=-1), length, arm_finger.section_ends(2))
+    assert np.abs(headings - measured(arms[3], geometry.delay)[1]).mean() < 5e-3
+
+
+GAINS = np.array([2e-5, -2e-5, 4e-5, -4e-5])  # N m/Pa, of chambers that oppose each other
+REST = np.array([0.3, -0.2])  # N m, of the sections
+ASIDE = np.array([3.0, 0.0, 9.0])  # m/s^2, gravity in B
+BRANCH = CreepBranch(0.4, 2.0)
+STRAIGHT = ArmGeometry(
+    WireGeometry(0.04, *np.zeros((4, 2))), RigidParts(0j, 0.0, np.zeros(2), np.zeros(2), np.zeros(2)), 0.0
+)
+
+
+def driven_arm(number, finger, noise):
+    """6 s of an arm without offsets that bends as  k q = G p + u_0 + w(q) + memory  says, sample after sample."""
+    rng, count = np.random.default_rng(number), 300
+    upper, lower = (rng.permutation(np.linspace(0, 1e5, 10)) for _ in range(2))  # Pa; the others have the rest of it
+    steps = np.stack([upper, 1e5 - upper, lower, 1e5 - lower], axis=1)
+    pressures = np.repeat(steps, count // 10, axis=0)
+    driven = GAINS * pressures
+    torque = np.stack([driven[:, :2].sum(axis=1), driven[:, 2:].sum(axis=1)], axis=1) + REST
+    kept, stiffness = np.exp(-PERIOD / BRANCH.time), finger.stiffness[0]
+    angles, q, memory = np.zeros((count, 2)), np.zeros(2), np.zeros(2)
+    for i in range(count):
+        for _ in range(4):  # the weight hardly depends on the bend
+            weight = gravity_torque(finger, np.repeat(q, 6), ASIDE[2] + 1j * ASIDE[0])
+            q = (torque[i] + weight.reshape(2, 6).mean(axis=1)) / stiffness + BRANCH.share * memory
+        angles[i] = q
+        memory = kept * memory + (1 - kept) * q
+    half = 6 * angles * 0.04 / 2
+    sides = [(0.12 + side * half).cumsum(axis=1) for side in (-1, 1)]
+    inner, outer = (side + rng.normal(0, noise, (count, 1)) * [1, 1] for side in sides)
+    none = np.zeros((count, 2))
+    time, chambers = PERIOD * np.arange(count), (0, 0, 1, 1)
+    return ArmRecording(f"{number}", 0.04, time, inner, outer, pressures, chambers, ("middle", "tip"), none + 0j, none)
+
+
+def test_the_drive_of_an_arm_that_follows_the_balance_is_found(arm_finger):
+    """Weight, creep and what bends without pressure are known; only a little of the gains is lost to the ridge."""
+    drive = fit_drive([driven_arm(i, arm_finger, 0.0) for i in range(3)], STRAIGHT, arm_finger, ASIDE)
+    assert drive.finger.creep == (BRANCH,)
+    np.testing.assert_allclose(drive.gains[0], [*GAINS[:2], 0, 0], rtol=0.15)
+    np.testing.assert_allclose(drive.gains[-1], [0, 0, *GAINS[2:]], rtol=0.15)
+    np.testing.assert_allclose(drive.rest[[0, -1]], REST, atol=0.02)
+
+
+def test_what_a_drive_leaves_unexplained_is_a_standard_deviation(arm_finger):
+    """Noise of both sides of the first section, which the second does not see."""
+    noise = 1e-3  # m
+    drive = fit_drive([driven_arm(i, arm_finger, noise) for i in range(2)], STRAIGHT, arm_finger, ASIDE)
+    of_joint = np.sqrt(2) * noise / 0.04 / 6
+    assert drive.angle_std == pytest.approx(of_joint / np.sqrt(2), rel=0.2)  # of two sections one has it

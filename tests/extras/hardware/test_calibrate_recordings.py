@@ -1,0 +1,134 @@
+"""Calibration from recordings: what it finds, what estimation gains from it, and recordings that are refused."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command_line import soft_gripper
+
+from soft_gripper.diagrams.recording import Recording
+from soft_gripper.diagrams.simulation import simulate
+from soft_gripper.errors import InputError
+from soft_gripper.extras.hardware.calibration import calibrate_recordings
+from soft_gripper.scenario.calibration_file import load_calibration
+from soft_gripper.scenario.scenario_file import load_scenario
+
+pytestmark = pytest.mark.slow
+
+STEPS = ["pressure.steps.all=[0, 60e3, 120e3, 60e3, -30e3]", "pressure.settle=0.5", "pressure.hold_samples=20"]
+NOMINAL = ["nominal.youngs_modulus=+15 %", "nominal.layer_modulus=+15 %"]  # the neutral axis stays
+ERRORS = "sensor.errors={gain_error: 0.05, offset: 0.005, noise: 0.001, hysteresis: 0.005}"
+WRONG = [*STEPS, *NOMINAL, ERRORS, "sensor.seed=3"]
+IDEAL = [*STEPS, *NOMINAL]
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory):
+    """Records a scenario; the path of the recording."""
+    done = {}
+
+    def record(name, *overrides):
+        key = (name, *overrides)
+        if key not in done:
+            done[key] = tmp_path_factory.mktemp("recording") / "recording.nc"
+            simulate(load_scenario(name, overrides)).save(done[key])
+        return done[key]
+
+    return record
+
+
+def changed(path, tmp_path, **signals):
+    """A copy of a recording in which signals of the left finger were multiplied by arrays."""
+    data = Recording.load(path).data
+    for name, factor in signals.items():
+        data[f"left_finger.{name}"] = data[f"left_finger.{name}"] * factor
+    Recording(data).save(tmp_path / "changed.nc")
+    return tmp_path / "changed.nc"
+
+
+def test_ideal_sensors_show_how_far_the_finger_bends(recorded):
+    """Believed 15 % too stiff, it bends 1.15 times as far."""
+    for finger in calibrate_recordings([recorded("free_bending", *IDEAL)]).fingers.values():
+        assert finger.bend_ratio == pytest.approx(1.15, rel=3e-3)
+        np.testing.assert_allclose(finger.gains, 1, atol=5e-3)
+        np.testing.assert_allclose(finger.offsets, 0, atol=4e-4)  # hysteresis, which is free too, shifts them
+        assert abs(finger.hysteresis) < 2e-3
+
+
+def test_a_calibrated_nominal_model_estimates_better(recorded, tmp_path):
+    """The same sensors again, by the command line and a scenario that loads what it wrote."""
+    path, out = recorded("free_bending", *WRONG), tmp_path / "calibration.yaml"
+    result = soft_gripper("calibrate", path, "--out", out)
+    assert result.code == 0, result.err
+    assert "a common gain and the bend ratio cannot be told apart" in result.out
+    assert load_calibration(str(out)).fingers["left_finger"].bend_ratio == pytest.approx(1.15, rel=0.05)
+    after = simulate(load_scenario("free_bending", [*WRONG, f"nominal.calibration={out}"]))
+    for signal, part in (("pose_error", 0.6), ("external_torque", 0.4)):
+        assert mean_of_fingers(after, signal) < part * mean_of_fingers(Recording.load(path), signal)
+
+
+def mean_of_fingers(recording, signal):
+    return sum(np.nanmean(np.abs(recording[f"{f}.{signal}"][20:])) for f in ("left_finger", "right_finger"))
+
+
+def test_recordings_are_fitted_together(recorded):
+    """Twice the same says the same, and a little more surely: priors count once."""
+    path = recorded("free_bending", *IDEAL)
+    once, twice = calibrate_recordings([path]), calibrate_recordings([path, path])
+    for name, finger in once.fingers.items():
+        both = twice.fingers[name]
+        assert finger.bend_ratio == pytest.approx(both.bend_ratio, rel=5e-3)
+        np.testing.assert_allclose(finger.gains, both.gains, rtol=0, atol=5e-3)
+        assert np.all(np.array(both.gain_stds) < 1.01 * np.array(finger.gain_stds))
+
+
+def refused(*paths):
+    with pytest.raises(InputError) as caught:
+        calibrate_recordings([Path(path) for path in paths])
+    return str(caught.value)
+
+
+@pytest.mark.parametrize("name", ["box_grasp", "obstructed_inside"])
+def test_contact_is_refused(recorded, name):
+    assert "something was touched, or it is a different finger" in refused(recorded(name, *STEPS))
+
+
+def test_contact_that_was_detected_is_refused(recorded):
+    path = recorded("free_bending", *STEPS, ERRORS, "estimator.contact_threshold=2.5e-3")
+    assert "contact was detected" in refused(path)
+
+
+def test_another_finger_is_refused(recorded):
+    other = recorded("free_bending", *IDEAL, "sensor.sections=2")
+    assert "finger or sensors differ" in refused(recorded("free_bending", *IDEAL), other)
+
+
+def test_too_little_motion_is_refused(recorded):
+    assert "too little motion at rest" in refused(recorded("free_bending", *STEPS, "pressure.steps.all=[0, 2e3]"))
+
+
+def test_a_section_that_the_pressure_does_not_bend_is_refused(recorded):
+    """Of the conforming gripper in free air."""
+    in_air = ["models=[{name: gripper, file: package://soft_gripper/grippers/conforming.urdf}]", "gravity=[0, 0, 0]"]
+    path = recorded("conforming_grasp", *STEPS, *in_air, "pressure.steps.all=[0, 60e3, -30e3]")
+    assert "section 2 hardly moves" in refused(path)
+
+
+def test_a_dead_sensor_is_refused(recorded):
+    dead = "sensor.errors.dead=[{path: inner, section: 2}]"
+    assert "reading 2 is NaN in 100 % of the samples" in refused(recorded("free_bending", *STEPS, dead))
+
+
+def test_lost_samples_are_left_out(recorded, tmp_path):
+    path = recorded("free_bending", *IDEAL)
+    samples = Recording.load(path).data.sizes["time"]
+    holes = np.where(np.arange(samples) % 3 == 0, np.nan, 1.0)[:, None, None]
+    found = calibrate_recordings([changed(path, tmp_path, strain=holes)]).fingers["left_finger"]
+    assert found.bend_ratio == pytest.approx(1.15, rel=3e-3)
+
+
+def test_what_is_no_recording_is_refused(tmp_path):
+    path = tmp_path / "text.nc"
+    assert "cannot be read" in refused(path)
+    path.write_text("nothing")
+    assert "is not a netCDF 3 file" in refused(path)

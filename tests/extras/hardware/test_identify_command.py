@@ -1,0 +1,240 @@
+"""soft-gripper identify as a user calls it."""
+
+import csv
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command_line import soft_gripper
+from identified import (
+    BEAM,
+    CLOSES,
+    HOLLOW,
+    OPENS,
+    REFERENCE,
+    RELEASED,
+    STEPPED,
+    finger_of,
+    recorded,
+    release,
+    write_motion,
+)
+from refusals import refusal
+
+from soft_gripper.extras.hardware.identification import fit as fit_module
+from soft_gripper.extras.hardware.identification.identified_finger import read_finger
+from soft_gripper.fingers.spatial_chain import posture, spatial_chain
+from soft_gripper.fingers.tendon_balance import pulled_positions
+
+WRITTEN = {"fitted.urdf", "fitted.setup.yaml", "fitted.csv", "fitted.png", "fitted.svg"}
+
+
+@pytest.fixture
+def files(tmp_path, monkeypatch):
+    """Recordings of a beam, its first guess, and a folder in which nothing is written yet."""
+    monkeypatch.chdir(tmp_path)
+    truth = finger_of(BEAM, tmp_path)
+    (tmp_path / "recording.yaml").write_text(RELEASED)
+    for seed, name in enumerate(("run", "again")):
+        motion = recorded(truth, release(0.8), seed=seed)
+        write_motion(tmp_path / f"{name}.csv", motion.time, motion.markers)
+    guess = BEAM.replace('material="dragon_skin_10"', 'youngs_modulus="2.75e5" density="1070"')
+    (tmp_path / "guess.urdf").write_text(guess)
+    (tmp_path / "out").mkdir()
+    return tmp_path
+
+
+def command(*arguments, free=("youngs_modulus",), jobs=1, out="out/fitted.urdf", finger="guess.urdf"):
+    return "identify", *arguments, "--finger", finger, "--free", *free, "--out", out, "--jobs", jobs
+
+
+def identify(*arguments, **options):
+    return soft_gripper(*command(*arguments, **options))
+
+
+@pytest.mark.slow
+def test_same_files_from_one_process_and_from_two(files):
+    written = []
+    for jobs in (1, 2):
+        outcome = identify("run.csv", "--test", "again.csv", jobs=jobs)
+        assert outcome.code == 0, outcome.err
+        written.append({name: (files / "out" / name).read_bytes() for name in ("fitted.urdf", "fitted.csv")})
+    assert written[0] == written[1]
+    assert {path.name for path in (files / "out").iterdir()} == WRITTEN
+    assert read_finger(files / "out/fitted.urdf").base.youngs_modulus == pytest.approx(2.64e5, rel=0.01)
+    with (files / "out/fitted.csv").open() as file:
+        assert [(row["recording"], row["role"]) for row in csv.DictReader(file)] == [("run", "fit"), ("again", "test")]
+    assert "youngs_modulus" in outcome.out
+    assert "out/fitted.urdf" in outcome.out
+
+
+@pytest.mark.slow
+def test_a_fitted_finger_is_tested_without_a_fit(files):
+    """With the set-up beside it, and the held pose that this asks for; and the finger is not written again."""
+    (files / "true.urdf").write_text(BEAM)
+    (files / "true.setup.yaml").write_text("held_pose: true\nmarker_mass: 0.0\nheaviest_load: 0.01\n")
+    arguments = "--test", "run.csv", "--finger", "true.urdf", "--jobs", 1
+    outcome = soft_gripper("identify", *arguments, "--out", "out/tested.urdf")
+    assert outcome.code == 0, outcome.err
+    assert {path.name for path in (files / "out").iterdir()} == {"tested.csv", "tested.png", "tested.svg"}
+    with (files / "out/tested.csv").open() as file:
+        row, unheld = csv.DictReader(file)
+    assert (row["recording"], row["role"], unheld["role"]) == ("run", "test", "test, hold unknown")
+    assert float(row["motion_error_mm"]) < 0.05
+    assert "run: held" in outcome.out
+    assert "youngs_modulus" not in outcome.out
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [("fill_time: -1", "fill_time"), ("no_such: 1", "no_such"), ("held_pose: maybe", "held_pose")],
+)
+def test_a_set_up_that_is_wrong_is_named(files, text, said):
+    (files / "guess.setup.yaml").write_text(text)
+    line = refusal("identify", "--test", "run.csv", "--finger", "guess.urdf")
+    assert "guess.setup.yaml" in line
+    assert said in line
+
+
+@pytest.mark.usefixtures("files")
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ((), "give recordings to fit to, or --test ones"),
+        (("run.csv", "--out", "out/a.urdf"), "--free"),
+        (("run.csv", "--free", "length"), "--out"),
+        (("--test", "run.csv", "--free", "length"), "nothing is fitted"),
+    ],
+)
+def test_options_of_a_fit_need_one(arguments, said):
+    assert said in refusal("identify", *arguments, "--finger", "guess.urdf")
+
+
+@pytest.mark.slow
+def test_says_what_cannot_be_told_apart(files):
+    outcome = identify("run.csv", free=("youngs_modulus", "density"))
+    assert outcome.code == 0, outcome.err
+    assert "youngs_modulus and density cannot be distinguished" in outcome.out
+    assert outcome.out.count("cannot be distinguished") == 1
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"free": ["stiffness"]}, "there is no such key; known: youngs_modulus"),
+        ({"free": ["chamber_width"]}, "--free = 'chamber_width'"),
+        ({"free": ["pressure_law"]}, "no pressure to fit it to"),
+        ({"free": ["length", "length"]}, "appears more than once"),
+        ({"out": "out/fitted.csv"}, "name a .urdf"),
+        ({"finger": "two.urdf"}, "give a file with one finger"),
+        ({"finger": "nowhere.urdf"}, "nowhere.urdf"),
+        ({"jobs": 0}, "--jobs"),
+    ],
+)
+def test_mistakes_are_named(files, changes, said):
+    begin, end = BEAM.index("<finger"), BEAM.index("</finger>") + len("</finger>")
+    (files / "two.urdf").write_text(BEAM[:end] + BEAM[begin:end].replace('"beam"', '"other"') + BEAM[end:])
+    assert said in refusal(*command("run.csv", **changes))
+
+
+@pytest.mark.parametrize(
+    ("description", "name", "said"),
+    [
+        (RELEASED.replace("tip: [", "top: ["), "run", "at least two markers"),
+        (RELEASED.replace("event: release", ""), "run", "give the cause of the motion"),
+        (STEPPED, "run", "does not give the pressure"),
+        (STEPPED, "run_30kPa", "the valve does not close"),
+        (RELEASED.replace("{marker}", "{marker}_of"), "run", "no such column"),
+    ],
+)
+def test_recordings_that_cannot_be_used(files, description, name, said):
+    (files / "recording.yaml").write_text(description)
+    (files / "run.csv").rename(files / f"{name}.csv")
+    assert said in refusal(*command(f"{name}.csv"))
+
+
+def test_nothing_moves(files):
+    time = np.arange(0, 1, 0.01)
+    write_motion(files / "run.csv", time, REFERENCE + 1e-5j * np.sin(30 * time)[:, None])
+    assert "hardly moves" in refusal(*command("run.csv"))
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("files")
+def test_fit_that_does_not_converge(monkeypatch):
+    monkeypatch.setattr(fit_module, "_MOST_STEPS", 1)
+    outcome = identify("run.csv")
+    assert outcome.code == 2
+    assert "does not converge" in outcome.err.splitlines()[-1]  # after the progress
+    assert list(Path("out").iterdir()) == []
+
+
+@pytest.mark.slow
+def test_valve_that_closes(files):
+    """A step of pressure through files, with the pressure from the name."""
+    finger = finger_of(HOLLOW, files)
+    motion = recorded(finger, stepped())
+    (files / "recording.yaml").write_text(STEPPED.replace("[9.81, 0, 0]", "[0, 0, 9.81]"))
+    write_motion(files / "run_30kPa.csv", motion.time, motion.markers)
+    outcome = identify("run_30kPa.csv", free=("pressure_law",), finger="finger.urdf")
+    assert outcome.code == 0, outcome.err
+    law = read_finger(files / "out/fitted.urdf").pressure_law
+    assert law.curve(np.array(3e4)) == pytest.approx(3e4, rel=0.01)
+    assert law.pressure[-1] > 3e4
+
+
+def stepped():
+    """Of a finger that hangs: its weight brings it back."""
+    hanging = replace(release(CLOSES + 0.3), gravity=np.array([0.0, 0.0, 9.81]))
+    return replace(hanging, pressure=3e4, events=(OPENS, CLOSES))
+
+
+SETTLED = """
+event: settled
+length: 0.1
+tendons: {columns: {pull: pull_mm}, unit: mm}
+markers: {unit: mm, bodies: {tip: [tip]}, places: {tip: [0, 0, 0.008]}}
+labels: {column: what, family: "(in|out)"}
+frame: {origin: [0, 0, 0]}
+"""
+TENDON = '<tendon name="pull" x="0.01" y="0" at="0 1" stiffness="{}" slack="{}"/>'
+
+
+@pytest.fixture
+def settled(files):
+    """A finger that a tendon closes, at rest, pulled in and let out; and its first guess."""
+    of_tendon = BEAM.replace('<creep share="0.2" time="0.2"/>', TENDON)
+    truth = finger_of(of_tendon.format(5e4, 1e-3), files)
+    pulled = np.concatenate([np.linspace(0, 8e-3, 12), np.linspace(8e-3, 0, 12)])
+    bend = pulled_positions(truth, pulled[:, None])
+    chain = posture(spatial_chain(truth), bend)
+    tip = chain.origins[:, -1] + (truth.segment_length / 2 + 8e-3) * chain.rotations[:, -1, :, 2]
+    rows = [
+        f"{i},{'in' if i < 12 else 'out'}_{i},{1e3 * length!r},{','.join(map(repr, (1e3 * place).tolist()))}"
+        for i, (length, place) in enumerate(zip(pulled.tolist(), tip, strict=True))
+    ]
+    (files / "rest.csv").write_text("\n".join(["time,what,pull_mm,tip_x,tip_y,tip_z", *rows]) + "\n")
+    (files / "rest.yaml").write_text(SETTLED)
+    (files / "guess.urdf").write_text(of_tendon.format(4e4, 0))
+    return files
+
+
+@pytest.mark.slow
+def test_settled_states_of_a_tendon(settled):
+    """Slack and stiffness are found, written to the file, and each family is predicted from the other."""
+    outcome = identify("rest.csv", "--test", "rest.csv", free=("tendon.slack", "tendon.stiffness"))
+    assert outcome.code == 0, outcome.err
+    (tendon,) = read_finger(settled / "out/fitted.urdf").tendons
+    assert (tendon.slack, tendon.stiffness) == pytest.approx((1e-3, 5e4), rel=1e-3)
+    assert {path.name for path in (settled / "out").iterdir()} == WRITTEN
+    with (settled / "out/fitted.csv").open() as file:
+        rows = {(row["role"], row["family"]): float(row["rms_mm"]) for row in csv.DictReader(file)}
+    assert set(rows) == {("fit", "all"), ("test", "all"), *(("left out", name) for name in ("all", "in", "out"))}
+    assert max(rows.values()) < 1e-2
+    assert "left out" in outcome.out
+
+
+def test_settled_states_and_motions_are_not_mixed(settled):
+    line = refusal(*command("run.csv", "--test", "rest.csv"))
+    assert "run: event = 'release': 'rest' is of settled states: identify motions by themselves" in line

@@ -1,0 +1,64 @@
+"""load_environment: files, changes, mistakes."""
+
+import pytest
+from refusals import refused
+
+from soft_gripper.errors import InputError
+from soft_gripper.extras.learning.config import environment_names, load_environment
+
+
+@pytest.mark.parametrize("name", environment_names())
+def test_what_is_shipped_loads(name):
+    environment = load_environment(name)
+    assert environment.config.description
+    assert environment.scenario.external[0] == "pressure"
+
+
+def test_changes_reach_the_environment_and_its_scenario():
+    changes = {"variation.mass": [0.1, 0.2], "scenario.sensor.sections": 4, "action.grip": "opening"}
+    environment = load_environment("soft_grasp", changes)
+    assert environment.config.variation.mass == [0.1, 0.2]
+    assert environment.scenario.sensor.sections == 4
+    assert environment.scenario.external == ["opening", "joints"]
+
+
+def test_a_file_of_ones_own_names_its_scenario_beside_it(tmp_path):
+    text = "scenario: free_bending\nobservation: [{signal: left_finger.tip_pose}]\nreach: {}\n"
+    path = tmp_path / "own.yaml"
+    path.write_text(text)
+    assert len(load_environment(str(path)).scenario.models) == 2
+
+
+@pytest.mark.parametrize(
+    ("changes", "field"),
+    [
+        ({"action.grip": "force"}, "action.grip"),
+        ({"action.range": [1.0, 0.0]}, "action.range"),
+        ({"action.range": [2e4, 2e4], "action.rest": 2e4}, "action.range"),
+        ({"action.joints": {"z": [0.0, 0.0]}}, "action.joints.z"),
+        ({"action.rest": 1e6}, "action.rest"),
+        ({"variation.mass": [0.0, 0.1]}, "variation.mass[0]"),
+        ({"variation.grippers": 0}, "variation.grippers"),
+        ({"variation.youngs_modulus": 1.0}, "variation.youngs_modulus"),
+        ({"variation.gripper": "hand"}, "variation.gripper"),
+        ({"scenario.models.1.fingers": {"all": {"youngs_modulus": "5e5"}}}, "variation.youngs_modulus"),
+        ({"scenario.nominal.youngs_modulus": "+30 %"}, "variation.youngs_modulus"),
+        ({"variation.weight": 1.0}, "variation.weight"),
+        ({"grasp.object": "apple"}, "grasp.object"),
+        ({"reach": {}}, "task"),
+        ({"observation": []}, "observation"),
+        ({"time_step": 0.01}, "time_step"),
+        ({"duration": 0.01}, "duration"),
+        ({"scenario.sensor.sections": 0}, "sensor.sections"),
+        ({"nothing.here.at.all.0": 1}, "nothing"),
+    ],
+)
+def test_mistakes_are_named(changes, field):
+    with pytest.raises(InputError) as caught:
+        load_environment("soft_grasp", changes)
+    assert caught.value.field == field
+
+
+def test_an_unknown_name_is_refused():
+    with refused("name", "soft_gasp"):
+        load_environment("soft_gasp")

@@ -1,0 +1,182 @@
+"""SoftGripperEnv: what Gymnasium asks for, the same run from the same seed, the end of episodes."""
+
+import subprocess
+import sys
+import warnings
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+from refusals import refused
+
+import soft_gripper.extras.learning  # noqa: F401  registers
+from soft_gripper.errors import InputError
+from soft_gripper.extras.learning.environment import SoftGripperEnv
+
+IDS = ("SoftReach-v0", "SoftGrasp-v0", "SoftPickPlace-v0")
+REACH = {"id": "SoftReach-v0", "changes": {"variation.grippers": 1}}
+
+
+def actions(number, size=2):
+    return np.random.default_rng(0).uniform(-0.5, 0.3, (number, size)).astype(np.float32)
+
+
+def rollout(env, seed, number=5):
+    """Observations and rewards of some steps."""
+    observed = [env.reset(seed=seed)[0]]
+    rewards = []
+    for action in actions(number):
+        observation, reward, *_ = env.step(action)
+        observed.append(observation)
+        rewards.append(reward)
+    return np.array(observed), np.array(rewards)
+
+
+@pytest.mark.parametrize("name", IDS)
+def test_gymnasium_finds_nothing_wrong(name):
+    env = gymnasium.make(name, changes={"variation.grippers": 1})
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        check_env(env.unwrapped, skip_render_check=True)
+
+
+@pytest.mark.slow
+def test_its_own_form_of_the_name_needs_no_import_of_ours():
+    name = "soft_gripper.extras.learning:SoftReach-v0"
+    script = f"import gymnasium; print(gymnasium.make({name!r}).reset(seed=1)[0].shape)"
+    found = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
+    assert (found.returncode, found.stdout[:1]) == (0, "("), found.stderr
+
+
+def test_the_same_seed_and_actions_lead_to_the_same_trajectory_after_whatever_went_before(one_gripper):
+    first = rollout(one_gripper, seed=3)
+    rollout(one_gripper, seed=4)
+    again = rollout(one_gripper, seed=3)
+    for one, other in zip(first, again, strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
+def test_other_seeds_lead_to_other_trajectories(one_gripper):
+    assert (rollout(one_gripper, seed=3)[0][-1] != rollout(one_gripper, seed=4)[0][-1]).any()
+
+
+def test_other_processes_see_the_same():
+    """Two processes of a vector environment, with seeds 7 and 8, and this one with 8."""
+    vector = gymnasium.make_vec(**REACH, num_envs=2, vectorization_mode="async")
+    alone = gymnasium.make(**REACH)
+    try:
+        seen = [(vector.reset(seed=7)[0], alone.reset(seed=8)[0])]
+        for action in actions(12, 1):
+            seen.append((vector.step(np.array([-action, action]))[0], alone.step(action)[0]))
+    finally:
+        vector.close()
+    both, one = (np.array(each) for each in zip(*seen, strict=True))
+    np.testing.assert_array_equal(both[:, 1], one)
+    assert (both[:, 0] != one).any()
+
+
+def test_without_a_seed_episodes_differ(one_gripper):
+    _, first = one_gripper.reset(seed=1)
+    _, second = one_gripper.reset()
+    assert first["mass"] != second["mass"]
+
+
+def test_episodes_begin_with_the_resting_action():
+    changes = {"variation.grippers": 1, "action.rest": 60e3}
+    env = SoftGripperEnv("soft_reach", changes | {"observation": [{"signal": "finger.pressure_command", "scale": 1e5}]})
+    assert env.reset(seed=0)[0] == pytest.approx([0.6])
+
+
+def test_episodes_take_each_of_the_grippers_and_another_target():
+    """The target is what is observed last."""
+    env = SoftGripperEnv("soft_reach", {"variation.grippers": 2, "variation.youngs_modulus": 0.1})
+    targets, moduli = [], []
+    for seed in range(10):
+        targets.append(tuple(env.reset(seed=seed)[0][-2:]))
+        moduli.append(env._now.station.parts.fingers[0].finger.base.youngs_modulus)
+    assert len(set(targets)) == 10
+    assert max(moduli) == pytest.approx(1.1 / 0.9 * min(moduli))
+
+
+def test_an_episode_is_truncated_after_its_duration(one_gripper):
+    one_gripper.reset(seed=0)
+    ends = [one_gripper.step(np.array([-0.7, -1.0], np.float32))[2:4] for _ in range(5)]
+    assert ends == [(False, False)] * 4 + [(False, True)]
+
+
+def test_a_crushed_object_ends_an_episode():
+    env = SoftGripperEnv("soft_grasp", {"variation.grippers": 1, "grasp.crushing_force": 0.05})
+    env.reset(seed=0)
+    for _ in range(20):
+        _, reward, terminated, _, info = env.step(np.array([0.3, -1.0], np.float32))
+        if terminated:
+            break
+    assert terminated
+    assert info["crushed"]
+    assert reward < -0.9
+
+
+@pytest.mark.parametrize("fault", ["not finite", "solver"])
+def test_divergence_truncates_and_says_why(one_gripper, monkeypatch, fault):
+    observed, _ = one_gripper.reset(seed=0)
+    simulator, plant = one_gripper._now.simulator, one_gripper._now.station.parts.plant
+    if fault == "not finite":
+        context = plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
+        context.get_mutable_discrete_state_vector().SetFromVector(np.full(plant.num_multibody_states(), np.nan))
+    else:
+
+        class Failing:
+            def __getattr__(self, name):
+                return getattr(simulator, name)
+
+            def AdvanceTo(self, time):  # noqa: N802
+                raise RuntimeError("no convergence")
+
+        monkeypatch.setattr(one_gripper, "simulator", Failing())
+    observation, reward, terminated, truncated, info = one_gripper.step(np.zeros(2, np.float32))
+    np.testing.assert_array_equal(observation, observed)
+    assert (reward, terminated, truncated) == (0.0, False, True)
+    assert info["diverged"]
+    monkeypatch.undo()
+    assert np.isfinite(one_gripper.reset(seed=0)[0]).all()
+
+
+def test_an_action_that_is_no_number_is_refused(one_gripper):
+    one_gripper.reset(seed=0)
+    with refused("action"):
+        one_gripper.step(np.array([np.nan, 0.0], np.float32))
+
+
+def test_actions_beyond_the_limits_are_those_at_the_limits(one_gripper):
+    seen = []
+    for factor in (1.0, 3.0):
+        one_gripper.reset(seed=0)
+        seen.append([one_gripper.step(factor * np.array([-1.0, -1.0], np.float32))[0] for _ in range(3)])
+    np.testing.assert_array_equal(*seen)
+
+
+def test_a_picture_is_taken():
+    env = SoftGripperEnv("soft_reach", {"variation.grippers": 1}, render_mode="rgb_array")
+    env.reset(seed=0)
+    picture = env.render()
+    assert picture.shape == (360, 480, 3)
+    assert picture.dtype == np.uint8
+    assert picture.std() > 5
+    env.step(np.ones(1, np.float32))
+    assert (env.render() != picture).any()
+
+
+def test_unknown_modes_are_refused():
+    with refused("render_mode", "paper"):
+        SoftGripperEnv("soft_reach", render_mode="paper")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("action", [np.zeros(7), np.zeros((2, 2)), 0.0, None, "text", [0.0, "a"]])
+def test_an_action_has_the_shape_of_its_space(action):
+    env = gymnasium.make(**REACH)
+    env.reset(seed=1)
+    with pytest.raises(InputError) as caught:
+        env.unwrapped.step(action)
+    assert caught.value.field == "action"

@@ -1,0 +1,45 @@
+from dataclasses import replace
+
+import pytest
+
+from soft_gripper.extras.play.session import open_scenario
+from soft_gripper.scenario.checks import check_scenario
+from soft_gripper.scenario.scenario_file import load_scenario
+from soft_gripper.scenario.shipped import scenario_names
+
+
+@pytest.mark.parametrize("name", scenario_names())
+def test_every_shipped_scenario_can_be_opened(name: str) -> None:
+    scenario = load_scenario(name)
+    opened = open_scenario(scenario)
+    check_scenario(name, opened)
+    grips = scenario.task is not None and scenario.task.grips
+    closed_loop = grips or scenario.control.set_points is not None
+    assert opened.external == ["opening" if closed_loop else "pressure", *["tool"] * (scenario.arm is not None)]
+
+
+def test_the_user_chooses_what_commands_the_fingers() -> None:
+    assert open_scenario(load_scenario("tip_distance_steps"), "pressure").external == ["pressure"]
+    assert open_scenario(load_scenario("box_grasp"), "opening").external == ["opening"]
+
+
+def test_a_task_that_does_not_command_the_gripper_closes_no_loop() -> None:
+    scenario = load_scenario("pick_and_place_box")
+    assert scenario.task is not None
+    phases = [replace(phase, opening=None) for phase in scenario.task.phases]
+    moving = replace(scenario, task=replace(scenario.task, phases=phases))
+    assert open_scenario(moving).external == ["pressure", "tool"]
+
+
+def test_a_scenario_that_is_open_stays_so() -> None:
+    opened = open_scenario(load_scenario("pick_and_place_box"))
+    assert open_scenario(opened) == opened
+
+
+def test_what_is_simulated_stays() -> None:
+    scenario = load_scenario("pick_and_place_delicate")
+    opened = open_scenario(scenario)
+    for part in ("models", "gravity", "pressure", "arm", "sensor", "estimator", "nominal", "plant_config"):
+        assert getattr(opened, part) is getattr(scenario, part)
+    assert opened.control == replace(scenario.control, set_points=None)
+    assert scenario.task is not None, "the scenario that was given is not changed"

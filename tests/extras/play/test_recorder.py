@@ -1,0 +1,92 @@
+"""What is recorded in the middle of a run is that part of the run."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from live_station import played
+
+from soft_gripper.diagrams.recording import Recording
+from soft_gripper.diagrams.simulation import make_simulator
+from soft_gripper.extras.play.session import Recorder
+from soft_gripper.files.output import is_whole
+from soft_gripper.models import DIRECTORY
+from soft_gripper.scenario.scenario_file import load_scenario
+
+BEGIN, END = 0.3, 0.6  # s
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory: pytest.TempPathFactory) -> tuple[Recording, Recording, Path]:
+    """A whole run, one that is recorded from BEGIN on, and the folder of that."""
+    folder = tmp_path_factory.mktemp("play")
+    station, meshcat = played("free_bending")
+    recorder = Recorder(station, meshcat, folder)
+    found = []
+    for is_recorded in (False, True):
+        simulator = make_simulator(station)
+        context = simulator.get_mutable_context()
+        for port in station.parts.inputs:
+            station.diagram.GetInputPort(port).FixValue(context, [80e3])
+        simulator.AdvanceTo(BEGIN)
+        if is_recorded:
+            recorder.forget(context)
+            recorder.begin(simulator)
+            simulator.AdvanceTo(END - BEGIN)
+            recorder.forget(context)
+            folder = recorder.end(context)
+        else:
+            simulator.AdvanceTo(END)
+            found.append(station.recording(context))
+    return found[0], Recording.load(folder / "recording.nc"), folder
+
+
+def test_it_has_its_own_time(runs) -> None:
+    _, part, _ = runs
+    np.testing.assert_allclose(part["time"], np.arange(31) * 0.01, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("signal", "settled"), [("plant.state", 0), ("left_finger.strain", 1), ("left_finger.external_torque", 5)]
+)
+def test_it_is_that_part_of_the_run(runs, signal: str, settled: int) -> None:
+    """`settled` is the number of samples over which what remembers is at first without its past."""
+    whole, part, _ = runs
+    np.testing.assert_allclose(part[signal][settled:], whole[signal][30 + settled :], atol=1e-9)
+    assert np.ptp(part[signal][settled:].values, axis=0).max() > 1e-5, "something happens in it"
+
+
+def test_everything_to_look_at_it_is_there_and_whole(runs) -> None:
+    _, _, folder = runs
+    assert folder.name == "1"
+    assert is_whole(folder)
+    assert "DecompressionStream" in (folder / "animation.html").read_text()
+    assert load_scenario(str(folder / "scenario.yaml")).external == ["pressure"]
+
+
+@pytest.mark.slow
+def test_a_scenario_of_ones_own_is_found_again_from_the_recording(tmp_path: Path) -> None:
+    (tmp_path / "own.urdf").write_text((DIRECTORY / "grippers" / "finger.urdf").read_text())
+    (tmp_path / "own.yaml").write_text("models: [{name: only, file: own.urdf}]")
+    station, meshcat = played(str(tmp_path / "own.yaml"))
+    recorder, simulator = Recorder(station, meshcat, tmp_path / "play"), make_simulator(station)
+    station.diagram.GetInputPort("only.pressure_command").FixValue(simulator.get_mutable_context(), [0.0])
+    recorder.begin(simulator)
+    simulator.AdvanceTo(0.02)
+    folder = recorder.end(simulator.get_context())
+    assert "file: ../../own.urdf" in (folder / "scenario.yaml").read_text()
+
+
+def test_nothing_is_kept_of_what_is_not_recorded(tmp_path: Path) -> None:
+    station, meshcat = played("free_bending")
+    recorder, simulator = Recorder(station, meshcat, tmp_path), make_simulator(station)
+    context = simulator.get_mutable_context()
+    for port in station.parts.inputs:
+        station.diagram.GetInputPort(port).FixValue(context, [0.0])
+    for time in (0.1, 0.2):
+        simulator.AdvanceTo(time)
+        recorder.forget(context)
+    assert recorder.end(context) is None
+    simulator.AdvanceTo(0.25)
+    assert len(station.recording(context)["time"]) == 5
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,264 @@
+"""A session, its user's clicks coming between the frames as a browser would send them."""
+
+import signal
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from itertools import pairwise
+from pathlib import Path
+from time import sleep
+
+import pytest
+from live_station import played
+from pydrake.geometry import Meshcat
+from websockets.sync.client import connect
+
+from soft_gripper.diagrams.recording import Recording
+from soft_gripper.diagrams.station import make_station
+from soft_gripper.diagrams.station_parts import Station
+from soft_gripper.diagrams.view.meshcat_view import cut_off, has_failed
+from soft_gripper.errors import InputError, SimulationDivergedError
+from soft_gripper.extras.play import session as session_module
+from soft_gripper.extras.play.control_panel import ALL_FINGERS, Button
+from soft_gripper.extras.play.session import Pacer, Recorder, Session, SignalFeed, open_scenario
+from soft_gripper.interrupts import held_back
+from soft_gripper.scenario.scenario_file import load_scenario
+
+PRESSURE = "left_finger.pressure"
+User = Callable[[Session], object]  # does something
+Play = Callable[..., tuple[Session, list[dict]]]
+
+
+class Watched(SignalFeed):
+    """What was sent, and what its user does then."""
+
+    def __init__(self, session: Session, user: dict[int, User]):
+        super().__init__({PRESSURE})
+        self.sent: list[dict] = []
+        self._session, self._user = session, user
+
+    @property
+    def wanted(self) -> set[str]:
+        return {PRESSURE}
+
+    def send(self, status, values) -> None:
+        self.sent.append({**status, **{name: float(value[0]) for name, value in values.items()}})
+        self._user.pop(len(self.sent), nothing)(self._session)
+        if not self._user:
+            click(Button.STOP)(self._session)
+
+
+def nothing(_: Session) -> None:
+    """What a user does who looks on."""
+
+
+def click(button: Button) -> User:
+    return lambda session: session.panel.take({"button": str(button)})
+
+
+def move(slider: str, value: float) -> User:
+    return lambda session: session.panel.take({"slider": slider, "value": value})
+
+
+pause, reset, record = click(Button.PAUSE), click(Button.RESET), click(Button.RECORD)
+
+
+def end_time(folder: Path) -> float:
+    """Of a recording, s."""
+    return float(Recording.load(folder / "recording.nc")["time"][-1])
+
+
+@pytest.fixture(scope="module")
+def shown() -> tuple[Station, Meshcat]:
+    return played("free_bending")
+
+
+@pytest.fixture
+def play(shown, tmp_path: Path, monkeypatch) -> Play:
+    """Plays until the last of what the user does, by the number of the message after which it is done."""
+    station, meshcat = shown
+    monkeypatch.setattr(session_module, "_IDLE", 0.0)
+    monkeypatch.setattr(session_module, "hidden_meshcat", lambda: meshcat)
+
+    def play(is_over: Callable[[], bool] = lambda: False, **user: User) -> tuple[Session, list[dict]]:
+        session = Session(lambda _: station, tmp_path)
+        session.feed = feed = Watched(session, {int(number[1:]): action for number, action in user.items()})
+        session.run(is_over)
+        return session, feed.sent
+
+    return play
+
+
+def test_pressure_follows_the_slider_in_real_time(play: Play) -> None:
+    session, sent = play(_2=move(ALL_FINGERS, 50.0), _12=nothing)
+    assert [each["time"] for each in sent] == pytest.approx([0.05 * i for i in range(1, 13)])
+    assert sent[1][PRESSURE] == 0
+    assert 45e3 < sent[-1][PRESSURE] < 50e3
+    assert session.played == pytest.approx(0.6)
+    assert 0.3 < session.factor <= 1.05
+
+
+def test_time_stands_still_in_a_pause_and_is_not_made_up_for(play: Play, monkeypatch) -> None:
+    restart, restarted = Pacer.restart, []
+    monkeypatch.setattr(Pacer, "restart", lambda pacer, time: (restarted.append(time), restart(pacer, time)))
+    _, sent = play(_2=pause, _6=pause, _8=nothing)
+    assert [each["paused"] for each in sent] == [False] * 2 + [True] * 4 + [False] * 2
+    assert [each["time"] for each in sent] == pytest.approx([0.05, 0.1, 0.1, 0.1, 0.1, 0.1, 0.15, 0.2])
+    assert restarted == pytest.approx([0.0, 0.1, 0.1])
+
+
+def test_reset_begins_again(play: Play) -> None:
+    _, sent = play(_1=move(ALL_FINGERS, 50.0), _4=reset, _6=nothing)
+    assert [each["time"] for each in sent] == pytest.approx([0.05, 0.1, 0.15, 0.2, 0.05, 0.1])
+    assert sent[3][PRESSURE] > 30e3
+    assert sent[4][PRESSURE] == sent[0][PRESSURE] == 0
+
+
+def test_what_is_played_for_hours_is_not_kept(play: Play, monkeypatch) -> None:
+    forgotten = []
+    monkeypatch.setattr(Recorder, "forget", lambda _, context: forgotten.append(context.get_time()))
+    _, sent = play(_8=nothing)
+    assert forgotten == [each["time"] for each in sent]
+
+
+def test_a_recording_in_a_pause_is_of_the_sample_that_is_seen(play: Play, tmp_path: Path) -> None:
+    _, sent = play(_1=pause, _2=record, _4=record, _6=nothing)
+    assert sent[-1]["note"] == f"written: {tmp_path / '1'}"
+    assert Recording.load(tmp_path / "1" / "recording.nc")["time"].values.tolist() == [0.0]
+
+
+@pytest.mark.parametrize("error", [InputError("output", "folder", "a", "give another"), OSError("no space")])
+def test_a_recording_that_cannot_be_written_is_no_end(play: Play, monkeypatch, error: Exception) -> None:
+    def fail(*_: object) -> None:
+        raise error
+
+    monkeypatch.setattr(Recorder, "end", fail)
+    _, sent = play(_1=record, _2=record, _4=nothing)
+    assert [each["note"] for each in sent] == ["", "", *[f"not written: {error}"] * 2]
+
+
+@pytest.mark.slow
+def test_a_recording_goes_from_click_to_click(play: Play, tmp_path: Path) -> None:
+    _, sent = play(_2=record, _6=record, _8=nothing)
+    assert [each["recording"] for each in sent] == [False] * 2 + [True] * 4 + [False] * 2
+    assert sent[-1]["note"] == f"written: {tmp_path / '1'}"
+    assert Recording.load(tmp_path / "1" / "recording.nc")["time"][-1] == pytest.approx(0.2)
+
+
+@pytest.mark.slow
+def test_every_recording_has_a_folder_of_its_own(play: Play, tmp_path: Path) -> None:
+    _, sent = play(_1=record, _2=record, _3=record, _5=record, _6=nothing)
+    assert sent[-1]["note"] == f"written: {tmp_path / '2'}"
+    ends = [Recording.load(tmp_path / number / "recording.nc")["time"][-1] for number in ("1", "2")]
+    assert ends == pytest.approx([0.05, 0.1])
+
+
+@pytest.mark.slow
+def test_reset_ends_a_recording(play: Play, tmp_path: Path) -> None:
+    _, sent = play(_1=record, _3=reset, _4=nothing)
+    assert [each["recording"] for each in sent] == [False, True, True, False]
+    assert Recording.load(tmp_path / "1" / "recording.nc")["time"][-1] == pytest.approx(0.1)
+
+
+def test_a_recording_is_written_when_the_session_ends(play: Play, tmp_path: Path) -> None:
+    session, _ = play(_1=record, _3=nothing)
+    assert session.recordings == [tmp_path / "1"]
+    assert (tmp_path / "1" / "animation.html").exists()
+
+
+def test_a_recording_is_written_whatever_ends_the_session(play: Play, tmp_path: Path) -> None:
+    def fail(_: Session) -> None:
+        raise ValueError
+
+    with pytest.raises(ValueError):  # noqa: PT011
+        play(_1=record, _3=fail)
+    assert end_time(tmp_path / "1") == pytest.approx(0.1)
+
+
+def test_ctrl_c_in_the_middle_of_a_frame_waits_for_its_end(play: Play, tmp_path: Path, monkeypatch) -> None:
+    real = session_module.advance
+
+    def interrupted(simulator, station, time) -> None:
+        real(simulator, station, time)
+        if time > 0.12:
+            signal.raise_signal(signal.SIGINT)
+            simulator.get_context()  # where Python would notice
+
+    monkeypatch.setattr(session_module, "advance", interrupted)
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # which a shell's background jobs do without
+    try:
+        with held_back() as is_interrupted:
+            play(is_interrupted, _1=record, _9=nothing)
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert end_time(tmp_path / "1") == pytest.approx(0.15)
+
+
+@pytest.fixture
+def attacked(tmp_path: Path) -> Iterator[tuple[Session, User]]:
+    """A session of its own, and one who ends the thread of its Meshcat, and stays connected."""
+    scenario = open_scenario(load_scenario("free_bending"))
+    with ExitStack() as clients:
+
+        def send_junk(session: Session) -> None:
+            client = clients.enter_context(connect(session.scene.replace("http", "ws"), compression=None))
+            client.send(b"\xc1")
+            while not has_failed(session.meshcat):
+                sleep(0.01)
+
+        yield Session(lambda meshcat: make_station(scenario, meshcat), tmp_path), send_junk
+
+
+@pytest.mark.slow
+def test_a_meshcat_that_fails_is_no_end(attacked, tmp_path: Path) -> None:
+    session, send_junk = attacked
+    first = session.meshcat
+    user = {1: move(ALL_FINGERS, 50.0), 2: record, 8: send_junk, 14: nothing}
+    session.feed = feed = Watched(session, user)
+    session.run(lambda: False)
+    assert session.meshcat is not first
+    assert not has_failed(session.meshcat)
+    times = [each["time"] for each in feed.sent[2:]]
+    assert times[0] == pytest.approx(0.05)
+    assert all(0.04 < later - earlier < 0.11 for earlier, later in pairwise(times)), "a frame is lost at most"
+    pressures = [each[PRESSURE] for each in feed.sent]
+    assert pressures == sorted(pressures), "it goes on from the state in which it was"
+    assert pressures[-1] > 45e3
+    assert feed.sent[-1]["note"].startswith("the view failed and was opened again; written:")
+    assert session.recordings == [tmp_path / "1"]
+    assert end_time(tmp_path / "1") == pytest.approx(0.3, abs=0.07)
+    assert not (tmp_path / "1" / "animation.html").exists()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("then", [record, reset])
+def test_a_meshcat_that_fails_before_a_click_is_no_end(attacked, then: User) -> None:
+    session, send_junk = attacked
+    session.feed = feed = Watched(session, {1: lambda session: (send_junk(session), then(session)), 4: nothing})
+    session.run(lambda: False)
+    assert len(feed.sent) == 4
+
+
+@pytest.mark.slow
+def test_a_meshcat_that_fails_again_and_again_is_an_end(attacked, monkeypatch) -> None:
+    monkeypatch.setattr(session_module, "_MOST_VIEWS", 1)
+    session, send_junk = attacked
+    session.feed = Watched(session, {1: record, 3: send_junk, 9: nothing})
+    with pytest.raises(InputError) as error:
+        session.run(lambda: False)
+    assert error.value.field == "Meshcat"
+    assert len(session.recordings) == 1
+    cut_off(session.scene)
+
+
+def test_divergence_is_reported_and_reset_goes_on(play: Play, monkeypatch) -> None:
+    real = session_module.advance
+
+    def diverge(simulator, station, time) -> None:
+        if time > 0.12:
+            raise SimulationDivergedError("the simulation diverged")
+        real(simulator, station, time)
+
+    monkeypatch.setattr(session_module, "advance", diverge)
+    _, sent = play(_4=reset, _5=nothing)
+    assert [each["note"] for each in sent] == ["", "", "the simulation diverged", "the simulation diverged", ""]
+    assert [each["paused"] for each in sent] == [False, False, True, True, False]

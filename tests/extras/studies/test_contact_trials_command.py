@@ -1,0 +1,81 @@
+"""soft-gripper contact-trials, from the command line to its files."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from soft_gripper.commands.dispatch import dispatch
+from soft_gripper.extras.studies.commands import contact_trials
+from soft_gripper.extras.studies.contacts import estimates as contact_estimates
+from soft_gripper.extras.studies.contacts.dataset import load_contacts
+from soft_gripper.extras.studies.contacts.trials import ContactErrorRow, ContactRow
+from soft_gripper.files.csv_table import read_csv
+
+
+@pytest.fixture(autouse=True)
+def one_set_of_sensors(monkeypatch: pytest.MonkeyPatch) -> None:
+    """In the place of many, which take their time."""
+    monkeypatch.setattr(contact_estimates, "SEEDS", 1)
+
+
+@pytest.mark.slow
+def test_table_and_arrays(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert dispatch(["contact-trials", "--trials", "4", "--seed", "2", "--jobs", "1", "--out", str(tmp_path)]) == 0
+    rows, arrays = read_csv(tmp_path / "contacts.csv", ContactRow), load_contacts(tmp_path / "contacts.npz")
+    assert [row.contact for row in rows] == [0, 1, 2, 3]
+    np.testing.assert_allclose([row.force_n for row in rows], arrays.force, atol=1e-6)
+    np.testing.assert_allclose([row.arc_length_mm for row in rows], 1e3 * arrays.arc_length, atol=1e-6)
+    np.testing.assert_allclose([1e3 * row.pressure_kpa for row in rows], arrays.pressure, atol=1e-2)
+    np.testing.assert_allclose([row.gravity_z + 1j * row.gravity_x for row in rows], arrays.gravity, atol=1e-5)
+    out = capsys.readouterr().out
+    assert "drawn again" in out
+    for name in ("contacts.csv", "contacts.npz", "contact_errors.csv", "contact_errors.png"):
+        assert str(tmp_path / name) in out
+    np.testing.assert_allclose(arrays.friction, 0.45)
+
+
+@pytest.mark.slow
+def test_kept_contacts_are_scored_again(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    made, again = tmp_path / "made", tmp_path / "again"
+    assert dispatch(["contact-trials", "--trials", "2", "--friction", "0", "--jobs", "1", "--out", str(made)]) == 0
+    assert dispatch(["contact-trials", "--contacts", str(made / "contacts.npz"), "--out", str(again)]) == 0
+    assert {path.name for path in again.iterdir()} == {f"contact_errors.{kind}" for kind in ("csv", "png", "svg")}
+    assert (again / "contact_errors.csv").read_text() == (made / "contact_errors.csv").read_text()
+    rows = read_csv(again / "contact_errors.csv", ContactErrorRow)
+    assert {row.friction for row in rows} == {0}
+    out = capsys.readouterr().out
+    assert "trusting chamber" in out
+
+
+@pytest.mark.parametrize(
+    ("option", "value"),
+    [
+        ("--trials", "none"),
+        ("--friction", "-0.1"),
+        ("--friction", "nan"),
+        ("--friction", "1e308"),
+        ("--friction", "rough"),
+    ],
+)
+def test_mistakes_are_found_before_any_work(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], option: str, value: str
+) -> None:
+    assert dispatch(["contact-trials", option, value, "--out", str(tmp_path)]) == 2
+    assert option in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+
+
+def test_rows_without_a_number_are_said(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    row = ContactErrorRow("contact", 2, "60", "", "none", "ideal", 1, 0.45, "both", 2, 0.0, *(8 * [float("nan")]))
+    monkeypatch.setattr(contact_trials, "score_contacts", lambda *_: [row])
+    monkeypatch.setattr(contact_trials, "load_contacts", lambda _: object())
+    assert dispatch(["contact-trials", "--contacts", "a.npz", "--out", str(tmp_path)]) == 0
+    assert "1 of 1 rows" in capsys.readouterr().err
+
+
+def test_a_file_without_contacts_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert dispatch(["contact-trials", "--contacts", str(tmp_path / "no.npz"), "--out", str(tmp_path)]) == 2
+    assert "no.npz" in capsys.readouterr().err

@@ -1,0 +1,45 @@
+"""The study of health: a stiffness that is wrong is blamed unless its uncertainty is declared; runs are counted."""
+
+from dataclasses import replace
+
+import pytest
+
+from soft_gripper.extras.studies.health import (
+    DECLARED,
+    EVERY,
+    EXACT,
+    KINDS,
+    Belief,
+    HealthRun,
+    _jobs,
+    health_rows,
+    run_health,
+)
+
+
+def test_a_wrong_stiffness_is_blamed_unless_its_uncertainty_is_declared():
+    exact, undeclared, declared = run_health(0, "none", 1, (EXACT, Belief(-0.1, 0.005), Belief(-0.1, 0.1)))
+    assert not exact.false_alarm
+    assert undeclared.false_alarm
+    assert not declared.false_alarm
+
+
+RUN = HealthRun("exact", 0, "leak", "free_bending", "finger", -1, 3.0, 0.4, True, False, 0.5, "leak")
+
+
+def test_runs_are_counted_by_belief_and_fault():
+    missed, cut = replace(RUN, found=False, said="healthy"), replace(RUN, fault="cut", said="held")
+    none = replace(RUN, fault="none", found=False, false_alarm=True)
+    rows = {(row.belief, row.fault): row for row in health_rows([RUN, missed, cut, none, replace(RUN, belief="other")])}
+    leaks, every = rows["exact", "leak"], rows["exact", "all"]
+    assert (leaks.runs, leaks.found_percent, leaks.right_percent) == (2, 50, 50)
+    assert (every.runs, every.right_percent) == (3, pytest.approx(100 / 3))
+    assert rows["exact", "none"].false_alarm_percent == 100
+    assert rows["other", "all"].right_percent == 100
+
+
+def test_one_of_some_runs_with_every_fault_is_monitored_with_other_beliefs():
+    jobs = list(_jobs(8 * EVERY, KINDS, DECLARED))
+    chosen = [kind for _, kind, beliefs in jobs if len(beliefs) > 1]
+    assert sorted(chosen) == sorted(KINDS)
+    assert all(beliefs[0] == EXACT for *_, beliefs in jobs)
