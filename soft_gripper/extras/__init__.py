@@ -6,7 +6,7 @@ commands, if it has any, and imports neither Drake nor numpy. `soft_gripper.extr
 
 import pkgutil
 from importlib import import_module
-from importlib.util import find_spec
+from pathlib import Path
 from types import ModuleType
 from typing import Any
 
@@ -17,9 +17,10 @@ def names() -> list[str]:
 
 
 def parts(part: str) -> list[Any]:
-    """Modules of one name, of all extras that have it."""
-    modules = (f"{__name__}.{extra}.{part}" for extra in names())
-    return [import_module(module) for module in modules if find_spec(module) is not None]
+    """Modules of one name, of all extras that have it; others are not imported."""
+    folders = {extra: Path(__path__[0], extra) for extra in names()}
+    have = (extra for extra, folder in folders.items() if (folder / part).is_dir() or (folder / f"{part}.py").is_file())
+    return [import_module(f"{__name__}.{extra}.{part}") for extra in have]
 
 
 __all__ = names()
