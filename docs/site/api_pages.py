@@ -80,7 +80,7 @@ def _autodoc(kind: str, name: str) -> str:
 def _source(name: str) -> str:
     """The file in the repository that a public name is from, which the stub of its namespace says."""
     space, _, own = name.rpartition(".")
-    folder = ROOT / "soft_gripper" / space
+    folder = ROOT.joinpath("soft_gripper", *space.split("."))
     for node in ast.parse((folder / "__init__.pyi").read_text(encoding="utf-8")).body:
         if isinstance(node, ast.ImportFrom) and node.module and own in [alias.name for alias in node.names]:
             return str(folder.joinpath(*node.module.split(".")).with_suffix(".py").resolve().relative_to(ROOT))
