@@ -44,7 +44,10 @@ _T = TypeVar("_T")
 
 def kept(store: OrderedDict[_Key, _T], key: _Key, make: Callable[[], _T], most: int) -> _T:
     """Value stored for a key, or else made now; the `most` that were used last stay in the store."""
-    found = store.pop(key) if key in store else make()
+    try:
+        found = store.pop(key)
+    except KeyError:
+        found = make()
     store[key] = found
     while len(store) > most:
         store.popitem(last=False)

@@ -5,7 +5,7 @@ import sys
 from collections.abc import Iterator
 
 from soft_gripper.errors import InputError
-from soft_gripper.files.output import atomic_file, keep_inputs
+from soft_gripper.files.output import atomic_file, check_file
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.scenario.model_files import model_path
@@ -22,7 +22,7 @@ def run(options: argparse.Namespace) -> None:
     if options.out is None:
         print(expanded.text, end="")
         return
-    keep_inputs([model_path(options.file)], [options.out])
+    check_file(options.out, [model_path(options.file)])
     with atomic_file(options.out) as partial:
         partial.write_text(expanded.text, encoding="utf-8")
 

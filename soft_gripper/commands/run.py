@@ -26,7 +26,7 @@ from soft_gripper.diagrams.view.meshcat_view import hidden_meshcat, write_animat
 from soft_gripper.estimators.faults import FAULTS
 from soft_gripper.evaluation.paper.forces import recorded_force_table
 from soft_gripper.files.csv_table import write_csv
-from soft_gripper.files.output import atomic_file, check_file, keep_inputs, lock_folder
+from soft_gripper.files.output import atomic_file, check_file, lock_folder
 from soft_gripper.pictures.phases import phases_figure
 from soft_gripper.pictures.video import check_video, write_video
 from soft_gripper.runs.scores.poses import recorded_pose_table
@@ -46,8 +46,9 @@ def run(options: argparse.Namespace) -> int:
     scenario = station.scenario
     check_closed(station)
     out = run_folder(options.out, name, scenario)
-    _check_files(options, out, scenario)
-    lock_folder(out)
+    read = files_read(options.scenario, scenario)
+    _check_files(options, read)
+    lock_folder(out, [] if fits(out, scenario) else ["scenario.yaml"], read)
     logging.getLogger("drake").setLevel(logging.WARNING)  # suppress the "Meshcat listening" messages
     meshcat = hidden_meshcat() if options.meshcat or options.html else None
     if meshcat is not None:
@@ -144,16 +145,13 @@ def fits(folder: Path, scenario: Scenario) -> bool:
     return file.read_text(encoding="utf-8", errors="replace") == dump_scenario(scenario, folder)
 
 
-def _check_files(options: argparse.Namespace, out: Path, scenario: Scenario) -> None:
+def _check_files(options: argparse.Namespace, read: Sequence[str]) -> None:
     """Checks, before the run starts, that all requested files can be written and that no input file is overwritten."""
-    files = [file for file in (options.video, options.html, options.mcap) if file is not None]
-    written = [*files]
-    written += [] if fits(out, scenario) else [out / "scenario.yaml"]
-    keep_inputs(files_read(options.scenario, scenario), written)
+    for file in (options.video, options.html, options.mcap):
+        if file is not None:
+            check_file(file, read)
     if options.video is not None:
         check_video(options.video)
-    for file in files:
-        check_file(file)
 
 
 def _write(out: Path, name: str, station: Station, recording: Recording, console: Console) -> list[str]:

@@ -1,12 +1,45 @@
-"""Functions of many samples, computed a few at a time so that their arrays fit into a processor's cache."""
+"""Functions of many samples, computed a few at a time so that their arrays fit into a processor's cache.
 
-from typing import Any
+Of few samples, what takes long is computed only if it is asked for (`Later`), and once for all who ask for it
+(`shared`): a block has its answers from several functions, and a reading cannot wait for what nobody reads.
+"""
+
+from collections import OrderedDict
+from collections.abc import Callable
+from functools import cached_property
+from typing import Any, TypeVar
 
 import numpy as np
 
 from soft_gripper.arrays import Array
+from soft_gripper.cached import kept
 
 _AT_ONCE = 16  # samples that are computed together
+_LATEST = 8  # results that are shared
+
+_T = TypeVar("_T")
+_shared: OrderedDict[Any, Any] = OrderedDict()
+
+
+class Later:
+    """An array that is computed when it is first asked for."""
+
+    def __init__(self, compute: Callable[[], Array]):
+        self._compute = compute
+
+    @cached_property
+    def value(self) -> Array:
+        """The array."""
+        return self._compute()
+
+
+def shared(function: Callable[..., _T], owner: object, *arrays: Array) -> _T:
+    """A function of an object and arrays, computed once for equal arrays of few samples; nobody may change it."""
+    if arrays[0].size > _AT_ONCE * arrays[0].shape[-1]:
+        return function(owner, *arrays)
+    key = function, id(owner), *((each.shape, each.tobytes()) for each in arrays)
+    found: _T = kept(_shared, key, lambda: (function(owner, *arrays), owner), _LATEST)[0]  # nothing else has its id
+    return found
 
 
 def in_parts(function: Any, sample: Array, *others: Array) -> Any:
@@ -23,7 +56,17 @@ def in_parts(function: Any, sample: Array, *others: Array) -> Any:
 def _put_together(parts: list[Any], shape: tuple[int, ...]) -> Any:
     if parts[0] is None:
         return None
+    if isinstance(parts[0], Later):
+        return _later(parts, shape)
     if isinstance(parts[0], np.ndarray):
         joined = np.concatenate(parts)
         return joined.reshape((*shape, *joined.shape[1:]))
     return type(parts[0])(*(_put_together(list(each), shape) for each in zip(*parts, strict=True)))
+
+
+def _later(parts: list[Later], shape: tuple[int, ...]) -> Later:
+    """Of several parts computed now: they would otherwise keep what they follow from."""
+    if len(parts) > 1:
+        joined = _put_together([part.value for part in parts], shape)
+        return Later(lambda: joined)
+    return Later(lambda: _put_together([parts[0].value], shape))

@@ -57,7 +57,7 @@ from scipy.optimize import nnls
 from scipy.special import chdtri
 
 from soft_gripper.arrays import Array, Planar
-from soft_gripper.estimators.batches import in_parts
+from soft_gripper.estimators.batches import in_parts, shared
 from soft_gripper.estimators.estimate import ContactForce, ShapeEstimate
 from soft_gripper.estimators.force_posterior import (
     Believed,
@@ -127,6 +127,12 @@ def put(chosen: NDArray[np.bool_], found: Fit, into: Fit) -> Fit:
         after[chosen] = values
         filled.append(after)
     return Fit(ContactForce(*filled[:4]), *filled[4:])
+
+
+def _of(chosen: NDArray[np.bool_], fit: Fit) -> Fit:
+    """The fits of chosen samples, (K)."""
+    contact = ContactForce(*(values[chosen] for values in fit.contact))
+    return Fit(contact, fit.torque[chosen], fit.misfit[chosen])
 
 
 def misfit(left: Array, weights: Array) -> Array:
@@ -364,7 +370,7 @@ class ContactShape:
     def __call__(self, readings: Array, driving: Array, gravity: Planar | complex) -> ShapeEstimate:
         """Joint angles, their covariance and the contact force; see ShapeFunction."""
         layout, finger, mechanics = self.layout, self.layout.finger, self._mechanics
-        gaussian = self._gaussian(readings, driving, gravity)
+        gaussian = shared(GaussianShape.__call__, self._gaussian, readings, driving, np.asarray(gravity))
         z, variance = self._measured(readings)
         q = gaussian.q
         known = driving + mechanics.weight(q, gravity)
@@ -377,7 +383,8 @@ class ContactShape:
 
     def posterior(self, readings: Array, driving: Array, gravity: Planar | complex) -> ContactPosterior:
         """What the readings say of one contact, with whatever trades off against it; see ShapeFunction."""
-        q, (z, variance) = self._gaussian(readings, driving, gravity).q, self._measured(readings)
+        q = shared(GaussianShape.__call__, self._gaussian, readings, driving, np.asarray(gravity)).q
+        z, variance = self._measured(readings)
         known = driving + self._mechanics.weight(q, gravity)
         return posterior_in_plane(self._mechanics, q, self._unexplained(q, z, variance, driving, known))
 
@@ -414,8 +421,9 @@ def posterior_in_plane(mechanics: Mechanics, q: Array, bends: Bends) -> ContactP
     length, assumed = mechanics.layout.finger.length, mechanics.uncertainty
 
     def of_some(q: Array, *parts: Array) -> ContactPosterior:
-        left = _explained(mechanics, q, Bends(*parts))
-        return in_cells(left.found, left.read, length, left.forces, assumed.nearest_contact * length)
+        left = shared(_explained, mechanics, q, *parts)
+        nearest = assumed.nearest_contact * length
+        return in_cells(left.found, left.posterior, left.read, length, left.forces, nearest)
 
     found: ContactPosterior = in_parts(of_some, q, *_broadcast(q, bends))
     return found
@@ -435,9 +443,9 @@ def explain(mechanics: Mechanics, q: Array, bends: Bends) -> Fit:
     return found
 
 
-def _explained(mechanics: Mechanics, q: Array, bends: Bends) -> Explained:
-    """What bends of K samples say of one force."""
-    assumed = mechanics.uncertainty
+def _explained(mechanics: Mechanics, q: Array, *parts: Array) -> Explained:
+    """What bends of K samples say of one force; `parts` are those of the bends."""
+    bends, assumed = Bends(*parts), mechanics.uncertainty
     forces = Forces(mechanics.usual_force, assumed.largest_force)
     read = _read(bends).astype(float)
     cells = force_cells(mechanics.layout, q, bends.compliance, assumed.friction)
@@ -458,15 +466,14 @@ def _explain(mechanics: Mechanics, q: Array, bends: Bends) -> Fit:
     fit = Fit(ContactForce(0 * known, nan, known / np.sqrt(seen), nan), np.zeros_like(q), remaining)
     if not touched.any():
         return fit
-    q, bends, sections = q[touched], Bends(*(values[touched] for values in bends)), sections[touched]
-    left = _explained(mechanics, q, bends)
+    left = shared(_explained, mechanics, q, *bends)
     one = fit_single_force(layout, q, bends, left)
-    several = (sections > 2) & (one.misfit > noise[np.maximum(sections - 2, 0)])
+    several = touched & (sections > 2) & (one.misfit > noise[np.maximum(sections - 2, 0)])
     if several.any():
         part, side = Bends(*(values[several] for values in bends)), np.sign(one.contact.force[several])
         many = fit_several_forces(layout, q[several], part, side, left.forces.usual, left.friction)
         one = put(several, many, one)
-    return put(touched, one, fit)
+    return put(touched, _of(touched, one), fit)
 
 
 def _read(bends: Bends) -> NDArray[np.int_]:

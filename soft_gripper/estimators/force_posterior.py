@@ -54,6 +54,7 @@ from scipy.optimize import nnls
 from scipy.special import chdtri, exp1, ndtr
 
 from soft_gripper.arrays import Array
+from soft_gripper.estimators.batches import Later
 
 DETECTED = 0.95  # probability of contact from which a place is stated
 LOCATED = 0.25  # of the length: a place known to lie within so much of it is stated as known
@@ -69,6 +70,7 @@ _EDGES, _FINER = 41, 2  # of the bins of force, and how often what holds nearly 
 _INTERVAL, _TAIL, _LOWER_TAILS = 0.95, 1e-4, 41
 _FIRST = 1.0  # N, force whose uncertainty within a cell is assumed first, if refined
 _NEGLIGIBLE = 1e-6  # weight of a cell, relative to the largest
+_BEYOND = 8.0  # standard deviations below 0, of a force that leaves nothing above
 _WIDE = 0.7  # deviation over mean of a force above 0, at most
 _TINY = 1e-30
 
@@ -91,8 +93,9 @@ class Cells(NamedTuple):
 
     def whitened(self, whitening: Array) -> "Cells":
         """The same for bends multiplied by a matrix, (..., S, S)."""
-        turn = np.swapaxes(whitening, -1, -2)
-        return self._replace(response=self.response @ turn, spreads=self.spreads @ turn[..., None, :, :])
+        turn, spreads = np.swapaxes(whitening, -1, -2), self.spreads
+        flat = spreads.reshape(*spreads.shape[:-3], -1, spreads.shape[-1]) @ turn
+        return self._replace(response=self.response @ turn, spreads=flat.reshape(*flat.shape[:-2], *spreads.shape[-3:]))
 
 
 class ContactPosterior(NamedTuple):
@@ -100,7 +103,7 @@ class ContactPosterior(NamedTuple):
 
     probability: Array  # (...) that something touches
     answer: Array  # (...) NOTHING, SOMEWHERE or HERE
-    force_interval: Array  # (..., 3) N, given contact; see INTERVAL; NaN where no single force explains the bends
+    interval: Later  # see `force_interval`
     force_set: Array  # (..., 2) N, least and largest force of the likelihood set; NaN likewise
     # (..., 3) N, upper 95 % bounds: of one force anywhere, of one beyond `nearest`, and of the sum of several there.
     force_bounds: Array
@@ -108,6 +111,11 @@ class ContactPosterior(NamedTuple):
     mode_forces: Array  # (..., 2) N, positive on the inner side, the likelier first; NaN where there is none
     mode_arc_lengths: Array  # (..., 2) m
     misfit: Array  # (...) normalised, of the best single force, 1 where noise leaves more in 1 of 1000 samples
+
+    @property
+    def force_interval(self) -> Array:
+        """(..., 3) N, given contact; see INTERVAL; NaN where no single force explains the bends."""
+        return self.interval.value
 
 
 class Fits(NamedTuple):
@@ -133,7 +141,8 @@ def posterior(
         forces: which are possible.
         nearest: place from which the second bound holds, m.
     """
-    return in_cells(fitted(bends, covariance, cells, forces.largest), read, length, forces, nearest)
+    found = fitted(bends, covariance, cells, forces.largest)
+    return in_cells(found, believed(found, read, forces), read, length, forces, nearest)
 
 
 class FittedCells(NamedTuple):
@@ -160,9 +169,15 @@ def fitted(bends: Array, covariance: Array, cells: Cells, largest: float, refine
 
 
 def in_cells(
-    found: FittedCells, read: Array, length: float, forces: Forces, nearest: float, several: Cells | None = None
+    found: FittedCells,
+    posterior: "Believed",
+    read: Array,
+    length: float,
+    forces: Forces,
+    nearest: float,
+    several: Cells | None = None,
 ) -> ContactPosterior:
-    """The posterior of one force that is fitted in every cell, as of `posterior`.
+    """The posterior of one force that is fitted in every cell, and `believed` in; other arguments as of `posterior`.
 
     `several` is where each of several forces may act, if not in the cells of one.
     """
@@ -171,7 +186,8 @@ def in_cells(
     several = cells if several is None else several.whitened(found.whitening)
     most_of_noise = chdtri(np.maximum(read - 2, 1), _CHANCE)
     misfit = chi_squared.min(axis=-1) / most_of_noise
-    interval, probability = _integrated(found, believed(found, read, forces), forces, np.maximum(misfit, 1.0))
+    masses = _masses_of(posterior, largest)
+    probability = _probability(found, posterior, masses, forces, np.maximum(misfit, 1.0))
     ends = length / (cells.place.max() + 1) * (cells.place[:, None] + np.array([0.0, 1.0]))  # m, of each cell
     anywhere, beyond = ends[:, 1] > 0, ends[:, 1] > nearest
     one, one_beyond = (_range(fits, chi_squared, these, _BOUND, largest)[..., 1] for these in (anywhere, beyond))
@@ -180,12 +196,13 @@ def in_cells(
     explained, detected = misfit <= 1, probability > DETECTED
     located = explained & (np.ptp(places, axis=-1) < LOCATED * length)
     stated, placed = explained[..., None], (explained & detected)[..., None]
+    interval = Later(lambda: np.where(stated, _force_interval(posterior, masses, largest), np.nan))
     total = np.maximum(total, np.where(explained, one_beyond, 0.0))
     bounds = np.where(explained, one, largest), np.where(explained, one_beyond, total), total
     return ContactPosterior(
         probability,
         np.where(detected, np.where(located, HERE, SOMEWHERE), NOTHING),
-        np.where(stated, interval, np.nan),
+        interval,
         np.where(stated, _range(fits, chi_squared, anywhere, _SET, largest), np.nan),
         np.stack(bounds, axis=-1),
         np.where(placed, places, np.nan),
@@ -215,19 +232,21 @@ def _fit(r: Array, cells: Cells, guess: Array, largest: float) -> Fits:
     Vectors are multiplied by the inverse square root of that, one u after the other.
     """
     spreads = np.moveaxis(guess[..., None, None] * cells.spreads, -2, 0)
-    vectors = np.stack(np.broadcast_arrays(cells.response, r[..., None, :], *spreads))
-    log_determinant = np.zeros_like(guess)
-    while len(vectors) > 2:
-        vectors, u = vectors[:-1], vectors[-1]
-        square = _dot(u, u)
-        log_determinant += np.log1p(square)
+    parts = np.broadcast_arrays(cells.response, r[..., None, :], *spreads)
+    vectors = np.stack([np.moveaxis(part, -1, 0) for part in parts], axis=1)  # (S, 2 + D, ..., C): sums are quick
+    log_determinant = np.zeros(vectors.shape[2:])
+    while vectors.shape[1] > 2:
+        vectors, u = vectors[:, :-1], vectors[:, -1:]
+        square = (u * u).sum(axis=0)
+        log_determinant += np.log1p(square[0])
         shrunk = (1 - 1 / np.sqrt(1 + square)) / (square + _TINY)
-        vectors = vectors - (shrunk * _dot(vectors, u))[..., None] * u
-    c, r = vectors
-    information = _dot(c, c) + (1e-3 / largest) ** 2  # where nothing bends, any force is equally likely
-    explained = _dot(c, r)
+        vectors = vectors - shrunk * (vectors * u).sum(axis=0) * u
+    c, left = vectors[:, 0], vectors[:, 1]
+    information = (c * c).sum(axis=0) + (1e-3 / largest) ** 2  # where nothing bends, any force is equally likely
+    explained = (c * left).sum(axis=0)
     force = explained / information
-    return Fits(force, information**-0.5, np.maximum(_dot(r, r) - force * explained, 0), log_determinant)
+    unexplained = np.maximum((left * left).sum(axis=0) - force * explained, 0)
+    return Fits(force, information**-0.5, unexplained, log_determinant)
 
 
 def _dot(x: Array, y: Array) -> Array:
@@ -310,12 +329,20 @@ def _largest_sum(columns: Array, forces: Array, r: Array, level: float, largest:
 def _at_level(columns: Array, pressing: Array, r: Array, level: float) -> tuple[float, float, bool]:
     """The multiplier m with which forces in some columns have the misfit `level`, their sum, and if none is larger."""
     sought = np.stack([pressing.T @ r, np.ones(pressing.shape[1])], axis=-1)
-    first, more = np.linalg.lstsq(pressing.T @ pressing, sought, rcond=None)[0].T
+    first, more = _solved(pressing.T @ pressing, sought).T
     least, turned = r - pressing @ first, pressing @ more
     m = math.sqrt(max(level - least @ least, 0.0) / max(turned @ turned, _TINY))
     forces, others = first + m * more, columns.T @ (least - m * turned) + m
     best = (forces >= 0).all() and others.max() <= _EQUAL * m
     return m, float(forces.sum()), bool(best)
+
+
+def _solved(matrix: Array, sought: Array) -> Array:
+    """The least-squares solution; of one equation, which is the usual number, without a decomposition."""
+    if matrix.size == 1:
+        return sought / matrix if matrix.item() else np.zeros_like(sought)
+    found: Array = np.linalg.lstsq(matrix, sought, rcond=None)[0]
+    return found
 
 
 class Modes(NamedTuple):
@@ -347,15 +374,19 @@ def modes(found: FittedCells, largest: float) -> Modes:
 def _joined(piece: NDArray[np.bool_], likely: NDArray[np.bool_], around: bool) -> NDArray[np.bool_]:
     """The likely places that join on to a piece along the finger, and around it, (..., sides, places)."""
     while True:
-        wider = piece.copy()
-        wider[..., 1:] |= piece[..., :-1]
-        wider[..., :-1] |= piece[..., 1:]
+        wider = _reached(piece, likely) | _reached(piece[..., ::-1], likely[..., ::-1])[..., ::-1]
         if around:
-            wider |= np.roll(piece, 1, axis=-2) | np.roll(piece, -1, axis=-2)
-        wider &= likely
-        if (wider == piece).all():
-            return piece
+            wider |= likely & (np.roll(wider, 1, axis=-2) | np.roll(wider, -1, axis=-2))
+        if not around or (wider == piece).all():
+            return wider
         piece = wider
+
+
+def _reached(piece: NDArray[np.bool_], likely: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """The likely places from which others lead back, toward the base, to a piece."""
+    number = np.arange(1, piece.shape[-1] + 1)
+    begun, ended = (np.maximum.accumulate(number * each, axis=-1) for each in (piece & likely, ~likely))
+    return np.asarray(begun > ended)
 
 
 class Believed(NamedTuple):
@@ -367,6 +398,11 @@ class Believed(NamedTuple):
     weight: Array  # of the cell, 1 in all
     mean: Array  # N, of the force
     square: Array  # N^2, mean of the squared force
+
+    @property
+    def heights(self) -> Array:
+        """Logarithm of the integral of each cell's density of log F, but for a factor, (..., C)."""
+        return np.asarray(self.peak + np.log(self.std))
 
     @property
     def best(self) -> NDArray[np.int_]:
@@ -393,37 +429,62 @@ def believed(found: FittedCells, read: Array, forces: Forces) -> Believed:
     return Believed(force, std, peak, weight, above / inverse, moment / inverse)
 
 
-def _integrated(found: FittedCells, posterior: Believed, forces: Forces, scale: Array) -> tuple[Array, Array]:
-    """The interval of the force, (..., 3) N, and the probability of contact, (...), with variances scaled, (...)."""
-    nothing, largest = (found.r**2).sum(axis=-1), forces.largest
-    logs = posterior.peak + np.log(posterior.std)
-    best = logs.max(axis=-1, keepdims=True)
-    weights, shape = np.exp(logs - best), logs.shape[:-1]
+class _Masses(NamedTuple):
+    """The densities of a sample's cells over F, and their integrals."""
+
+    weights: Array  # (C), of cells that are not negligible
+    forces: Array  # (C) N
+    stds: Array  # (C) N
+    edges: Array  # (E) N
+    upto: Array  # (E) integrals up to the edges
+
+    @property
+    def total(self) -> float:
+        """The integral over all forces."""
+        return max(float(self.upto[-1]), _TINY)
+
+
+def _masses_of(posterior: Believed, largest: float) -> list[_Masses]:
+    """The densities of each sample, scaled by the highest."""
+    logs, edges = posterior.heights, largest * np.logspace(-_DECADES, 0, _EDGES)
+    weights = np.exp(logs - logs.max(axis=-1, keepdims=True))
     flat = (values.reshape(-1, values.shape[-1]) for values in (weights, posterior.force, posterior.std))
-    each = [_interval_of(one, force, s, largest) for one, force, s in zip(*flat, strict=True)]
-    intervals, evidence = (np.array(part) for part in zip(*each, strict=True))
+    found = []
+    for sample in zip(*flat, strict=True):
+        kept = (sample[0] > _NEGLIGIBLE) & (sample[1] > -_BEYOND * sample[2])
+        weights, centers, stds = (values[kept] for values in sample)
+        found.append(_Masses(weights, centers, stds, edges, _integrals(weights, centers, stds, edges)))
+    return found
+
+
+def _probability(found: FittedCells, posterior: Believed, masses: list[_Masses], forces: Forces, scale: Array) -> Array:
+    """The probability of contact, (...), with variances scaled, (...)."""
+    nothing, largest, best = (found.r**2).sum(axis=-1), forces.largest, posterior.heights.max(axis=-1)
+    evidence = np.reshape([np.sqrt(2 * np.pi) * each.total for each in masses], best.shape)
     of_prior = (exp1((largest / 10**_DECADES / forces.usual) ** 2 / 2) - exp1((largest / forces.usual) ** 2 / 2)) / 2
-    intervals = intervals.reshape(*shape, len(INTERVAL))
-    reported = np.take_along_axis(posterior.force, posterior.best[..., None], axis=-1).clip(0, largest)
+    log_odds = best + np.log(np.maximum(evidence, _TINY) / of_prior) + nothing / scale / 2
+    return 1 / (1 + np.exp(np.clip(-log_odds, -700, 700)))
+
+
+def _force_interval(posterior: Believed, masses: list[_Masses], largest: float) -> Array:
+    """The interval of the force, (..., 3) N; it encloses the most probable one."""
+    best = posterior.best
+    intervals = np.array([_finer_interval(each) for each in masses]).reshape(*best.shape, len(INTERVAL))
+    reported = np.take_along_axis(posterior.force, best[..., None], axis=-1).clip(0, largest)
     intervals[..., :1] = np.minimum(intervals[..., :1], reported)
     intervals[..., -1:] = np.maximum(intervals[..., -1:], reported)
-    log_odds = best[..., 0] + np.log(np.maximum(evidence.reshape(shape), _TINY) / of_prior) + nothing / scale / 2
-    return intervals, 1 / (1 + np.exp(np.clip(-log_odds, -700, 700)))
+    return intervals
 
 
-def _interval_of(weights: Array, forces: Array, stds: Array, largest: float) -> tuple[Array, float]:
-    """Interval of one sample and the median within, N, and its evidence, from what its cells say, (C) each."""
-    kept = weights > _NEGLIGIBLE
-    weights, forces, stds = weights[kept], forces[kept], stds[kept]
-    edges = largest * np.logspace(-_DECADES, 0, _EDGES)
-    upto = np.concatenate([[0.0], _masses(weights, forces, stds, edges).cumsum()])
-    total = max(float(upto[-1]), _TINY)
-    before, upto = 0.0, upto / total
+def _finer_interval(masses: _Masses) -> Array:
+    """Interval of one sample and the median within, (3) N."""
+    cells, edges, total = masses[:3], masses.edges, masses.total
+    before, upto = 0.0, masses.upto / total
     for _ in range(_FINER):  # divides what holds nearly all of it once more
         within = np.clip(np.searchsorted(upto, (_TAIL, 1 - _TAIL)) - np.array([1, 0]), 0, len(edges) - 1)
         before, edges = float(upto[within[0]]), np.geomspace(edges[within[0]], edges[within[1]], _EDGES)
-        upto = before + np.concatenate([[0.0], _masses(weights, forces, stds, edges).cumsum()]) / total
-    return _interval(upto, edges), np.sqrt(2 * np.pi) * total
+        upto = before + _integrals(*cells, edges) / total
+    return _interval(upto, edges)
 
 
 def _interval(upto: Array, edges: Array) -> Array:
@@ -434,7 +495,8 @@ def _interval(upto: Array, edges: Array) -> Array:
     return np.array([least[both].min(), np.interp(0.5, upto, edges), most[both].max()])
 
 
-def _masses(weights: Array, forces: Array, stds: Array, edges: Array) -> Array:
-    """Integrals of the cells' densities over F, between edges, (..., E) -> (..., E - 1)."""
-    below = ndtr((edges[..., None] - forces) / stds) @ weights
-    return np.maximum(np.diff(below), 0) / np.sqrt(edges[..., 1:] * edges[..., :-1])
+def _integrals(weights: Array, forces: Array, stds: Array, edges: Array) -> Array:
+    """Integrals of the cells' densities over F, from the first edge up to each, (E)."""
+    below = ndtr((edges[:, None] - forces) / stds) @ weights
+    between = np.maximum(np.diff(below), 0) / np.sqrt(edges[1:] * edges[:-1])
+    return np.concatenate([[0.0], between.cumsum()])

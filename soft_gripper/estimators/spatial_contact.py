@@ -38,7 +38,7 @@ from numpy.typing import NDArray
 from scipy.special import chdtri
 
 from soft_gripper.arrays import Array
-from soft_gripper.estimators.batches import in_parts
+from soft_gripper.estimators.batches import in_parts, shared
 from soft_gripper.estimators.estimate import ContactForce, SpatialContact, SpatialShape
 from soft_gripper.estimators.force_posterior import (
     Believed,
@@ -245,7 +245,8 @@ class SurfaceContact:
         """What is known of the contact."""
         length, several = self.mechanics.layout.finger.length, _corners(self.cells(left), self.surface.rough)
         nearest = self.mechanics.uncertainty.nearest_contact * length
-        known = in_cells(found, left.read, length, self._possible, nearest, several)
+        posterior = believed(found, left.read, self._possible)
+        known = in_cells(found, posterior, left.read, length, self._possible, nearest, several)
         sides = self.surface.angle[modes(found, self._possible.largest).cells]
         return SpatialPosterior(known, np.where(np.isfinite(known.mode_forces), sides, np.nan))
 
@@ -337,15 +338,15 @@ class SpatialContactShape:
         return in_parts(function, readings, *(np.broadcast_to(each, (*leading, each.shape[-1])) for each in others))
 
     def _shape(self, readings: Array, driving: Array, gravity: Array) -> SpatialShape:
-        shape = self._gaussian(readings, driving, gravity)
-        left, free, found = self._explained(shape.q, readings, driving, gravity)
+        shape = shared(SpatialGaussianShape.__call__, self._gaussian, readings, driving, gravity)
+        left, free, found = shared(SpatialContactShape._explained, self, shape.q, readings, driving, gravity)
         contact, torque = self.contact.stated(found, left)
         q = self._loaded(left, free, torque, readings, driving)
         return SpatialShape(q, shape.covariance, contact)
 
     def _posterior(self, readings: Array, driving: Array, gravity: Array) -> SpatialPosterior:
-        shape = self._gaussian(readings, driving, gravity)
-        left, _, found = self._explained(shape.q, readings, driving, gravity)
+        shape = shared(SpatialGaussianShape.__call__, self._gaussian, readings, driving, gravity)
+        left, _, found = shared(SpatialContactShape._explained, self, shape.q, readings, driving, gravity)
         return self.contact.posterior(found, left)
 
     def _explained(

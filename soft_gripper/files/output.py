@@ -188,13 +188,18 @@ def _is_alive(pid: int) -> bool:
     return True
 
 
-def check_file(path: Path) -> None:
+def check_file(path: Path, reads: Iterable[Path | str] = ()) -> None:
     """Checks, before any work is done, that a file can be written; makes the folder for it.
 
+    Args:
+        path: of the file.
+        reads: files that the command reads, none of which may be replaced.
+
     Raises:
-        InputError: if it cannot.
+        InputError: if it cannot, or a file that is read would be lost.
     """
     _require_name(path)
+    _keep_inputs(reads, [path])
     try:
         target = Path(os.path.realpath(path))
         special = _is_special(target)
@@ -204,12 +209,7 @@ def check_file(path: Path) -> None:
         _try_writing("file", path, target.parent, path.name)
 
 
-def keep_inputs(inputs: Iterable[Path | str], outputs: Iterable[Path]) -> None:
-    """Checks, before any work is done, that no output would replace a file that is read.
-
-    Raises:
-        InputError: if one would.
-    """
+def _keep_inputs(inputs: Iterable[Path | str], outputs: Iterable[Path]) -> None:
     for output, file in itertools.product(outputs, list(inputs)):
         if _are_same(output, Path(file)):
             expected = "is an input of this command, and would be lost: name another file"
@@ -262,7 +262,7 @@ def lock_folder(path: Path, writes: Iterable[Path | str] = (), reads: Iterable[P
     Raises:
         InputError: if it cannot be written to, another process has locked it, or a file that is read would be lost.
     """
-    keep_inputs(reads, [path / name for name in writes])
+    _keep_inputs(reads, [path / name for name in writes])
     folder = writable_folder(path)
     name = os.path.realpath(folder)
     if name not in _locked:

@@ -7,7 +7,7 @@ from identified import BEAM, RELEASED, finger_of, recorded, release, write_motio
 from refusals import refusal
 
 from soft_gripper.errors import InputError
-from soft_gripper.files.output import keep_inputs
+from soft_gripper.files.output import check_file
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 
 IDENTIFY = ("identify", "run.csv", "--finger", "guess.urdf", "--free", "youngs_modulus", "--out")
@@ -43,6 +43,7 @@ def place(tmp_path, monkeypatch):
     [
         ("guess.urdf", ("expand", "guess.urdf", "-o", "./guess.urdf")),
         ("recording.nc", ("calibrate", "recording.nc", "--out", "recording.nc")),
+        ("scenario.yaml", ("calibrate", "run.csv", "--scenario", "scenario.yaml", "--out", "scenario.yaml")),
         ("guess.urdf", (*IDENTIFY, "guess.urdf")),
         ("run.csv", (*IDENTIFY, "run.urdf")),
         ("scenario.yaml", ("run", "scenario.yaml", "--out", ".")),
@@ -62,13 +63,12 @@ def test_inputs_by_other_names(tmp_path):
     (tmp_path / "soft").symlink_to("in")
     for name in ("in", "hard", "soft"):
         with pytest.raises(InputError) as error:
-            keep_inputs([tmp_path / "other", tmp_path / "in"], [tmp_path / "new", tmp_path / name])
+            check_file(tmp_path / name, [tmp_path / "other", tmp_path / "in"])
         assert error.value.value == str(tmp_path / name)
 
 
 def test_what_is_not_lost(tmp_path):
     os.mkfifo(tmp_path / "pipe")
     (tmp_path / "in").touch()
-    keep_inputs(
-        [tmp_path / "in", "a\0b", tmp_path / "pipe"], [tmp_path / "pipe", tmp_path / "new", tmp_path / "in.csv"]
-    )
+    for name in ("pipe", "new", "in.csv"):
+        check_file(tmp_path / name, [tmp_path / "in", "a\0b", tmp_path / "pipe"])

@@ -51,7 +51,7 @@ def test_in_the_plane(shipped_finger, sections, place, force):
     free = shape._gaussian(readings, driving, 9.81).q
     weight = shape._mechanics.weight(free, 9.81)
     bends = shape._unexplained(free, *shape._measured(readings), driving, driving + weight)
-    left = _explained(shape._mechanics, free[None], type(bends)(*(values[None] for values in bends)))
+    left = _explained(shape._mechanics, *(values[None] for values in (free, *bends)))
     forces, density = dense(left.found, left.forces.usual, left.forces.largest)
     check(density, forces, left.found.cells.side, contact.force, contact.force_std, known.force_interval)
 

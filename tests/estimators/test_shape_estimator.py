@@ -12,7 +12,7 @@ from pydrake.systems.primitives import LogVectorOutput
 
 from soft_gripper.diagrams.wiring.named_wires import vector_outputs
 from soft_gripper.estimators.plane import bending_plane, pose_entries
-from soft_gripper.estimators.shape_estimator import ShapeEstimator
+from soft_gripper.estimators.shape_estimator import POSTERIOR, ShapeEstimator
 from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
 from soft_gripper.estimators.uncertainty import Uncertainty, position_std
 from soft_gripper.sensors.sensor_block import SensorBlock
@@ -102,7 +102,7 @@ def test_ports_have_what_the_function_gives(kind, layout, strain, driving):
     if shape.contact is not None:
         expected |= {f"contact_{name}": [value] for name, value in shape.contact._asdict().items()}
         posterior = function.posterior(strain, driving, IN_PLANE)
-        expected |= {f"contact_{name}": np.atleast_1d(value) for name, value in posterior._asdict().items()}
+        expected |= {f"contact_{name}": np.atleast_1d(getattr(posterior, name)) for name in POSTERIOR}
         assert found["contact_force"] == pytest.approx(0.8, rel=0.01)
         assert found["contact_force_set"][0] < 0.8 < found["contact_force_bounds"][0]
     assert found.keys() == expected.keys()

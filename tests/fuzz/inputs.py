@@ -10,6 +10,7 @@ import yaml
 from damaged_files import archive, as_npy, damaged_archives, damaged_bytes, damaged_recordings
 from hostile import NUMBERS, WORDS, documents, elements, texts
 from hypothesis import strategies as st
+from live_inputs import commands
 from log_forms import FORMS, REFUSED, table
 from pydrake.common.yaml import yaml_dump
 
@@ -293,4 +294,5 @@ KINDS: dict[str, Callable[[], st.SearchStrategy[Input]]] = {
     "recordings": recordings,
     "logs": logs,
     "numbers": numbers,
+    "live": lambda: commands().map(lambda found: Input(*found)),
 }

@@ -20,6 +20,8 @@ NUMBER = int(os.environ.get("FUZZ", "0"))  # inputs of every kind; 0: few, and a
 LIMIT = 120.0  # s of a call, which takes a tenth of a second as a rule: the machine may be busy
 LONGEST = 3000  # characters of a complaint
 RAW = re.compile(r"Traceback|^\w*Warning\b|^WARNING|^ERROR|^INFO|\bcore dumped", re.MULTILINE)
+OURS = "note: ", "soft-gripper: ", "soft-gripper ", "usage: ", " ", "2 fingers, ", "Recording", "Readings: "
+OURS += "left_finger: ", "right_finger: ", "The first malformed message ", "From a reading ", "Open http", "Rejected "
 PROFILE = settings(
     max_examples=NUMBER or 8,
     derandomize=not NUMBER,
@@ -47,7 +49,7 @@ def fault(found: Input, ended: Ended, left: set[str]) -> str | None:
         return f"exit code {ended.code}"
     if raw := RAW.search(ended.err):
         return f"raw words: {raw[0]}"
-    if any(not line.startswith(("note: ", "soft-gripper: ", "soft-gripper ", "usage: ", " ")) for line in lines):
+    if any(not line.startswith(OURS) for line in lines):
         return "a line that is not ours"
     if ended.code == 2 and not (lines and lines[-1].startswith("soft-gripper")):
         return "refused without a word"

@@ -56,12 +56,17 @@ def chosen(values: Mapping[str, float], names: Sequence[str]) -> Array:
     """Some numbers of a message, (len(names),).
 
     Raises:
-        MalformedError: if one is missing.
+        MalformedError: if one is missing, or is no number.
     """
     try:
-        return np.array([values[name] for name in names], dtype=float)
+        found = np.array([values[name] for name in names], dtype=float)
     except KeyError as error:
         raise MalformedError(f"has no field {error}") from None
+    except (TypeError, ValueError, OverflowError) as error:
+        raise MalformedError(f"has a field that is not a number: {error}"[:80]) from None
+    if found.shape != (len(names),):
+        raise MalformedError("has a list where there should be a number")
+    return found
 
 
 def count_of(value: float) -> int:

@@ -1,12 +1,13 @@
 """Ranges of what a bench may measure: a number outside of them is no measurement, and its message is malformed."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
 from soft_gripper.arrays import Array
 from soft_gripper.extras.bench.bench import SET_POINT, Bench
 from soft_gripper.extras.bench.messages import MalformedError
+from soft_gripper.extras.hardware.ambient import seems_absolute
 from soft_gripper.extras.hardware.bench_schema import BenchConfig
 from soft_gripper.scenario.schema import ATMOSPHERE, Scenario
 from soft_gripper.sensors.measurement import MeasurementModel
@@ -24,7 +25,8 @@ _POSE = 12  # numbers
 
 def plausible_ranges(bench: Bench, config: BenchConfig) -> Ranges:
     """The ranges of a bench, from its description or, where that gives none, from the scenario's sensors and drive."""
-    pressure = _given(config.pressure_range, config.pressure_factor) or _pressures(bench.scenario)
+    limits = config.pressure_range
+    pressure = _pressures(bench.scenario) if limits is None else tuple(config.relative(np.array(limits)))
     tension = _given(config.tension_range) or _tensions(bench.scenario)
     ranges: dict[str, _Range] = {SET_POINT: (-_MOST_OPENING, _MOST_OPENING)}
     for name, layout in bench.layouts.items():
@@ -33,8 +35,8 @@ def plausible_ranges(bench: Bench, config: BenchConfig) -> Ranges:
     return {name: ranges[name] for name in bench.inputs}
 
 
-def _given(limits: list[float] | None, factor: float = 1.0) -> _Range | None:
-    return None if limits is None else (factor * limits[0], factor * limits[1])
+def _given(limits: list[float] | None) -> _Range | None:
+    return None if limits is None else (limits[0], limits[1])
 
 
 def _pressures(scenario: Scenario) -> _Range:
@@ -74,6 +76,37 @@ def check_plausible(values: Mapping[str, Array], ranges: Ranges, unread: set[str
             turned = value.reshape(3, 4)[:, :3]
             if np.abs(turned @ turned.T - np.eye(3)).max() > _NOT_TURNED or np.linalg.det(turned) < 0:
                 raise MalformedError(f"has no rotation in {name}")
+
+
+_FIRST = 1.0  # s, after which the pressures are judged
+
+
+class FirstPressures:
+    """The pressures of the first readings, which are questioned if they seem to be measured against vacuum."""
+
+    def __init__(self, period: float, config: BenchConfig):
+        self._left = max(1, round(_FIRST / period)) if config.pressure_ambient is None else 0
+        self._unit, self._factor = config.pressure_unit, config.pressure_factor
+        self._seen: list[dict[str, Array]] = []
+
+    def note(self, measured: Mapping[str, Array]) -> Iterator[str]:
+        """Takes what was measured, by input of a bench; gives lines once enough is known."""
+        if self._left == 0:
+            return
+        self._left -= 1
+        self._seen.append({name: value for name, value in measured.items() if name.endswith(".pressure")})
+        if self._left == 0:
+            for name in self._seen[0]:
+                yield from self._questions(name, np.array([each[name] for each in self._seen]).T)
+            self._seen.clear()
+
+    def _questions(self, name: str, pressures: Array) -> Iterator[str]:
+        for i, pressure in enumerate(pressures):
+            rests = float(np.median(pressure))
+            if seems_absolute(rests, pressure):
+                how = "if so, give `pressure_ambient`, what it has in open air; if not, `pressure_ambient: 0`"
+                found = f"{name}[{i}] = {rests / self._factor:.4g} {self._unit} at the beginning"
+                yield f"note: {found}: is it measured against vacuum? {how}"
 
 
 def _span(least: float, most: float) -> str:

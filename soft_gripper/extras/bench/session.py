@@ -16,7 +16,7 @@ from soft_gripper.estimators.finger_shape import ANGLES
 from soft_gripper.extras.bench.bench import SET_POINT, Bench
 from soft_gripper.extras.bench.endpoints import Sink, Source
 from soft_gripper.extras.bench.messages import MalformedError, chosen, count_of, decoded, encoded
-from soft_gripper.extras.bench.plausible import Ranges, check_plausible, plausible_ranges
+from soft_gripper.extras.bench.plausible import FirstPressures, Ranges, check_plausible, plausible_ranges
 from soft_gripper.extras.bench.recorder import Recorder
 from soft_gripper.extras.bench.tally import Tally
 from soft_gripper.extras.bench.threads import Message
@@ -63,13 +63,15 @@ def understood(message: Message, config: BenchConfig, ranges: Ranges, quantities
     Raises:
         MalformedError: if it is not what the bench describes.
     """
+    if not isinstance(message, bytes | dict):  # of a user's generator
+        raise MalformedError(f"is of type {type(message).__name__}: give a dict, or bytes")
     found = message if isinstance(message, dict) else decoded(message, config.format, config.fields)
     values = {}
     for name, finger in config.fingers.items():
         readings = chosen(found, finger.readings)
         values[quantities[name]] = readings
         driving = {
-            "pressure": config.pressure_factor * chosen(found, finger.pressures),
+            "pressure": config.relative(chosen(found, finger.pressures)),
             "tension": chosen(found, finger.tensions),
             "X_WB": chosen(found, finger.base_pose or []),
         }
@@ -125,8 +127,12 @@ class Session:
         sink: Sink,
         is_live: bool = True,
         clock: Callable[[], float] = time.monotonic,
+        say: Callable[[str], object] = lambda _: None,
     ):
-        """`is_live`: readings come at the pace of `clock`, s; otherwise they are used as fast as possible."""
+        """`is_live`: readings come at the pace of `clock`, s; otherwise they are used as fast as possible.
+
+        `say` takes what is odd about the first readings, a line each.
+        """
         self._bench, self._config, self._source, self._sink = bench, config, source, sink
         self._clock, self._ranges = clock, plausible_ranges(bench, config)
         self._watch, self._pace = Watch(), Pace(bench.period, clock) if is_live else None
@@ -141,6 +147,7 @@ class Session:
         self._is_silent = False
         self.recorder: Recorder | None = None  # takes every sample
         self.tally = Tally(bench)
+        self._first, self._say = FirstPressures(bench.period, config), say
         self.malformed = ""  # what was wrong with the first message that was
         self.latencies: deque[float] = deque(maxlen=_LATENCIES)  # s, from a message to its result
         self.efforts: deque[float] = deque(maxlen=_LATENCIES)  # s, processor time of the same
@@ -227,6 +234,8 @@ class Session:
         if missing is None:
             return  # an estimate that is newer has been sent already
         found = self._estimated(reading, missing)
+        for line in self._first.note(reading.values):
+            self._say(line)
         self._last, self._arrived, self._is_silent = reading, arrived, False
         self._due = arrived + 1.5 * self._bench.period
         self._send(self._header(0.0) | found | self._commanded())

@@ -6,7 +6,7 @@ from pathlib import Path
 from soft_gripper.extras.export.actuation import table
 from soft_gripper.extras.export.mjcf import Mjcf, to_mjcf
 from soft_gripper.extras.export.sdf import Sdf, to_sdf
-from soft_gripper.files.output import atomic_file, keep_inputs, writable_folder
+from soft_gripper.files.output import atomic_file, check_file, writable_folder
 from soft_gripper.scenario.schema import Scenario
 
 LOADER = "run_mjcf.py"
@@ -43,7 +43,8 @@ def _write(out: Path, files: dict[str, bytes], meshes: Mapping[str, Path]) -> No
     Raises:
         InputError: if a mesh would be replaced by another one.
     """
-    keep_inputs(meshes.values(), [out / f"meshes/{name}" for name in meshes])
+    for name in meshes:
+        check_file(out / f"meshes/{name}", meshes.values())
     for name, content in (files | {f"meshes/{name}": source.read_bytes() for name, source in meshes.items()}).items():
         writable_folder((out / name).parent)
         with atomic_file(out / name) as partial:

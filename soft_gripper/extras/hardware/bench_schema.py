@@ -7,6 +7,9 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import numpy as np
+
+from soft_gripper.arrays import Array
 from soft_gripper.extras.hardware.recording_schema import PRESSURE
 from soft_gripper.files.document import load_config, require
 from soft_gripper.files.yaml_text import read_yaml
@@ -42,6 +45,7 @@ class BenchConfig:
     time: str | None = None  # field with the time of the device, s, which is returned with the results
     fingers: dict[str, BenchFinger] = quantity({}, filled=True)  # by the names of the scenario's fingers
     pressure_unit: str = quantity("Pa", known=tuple(_PRESSURE))  # of measured and commanded pressures
+    pressure_ambient: float | None = None  # what is measured in open air, in the unit above; None: 0
     # Measurements outside are malformed; None: far beyond what the scenario's sensors and drive can do
     reading_range: list[float] | None = quantity(None, span=True)  # of every sensor, in its own unit
     pressure_range: list[float] | None = quantity(None, span=True)  # in the unit above
@@ -56,6 +60,11 @@ class BenchConfig:
     def pressure_factor(self) -> float:
         """Pa per unit."""
         return _PRESSURE[self.pressure_unit]
+
+    def relative(self, pressure: Array) -> Array:
+        """Measured pressures, in their unit, relative to the surroundings, Pa."""
+        with np.errstate(over="ignore"):  # an infinite pressure is not plausible, see `plausible`
+            return self.pressure_factor * (pressure - (self.pressure_ambient or 0.0))
 
     @property
     def names(self) -> list[str]:

@@ -156,9 +156,10 @@ def _bench_logs(
             known = ", ".join(fingers)
             raise InputError(file, "bench.fingers", name, f"the scenario has no such finger; it has {known}")
         _check_one_pressure(file, f"{field}.pressures", config.pressures)
-        pressure = bench.pressure_factor * table.columns(config.pressures)[:, 0]
-        how = "subtract what it has in open air, or describe the log for --as, with `pressures.ambient`"
-        check_relative(file, f"{field}.pressures", pressure, time <= time[0] + _REST, how)
+        pressure = bench.relative(table.columns(config.pressures)[:, 0])
+        if bench.pressure_ambient is None:
+            how = "give `pressure_ambient`, what it has in open air; if it is not, `pressure_ambient: 0`"
+            check_relative(file, f"{field}.pressures", pressure, time <= time[0] + _REST, how)
         X_WB = np.tile(fingers[name].X_WB.GetAsMatrix34(), (len(time), 1, 1))
         if config.base_pose is not None:
             X_WB = table.columns(config.base_pose).reshape(-1, 3, 4)

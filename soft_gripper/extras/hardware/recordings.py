@@ -16,6 +16,7 @@ from scipy.spatial.transform import Rotation
 
 from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
+from soft_gripper.extras.hardware.ambient import seems_absolute
 from soft_gripper.extras.hardware.recording_schema import (
     LENGTH,
     PRESSURE,
@@ -197,20 +198,15 @@ _MOST_PRESSURE = 1e7  # Pa, highest plausible pressure in a soft body
 _LEAST_PRESSURE = 10.0  # Pa, lowest plausible driving pressure
 
 
-_ATMOSPHERE = 80e3, 110e3  # Pa, of the air where people work
-_OPEN = 5e3  # Pa, below which a pressure is relative to the surroundings
-
-
 def check_relative(path: Path, field: str, pressure: Array, reference: NDArray[np.bool_], how: str) -> None:
     """Checks that a pressure, (T,) Pa, is relative to the surroundings; `how` says what to do if it is not.
 
     Raises:
         InputError: if it rests near the pressure of the air in the reference span, and is never near zero.
     """
-    low, high = _ATMOSPHERE
     seen = pressure[reference & np.isfinite(pressure)]
     rests = float(np.median(seen)) if len(seen) else 0.0
-    if low < rests < high and np.nanmin(np.abs(pressure)) > _OPEN:
+    if seems_absolute(rests, pressure):
         raise InputError(path, field, f"{rests / 1e3:.4g} kPa at rest", f"is it measured against vacuum? {how}")
 
 

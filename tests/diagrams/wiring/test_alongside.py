@@ -7,7 +7,7 @@ from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.errors import InputError
-from soft_gripper.estimators.force_posterior import ContactPosterior
+from soft_gripper.estimators.shape_estimator import POSTERIOR
 from soft_gripper.fingers.kinematics import as_planar, forward_kinematics, in_space
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.truth.poses import fingertip_error, pose_error
@@ -16,7 +16,7 @@ SHORT = ["pressure.steps.all=[90e3]", "pressure.settle=0.2", "pressure.hold_samp
 SHORT += ["sensor.borders=[0.4]", "estimator.uncertainty.reading=3e-4", "nominal.youngs_modulus='+5 %'"]
 KINDS = ["gaussian", "spline", "contact", "own_blocks:mean_bend"]
 OF_FIT = ("contact_force", "contact_arc_length", "contact_force_std", "contact_arc_length_std")
-OF_CONTACT = {*OF_FIT, *(f"contact_{name}" for name in ContactPosterior._fields)}
+OF_CONTACT = {*OF_FIT, *(f"contact_{name}" for name in POSTERIOR)}
 
 
 def run_of(*overrides):

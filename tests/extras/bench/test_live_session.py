@@ -48,14 +48,14 @@ def offline(messages):
 
 
 def made(receive, is_live=False, clock=time.monotonic, **changes):
-    """A session, and what it has sent."""
-    bench, results = Bench(SCENARIO), []
+    """A session, what it has sent, and what it has said."""
+    bench, results, said = Bench(SCENARIO), [], []
     config = described(bench.inputs, "test")
     for name, value in changes.items():
         setattr(config, name, value)
     source = receive if hasattr(receive, "receive") else SimpleNamespace(receive=receive, is_over=False)
-    session = Session(bench, config, source, lambda _, found: results.append(found), is_live, clock)
-    return SimpleNamespace(session=session, results=results, bench=bench)
+    session = Session(bench, config, source, lambda _, found: results.append(found), is_live, clock, said.append)
+    return SimpleNamespace(session=session, results=results, bench=bench, said=said)
 
 
 def by_count(results):
@@ -101,6 +101,35 @@ def test_formats_without_names(form, messages, offline):
     tolerance = 0 if form == "float64" else 1e-6
     for count, found in by_count(live.results).items():
         np.testing.assert_allclose(found[TIP], offline[count][TIP], rtol=tolerance, atol=tolerance)
+
+
+PRESSURES = "left_finger.pressure", "right_finger.pressure"
+
+
+@pytest.mark.parametrize(
+    ("ambient", "asks"), [(None, True), (0.0, False), (101.3e3, False)], ids=["not given", "relative", "absolute"]
+)
+def test_pressures_measured_against_vacuum(ambient, asks, messages, offline):
+    """They are questioned once, after the first second, unless the bench says what open air has."""
+    live = made(lambda timeout: [], pressure_ambient=ambient)
+    for message in messages:
+        absolute = {name: 101.3e3 + message[name] for name in PRESSURES}
+        live.session._take(encoded(message | absolute, "json"), time.monotonic())
+        assert len(live.said) == (len(PRESSURES) if asks and len(live.results) >= 100 else 0)
+    if asks:
+        assert "left_finger.pressure[0]" in live.said[0]
+        assert "measured against vacuum" in live.said[0]
+    if ambient:
+        found = by_count(live.results)
+        for count, known in offline.items():
+            np.testing.assert_allclose(found[count][TIP], known[TIP], rtol=1e-9, atol=1e-12)
+
+
+def test_relative_pressures_are_not_questioned(messages):
+    live = made(lambda timeout: [])
+    for message in messages:
+        live.session._take(encoded(message, "json"), time.monotonic())
+    assert not live.said
 
 
 def test_losses_and_disorder_are_counted_and_harmless(messages, offline):

@@ -6,6 +6,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -24,7 +25,7 @@ from soft_gripper.extras.bench.tally import TerminalTable
 from soft_gripper.extras.bench.twin import Twin, TwinSource
 from soft_gripper.extras.hardware.bench_schema import BenchConfig, described, load_bench
 from soft_gripper.extras.hardware.table import Columns
-from soft_gripper.files.output import check_file, keep_inputs, lock_folder
+from soft_gripper.files.output import check_file, lock_folder
 from soft_gripper.interrupts import held_back
 from soft_gripper.page.page_server import LivePage, page_contents, page_server
 from soft_gripper.scenario.scenario_file import files_read
@@ -76,7 +77,8 @@ def run(options: argparse.Namespace) -> None:
 
 def _opened(live: _Live, recording: Path | None, options: argparse.Namespace) -> Session:
     """A session that is ready, and records."""
-    session = Session(live.bench, live.config, live.source, live.sink, is_live=not options.fast)
+    say = partial(print, file=sys.stderr)
+    session = Session(live.bench, live.config, live.source, live.sink, is_live=not options.fast, say=say)
     if recording is not None:
         layout = recording_layout(live.bench, recorded_signals(live.bench, live.config))
         session.recorder = Recorder(live.bench, layout, recording)
@@ -101,13 +103,16 @@ def _say_pace(session: Session, live: _Live, is_fast: bool) -> None:
     name, signals = live.bench.scenario.estimator.type, session.sent
     cost = live.bench.cost(signals)
     rate = f"a reading every {1e3 * period:g} ms"
-    print(
-        f"{fingers} finger{'s' * (fingers != 1)}, {name}: {rate} takes {1e3 * cost:.1f} ms of processor time here.",
-        file=sys.stderr,
-    )
-    if cost > _BUSIEST * period and not is_fast:
+    took = f"takes {1e3 * cost.processor:.1f} ms of processor time here"
+    print(f"{fingers} finger{'s' * (fingers != 1)}, {name}: {rate} {took}.", file=sys.stderr)
+    if is_fast:
+        return
+    if cost.processor > _BUSIEST * period:
         expected = f"choose a longer sensor.period, another estimator, or fewer signals in `send` than {len(signals)}"
         print(f"note: this machine cannot keep that rate, and readings will be lost: {expected}", file=sys.stderr)
+    elif cost.elapsed > _BUSIEST * period:
+        waits = f"with other programs running, it takes {1e3 * cost.elapsed:.1f} ms by the clock"
+        print(f"note: {waits}, and readings will be lost, which are counted: stop other programs", file=sys.stderr)
 
 
 def _sum_up(session: Session, dropped: int) -> None:
@@ -173,7 +178,8 @@ def _check_files(scenario: Scenario, file: Path, config: BenchConfig, options: a
     outputs = [options.mcap] if options.mcap is not None else []
     if config.sink is not None and config.sink.startswith("file:"):
         outputs.append(Path(config.sink.removeprefix("file:")))
-    keep_inputs([*files_read(options.scenario, scenario), file, config.source.removeprefix("file:")], outputs)
+    for output in outputs:
+        check_file(output, [*files_read(options.scenario, scenario), file, config.source.removeprefix("file:")])
 
 
 def _with_twin(scenario: Scenario, endpoints: Endpoints, options: argparse.Namespace) -> _Live:

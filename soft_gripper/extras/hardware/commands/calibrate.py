@@ -8,7 +8,7 @@ from soft_gripper.estimators.calibration import GAIN, SOUGHT
 from soft_gripper.extras.hardware.bench_schema import load_bench
 from soft_gripper.extras.hardware.calibration import Log, calibrate_recordings
 from soft_gripper.extras.hardware.recording_schema import load_description
-from soft_gripper.files.output import check_file, keep_inputs
+from soft_gripper.files.output import check_file
 from soft_gripper.scenario.calibration_file import FingerCalibrationConfig, save_calibration
 from soft_gripper.scenario.scenario_file import load_scenario
 
@@ -17,8 +17,8 @@ _UNKNOWN = 0.5  # of the standard deviation before, above which a gain counts as
 
 def run(options: argparse.Namespace) -> None:
     """Runs the command."""
-    keep_inputs(options.recording, [options.out])
-    check_file(options.out)
+    described = (options.scenario, options.bench, options.described_as)
+    check_file(options.out, [*options.recording, *(file for file in described if file is not None)])
     calibration = calibrate_recordings(options.recording, _log(options), options.find)
     save_calibration(calibration, options.out)
     for name, finger in calibration.fingers.items():

@@ -31,7 +31,7 @@ from soft_gripper.extras.hardware.identification.simulated_motion import measure
 from soft_gripper.extras.hardware.recordings import HardwareRecording, find_recordings, recording_paths
 from soft_gripper.files.csv_table import write_csv
 from soft_gripper.files.document import require
-from soft_gripper.files.output import check_file, keep_inputs
+from soft_gripper.files.output import check_file
 from soft_gripper.pictures.style import save_figure
 from soft_gripper.runs.executor import open_executor
 from soft_gripper.scenario.model_files import model_path
@@ -45,9 +45,8 @@ def run(options: argparse.Namespace) -> None:
     setup = setup_file(file)
     paths = recording_paths([*options.file, *options.test], options.described_as, options.data)
     outputs = _outputs(options.out, fits=bool(options.file)) if options.out else []
-    keep_inputs([file, *([setup] if setup.exists() else []), *paths], outputs)
-    if options.out:
-        check_file(options.out)
+    for output in outputs:
+        check_file(output, [file, *([setup] if setup.exists() else []), *paths])
     model = Model(read_finger(file), read_setup(file))
     fitted, tested = (_recordings(files, options) for files in (options.file, options.test))
     is_settled = _is_settled([*fitted, *tested])

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.simulation import simulate
+from soft_gripper.estimators.batches import Later
 from soft_gripper.estimators.contact import ContactShape
 from soft_gripper.estimators.force_posterior import ContactPosterior
 from soft_gripper.estimators.spatial_contact import SpatialContactShape
@@ -294,7 +295,9 @@ def _recorded(recording: Recording, finger: str, rows: NDArray[np.int_]) -> Stat
         values = np.asarray(recording[f"{finger}.{name}"])[rows]
         return values[:, 0] if values.ndim == 2 and values.shape[1] == 1 else values
 
-    known = ContactPosterior(*(of(f"contact_{field}") for field in ContactPosterior._fields))
+    fields = (field for field in ContactPosterior._fields if field != "interval")
+    interval = Later(lambda: of("contact_force_interval"))
+    known = ContactPosterior(interval=interval, **{field: of(f"contact_{field}") for field in fields})
     force = np.abs(of("true_contact_force"))
     truth = force, of("true_contact_arc_length"), np.full(len(force), np.nan)
     stated = _stated(*truth, np.abs(of("contact_force")), of("contact_arc_length"), known)
