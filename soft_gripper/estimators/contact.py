@@ -69,6 +69,7 @@ from soft_gripper.estimators.force_posterior import (
     fitted,
     in_cells,
 )
+from soft_gripper.estimators.free_motion import AT_REST, STILL, FreeMotion, Lag, may_exceed
 from soft_gripper.estimators.gaussian import GaussianShape, gain_of
 from soft_gripper.estimators.mechanics import Mechanics, PlanarMechanics, outer
 from soft_gripper.estimators.uncertainty import Uncertainty
@@ -116,6 +117,7 @@ class Bends(NamedTuple):
     theta: Array  # (..., S) rad, bends of the sections beyond those of driving torque and weight
     covariance: Array  # (..., S, S) rad^2
     compliance: Array  # (..., N) or (N) rad/(N m), of the joints
+    moving: Array = STILL  # (...) 1 where a free finger in motion may have them, else 0
 
 
 def put(chosen: NDArray[np.bool_], found: Fit, into: Fit) -> Fit:
@@ -354,6 +356,7 @@ class Explained(NamedTuple):
     forces: Forces
     friction: float  # largest coefficient
     read: Array  # (K) number of sections that are read
+    moving: Array  # (K) as of the bends
 
 
 _PASSES = 2  # under an elastic law, whose slope is first evaluated at the most probable shape
@@ -366,32 +369,45 @@ class ContactShape:
 
     layout: MeasurementModel
     uncertainty: Uncertainty = field(default_factory=Uncertainty)
+    period: float = 0.01  # s, between the samples of a finger that moves
 
-    def __call__(self, readings: Array, driving: Array, gravity: Planar | complex) -> ShapeEstimate:
-        """Joint angles, their covariance and the contact force; see ShapeFunction."""
+    def __call__(self, readings: Array, driving: Array, gravity: Planar | complex, lag: Lag = AT_REST) -> ShapeEstimate:
+        """Joint angles, their covariance and the contact force; see ShapeFunction.
+
+        `lag` is that of a free finger in motion, (..., N) rad each.
+        """
         layout, finger, mechanics = self.layout, self.layout.finger, self._mechanics
         gaussian = shared(GaussianShape.__call__, self._gaussian, readings, driving, np.asarray(gravity))
         z, variance = self._measured(readings)
         q = gaussian.q
         known = driving + mechanics.weight(q, gravity)
         for _ in range(1 if finger.elastic_law is None else _PASSES):
-            fit = explain(mechanics, q, self._unexplained(q, z, variance, driving, known))
+            fit = explain(mechanics, q, self._unexplained(q, z, variance, driving, known, lag))
             q = finger.angle(known + fit.torque)
         gain, _ = gain_of(layout.matrix, mechanics.prior(gaussian.q, gaussian.q, driving), variance)
         q = q + (gain @ (z - q @ layout.matrix.T)[..., None])[..., 0]
         return ShapeEstimate(q, gaussian.covariance, fit.contact)
 
-    def posterior(self, readings: Array, driving: Array, gravity: Planar | complex) -> ContactPosterior:
-        """What the readings say of one contact, with whatever trades off against it; see ShapeFunction."""
+    def posterior(
+        self, readings: Array, driving: Array, gravity: Planar | complex, lag: Lag = AT_REST
+    ) -> ContactPosterior:
+        """What the readings say of one contact, with whatever trades off against it; see `__call__`."""
         q = shared(GaussianShape.__call__, self._gaussian, readings, driving, np.asarray(gravity)).q
         z, variance = self._measured(readings)
         known = driving + self._mechanics.weight(q, gravity)
-        return posterior_in_plane(self._mechanics, q, self._unexplained(q, z, variance, driving, known))
+        return posterior_in_plane(self._mechanics, q, self._unexplained(q, z, variance, driving, known, lag))
+
+    @cached_property
+    def motion(self) -> FreeMotion:
+        """The motion of the finger while nothing touches it."""
+        return FreeMotion(self._mechanics, self.period)
 
     def _measured(self, readings: Array) -> tuple[Array, Array]:
         return self.layout.linear(readings, self.uncertainty.any_reading).uncertain_by(self.uncertainty.gain)
 
-    def _unexplained(self, q: Array, z: Array, variance: Array, driving: Array, known: Array) -> Bends:
+    def _unexplained(
+        self, q: Array, z: Array, variance: Array, driving: Array, known: Array, lag: Lag = AT_REST
+    ) -> Bends:
         """The part of the measured values not due to driving torque and weight, `known`, (..., N) N m, near q.
 
         The stiffness may be as wrong as the bend per driving torque: then a share of the measured bends is.
@@ -399,7 +415,9 @@ class ContactShape:
         A, mechanics, stiffness = self.layout.matrix, self._mechanics, self.uncertainty.bend_per_pressure * z
         of_model = A @ mechanics.of_model(q, driving) @ A.T + outer(stiffness)
         unexplained = z - mechanics.unloaded(q, known) @ A.T
-        return Bends(unexplained, of_model + variance[..., None] * np.eye(len(A)), mechanics.compliance(q))
+        at_rest, of_motion = of_model + variance[..., None] * np.eye(len(A)), lag.seen_by(A)
+        moving = may_exceed(of_motion, at_rest, _quantiles(len(A))[_read(at_rest)])
+        return Bends(unexplained, at_rest + of_motion, mechanics.compliance(q), moving)
 
     @property
     def _mechanics(self) -> PlanarMechanics:
@@ -418,12 +436,12 @@ def posterior_in_plane(mechanics: Mechanics, q: Array, bends: Bends) -> ContactP
         q: joint angles, rad, about as they are, (..., N).
         bends: what is to be explained.
     """
-    length, assumed = mechanics.layout.finger.length, mechanics.uncertainty
+    length = mechanics.layout.finger.length
+    nearest = mechanics.uncertainty.nearest_contact * length
 
     def of_some(q: Array, *parts: Array) -> ContactPosterior:
         left = shared(_explained, mechanics, q, *parts)
-        nearest = assumed.nearest_contact * length
-        return in_cells(left.found, left.posterior, left.read, length, left.forces, nearest)
+        return in_cells(left.found, left.posterior, left.read, length, left.forces, nearest, left.moving)
 
     found: ContactPosterior = in_parts(of_some, q, *_broadcast(q, bends))
     return found
@@ -447,22 +465,25 @@ def _explained(mechanics: Mechanics, q: Array, *parts: Array) -> Explained:
     """What bends of K samples say of one force; `parts` are those of the bends."""
     bends, assumed = Bends(*parts), mechanics.uncertainty
     forces = Forces(mechanics.usual_force, assumed.largest_force)
-    read = _read(bends).astype(float)
+    read = _read(bends.covariance).astype(float)
     cells = force_cells(mechanics.layout, q, bends.compliance, assumed.friction)
     found = fitted(bends.theta, bends.covariance, cells, forces.largest)
-    return Explained(found, believed(found, read, forces), forces, assumed.friction, read)
+    return Explained(found, believed(found, read, forces), forces, assumed.friction, read, bends.moving)
 
 
 def _explain(mechanics: Mechanics, q: Array, bends: Bends) -> Fit:
-    """The contact of K samples; where nothing is found, the deviation is that of a force on the tip."""
+    """The contact of K samples; where nothing is found, the deviation is that of a force on the tip.
+
+    NaN where nothing is found of a finger that moves.
+    """
     layout, finger = mechanics.layout, mechanics.layout.finger
-    sections, noise, count = _read(bends), _quantiles(len(layout.matrix)), len(q)
+    sections, noise, count = _read(bends.covariance), _quantiles(len(layout.matrix)), len(q)
     weights, nan = np.linalg.inv(bends.covariance), np.full(count, np.nan)
     remaining = misfit(bends.theta, weights)
     touched = (sections >= 2) & (remaining >= noise[sections])
     tip = unit_torques(forward_kinematics(q, finger.segment_length), np.full((count, 1), finger.length)).across[:, 0]
     seen = misfit((tip * bends.compliance) @ layout.matrix.T, weights) + mechanics.usual_force**-2
-    known = np.where(sections < 2, np.nan, 1.0)
+    known = np.where((sections < 2) | (bends.moving > 0), np.nan, 1.0)
     fit = Fit(ContactForce(0 * known, nan, known / np.sqrt(seen), nan), np.zeros_like(q), remaining)
     if not touched.any():
         return fit
@@ -476,16 +497,17 @@ def _explain(mechanics: Mechanics, q: Array, bends: Bends) -> Fit:
     return put(touched, _of(touched, one), fit)
 
 
-def _read(bends: Bends) -> NDArray[np.int_]:
-    """Number of sections that are read, (K)."""
-    return np.asarray((np.diagonal(bends.covariance, axis1=-2, axis2=-1) < UNKNOWN / 2).sum(axis=-1))
+def _read(covariance: Array) -> NDArray[np.int_]:
+    """Number of sections that are read, (...), from the covariance of their bends."""
+    return np.asarray((np.diagonal(covariance, axis1=-2, axis2=-1) < UNKNOWN / 2).sum(axis=-1))
 
 
 def _broadcast(q: Array, bends: Bends) -> Bends:
     """With the leading axes of the joint angles."""
     sections = bends.theta.shape[-1]
     covariance = np.broadcast_to(bends.covariance, (*q.shape[:-1], sections, sections))
-    return Bends(bends.theta, covariance, np.broadcast_to(bends.compliance, q.shape))
+    moving = np.broadcast_to(bends.moving, q.shape[:-1])
+    return Bends(bends.theta, covariance, np.broadcast_to(bends.compliance, q.shape), moving)
 
 
 @cache

@@ -18,6 +18,7 @@ from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.estimators.estimate import ShapeFunction
 from soft_gripper.estimators.finger_shape import ANGLES
+from soft_gripper.estimators.free_motion import Lag, motion_of
 from soft_gripper.fingers.creep import advance, memory_torque
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import SLIDES
@@ -88,10 +89,16 @@ def recorded_driving(
     """
     driving, settled = finger.pressure_torque(pressure), not finger.creep
     while not settled:
-        q, before = function(readings, driving, gravity).q, driving
+        q, before = function(readings, driving, gravity, *_lag(function, driving, gravity)).q, driving
         driving = driving_torques(finger, q, pressure, period)
         settled = np.allclose(driving, before, rtol=0, atol=_SETTLED, equal_nan=True)
     return driving
+
+
+def _lag(function: ShapeFunction, driving: Array, gravity: Planar) -> tuple[Lag, ...]:
+    """Lag of the free finger on a base at rest, if an estimator takes it."""
+    motion, pull = motion_of(function), np.broadcast_to(gravity, driving.shape[:-1])
+    return () if motion is None else (motion.lag(motion.over_time(driving, pull, pull)),)
 
 
 class DrivingTorque(ArrayBlock):

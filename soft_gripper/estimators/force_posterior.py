@@ -58,8 +58,8 @@ from soft_gripper.estimators.batches import Later
 
 DETECTED = 0.95  # probability of contact from which a place is stated
 LOCATED = 0.25  # of the length: a place known to lie within so much of it is stated as known
-ANSWERS = "nothing touches", "touched, place unknown", "touched here"
-NOTHING, SOMEWHERE, HERE = 0.0, 1.0, 2.0
+ANSWERS = "nothing touches", "touched, place unknown", "touched here", "moving: not known"
+NOTHING, SOMEWHERE, HERE, MOVING = 0.0, 1.0, 2.0, 3.0
 INTERVAL = "least", "median", "most"  # of the posterior; the outer ones enclose both intervals of 95 %
 _SET, _BOUND = 3.84, 2.71  # chi-squared of one degree of freedom: 95 % on two sides and on one
 _CHANCE = 1e-3  # that noise alone exceeds a misfit of 1
@@ -102,19 +102,23 @@ class ContactPosterior(NamedTuple):
     """What is known of one contact; forces are absolute values unless they are of a mode."""
 
     probability: Array  # (...) that something touches
-    answer: Array  # (...) NOTHING, SOMEWHERE or HERE
+    answer: Array  # (...) NOTHING, SOMEWHERE or HERE, or MOVING: nothing is detected, but would it be?
     interval: Later  # see `force_interval`
-    force_set: Array  # (..., 2) N, least and largest force of the likelihood set; NaN likewise
-    # (..., 3) N, upper 95 % bounds: of one force anywhere, of one beyond `nearest`, and of the sum of several there.
+    force_set: Array  # (..., 2) N, least and largest force of the likelihood set; NaN where no force explains the bends
+    # (..., 3) N, upper 95 % bounds: of one force anywhere, of one beyond `nearest`, and of the sum of several there;
+    # NaN where none is below the largest possible force.
     force_bounds: Array
-    arc_length_set: Array  # (..., 2) m, ends of the likelihood set; NaN likewise, and where nothing is detected
+    arc_length_set: Array  # (..., 2) m, its ends along the finger; NaN there, and where nothing is detected
     mode_forces: Array  # (..., 2) N, positive on the inner side, the likelier first; NaN where there is none
     mode_arc_lengths: Array  # (..., 2) m
     misfit: Array  # (...) normalised, of the best single force, 1 where noise leaves more in 1 of 1000 samples
 
     @property
     def force_interval(self) -> Array:
-        """(..., 3) N, given contact; see INTERVAL; NaN where no single force explains the bends."""
+        """Ends and median, (..., 3) N, given contact; see INTERVAL.
+
+        NaN where no single force explains the bends, and where it is MOVING: it would be that of the prior.
+        """
         return self.interval.value
 
 
@@ -142,7 +146,7 @@ def posterior(
         nearest: place from which the second bound holds, m.
     """
     found = fitted(bends, covariance, cells, forces.largest)
-    return in_cells(found, believed(found, read, forces), read, length, forces, nearest)
+    return in_cells(found, believed(found, read, forces), read, length, forces, nearest, np.zeros(()))
 
 
 class FittedCells(NamedTuple):
@@ -175,11 +179,13 @@ def in_cells(
     length: float,
     forces: Forces,
     nearest: float,
+    moving: Array,
     several: Cells | None = None,
 ) -> ContactPosterior:
     """The posterior of one force that is fitted in every cell, and `believed` in; other arguments as of `posterior`.
 
-    `several` is where each of several forces may act, if not in the cells of one.
+    `moving` is 1 where a free finger in motion may have the bends, else 0, (...); `several` is where each of several
+    forces may act, if not in the cells of one.
     """
     r, cells, fits, chi_squared = found[1:]
     largest = forces.largest
@@ -196,15 +202,17 @@ def in_cells(
     explained, detected = misfit <= 1, probability > DETECTED
     located = explained & (np.ptp(places, axis=-1) < LOCATED * length)
     stated, placed = explained[..., None], (explained & detected)[..., None]
-    interval = Later(lambda: np.where(stated, _force_interval(posterior, masses, largest), np.nan))
+    answer = np.where(detected, np.where(located, HERE, SOMEWHERE), np.where(moving > 0, MOVING, NOTHING))
+    known = stated & (answer != MOVING)[..., None]
+    interval = Later(lambda: np.where(known, _force_interval(posterior, masses, largest), np.nan))
     total = np.maximum(total, np.where(explained, one_beyond, 0.0))
-    bounds = np.where(explained, one, largest), np.where(explained, one_beyond, total), total
+    bounds = np.stack([np.where(explained, one, largest), np.where(explained, one_beyond, total), total], axis=-1)
     return ContactPosterior(
         probability,
-        np.where(detected, np.where(located, HERE, SOMEWHERE), NOTHING),
+        answer,
         interval,
         np.where(stated, _range(fits, chi_squared, anywhere, _SET, largest), np.nan),
-        np.stack(bounds, axis=-1),
+        np.where(bounds < largest, bounds, np.nan),
         np.where(placed, places, np.nan),
         np.where(placed, np.sign(cells.side)[chosen] * pressing, np.nan),
         np.where(placed & np.isfinite(pressing), ends.mean(axis=-1)[chosen], np.nan),

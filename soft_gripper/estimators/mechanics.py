@@ -119,8 +119,8 @@ class Mechanics(ABC):
     def free(self, torque: Array) -> Array:
         """Joint positions at which the elastic torque is `torque`, (..., D)."""
         if self._is_linear:
-            return torque / self._stiffness
-        finger, q = self.layout.finger, torque / self._stiffness
+            return torque / self.stiffness
+        finger, q = self.layout.finger, torque / self.stiffness
         q[..., : finger.segments] = finger.angle(torque[..., : finger.segments])
         return np.asarray(q)
 
@@ -128,7 +128,7 @@ class Mechanics(ABC):
         """Joint positions under a known torque alone, linearized about those of a bent finger, `q`, (..., D)."""
         if self._is_linear:
             return self.free(torque)
-        finger, elastic = self.layout.finger, self._stiffness * q
+        finger, elastic = self.layout.finger, self.stiffness * q
         elastic[..., : finger.segments] = finger.elastic_torque(q[..., : finger.segments])
         return np.asarray(q + self.compliance(q) * (torque - elastic))
 
@@ -142,7 +142,7 @@ class Mechanics(ABC):
     def pressure_gain(self) -> Array:
         """Of all chambers alike, in bending, (D,)."""
         finger = self.layout.finger
-        return np.append(finger.pressure_gain, np.zeros(len(self._stiffness) - finger.segments))
+        return np.append(finger.pressure_gain, np.zeros(len(self.stiffness) - finger.segments))
 
     @cached_property
     def deviations(self) -> Array:
@@ -163,12 +163,13 @@ class Mechanics(ABC):
         return self.layout.finger.elastic_law is None
 
     @cached_property
-    def _stiffness(self) -> Array:
+    def stiffness(self) -> Array:
+        """Stiffness of every joint, N m/rad, and N/m where it slides, (D,)."""
         return np.concatenate([self.layout.finger.stiffnesses[way] for way in self.layout.ways])
 
     @cached_property
     def _compliance_if_linear(self) -> Array:
-        return np.asarray(1 / self._stiffness)
+        return np.asarray(1 / self.stiffness)
 
 
 class PlanarMechanics(Mechanics):

@@ -20,8 +20,8 @@ class BendingPlane(NamedTuple):
     origin: Array  # (..., 3) m
 
     def planar(self, vector: Array) -> Planar:
-        """A vector of the world, (3,), in the bending plane: z + i x, (...)."""
-        return as_planar(self.axes @ vector)
+        """A vector of the world, (..., 3), in the bending plane: z + i x, (...)."""
+        return as_planar((self.axes @ vector[..., None])[..., 0])
 
 
 def pose_entries(X_WB: RigidTransform) -> Array:

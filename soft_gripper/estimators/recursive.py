@@ -388,7 +388,7 @@ class RecursiveEstimator(ShapeEstimator):
         found: ShapeEstimate = function.estimate(function.begin(), np.zeros(layout.finger.segments))
         return found
 
-    def _derive_posterior(self, function: ShapeFunction, readings: str) -> bool:
+    def _derive_posterior(self, function: ShapeFunction) -> bool:
         return True
 
 

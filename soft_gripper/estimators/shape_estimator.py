@@ -1,17 +1,19 @@
 """ShapeEstimator: any ShapeFunction as a block."""
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from soft_gripper.array_block import ArrayBlock
-from soft_gripper.arrays import Array
+from soft_gripper.arrays import Array, Planar
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.driving_torque import DRIVING_TORQUE
 from soft_gripper.estimators.estimate import ContactForce, ShapeEstimate, ShapeFunction
 from soft_gripper.estimators.finger_shape import ANGLES, put_out_arcs, put_out_pose
 from soft_gripper.estimators.force_posterior import ANSWERS, INTERVAL
+from soft_gripper.estimators.free_motion import motion_of
 from soft_gripper.estimators.plane import bending_plane
 from soft_gripper.estimators.uncertainty import position_std
 from soft_gripper.sensors.measurement import MeasurementModel
@@ -45,7 +47,8 @@ class ShapeEstimator(ArrayBlock):
                                     |                | ---> contact_force_std       (1) N
                                     |                | ---> contact_arc_length_std  (1) m
                                     |                | ---> contact_probability     (1) that something touches
-                                    |                | ---> contact_answer          (1) 0 nothing, 1 somewhere, 2 here
+                                    |                | ---> contact_answer          (1) 0 nothing, 1 somewhere, 2 here,
+                                    |                |                              3 not known
                                     |                | ---> contact_force_interval (3) N
                                     |                | ---> contact_force_set ...   as of ContactPosterior
                                     |                | ---> theta                   (S) rad, bend of each section
@@ -57,7 +60,11 @@ class ShapeEstimator(ArrayBlock):
     base. Covariance, contact, arcs and torque are there if the function gives them, and the contact's posterior if it
     has a method `posterior` of the same inputs. Arcs are given by where and in
     which direction they begin, in B, with their centres (NaN for a straight arc, which has none). Matrices leave their
-    ports row after row. Stateless: a reading that is not finite matters as long as it lasts.
+    ports row after row. A reading that is not finite matters as long as it lasts.
+
+    Stateless, unless the function has a `motion` (`free_motion`): then the driving torque of the samples before says
+    how a free finger moves. Give the block inputs that are sampled together every period of it, from time 0, in
+    discrete state.
     """
 
     driving = DRIVING_TORQUE
@@ -70,24 +77,30 @@ class ShapeEstimator(ArrayBlock):
         Raises:
             InputError: if the function does not estimate the joint angles of one sample and of several.
         """
-        super().__init__(period)
+        super().__init__(period_of(function, period))
         self.function = function
         self.take(layout.quantity, layout.readings)
         self.take(DRIVING_TORQUE, layout.finger.segments)
         self.take("X_WB", 12)
-        self.derive("gravity", lambda X_WB: bending_plane(X_WB).planar(gravity), "X_WB")
+        self.derive("gravity", lambda X_WB: _in_plane(X_WB, gravity), "X_WB")
+        self._known = (
+            layout.quantity,
+            self.driving,
+            "gravity",
+            *derive_lag(self, function, self.driving, gravity, _in_plane),
+        )
         self._put_out_shape(layout, self._derive_shape(function, layout))
-        if self._derive_posterior(function, layout.quantity):
+        if self._derive_posterior(function):
             put_out_posterior(self, "posterior")
 
     def _derive_shape(self, function: ShapeFunction, layout: MeasurementModel) -> ShapeEstimate:
         """Declares the step "shape", a ShapeEstimate; returns one, of a straight finger."""
-        self.derive("shape", function, layout.quantity, self.driving, "gravity")
+        self.derive("shape", function, *self._known)
         return straight_shape(function, layout)
 
-    def _derive_posterior(self, function: ShapeFunction, readings: str) -> bool:
+    def _derive_posterior(self, function: ShapeFunction) -> bool:
         """Declares the step "posterior", if the function has it."""
-        return derive_posterior(self, function, readings, self.driving, "gravity")
+        return derive_posterior(self, function, *self._known)
 
     def _put_out_shape(self, layout: MeasurementModel, found: ShapeEstimate) -> None:
         finger, joints = layout.finger, range(layout.finger.segments)
@@ -119,6 +132,10 @@ class ShapeEstimator(ArrayBlock):
         put_out_pose(self, "curve", joints)
 
 
+def _in_plane(X_WB: Array, vector: Array) -> Planar:
+    return bending_plane(X_WB).planar(vector)
+
+
 def straight_shape(function: ShapeFunction, layout: MeasurementModel) -> ShapeEstimate:
     """The estimate of a function for a straight finger at rest.
 
@@ -141,6 +158,43 @@ def _check_shape(function: ShapeFunction, found: object, shape: tuple[int, ...])
     if np.shape(found.q) != shape:
         given = f"q has the shape {np.shape(found.q)} where driving has {shape}"
         raise InputError("ShapeEstimator", "function", name, f"{given}; {expected}, rad")
+
+
+def period_of(function: object, period: float | None) -> float | None:
+    """Period of the samples of a block around a function: its own, if it follows how the finger moves."""
+    motion = motion_of(function)
+    return period if motion is None else motion.period
+
+
+def derive_lag(
+    block: ArrayBlock, function: object, driving: str, gravity: Array, in_base: Callable[..., Any]
+) -> tuple[str, ...]:
+    """Declares the step "lag", if a function follows how the finger moves.
+
+    Args:
+        block: with the steps "gravity" and "X_WB".
+        function: an estimator.
+        driving: step with the driving torque.
+        gravity: in the world, (3,) m/s^2.
+        in_base: from X_WB and a vector of the world, (..., 3), to that as `function` takes it.
+
+    Returns:
+        the steps that the function takes of it.
+    """
+    motion = motion_of(function)
+    if motion is None:
+        return ()
+    places: dict[str, Any] = {"begin": np.full((2, 3), np.nan), "keep": lambda middles: middles[..., 1:, :]}
+    block.remember("middles", motion.middles, "X_WB", **places, over_time=motion.middles_over_time)
+    block.derive("felt", lambda X_WB, at: in_base(X_WB, gravity - motion.acceleration(at)), "X_WB", "middles")
+    block.remember(
+        *("motion", motion.step, driving, "gravity", "felt"),
+        begin=motion.begin,
+        keep=lambda known: known,
+        over_time=partial(motion.over_time, first=1),
+    )
+    block.derive("lag", motion.lag, "motion")
+    return ("lag",)
 
 
 def derive_posterior(block: ArrayBlock, function: object, *sources: str) -> bool:

@@ -33,7 +33,7 @@ SHAPE_FUNCTIONS: dict[str, MakeShapeFunction] = {
     "arcs": lambda layout, uncertainty, period=0.01: ArcShape(strain_sensors(layout, "estimator arcs")),
     "spline": lambda layout, uncertainty, period=0.01: SplineShape(layout),
     "gaussian": lambda layout, uncertainty, period=0.01: GaussianShape(layout, uncertainty),
-    "contact": lambda layout, uncertainty, period=0.01: ContactShape(layout, uncertainty),
+    "contact": lambda layout, uncertainty, period=0.01: ContactShape(layout, uncertainty, period),
     "recursive": RecursiveShape,
     "constant_curvature": lambda layout, uncertainty, period=0.01: ConstantCurvatureShape(
         strain_sensors(layout, "estimator constant_curvature")
@@ -49,7 +49,7 @@ class MakeSpatialFunction(Protocol):
 
 SPATIAL_FUNCTIONS: dict[str, MakeSpatialFunction] = {
     "gaussian": lambda layout, uncertainty, period=0.01: SpatialGaussianShape(layout, uncertainty),
-    "contact": lambda layout, uncertainty, period=0.01: SpatialContactShape(layout, uncertainty),
+    "contact": lambda layout, uncertainty, period=0.01: SpatialContactShape(layout, uncertainty, period),
     "recursive": SpatialRecursiveShape,
     "constant_curvature": lambda layout, uncertainty, period=0.01: SpatialCurvatureShape(layout, uncertainty),
 }

@@ -51,6 +51,7 @@ from soft_gripper.estimators.force_posterior import (
     in_cells,
     modes,
 )
+from soft_gripper.estimators.free_motion import AT_REST, STILL, FreeMotion, Lag, may_exceed
 from soft_gripper.estimators.gaussian import gain_of
 from soft_gripper.estimators.mechanics import BentFinger, SpatialMechanics, outer
 from soft_gripper.estimators.spatial_gaussian import SpatialGaussianShape
@@ -222,7 +223,8 @@ class Unexplained(NamedTuple):
     slopes: Array  # H, (..., R, D)
     read: Array  # (...) number of readings
     residual: Array  # r, (..., R)
-    covariance: Array  # (..., R, R), of noise and model
+    covariance: Array  # (..., R, R), of noise, model and motion
+    moving: Array = STILL  # (...) 1 where a free finger in motion may have them, else 0
 
 
 @dataclass(frozen=True)
@@ -238,7 +240,8 @@ class SurfaceContact:
     def stated(self, found: FittedCells, left: Unexplained) -> tuple[SpatialContact, Array]:
         """The contact, and its torques at the joints: none where noise explains the readings, or too few are read."""
         contact, torque = self.best(found, left)
-        free, unknown = (found.r**2).sum(axis=-1) < chdtri(np.maximum(left.read, 1), _CHANCE), left.read < FEWEST
+        free = (found.r**2).sum(axis=-1) < _most_of_noise(left.read)
+        unknown = (left.read < FEWEST) | (free & (left.moving > 0))
         return _stated(contact, free, unknown), np.where((free | unknown)[..., None], 0.0, torque)
 
     def posterior(self, found: FittedCells, left: Unexplained) -> SpatialPosterior:
@@ -246,7 +249,7 @@ class SurfaceContact:
         length, several = self.mechanics.layout.finger.length, _corners(self.cells(left), self.surface.rough)
         nearest = self.mechanics.uncertainty.nearest_contact * length
         posterior = believed(found, left.read, self._possible)
-        known = in_cells(found, posterior, left.read, length, self._possible, nearest, several)
+        known = in_cells(found, posterior, left.read, length, self._possible, nearest, left.moving, several)
         sides = self.surface.angle[modes(found, self._possible.largest).cells]
         return SpatialPosterior(known, np.where(np.isfinite(known.mode_forces), sides, np.nan))
 
@@ -319,45 +322,59 @@ class SpatialContactShape:
 
     layout: MeasurementModel
     uncertainty: Uncertainty = field(default_factory=Uncertainty)
+    period: float = 0.01  # s, between the samples of a finger that moves
 
-    def __call__(self, readings: Array, driving: Array, gravity: Array) -> SpatialShape:
+    def __call__(self, readings: Array, driving: Array, gravity: Array, lag: Lag = AT_REST) -> SpatialShape:
         """The joint positions, their covariance and the contact; as `SpatialGaussianShape`.
 
-        The contact is NaN where fewer than three sensors are read.
+        The contact is NaN where fewer than three sensors are read, and where nothing is found of a finger that moves;
+        `lag` is that of a free finger in motion, (..., D) each.
         """
-        found: SpatialShape = self._in_parts(self._shape, readings, driving, gravity)
+        found: SpatialShape = self._in_parts(self._shape, readings, driving, gravity, *lag)
         return found
 
-    def posterior(self, readings: Array, driving: Array, gravity: Array) -> SpatialPosterior:
-        """What the readings say of one contact, with whatever trades off against it."""
-        found: SpatialPosterior = self._in_parts(self._posterior, readings, driving, gravity)
+    def posterior(self, readings: Array, driving: Array, gravity: Array, lag: Lag = AT_REST) -> SpatialPosterior:
+        """What the readings say of one contact, with whatever trades off against it; see `__call__`."""
+        found: SpatialPosterior = self._in_parts(self._posterior, readings, driving, gravity, *lag)
         return found
+
+    @cached_property
+    def motion(self) -> FreeMotion:
+        """The motion of the finger while nothing touches it."""
+        return FreeMotion(self._gaussian.mechanics, self.period)
 
     def _in_parts(self, function: Any, readings: Array, *others: Array) -> Any:
         leading = readings.shape[:-1]
         return in_parts(function, readings, *(np.broadcast_to(each, (*leading, each.shape[-1])) for each in others))
 
-    def _shape(self, readings: Array, driving: Array, gravity: Array) -> SpatialShape:
+    def _shape(self, readings: Array, driving: Array, gravity: Array, *lag: Array) -> SpatialShape:
         shape = shared(SpatialGaussianShape.__call__, self._gaussian, readings, driving, gravity)
-        left, free, found = shared(SpatialContactShape._explained, self, shape.q, readings, driving, gravity)
+        left, free, found = shared(SpatialContactShape._explained, self, shape.q, readings, driving, gravity, *lag)
         contact, torque = self.contact.stated(found, left)
         q = self._loaded(left, free, torque, readings, driving)
         return SpatialShape(q, shape.covariance, contact)
 
-    def _posterior(self, readings: Array, driving: Array, gravity: Array) -> SpatialPosterior:
+    def _posterior(self, readings: Array, driving: Array, gravity: Array, *lag: Array) -> SpatialPosterior:
         shape = shared(SpatialGaussianShape.__call__, self._gaussian, readings, driving, gravity)
-        left, _, found = shared(SpatialContactShape._explained, self, shape.q, readings, driving, gravity)
+        left, _, found = shared(SpatialContactShape._explained, self, shape.q, readings, driving, gravity, *lag)
         return self.contact.posterior(found, left)
 
     def _explained(
-        self, q: Array, readings: Array, driving: Array, gravity: Array
+        self,
+        q: Array,
+        readings: Array,
+        driving: Array,
+        gravity: Array,
+        damping: Array = AT_REST.damping,
+        inertia: Array = AT_REST.inertia,
     ) -> tuple[Unexplained, Array, FittedCells]:
         """The forces in all cells, linearized about the finger under the likeliest of those about `q`."""
-        left, free = self._unexplained(q, readings, driving, gravity)
+        lag = Lag(damping, inertia)
+        left, free = self._unexplained(q, readings, driving, gravity, lag)
         found = self.contact.fitted(left)
         for _ in range(_PASSES - 1):
             q = self._loaded(left, free, self.contact.best(found, left)[1], readings, driving)
-            left, free = self._unexplained(q, readings, driving, gravity)
+            left, free = self._unexplained(q, readings, driving, gravity, lag)
             found = self.contact.fitted(left)
         return left, free, found
 
@@ -369,7 +386,9 @@ class SpatialContactShape:
         gain, _ = gain_of(left.slopes, mechanics.prior(left.at, left.q, driving), variance)
         return np.asarray(free + loaded + (gain @ remaining[..., None])[..., 0])
 
-    def _unexplained(self, q: Array, readings: Array, driving: Array, gravity: Array) -> tuple[Unexplained, Array]:
+    def _unexplained(
+        self, q: Array, readings: Array, driving: Array, gravity: Array, lag: Lag = AT_REST
+    ) -> tuple[Unexplained, Array]:
         """Linearized about joint positions `q`, and the joints without a load, q_0, (..., D).
 
         The stiffness may be as wrong as the bend per driving torque: then a share of what is read is.
@@ -380,9 +399,10 @@ class SpatialContactShape:
         residual = measured - predicted - (H @ (free - q)[..., None])[..., 0]
         stiffness = self.uncertainty.bend_per_pressure * measured
         of_model = H @ mechanics.of_model(q, driving) @ np.swapaxes(H, -1, -2)
-        covariance = of_model + outer(stiffness) + variance[..., None] * np.eye(H.shape[-2])
-        read = (variance < UNKNOWN / 2).sum(axis=-1, dtype=float)
-        return Unexplained(q, at, H, read, residual, covariance), free
+        at_rest = of_model + outer(stiffness) + variance[..., None] * np.eye(H.shape[-2])
+        read, of_motion = (variance < UNKNOWN / 2).sum(axis=-1, dtype=float), lag.seen_by(H)
+        moving = may_exceed(of_motion, at_rest, _most_of_noise(read))
+        return Unexplained(q, at, H, read, residual, at_rest + of_motion, moving), free
 
     @cached_property
     def contact(self) -> SurfaceContact:
@@ -392,6 +412,11 @@ class SpatialContactShape:
     @cached_property
     def _gaussian(self) -> SpatialGaussianShape:
         return SpatialGaussianShape(self.layout, self.uncertainty)
+
+
+def _most_of_noise(read: Array) -> Array:
+    """Misfit threshold for noise, (...), by the number of readings."""
+    return np.asarray(chdtri(np.maximum(read, 1), _CHANCE))
 
 
 def _heaviest(posterior: Believed) -> tuple[Array, NDArray[np.int_]]:

@@ -10,7 +10,14 @@ from soft_gripper.arrays import Array
 from soft_gripper.estimators.driving_torque import driving_port
 from soft_gripper.estimators.estimate import SpatialContact, SpatialShape
 from soft_gripper.estimators.finger_shape import POSE_UNITS, put_out_arcs, segment_arcs
-from soft_gripper.estimators.shape_estimator import MODES, derive_posterior, put_out_contact, put_out_posterior
+from soft_gripper.estimators.shape_estimator import (
+    MODES,
+    derive_lag,
+    derive_posterior,
+    period_of,
+    put_out_contact,
+    put_out_posterior,
+)
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import SLIDES
 from soft_gripper.fingers.spatial_chain import posture, spatial_chain, vector_product
@@ -85,7 +92,7 @@ class SpatialEstimator(ArrayBlock):
     the distance from the estimated place, in all directions. The contact is there if the function has a method
     `posterior`; `contact_force` is the part across the finger in the bending plane. Of the ports as of FingerShape,
     `joint_positions` and `tip_pose` are the shape in space as seen in the bending plane, and `arcs` has its bends in
-    the plane. Stateless.
+    the plane. Stateless, or as ShapeEstimator if the function has a `motion`.
     """
 
     driving = "driving"
@@ -97,7 +104,7 @@ class SpatialEstimator(ArrayBlock):
 
         `period` is that of the samples, s, of a function that remembers.
         """
-        super().__init__(period)
+        super().__init__(period_of(function, period))
         self.function = function
         finger, ways = layout.finger, layout.ways
         self.take(layout.quantity, layout.readings)
@@ -111,11 +118,14 @@ class SpatialEstimator(ArrayBlock):
             known = dict(zip(driven, found, strict=True))
             return np.concatenate([known.get(way, np.zeros_like(found[0])) for way in ways], axis=-1)
 
-        def in_base(X_WB: Array) -> Array:
-            return np.asarray(gravity @ X_WB.reshape(*X_WB.shape[:-1], 3, 4)[..., :3])
-
         self.derive(self.driving, driving, *ports)
-        self.derive("gravity", in_base, "X_WB")
+        self.derive("gravity", lambda X_WB: _in_base(X_WB, gravity), "X_WB")
+        self._known = (
+            layout.quantity,
+            self.driving,
+            "gravity",
+            *derive_lag(self, function, self.driving, gravity, _in_base),
+        )
         self._derive_shape(function, layout)
         self.derive("places", lambda shape: places(shape.q), "shape")
         places = Places(finger, ways)
@@ -123,16 +133,16 @@ class SpatialEstimator(ArrayBlock):
         self._put_out_pose(finger)
         if "twist" in ways:
             self._put_out_twist(ways.index("twist") * finger.segments + np.arange(finger.segments))
-        if self._derive_posterior(function, layout.quantity):
+        if self._derive_posterior(function):
             self._put_out_contact()
 
     def _derive_shape(self, function: SpatialFunction, layout: MeasurementModel) -> None:
         """Declares the step "shape", a SpatialShape."""
-        self.derive("shape", function, layout.quantity, self.driving, "gravity")
+        self.derive("shape", function, *self._known)
 
-    def _derive_posterior(self, function: SpatialFunction, readings: str) -> bool:
+    def _derive_posterior(self, function: SpatialFunction) -> bool:
         """Declares the step "posterior", if the function has it."""
-        return derive_posterior(self, function, readings, self.driving, "gravity")
+        return derive_posterior(self, function, *self._known)
 
     def _put_out_joints(self, finger: Finger, ways: tuple[str, ...]) -> None:
         joints = range(finger.segments)
@@ -186,6 +196,11 @@ class SpatialEstimator(ArrayBlock):
         self.put_out("contact_side", lambda contact: contact.side, "contact", unit="rad")
         put_out_posterior(self, "posterior of force")
         self.put_out("contact_mode_sides", lambda posterior: posterior.mode_sides, "posterior", unit="rad", mode=MODES)
+
+
+def _in_base(X_WB: Array, vector: Array) -> Array:
+    """A vector of the world, (..., 3), in B."""
+    return np.asarray((vector[..., None, :] @ X_WB.reshape(*X_WB.shape[:-1], 3, 4)[..., :3])[..., 0, :])
 
 
 def _turned(contact: SpatialContact, X_WB: Array) -> Array:

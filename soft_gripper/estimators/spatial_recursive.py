@@ -122,5 +122,5 @@ class SpatialRecursiveEstimator(SpatialEstimator):
         assert isinstance(function, SpatialRecursiveShape)
         derive_known(self, function, self.driving)
 
-    def _derive_posterior(self, function: SpatialFunction, readings: str) -> bool:
+    def _derive_posterior(self, function: SpatialFunction) -> bool:
         return True

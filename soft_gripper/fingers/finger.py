@@ -460,12 +460,11 @@ class Finger:
             raise InputError(f"finger '{self.name}'", "sections", sections, expected)
         return np.round(np.arange(sections + 1) * self.segments / sections).astype(int)
 
-    def mass_matrix(self) -> Array:
-        """Joint-space mass matrix of bending of the straight finger, kg m^2, shape (N, N)."""
-        return self._mass_matrix(("bending",))
+    def mass_matrix(self, ways: Sequence[str] = ("bending",)) -> Array:
+        """Joint-space mass matrix of the straight finger, shape (W N, W N).
 
-    def _mass_matrix(self, ways: Sequence[str]) -> Array:
-        """Mass matrix of every joint in one way, and then in the next, (W N, W N)."""
+        It has the joints in one way, and then in the next; kg m^2 where both turn, kg where both slide.
+        """
         links, joints = self.links, self.joint_arc_lengths
         x, z = links.center
         moved = (self.link_ends[:-1, None] >= joints)[..., None]
@@ -492,7 +491,7 @@ class Finger:
         joints = np.diag(np.concatenate(list(steepest.values())))
         damping = self.relaxation_time * np.diag(np.concatenate(list(self.stiffnesses.values())))
         stiffness = self._tendon_stiffness(list(steepest)) + (-joints if implicit else joints)
-        one, inverse_mass = np.eye(len(joints)), np.linalg.inv(self._mass_matrix(list(steepest)))
+        one, inverse_mass = np.eye(len(joints)), np.linalg.inv(self.mass_matrix(list(steepest)))
         # The eigenvalues are the inverses of the steps at which the matrix above is singular.
         steps = np.block([[0 * one, one], [inverse_mass @ stiffness / 4, -inverse_mass @ damping / 2]])
         longest = float(np.linalg.eigvals(steps).real.max())

@@ -105,7 +105,7 @@ def test_smooth_forces_on_all_faces_are_found():
     known = found.posterior(*read(found, contacts)).known
     within = (known.force_set[:, 0] <= contacts.normal_force) & (contacts.normal_force <= known.force_set[:, 1])
     assert within.mean() > 0.92
-    assert (contacts.normal_force <= known.force_bounds[:, 0]).mean() > 0.92
+    assert not (contacts.normal_force > known.force_bounds[:, 0]).mean() > 0.08
 
 
 @pytest.mark.slow

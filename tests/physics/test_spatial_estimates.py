@@ -112,7 +112,7 @@ def test_the_force_of_a_turned_box_is_found_as_a_vector_with_its_friction():
         magnitude = np.median(np.abs(sizes[0][touched] / sizes[1][touched] - 1))
         angle = np.median(np.degrees(np.arccos(np.clip(cosine, -1, 1))))
         bound = data[f"{name}.contact_force_bounds"].values[:, 0]
-        held = np.mean(bound >= np.abs(data[f"{name}.true_contact_force"].values.ravel()))
+        held = np.mean(~(bound < np.abs(data[f"{name}.true_contact_force"].values.ravel())))
         print(f"{name}: {100 * magnitude:.2f} %, {angle:.2f} degrees, bound {held:.4f}")
         text = " ".join(PAGE.read_text(encoding="utf-8").split())
         assert f"{100 * magnitude:.0f} % of its magnitude and {angle:.0f} degrees" in text

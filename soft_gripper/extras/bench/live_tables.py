@@ -25,13 +25,17 @@ def _with_std(value: float, std: float) -> str:
     return f"{value:.2f} ± {std:.2f}" if math.isfinite(std) else f"{value:.2f}"
 
 
+def _bounded(force: float) -> str:
+    return f"{force:.2f}" if math.isfinite(force) else "not known"
+
+
 # Rows, the signals that each is made of, and how these are written; None: by their meanings.
 _ROWS: dict[str, tuple[tuple[str, ...], Callable[..., str] | None]] = {
     "tip x, z [mm]": (("tip_pose",), lambda tip: _millimetres(*tip[:2])),
     "tip ± [mm]": (("position_std",), lambda std: f"{1e3 * std[-1]:.2f}"),
     "contact": (("contact_answer",), None),
     "force [N]": (("contact_force", "contact_force_std"), lambda force, std: _with_std(force[0], std[0])),
-    "at most [N]": (("contact_force_bounds",), lambda bounds: f"{bounds[0]:.2f}"),
+    "at most [N]": (("contact_probability", "contact_force_bounds"), lambda _, bounds: _bounded(bounds[0])),
     "contact at [mm]": (("contact_arc_length",), lambda place: _millimetres(place[0])),
     "health": (("fault",), None),
 }

@@ -45,6 +45,14 @@ def test_what_is_estimated_has_a_row_and_what_is_not_has_none():
     assert "at most [N]" not in found
 
 
+def test_a_bound_that_is_not_known_is_no_number():
+    ports = {"left.contact_probability": port(), "left.contact_force_bounds": port(3)}
+    bounds = {"left.contact_probability": np.array([0.1])}
+    for bound, text in ((0.42, "0.42"), (np.nan, "not known")):
+        given = bounds | {"left.contact_force_bounds": np.array([bound, 1.0, 2.0])}
+        assert finger_table(["left"], ports, given)[-1] == ["at most [N]", text]
+
+
 def test_a_fault_is_marked():
     assert rows(VALUES)["health"] == ["-", ("dead", "bad")]
     assert rows({"right.fault": np.array([0.0])})["health"] == ["-", "healthy"]
