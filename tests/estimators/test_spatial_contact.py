@@ -5,7 +5,7 @@ import pytest
 
 from soft_gripper.estimators.force_posterior import HERE, NOTHING
 from soft_gripper.estimators.spatial_contact import SpatialContactShape, SurfaceCells
-from soft_gripper.estimators.uncertainty import Uncertainty
+from soft_gripper.estimators.uncertainty import EXACT, Uncertainty
 from soft_gripper.extras.studies.contacts.space import WAYS, SpatialContacts, contacts_in_space, finger_in_space
 from soft_gripper.fingers.spatial_chain import Loads, posture, resting_positions, spatial_chain, torques, weights
 from soft_gripper.scenario.schema import SensorConfig
@@ -18,7 +18,7 @@ INNER, LEFT, OUTER, RIGHT = 1, 3, 5, 7
 
 def estimator(sections=2, name="four_faces_and_diagonal", **assumed):
     layout = sensor_layout(finger_in_space(), SensorConfig(layout=name, sections=sections))
-    return SpatialContactShape(layout, Uncertainty(**assumed))
+    return SpatialContactShape(layout, Uncertainty(**{"bend_per_pressure": EXACT, **assumed}))
 
 
 def driving(pressure, finger=None):
