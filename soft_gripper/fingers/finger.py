@@ -143,7 +143,7 @@ class Finger:
         """Where a path, or the chamber along it, leaves the section: the first misfit, of the path's own fields."""
         for s in self._stations(path):
             section, (x, y) = self.section(s), (float(path.along(name, s, self.length)) for name in "xy")
-            w, t = (float(path.along(n, s, self.length)) / 2 if isinstance(path, Chamber) else 0.0 for n in _WIDTHS)
+            t, w = (float(path.along(n, s, self.length)) / 2 if isinstance(path, Chamber) else 0.0 for n in _WIDTHS)
             half = float(section.thickness) / 2
             room = half - float(section.layer_thickness) if isinstance(path, Chamber) else half
             if not (x + t <= room + _ROUNDING and t - x <= half + _ROUNDING):

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from soft_gripper.estimators.calibration import GAIN, SOUGHT, FreeBending, calibrate
+from soft_gripper.estimators.calibration import GAIN, RATIO, SOUGHT, FreeBending, calibrate
 from soft_gripper.fingers.finger_parts import CreepBranch
 from soft_gripper.fingers.kinematics import forward_kinematics
 from soft_gripper.fingers.statics import resting_angles, softened
@@ -151,3 +151,13 @@ def test_a_finger_that_creeps_is_calibrated_as_it_rests(shipped_finger):
     softer = SensorLayout(softened(shipped_finger, 1 / 0.8), 4)
     found = calibrate(creeps, [free_bending(softer, 1.1)[0]])
     assert found.bend_ratio == pytest.approx(1.1, rel=2e-3)
+
+
+def test_without_a_tip_and_weight_the_bend_is_as_uncertain_as_the_mean_of_the_gains(shipped_finger):
+    """Eight readings count, each with the prior of its gain; how strains grow unevenly with the bend says little."""
+    layout = SensorLayout(shipped_finger, 4)
+    for ratio in (0.8, 1.25):
+        found = calibrate(layout, [free_bending(layout, ratio, gravity=0j)[0]])
+        assert 0.8 < found.bend_ratio_std / ratio * np.sqrt(8 / GAIN**2 + 1 / RATIO**2) < 1
+        with_tip = calibrate(layout, [free_bending(layout, ratio, gravity=0j, tip=True)[0]])
+        assert with_tip.bend_ratio_std < 0.3 * found.bend_ratio_std

@@ -4,9 +4,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from loaded_fingers import Push, in_balance
+from loaded_fingers import Push, in_balance, torque_of
 
-from soft_gripper.estimators.contact import ContactShape
+from soft_gripper.estimators.contact import (
+    _NODES,
+    Bends,
+    ContactShape,
+    _broadcast,
+    _cell_table,
+    _explained,
+    fit_single_force,
+)
 from soft_gripper.estimators.gaussian import GaussianShape
 from soft_gripper.estimators.uncertainty import EXACT, Uncertainty
 from soft_gripper.fingers.finger_parts import ElasticLaw
@@ -248,3 +256,45 @@ def test_a_batch_is_its_samples(shipped_finger, law):
         alone = contact(read[index], driving[index], complex(gravity[index]))
         for whole, part in zip((found.q, *found.contact), (alone.q, *alone.contact), strict=True):
             np.testing.assert_allclose(whole[index], part, rtol=1e-6, atol=1e-9)
+
+
+@pytest.mark.parametrize("along", [-1.2, 1.2])
+@pytest.mark.parametrize("friction", [0.3, 0.45])
+def test_noise_hides_no_force_on_the_edge_of_the_tip(shipped_finger, along, friction):
+    """Forces outside the assumed friction cone lie within two standard deviations, and those on the edge at the tip."""
+    layout, tip = SensorLayout(shipped_finger, **FOUR), shipped_finger.length
+    q = in_balance(shipped_finger, 40e3, 9.81, [Push(tip, 1.0, along, face(shipped_finger, tip, 1))])
+    read = readings(layout, np.tile(q, (200, 1)), 1e-3, np.random.default_rng(1))
+    shape = ContactShape(layout, Uncertainty(reading=1e-3, friction=friction))
+    given = read, shipped_finger.pressure_torque(np.full(200, 40e3)), np.full(200, 9.81 + 0j)
+    contact = shape(*given).contact
+    assert np.mean(np.abs(contact.force - 1) < 2 * contact.force_std) > 0.88
+    free = shape._gaussian(*given).q
+    known = given[1] + shape._mechanics.weight(free, given[2])
+    bends = Bends(*_broadcast(free, shape._unexplained(free, *shape._measured(read), given[1], known)))
+    left = _explained(shape._mechanics, free, bends)
+    best = left.posterior.best
+    on_edge = np.abs(_cell_table(48, friction).rub[best]) > friction
+    assert on_edge.mean() > 0.5
+    found = fit_single_force(layout, free, bends, left).contact.arc_length
+    np.testing.assert_array_equal(found[on_edge], tip)
+
+
+@pytest.mark.parametrize("share", [0.54, 0.79])
+def test_a_contact_on_two_links_turns_the_joint_between_them(shipped_finger, share):
+    """Its torques are those of a rubbing force and, at that joint alone, of a lever of a millimetre."""
+    layout, q, s = SensorLayout(shipped_finger, **FOUR), np.zeros((3, 12)), share * shipped_finger.length
+    compliance = 1 / shipped_finger.stiffness
+    next_joint = np.arange(12) == np.abs(shipped_finger.joint_arc_lengths - s).argmin()
+    push = Push(s, 0.8, 0.45 * 0.8, face(shipped_finger, s, 1))
+    torque = torque_of(shipped_finger, q[0], push) + 0.8 * 1e-3 * next_joint
+    theta, covariance = layout.sums(torque * compliance), (2e-4) ** 2 * np.eye(4)
+    bends = Bends(*(np.tile(values, (3, *[1] * values.ndim)) for values in (theta, covariance, compliance)))
+    mechanics = ContactShape(layout, Uncertainty(friction=0.9))._mechanics
+    fit = fit_single_force(layout, q, bends, _explained(mechanics, q, bends))
+    np.testing.assert_allclose(fit.torque - torque, 0, atol=0.2e-3)
+
+
+def test_the_pieces_that_are_searched_for_a_place_end_within_themselves():
+    """Torques are linear in the place within a cell, and jump to the next one."""
+    np.testing.assert_array_equal(np.floor(_NODES.reshape(3, 2) + 0.5), [[-1, -1], [0, 0], [1, 1]])

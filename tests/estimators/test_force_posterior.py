@@ -4,9 +4,12 @@ import numpy as np
 import pytest
 from loaded_fingers import Push, in_balance, torque_of
 from scipy.optimize import brentq, nnls
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.special import chdtri
 
 from soft_gripper.estimators.contact import ContactShape, force_cells
-from soft_gripper.estimators.force_posterior import HERE, NOTHING, SOMEWHERE, Cells, Forces, posterior
+from soft_gripper.estimators.force_posterior import HERE, NOTHING, SOMEWHERE, Cells, Forces, _joined, posterior
 from soft_gripper.estimators.shape_estimator import POSTERIOR
 from soft_gripper.estimators.uncertainty import EXACT, Uncertainty
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
@@ -230,3 +233,54 @@ def test_creep_that_is_not_modelled_is_a_misfit_and_rarely_a_contact(shipped_fin
     reckoned = ContactShape(layout, Uncertainty(bend_per_pressure=0.1)).posterior(readings, driving, np.zeros(100))
     assert (reckoned.answer == NOTHING).all()
     assert (reckoned.misfit < 1).all()
+
+
+def test_what_no_forces_explain_widens_the_bound_of_several_as_larger_variances_do():
+    """The variances are scaled until noise alone leaves as much in 1 of 1000 samples (Birge)."""
+    cells, r = few_cells(), np.array([0.01, -0.02])  # neither side bends the sections in opposite ways
+    whitening = np.linalg.inv(np.linalg.cholesky(COVARIANCE))
+    left = min(nnls(whitening @ cells.response[cells.side == side].T, whitening @ r)[1] ** 2 for side in (-1, 1))
+    scale = left / chdtri(1, 1e-3)
+    assert scale > 2
+    bounds = [
+        posterior(r, covariance, np.array(2), cells, LENGTH, Forces(2.0, 1000.0), NEAREST).force_bounds[2]
+        for covariance in (COVARIANCE, scale * COVARIANCE)
+    ]
+    assert bounds[0] == pytest.approx(bounds[1], rel=1e-6)
+    assert bounds[0] < 1000
+
+
+def test_a_contact_as_long_as_a_link_lies_on_two(shipped_finger):
+    """Its lever at the joint below its middle is an eighth of its length, which a force on one link does not have."""
+    layout, q = SensorLayout(shipped_finger, 4), np.zeros(12)
+    compliance, length = 1 / shipped_finger.stiffness, shipped_finger.segment_length
+    cells = force_cells(layout, q, compliance, 0.45)
+    for joint in (3, 5, 8):
+        middle = shipped_finger.joint_arc_lengths[joint]
+        spread = middle + length * (np.arange(100) + 0.5) / 100 - length / 2
+        torque = np.mean([torque_of(shipped_finger, q, Push(s, 1.0)) for s in spread], axis=0)
+        more = torque - torque_of(shipped_finger, q, Push(middle, 1.0))
+        place = int(middle / shipped_finger.length * 48)
+        chosen = np.flatnonzero((cells.place == place) & (cells.side == 1))
+        levers = cells.spreads[chosen, 2]
+        expected = layout.sums(more * compliance)
+        assert np.abs(levers[0]).max() == 0  # of a contact on one link
+        for lever in levers[1:]:
+            np.testing.assert_allclose(np.abs(lever), np.abs(expected), rtol=0.5, atol=1e-9)
+
+
+@pytest.mark.parametrize("around", [False, True])
+def test_a_piece_of_the_likelihood_set_is_a_connected_component(around):
+    """Places adjoin along the finger and, in space, from side to side around it; the oracle is that of graphs."""
+    rng, sides, places = np.random.default_rng(8), 6, 9
+    number = np.arange(sides * places).reshape(sides, places)
+    for likely in rng.random((40, sides, places)) < 0.6:
+        pairs = [(number[:, :-1], number[:, 1:]), *([(number, np.roll(number, 1, axis=0))] if around else [])]
+        edges = np.concatenate([np.stack([one.ravel(), other.ravel()]) for one, other in pairs], axis=-1)
+        edges = edges[:, likely.ravel()[edges].all(axis=0)]
+        graph = coo_array((np.ones(len(edges[0])), tuple(edges)), shape=(number.size, number.size))
+        component = connected_components(graph, directed=False)[1].reshape(sides, places)
+        begin = np.zeros_like(likely)
+        begin[tuple(rng.choice(np.argwhere(likely)))] = True
+        expected = likely & (component == component[begin])
+        np.testing.assert_array_equal(_joined(begin, likely, around), expected)

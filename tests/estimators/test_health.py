@@ -5,13 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from refusals import refused
+from scipy.special import chdtri
+from scipy.stats import multivariate_normal
 
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.contact import ContactShape
 from soft_gripper.estimators.faults import FAULTS, Hypotheses
 from soft_gripper.estimators.gaussian import GaussianShape
-from soft_gripper.estimators.health import LOOK, HealthFilter
+from soft_gripper.estimators.health import _MOST, _SUDDEN, LOOK, HealthFilter, _Observation, _updated
 from soft_gripper.estimators.health_monitor import HealthMonitor, named
 from soft_gripper.estimators.uncertainty import Uncertainty, uncertainty_of
 from soft_gripper.fingers.kinematics import gravity_torque
@@ -271,3 +273,123 @@ def test_the_monitor_says_what_it_puts_out(layout):
     monitor = HealthMonitor(HealthFilter(layout), np.zeros(3))
     ports = {monitor.get_output_port(i).get_name() for i in range(monitor.num_output_ports())}
     assert ports == {"fault_probabilities", "fault", "sensor_fault", "usable_strain"}
+
+
+def test_errors_of_gains_grow_with_the_strain(layout):
+    """A sensor whose gain is off by g errs by g times the change of its strain, and no more at rest."""
+    share, torque = 0.03, layout.finger.pressure_torque(60e3)
+    q = layout.finger.angle(torque)
+    moved = layout.predict(q) - layout.predict(0 * q)
+    values = len(layout.matrix)
+    lasting = np.arange(values, values + layout.readings)
+
+    def variances(gain, change):
+        health = HealthFilter(layout, Uncertainty(gain=gain), PERIOD)
+        known = health.begin()
+        both = [np.stack([part, part]) for part in known[:2]]
+        return health._predicted(*both, change, 0.1, known.age)[1][0][..., lasting, lasting]
+
+    grown = variances(share, layout.matrix @ q) - variances(0.0, layout.matrix @ q)
+    np.testing.assert_allclose(grown, np.broadcast_to((share * moved) ** 2, grown.shape), rtol=1e-3)
+    at_rest = np.zeros(values)
+    np.testing.assert_array_equal(variances(share, at_rest), variances(0.0, at_rest))
+
+
+def of_contact(layout, load):
+    """Evidence per second of every hypothesis if the healthy finger bears `load`, rad, and the others none, (K,)."""
+    health, values = HealthFilter(layout, Uncertainty(), PERIOD), len(layout.matrix)
+    known, evidence = health.begin(), np.ones(len(health.hypotheses.kind))
+    mean = np.zeros_like(known.mean)
+    mean[0, :values] = load
+    mean[health.hypotheses.of("held"), :values] = load
+    covariance = 1e-6 * np.eye(mean.shape[1]) + np.zeros_like(known.covariance)
+    q = layout.finger.angle(layout.finger.pressure_torque(60e3))
+    return health.hypotheses, health._of_contact(mean, covariance, q, evidence) / (LOOK * PERIOD)
+
+
+def test_the_evidence_of_a_load_is_that_of_one_look_a_second(layout):
+    """exp(-X / 2), up to a limit; what noise leaves of one contact is held by chance at most, and more is not."""
+    misfits, held = [], []
+    for size in np.geomspace(1e-3, 1.0, 24):
+        hypotheses, found = of_contact(layout, size * np.array([1.0, -1.0, 1.0, -1.0]))
+        misfits += [2 * found[hypotheses.of("offset")[0]]]
+        held += [found[hypotheses.of("held")[0]]]
+    misfits, held = np.array(misfits), np.array(held)
+    by_chance, hardly = misfits < chdtri(2, 0.05), misfits > chdtri(2, 1e-3)
+    assert by_chance.sum() > 2
+    assert hardly.sum() > 2
+    np.testing.assert_allclose(held[by_chance], 0, atol=1e-12)
+    assert (held[hardly] > 0).all()
+    assert misfits.max() == pytest.approx(_MOST)
+
+
+def test_a_load_that_follows_the_drive_is_likelier_than_one_that_jumps():
+    """The likelihood of a look is that of a normal density with the odds of its load, and the likelier one counts."""
+    rng, states, readings = np.random.default_rng(0), 3, 2
+    H, noise, mean = rng.normal(size=(1, 1, readings, states)), np.eye(readings)[None], np.zeros((1, 1, states))
+    covariance = np.stack([np.eye(states), 4 * np.eye(states)])[:, None, None]
+    chosen = []
+    for size in np.linspace(0, 8, 30):
+        z = size * np.array([0.8, -0.6])
+        found = _updated(mean, covariance, _Observation(H, z[None, None], noise))
+        spreads = [H[0, 0] @ each[0, 0] @ H[0, 0].T + noise[0] for each in covariance]
+        densities = [multivariate_normal(np.zeros(readings), spread).logpdf(z) for spread in spreads]
+        logs = np.array(densities) + np.log([1 - _SUDDEN, _SUDDEN])
+        expected = logs.max() + readings / 2 * np.log(2 * np.pi)
+        assert found.log_likelihood[0, 0] == pytest.approx(expected)
+        chosen += [int(logs.argmax())]
+        gain = covariance[chosen[-1], 0, 0] @ H[0, 0].T @ np.linalg.inv(spreads[chosen[-1]])
+        np.testing.assert_allclose(found.mean[0, 0], gain @ z, atol=1e-12)
+        after = covariance[chosen[-1], 0, 0] - gain @ H[0, 0] @ covariance[chosen[-1], 0, 0]
+        np.testing.assert_allclose(found.covariance[0, 0], after, atol=1e-12)
+    assert chosen == sorted(chosen)
+    assert set(chosen) == {0, 1}
+    assert _SUDDEN < 0.1  # seldom: not even once a second
+
+
+def test_a_healthy_finger_is_blamed_less_than_once_a_year(layout):
+    """The likelihood ratio since any onset is a martingale, which exceeds 1 / p with a probability of p at most."""
+    looks = 365 * 86400 / (LOOK * PERIOD)
+    odds = np.exp(Hypotheses(layout).log_prior[1:]).sum()
+    assert looks * odds < 1
+
+
+def test_a_constant_changes_at_rest_as_little_as_a_working_reading_does(layout):
+    """The walk of a dead sensor's reading is that of the reading of a finger whose load and sensors rest."""
+    health = HealthFilter(layout, Uncertainty(), PERIOD)
+    known, values = health.begin(), len(layout.matrix)
+    both = [np.stack([part, part]) for part in known[:2]]
+    after = health._predicted(*both, np.zeros(values), 0.0, known.age)[1][0, 0]
+    walk, hypotheses, f = after - known.covariance, health.hypotheses, values + layout.readings
+    B, load, lasting = hypotheses.by_load, slice(0, values), slice(values, f)
+    working = np.diagonal(B @ walk[0, load, load] @ B.T + walk[0, lasting, lasting])
+    for name in ("dead", "saturated"):
+        numbers = hypotheses.of(name)
+        np.testing.assert_allclose(walk[numbers, f, f], working[hypotheses.reading[numbers]], rtol=1e-6)
+
+
+def test_samples_at_which_a_reading_repeats_itself_or_changes_are_counted(layout):
+    """A sample counts where it was read; one at which no reading changes says nothing of repetitions."""
+    health = HealthFilter(layout, Uncertainty(reading=2e-3), PERIOD)
+    known, rng = health.begin(), np.random.default_rng(6)
+    readings = np.tile(layout.read(layout.straight), (3 * LOOK, 1))
+    readings[:, 1:] += 1e-3 * rng.standard_normal((3 * LOOK, layout.readings - 1))
+    readings[::3, 2] = np.nan
+    for sample in readings:
+        known = health.step(known, sample, np.zeros(layout.finger.segments), 0j)
+    repeated, changed = known.counts
+    later = 3 * LOOK - 1  # the first has none before it
+    np.testing.assert_array_equal(repeated, [later, *[0] * (layout.readings - 1)])
+    assert changed[0] == 0
+    np.testing.assert_array_equal(changed[3:], later)
+    assert changed[2] == np.isfinite(readings[1:, 2]).sum() - 1
+
+
+def test_a_reading_that_repeats_itself_from_the_first_is_at_fault_after_some_looks_and_not_after_one(layout):
+    """Coarse sensors at rest repeat themselves too, and how often this one does is not known yet."""
+    errors, pressure = StrainErrors(noise=2e-3), np.zeros(8 * LOOK)
+    readings = read(layout, pressure, errors, 1)
+    readings[:, 5] = readings[0, 5]
+    found = named(probabilities(layout, readings, pressure, errors))
+    assert found[0] == 0
+    assert FAULTS[int(found[-1])] == "dead"

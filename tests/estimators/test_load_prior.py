@@ -5,7 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from soft_gripper.estimators.mechanics import TIP_SHARE, torque_covariance
+from soft_gripper.estimators.mechanics import TIP_SHARE, SpatialMechanics, torque_covariance
+from soft_gripper.estimators.uncertainty import Uncertainty
+from soft_gripper.scenario.schema import SensorConfig
+from soft_gripper.scenario.sensor_presets import sensor_layout
 
 LOAD_PRESSURE = 1.5e5  # Pa
 
@@ -39,3 +42,16 @@ def test_it_is_a_covariance(request, name):
 
 def test_no_load_is_certain(shipped_finger):
     assert not torque_covariance(shipped_finger, 0.0).any()
+
+
+def test_a_joint_that_slides_deviates_as_far_as_one_that_turns_moves_its_segment(shipped_finger):
+    """The number of segments does not matter."""
+    for segments in (6, 12):
+        finger = replace(shipped_finger, segments=segments, yields=("bending", "stretch"))
+        layout = sensor_layout(finger, SensorConfig(layout="four_faces", sections=2))
+        ways, angle = layout.ways, 1e-3
+        assert ways == ("bending", "stretch")
+        stds = np.sqrt(np.diagonal(SpatialMechanics(layout, Uncertainty(angle=angle)).deviations))
+        turned, slid = stds.reshape(2, segments)
+        np.testing.assert_allclose(turned, angle)
+        np.testing.assert_allclose(slid, angle * finger.length / segments)

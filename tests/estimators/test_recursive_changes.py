@@ -97,3 +97,26 @@ def test_a_run_records_them():
     found, std = (float(data[f"left_finger.bend_change{end}"][-1]) for end in ("", "_std"))
     assert found == pytest.approx(0.05, abs=0.005)
     assert 0 < std < 0.01
+
+
+def test_what_finger_and_sensors_change_of_readings_is_linearised(shipped_finger):
+    """The Jacobian in bend per pressure, pressure, gains and offsets is that of finite differences."""
+    layout, rng = SensorLayout(shipped_finger, 2), np.random.default_rng(2)
+    shape = RecursiveShape(layout, uncertainty_of(SENSORS, SUPPLY, SOFTER), PERIOD)
+    driving, modes = shipped_finger.pressure_torque(80e3), shape._modes_at(np.zeros(12))
+    weight, loads = 1e-3 * np.ones(12), shape._modes
+    sizes = np.concatenate([[0.05, 2e3], np.full(layout.readings, 0.02), np.full(layout.readings, 5e-3)])
+    mean = np.append(np.zeros(loads), sizes * rng.standard_normal(len(sizes)))
+
+    def expected(mean):
+        strain, by_load, by_state = shape._expected(mean, driving, weight, modes)
+        return (1 + shape._gains(mean)) * strain + shape._offsets(mean) + by_load, by_state
+
+    readings, by_state = expected(mean)
+    for number, size in enumerate(sizes, loads):
+        step = 1e-3 * size * (np.arange(len(mean)) == number)
+        change = (expected(mean + step)[0] - readings) / step[number]
+        np.testing.assert_allclose(by_state[:, number], change, rtol=0.01, atol=1e-6 * np.abs(change).max())
+    more = mean + (np.arange(len(mean)) == loads + 1) * 1e3  # the pressure sensor reads 1 kPa too little
+    torques = [shape.effective_driving(each, driving) for each in (mean, more)]
+    np.testing.assert_allclose(torques[1] - torques[0], shipped_finger.pressure_torque(1e3))

@@ -1,10 +1,12 @@
 """Contacts in space: what a force does to the readings, forces found again, and the posterior by dense conditioning."""
 
+from dataclasses import fields, replace
+
 import numpy as np
 import pytest
 
 from soft_gripper.estimators.force_posterior import HERE, NOTHING
-from soft_gripper.estimators.spatial_contact import SpatialContactShape, SurfaceCells
+from soft_gripper.estimators.spatial_contact import SpatialContactShape, SurfaceCells, _forces
 from soft_gripper.estimators.uncertainty import EXACT, Uncertainty
 from soft_gripper.extras.studies.contacts.space import WAYS, SpatialContacts, contacts_in_space, finger_in_space
 from soft_gripper.fingers.spatial_chain import Loads, posture, resting_positions, spatial_chain, torques, weights
@@ -195,3 +197,40 @@ def test_the_posterior_is_that_of_dense_conditioning(seed):
     assert (
         0.925 < above - below < 0.985
     )  # both intervals of 95 % hold up to 97.5 %; the likeliest force costs up to 2 %
+
+
+def test_deviations_of_a_vector_are_those_of_its_size_and_friction():
+    """The covariance is propagated by finite differences of the force in every uncertain number."""
+    rng = np.random.default_rng(5)
+    directions, force, std, z = rng.normal(size=(3, 3)), np.array(0.8), np.array(0.05), rng.normal(size=5)
+    half, R = rng.normal(size=(5, 5)), np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    of_z = half @ half.T
+
+    def vector(force, z):
+        return force * R @ (directions[0] + z[0] * directions[1] + z[1] * directions[2])
+
+    step = 1e-6
+    by_z = np.transpose([(vector(force, z + step * e) - vector(force, z)) / step for e in np.eye(5)])
+    by_force = (vector(force + step, z) - vector(force, z)) / step
+    found, covariance = _forces(R, directions, force, std, z, of_z)
+    np.testing.assert_allclose(found, vector(force, z), rtol=1e-12)
+    np.testing.assert_allclose(covariance, by_z @ of_z @ by_z.T + std**2 * np.outer(by_force, by_force), rtol=1e-6)
+
+
+@pytest.mark.parametrize("reading", [1e3, 1e-7])
+def test_a_place_is_as_uncertain_as_readings_leave_it_within_the_cell_that_is_pressed(bent, reading):
+    """Readings without information leave the whole length of a cell, of which 1 / sqrt(12) is the deviation."""
+    shape = estimator(reading=reading, angle=0.0, bend_per_pressure=0.0)
+    q, surface = 0.05 * bent(36), shape.contact.surface
+    (number,) = np.flatnonzero((surface.side == INNER) & (surface.place == 37) & ~surface.rough)
+    one = {field.name: getattr(surface, field.name)[[number]] for field in fields(surface)}
+    vars(shape.contact)["surface"] = replace(surface, **one)
+    left, _ = shape._unexplained(q, shape.layout.read(q), np.zeros(36), GRAVITY)
+    fit = shape.contact.fitted(left._replace(residual=shape.contact.cells(left).response[0]))
+    contact, _ = shape.contact.best(fit, left)
+    length = shape.layout.finger.length / (surface.place.max() + 1)
+    if reading > 1:
+        assert contact.across.arc_length_std == pytest.approx(length / np.sqrt(12), rel=1e-6)
+    else:
+        assert contact.across.arc_length_std < 0.1 * length
+    assert contact.across.arc_length == pytest.approx(surface.arc_length[number], abs=0.1 * length)

@@ -234,3 +234,19 @@ def test_bands_and_bounds_hold_in_a_turned_box_grasp_with_realistic_sensors():
         assert np.mean(detected[touched]) > 0.98
         assert np.mean(detected[force == 0]) < 0.04
         assert np.mean(data[f"{name}.innovation"].values > 1) < 0.01
+
+
+def test_a_filter_is_blind_without_the_readings_of_any_one_section(spatial):
+    """Without those of both sides it does not see whether a section leaves its plane; one side is enough."""
+    layout = sensor_layout(spatial, SensorConfig(layout="four_faces", sections=4))
+    shape, faces = SpatialRecursiveShape(layout, UNCERTAIN), np.arange(16).reshape(4, 4)
+
+    def is_blind(*lost):
+        return bool(shape._is_blind(~np.isin(np.arange(16), lost)))
+
+    assert not is_blind()
+    sides = [layout.path_names.index(name) for name in ("left", "right")]
+    for section in range(4):
+        assert is_blind(*faces[:, section])
+        assert is_blind(*faces[sides, section])
+        assert not is_blind(faces[sides[0], section])

@@ -1,11 +1,13 @@
 """Arms whose sections lengthen, against arcs and rotations in closed form."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from soft_gripper.estimators.arcs import join_arcs
-from soft_gripper.extras.hardware.replay.arm_estimation import RigidParts, stretched_arm
-from soft_gripper.fingers.kinematics import forward_kinematics
+from soft_gripper.extras.hardware.replay.arm_estimation import RigidParts, StretchedArm, stretched_arm
+from soft_gripper.fingers.kinematics import as_points, forward_kinematics
 
 ENDS = np.array([0, 40, 80])
 NOTHING = np.zeros(2, dtype=complex)
@@ -59,3 +61,21 @@ def test_equal_segments_are_the_usual_chain(bent):
     equal, one_by_one = forward_kinematics(q, 0.01), forward_kinematics(q, np.full(80, 0.01))
     for a, b in zip(equal, one_by_one, strict=True):
         np.testing.assert_allclose(a, b, atol=1e-15)
+
+
+def test_the_block_puts_out_the_arm_and_how_far_its_bodies_are_from_the_measured_ones(shipped_finger, bent):
+    finger, lengths = replace(shipped_finger, segments=80), np.array([0.12, 0.17])
+    rigid, q = parts(base=0.01j, tilt=0.3, bodies=np.array([0.03, 0.01j])), bent(1, 80)[0] / 10
+    arm = StretchedArm(rigid, finger, ["middle", "tip"])
+    context = arm.CreateDefaultContext()
+    joints, bodies, _ = stretched_arm(rigid, q, lengths, ENDS)
+    off = np.array([3e-3 + 4e-3j, -5e-3j])
+    inputs = q, lengths, as_points(bodies + off).ravel()
+    for number, value in enumerate(inputs):
+        arm.get_input_port(number).FixValue(context, value)
+    found = {
+        name: arm.GetOutputPort(name).Eval(context) for name in ("joint_positions", "body_positions", "body_error")
+    }
+    np.testing.assert_allclose(found["joint_positions"], as_points(joints).ravel(), atol=1e-12)
+    np.testing.assert_allclose(found["body_positions"], as_points(bodies).ravel(), atol=1e-12)
+    np.testing.assert_allclose(found["body_error"], [5e-3, 5e-3], atol=1e-12)

@@ -71,6 +71,7 @@ def test_a_damaged_recording_is_refused_or_gives_finite_numbers(recorded, tmp_pa
     ("change", "field", "value"),
     [
         (lambda data: data.assign_coords(time=data["time"] + 1e9 * (data["time"] > 1)), "time[101]", 1e9 + 1.01),
+        (lambda data: data.assign_coords(time=data["time"] + 0.015 * (data["time"] > 0.505)), "time[51]", 0.525),
         (lambda data: data.isel(time=slice(None, None, -1)), "time[0]", 1.39),
         (lambda data: data.rename_dims(time="x"), "time", "float64 ('x',)"),
         (lambda data: data.assign_attrs(scenario=1.5), "scenario", 1.5),

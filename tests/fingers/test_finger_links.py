@@ -179,3 +179,11 @@ def test_a_skin_is_as_stiff_for_any_number_of_segments(shipped_finger, segments)
     np.testing.assert_allclose(np.append(begins, finger.length), np.append(0.0, ends), atol=1e-12)
     np.testing.assert_allclose(stiffnesses[1:-1], finger.contact.hydroelastic_modulus / 0.01, rtol=1e-9)
     assert len(found) == min(segments, 24) + 1
+
+
+def test_a_load_on_the_tip_is_drawn_as_a_ball_of_steel_of_its_mass(tapered_finger):
+    links = finger_to_urdf(FingerElement(replace(tapered_finger, tip_load=TipLoad(0.05, 0.015, -0.004)), "world"))
+    spheres = [sphere for link in links for sphere in link.iterfind("visual/geometry/sphere")]
+    radius = float(spheres[0].get("radius"))
+    assert len(spheres) == 1
+    assert 4 / 3 * np.pi * radius**3 * 7850 == pytest.approx(0.05, rel=1e-6)

@@ -125,6 +125,8 @@ def test_chambers_weaken_the_section_where_they_are():
     ("paths", "field"),
     [
         ([chamber("a", 9e-3, 0.0)], "chamber.x"),
+        ([chamber("a", 9.1e-3, 0.0, width=5e-4, thickness=2e-3)], "chamber.x"),
+        ([chamber("a", 0.0, 0.0, width=21e-3, thickness=5e-4)], "chamber.y"),
         ([chamber("a", 0.0, 9e-3), chamber("b", 0.0, -9e-3)], "chamber.y"),
         ([tendon(11e-3, 0.0)], "tendon.x"),
         ([tendon(0.0, [0.0, 0.02])], "tendon.y"),
@@ -143,6 +145,14 @@ def test_chambers_weaken_the_section_where_they_are():
 def test_what_cannot_be_built_is_refused(paths, field):
     with refused(field):
         finger(*paths)
+
+
+@pytest.mark.parametrize(("width", "thickness"), [(19.9e-3, 1.9e-3), (1.9e-3, 19.9e-3)])
+def test_a_flat_chamber_may_reach_close_to_all_faces(width, thickness):
+    """Wide ones near the inner and outer face, thick ones near both sides."""
+    x, y = (9e-3, 0.0) if width > thickness else (0.0, 9e-3)
+    made = finger(chamber("one", x, y, width, thickness), chamber("other", -x, -y, width, thickness))
+    assert len(made.chambers) == 2
 
 
 def test_a_section_has_its_own_chamber_or_listed_ones(shipped_finger):

@@ -1,11 +1,13 @@
 """The shake test against closed forms: the friction cone of two opposed pads, and the capstan of a wrapped cylinder."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import trimesh
 from here_executor import HereExecutor
+from pydrake.math import RigidTransform, RotationMatrix
 from refusals import refused
 
 from soft_gripper.errors import InputError
@@ -14,9 +16,12 @@ from soft_gripper.runs.strength import (
     LOADS,
     SMOOTH,
     Load,
+    Sample,
     Settled,
     Shake,
     StrengthRow,
+    _HeldBody,
+    _row,
     held_object,
     smoothed,
     strength_figure,
@@ -192,3 +197,47 @@ def test_twelve_loads_in_order_and_their_figure(monkeypatch):
     assert (forces.get_xlabel(), torques.get_xlabel()) == ("force [N]", "torque [mN m]")
     assert [bar.get_width() for bar in forces.patches] == [1, -2, 3, -4, 5, -6]
     assert [text.get_text() for text in forces.texts] == ["> 1", "2", "3", "4", "5", "6"]
+
+
+def pulled(moved, lost="slid"):
+    """Samples of a load that grows to 10 N, which is resisted; `moved` is in m by its share of the largest."""
+    shares = np.arange(1, 2001) / 2000
+    return [
+        Sample(10 * share, 10 * share, float(moved(share)), 0.1 * share, lost if share == 1 else "") for share in shares
+    ]
+
+
+def test_the_stiffness_is_that_of_the_first_half_of_the_load():
+    """A spring of 2 N/mm that gives way beyond: its motion doubles until the object slides."""
+    row = _row("force", "+x", "N", pulled(lambda share: 5e-3 * share + 20e-3 * max(share - 0.5, 0.0)))
+    assert row.stiffness == pytest.approx(2.0, rel=0.01)
+    assert row.strength == pytest.approx(10, rel=0.01)
+    assert (row.moved_mm, row.turned_deg) == pytest.approx((15, np.degrees(0.1)), rel=0.01)
+    assert row.ended == "slid"
+
+
+def test_what_moves_under_a_torque_is_an_angle():
+    row = _row("torque", "+x", "mN m", pulled(lambda share: 5e-3 * share, lost=""))
+    assert row.stiffness == pytest.approx(1e3 * 10 / np.degrees(0.1), rel=0.01)
+    assert row.strength == pytest.approx(1e4, rel=0.01)
+    assert row.ended == "not lost"
+
+
+@pytest.mark.parametrize(
+    ("turns", "slips", "ended"),
+    [((10, 30), (0, 0), ""), ((25, 30), (0, 0), "turned"), ((0, 0), (4, 7), "slid"), ((0, 0), (2, 7), "")],
+)
+def test_an_object_is_lost_once_it_has_turned_in_every_finger_or_slid_on_average(monkeypatch, turns, slips, ended):
+    """Degrees and mm; a finger that the object rolls over does not let go of it while another holds it."""
+    monkeypatch.setattr(module, "shift", lambda context, grip, pose: 1e-3 * np.array([grip.slipped, 0, 0]))
+    grips = [SimpleNamespace(link=turned, slipped=slipped) for turned, slipped in zip(turns, slips, strict=True)]
+    held = SimpleNamespace(
+        _body=SimpleNamespace(EvalPoseInWorld=lambda context: RigidTransform()),
+        _context=None,
+        _shake=Shake(),
+        grips=grips,
+        _poses=[RigidTransform() for _ in grips],
+        _pose_in=lambda turned: RigidTransform(RotationMatrix.MakeXRotation(np.radians(turned)), [0, 0, 0]),
+    )
+    assert _HeldBody._lost(held, {"finger": (np.zeros(3), 1.0)}) == ended
+    assert _HeldBody._lost(held, {"finger": (np.zeros(3), 0.0)}) == "let go"

@@ -1,5 +1,8 @@
 """Contact of links in a known scene: a peg beside a link or two of one finger, and another that touches nothing."""
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 from pydrake.common.schema import Transform
@@ -94,3 +97,23 @@ def test_a_joint_is_bent_from_a_radius_of_ten_metres_on(shipped_finger: Finger) 
     q = np.full((2, shipped_finger.segments), shipped_finger.segment_length)
     q[:, 0] = -shipped_finger.segment_length / np.array([8.0, 12.0])
     np.testing.assert_array_equal(changes_sign(shipped_finger, q), [True, False])
+
+
+def test_signs_and_lengths_of_one_finger_are_those_of_a_batch(shipped_finger: Finger) -> None:
+    rng = np.random.default_rng(3)
+    q, touching = (
+        rng.normal(size=(2, 5, shipped_finger.segments)),
+        rng.random((2, 5, shipped_finger.segments + 1)) > 0.5,
+    )
+    q[0] = np.abs(q[0])
+    signs, lengths = changes_sign(shipped_finger, q), contact_length(shipped_finger, touching)
+    assert 0 < signs.sum() < signs.size
+    for index in np.ndindex(2, 5):
+        assert signs[index] == changes_sign(shipped_finger, q[index])
+        assert lengths[index] == pytest.approx(contact_length(shipped_finger, touching[index]))
+
+
+def test_a_link_touches_from_the_force_on_that_the_page_says() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "evaluation.md").read_text()
+    least = float(re.search(r"counts as touching if that is above ([0-9.]+) mN", page)[1])
+    np.testing.assert_array_equal(touches(1e-3 * least * np.array([0.99, 1.01])), [False, True])

@@ -1,11 +1,14 @@
 """Pose, squeeze and strain of a soft object, against motions and deformations that are put in."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 from soft_gripper.files.tetrahedra import read_tetrahedra
 from soft_gripper.models import DIRECTORY
+from soft_gripper.truth import soft_object as module
 from soft_gripper.truth.soft_object import element_volumes, fitted_pose, largest_strain, squeeze, wrench_at
 
 REST = read_tetrahedra(DIRECTORY / "objects" / "soft_block.vtk")  # 44 x 40 x 60 mm
@@ -73,3 +76,15 @@ def test_a_wrench_is_moved_to_the_object():
     pose = np.array([1.0, 0, 0, 0, *place])
     wrench = np.array([*(np.cross(place, force) + np.array([0, 0, 0.7])), *force])
     np.testing.assert_allclose(wrench_at(wrench, pose), [0, 0, 0.7, *force], atol=1e-12)
+
+
+def test_a_contact_has_its_torque_about_the_origin_whichever_of_both_bodies_comes_first(monkeypatch):
+    """That of the patch about its own place, and of its force there; forces on the other body count the other way."""
+    rng = np.random.default_rng(4)
+    torque, place, force = rng.normal(size=(3, 3))
+    expected = np.append(torque + np.cross(place, force), force)
+    block = SimpleNamespace(_geometry=7, _results=SimpleNamespace(Eval=lambda context: None))
+    for geometries, sign in (((7, 3), 1.0), ((3, 7), -1.0)):
+        patch = SimpleNamespace(geometries=geometries, torque=torque, place=place, force=force)
+        monkeypatch.setattr(module, "patches", lambda results, own, patch=patch: [patch, patch])
+        np.testing.assert_allclose(module.SoftObject._wrench(block, None), 2 * sign * expected)

@@ -240,3 +240,16 @@ def test_without_contact_there_is_no_force_and_no_place():
     for port in vector_outputs(truth).values():
         is_force = signal_of(port).unit == "N"
         np.testing.assert_array_equal(port.Eval(context), 0 if is_force else np.nan)
+
+
+def test_contacts_are_known_at_multiples_of_an_interval_alone():
+    """From the beginning of the run, however rounded the time is."""
+    truth = TrueContact({"left": LINK, "right": LINK}, interval=0.1)
+    context = truth.CreateDefaultContext()
+    truth.GetInputPort("contact_results").FixValue(context, Value(ContactResults()))
+    truth.GetInputPort("body_poses").FixValue(context, AbstractValue.Make([RigidTransform()]))
+    for time in (0.0, 0.04, 0.05, 0.1, 0.15, 0.3, 3 * 0.1, 0.31, 0.395, 0.7, 12.3, 12.35):
+        context.SetTime(time)
+        is_known = min(time % 0.1, -time % 0.1) < 1e-9
+        force = truth.GetOutputPort("left.normal_force").Eval(context)
+        np.testing.assert_array_equal(force, 0.0 if is_known else np.nan, str(time))

@@ -11,7 +11,14 @@ from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.fingers.kinematics import forward_kinematics, in_space
-from soft_gripper.runs.scores.poses import PoseRow, held_samples, of_estimator, pose_table, recorded_pose_table
+from soft_gripper.runs.scores.poses import (
+    PoseRow,
+    held_samples,
+    held_steps,
+    of_estimator,
+    pose_table,
+    recorded_pose_table,
+)
 from soft_gripper.scenario.scenario_file import load_scenario
 
 SHORT = ["pressure.steps.all=[-40e3, 200e3]", "pressure.settle=0.1", "pressure.hold_samples=10"]
@@ -144,3 +151,19 @@ def test_a_finger_that_twists_without_bending_sideways_has_no_sideways_angle() -
     twist[:] = np.radians(2.0) / twist.sizes["joint"]
     row = recorded_pose_table("twisted", station, recording)[0]
     assert (row.sideways_angle_deg, row.twist_angle_deg) == (0.0, pytest.approx(2.0))
+
+
+def test_a_finger_with_fewer_steps_holds_its_last_pressure() -> None:
+    steps = "pressure.steps={left_finger: [10e3, 20e3, 30e3], right_finger: [40e3, 50e3]}"
+    station = make_station(load_scenario("free_bending", [steps]))
+    held = {finger.name: [step.pressure_kpa for step in held_steps("", station, finger)] for finger in station.fingers}
+    assert held == {"left_finger": [10, 20, 30], "right_finger": [40, 50, 50]}
+
+
+def test_a_controlled_finger_begins_at_its_pressure_and_keeps_no_other() -> None:
+    """There are as many rows as set points, whatever pressures are listed."""
+    station = make_station(
+        load_scenario("tip_distance_steps", ["control.set_points=[0.06, 0.05, 0.04]", "pressure.steps={all: [10e3]}"])
+    )
+    (step, *others) = held_steps("", station, station.fingers[0])
+    assert [each.pressure_kpa for each in others] == [step.pressure_kpa] * 2

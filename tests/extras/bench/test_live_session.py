@@ -8,6 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from live_links import feed, lcm, pseudo_terminal, udp
+from pydrake.math import RollPitchYaw
 from refusals import refused
 
 from soft_gripper.diagrams.simulation import run_station
@@ -15,8 +16,10 @@ from soft_gripper.diagrams.station import make_station
 from soft_gripper.extras.bench import endpoints as endpoints_module
 from soft_gripper.extras.bench.bench import Bench
 from soft_gripper.extras.bench.endpoints import Endpoints, LineSource, by_entry
-from soft_gripper.extras.bench.messages import decoded, encoded
+from soft_gripper.extras.bench.messages import MalformedError, decoded, encoded
+from soft_gripper.extras.bench.plausible import check_plausible
 from soft_gripper.extras.bench.session import Pace, Session
+from soft_gripper.extras.bench.tally import Tally
 from soft_gripper.extras.hardware.bench_schema import described
 from soft_gripper.scenario.scenario_file import load_scenario
 
@@ -330,3 +333,49 @@ def test_lcm_is_refused_where_it_would_end_the_process(monkeypatch):
     with Endpoints("bench.yaml") as endpoints, refused("source", "lcm://READINGS") as error:
         endpoints.source("lcm://READINGS")
     assert "too many open files" in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("pressures", "said"),
+    [
+        (np.full(60, 50e3), "while its drive rested 1 contact, at most 0.60 ± 0.10 N, at 80 mm; while that changed no"),
+        (np.linspace(0, 60e3, 60), "while its drive rested no contact; while that changed 1 contact, at most 0.60 ±"),
+        (np.linspace(0, 0.9e3, 60), "while its drive rested 1 contact"),
+    ],
+    ids=["rests", "moves", "drifts"],
+)
+def test_contacts_are_told_apart_by_whether_the_drive_rested(pressures, said):
+    """The drive rests if it changes by a hundredth of the range of its supply at most; three readings are a contact."""
+    supply = SimpleNamespace(minimum=0.0, maximum=100e3)
+    bench = SimpleNamespace(
+        quantities=["finger"],
+        inputs=["finger.pressure"],
+        scenario=SimpleNamespace(pressure=supply),
+        period=0.02,
+    )
+    tally, forces = Tally(bench), np.zeros(60)
+    forces[10:12] = 2.0  # in too few readings
+    forces[40:] = np.linspace(0.2, 0.6, 20)
+    for pressure, force in zip(pressures, forces, strict=True):
+        found = {"contact_force": force, "contact_force_std": 0.1, "contact_arc_length": 0.08}
+        sent = {f"finger.{name}": np.array([value]) for name, value in found.items()}
+        tally.note({"finger.pressure": np.array([pressure])}, sent)
+    (line,) = tally.lines()
+    assert said in line
+
+
+def test_a_pose_that_is_no_rotation_is_malformed():
+    """Rounded rotations pass; mirrored, sheared and scaled axes do not, nor do places out of this world."""
+    ranges, turned = {"finger.X_WB": (-1e3, 1e3)}, RollPitchYaw(0.4, -1.1, 2.0).ToRotationMatrix().matrix()
+    place = np.array([[0.1], [-3.0], [0.5]])
+
+    def check(rotation, place=place):
+        check_plausible({"finger.X_WB": np.hstack([rotation, place]).ravel()}, ranges, set())
+
+    check(turned.round(3))
+    sheared = np.eye(3) + 0.1 * np.eye(3, k=1)
+    for wrong in (turned @ np.diag([1, 1, -1]), turned @ sheared, 1.1 * turned, 0 * turned):
+        with pytest.raises(MalformedError, match=r"has no rotation in finger.X_WB"):
+            check(wrong)
+    with pytest.raises(MalformedError, match=r"has 5000 as entry 3 of finger.X_WB, which is not within -1000 to 1000"):
+        check(turned, np.array([[5e3], [0.0], [0.0]]))

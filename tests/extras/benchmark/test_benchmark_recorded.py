@@ -21,6 +21,7 @@ from soft_gripper.extras.hardware.identification.settled_states import (
     predicted_markers,
     resting_positions,
 )
+from soft_gripper.extras.hardware.recording_schema import load_description
 from soft_gripper.scenario.model_files import model_path
 
 TASK = {task.name: task for task in TASKS}
@@ -155,7 +156,7 @@ def test_the_load_of_a_window_is_that_which_agrees_best():
     slope, curving = random.normal(size=(40, 3, 3)), 0.2 * random.normal(size=(40, 3, 3))
     for u in (-1.0, 0.3):
         found = ours_recorded._agreeing(slope * u + curving * u**2, slope, curving)
-        assert found[5:] == pytest.approx(u, abs=1e-6)
+        assert found[5:] == pytest.approx(u, abs=1e-12)
 
 
 @pytest.mark.slow
@@ -164,3 +165,12 @@ def test_the_load_of_a_trunk_is_weighed(trunk, monkeypatch):
     monkeypatch.setattr(ours_recorded, "_WEIGHED", 2)
     found = scores(twin("trunk_load", trunk), trunk, "fitted")
     assert all(row.mean < 15 for row in found.values())  # g
+
+
+def test_channels_of_the_trunk_have_the_names_of_the_recorded_columns():
+    described = load_description("soft_trunk")
+    markers = [marker for markers in described.markers.bodies.values() for marker in markers]
+    disks = [described.markers.columns.format(axis=axis, marker=marker) for marker in markers for axis in "xyz"]
+    task = TASK["trunk_shape"]
+    assert [channel.name for channel in task.outputs] == disks
+    assert [channel.name for channel in task.inputs] == list(described.tendons.columns.values())

@@ -4,6 +4,8 @@ import hashlib
 import json
 import runpy
 from dataclasses import replace
+from itertools import pairwise
+from operator import attrgetter
 from pathlib import Path
 from uuid import uuid4
 
@@ -11,9 +13,10 @@ import numpy as np
 import pytest
 
 from soft_gripper.errors import InputError
-from soft_gripper.extras.benchmark.baselines import nearest, recurrent, ridge
-from soft_gripper.extras.benchmark.report import document
-from soft_gripper.extras.benchmark.scores import score_task, with_unknown
+from soft_gripper.extras.benchmark.baselines import _PENALTY, _fit_linear, nearest, recurrent, ridge
+from soft_gripper.extras.benchmark.contacts import FOLDER
+from soft_gripper.extras.benchmark.report import document, load_scores
+from soft_gripper.extras.benchmark.scores import Score, score_task, with_unknown
 from soft_gripper.extras.benchmark.task import Channel, Part, Recorded, Task, missing_files, read_task
 from soft_gripper.extras.benchmark.tasks import TASKS
 
@@ -210,3 +213,41 @@ def test_the_example_with_a_memory_is_better_where_one_is_needed():
     task = Task("memory", "", {}, (Channel("u", "1"),), (Channel("y", "m"),), (), {}, lambda path: test, period=0.01)
     rows = [next(score_task(task, name, example[name], train, {"all": [test]})) for name in ("linear", "with_memory")]
     assert rows[1].mean < 0.7 * rows[0].mean
+
+
+@pytest.mark.parametrize(
+    "task", [task for task in TASKS if task.tested.keys() >= {"near base", "near tip"}], ids=attrgetter("name")
+)
+def test_regions_are_thirds_of_the_finger(task):
+    """Together they are all contacts, each once, in the order of their places along the finger."""
+    parts = [part for region in ("near base", "middle", "near tip") for part in task.tested[region]]
+    assert [part.begin for part in parts] == [0, *(part.end for part in parts[:-1])]
+    assert parts[-1].end == 1
+    places = np.genfromtxt(FOLDER / "contacts_test.csv", delimiter=",", names=True)["place"]
+    at = [places[round(part.begin * len(places)) : round(part.end * len(places))] for part in parts]
+    for nearer, further in pairwise(at):
+        assert len(nearer) == pytest.approx(len(further), abs=1)
+        assert nearer.max() <= further.min()
+
+
+@pytest.mark.parametrize("samples", [10, 1000])
+def test_the_penalty_is_as_large_as_a_share_of_the_spread_however_many_samples_there_are(samples):
+    """A line of slope 1 becomes one of slope 1 / (1 + penalty) if the spread of its input is 1."""
+    inputs = np.linspace(-1, 1, samples)[:, None]
+    inputs /= inputs.std()
+    fit = _fit_linear([Recorded(inputs, inputs + 5.0)], lambda given: given.copy())
+    np.testing.assert_allclose(fit(np.array([[0.0], [1.0]]))[:, 0], [5.0, 5 + 1 / (1 + _PENALTY)], rtol=1e-12)
+
+
+def test_results_keep_the_checksums_of_the_data_of_every_scored_task_and_no_other(tmp_path):
+    """Scores on other data are refused."""
+    task, file = TASKS[1], tmp_path / "scores.json"
+    scored = [Score(task.name, "middle", "mine", 10, "N", 0.1, 0.1, 0.2, None, None)]
+    found = document(scored)
+    assert found["sha256"] == {task.name: task.sha256}
+    file.write_text(json.dumps(found))
+    assert load_scores(file) == scored
+    found["sha256"][task.name] = dict.fromkeys(task.sha256, "0" * 64)
+    file.write_text(json.dumps(found))
+    with pytest.raises(InputError, match="scored on other data"):
+        load_scores(file)

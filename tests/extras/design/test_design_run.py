@@ -10,7 +10,7 @@ from refusals import refused
 from stand_in import FRICTION, GAIN, LENGTH, PRESSURE, WEIGHT, grasped
 
 from soft_gripper.errors import InputError
-from soft_gripper.extras.design.run import TABLE, run_design
+from soft_gripper.extras.design.run import TABLE, most_runs, run_design
 from soft_gripper.extras.design.study_file import load_design_study
 from soft_gripper.files.output import release_folders
 from soft_gripper.models import DIRECTORY
@@ -269,3 +269,12 @@ def test_a_file_that_is_no_study(tmp_path, text):
     file.write_text(text)
     with pytest.raises(InputError, match=r"study\.yaml"):
         load_design_study(file)
+
+
+@pytest.mark.parametrize("vary", [STUDY["vary"], {LENGTH: "0.10..0.14"}], ids=["drive", "fingers alone"])
+def test_a_study_is_as_long_as_it_says(tmp_path, vary):
+    """Runs of the fingers as they are, of every design of both searches, and of the two that are tested."""
+    found = designed(tmp_path, vary=vary, designs=6)
+    assert not any(design.score.refused for design in found.designs)
+    assert len(found.tested) == len({tested.number for tested in found.tested}) == 2
+    assert len(rows(tmp_path)) == most_runs(found.study)

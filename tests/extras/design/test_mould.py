@@ -1,7 +1,9 @@
 """Cores, shells and walls of a finger, compared with their closed forms."""
 
+import re
 from dataclasses import replace
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -85,3 +87,23 @@ def test_walls_between_chambers_that_are_given_along_the_finger():
         for b in holes[:i]
     ]
     assert 0 < least_wall(of) <= min(map(float, gaps))
+
+
+def test_a_section_on_the_line_between_two_others_changes_neither_core_nor_shell():
+    """The core ends in a piece of the chamber that does not begin at the base."""
+    of = finger("two_finger")
+    (plain,) = cores(of)
+    for at in (0.3, 0.6):
+        fields = {name: (1 - at) * base + at * vars_of(of.tip)[name] for name, base in vars_of(of.base).items()}
+        parted = replace(of, sections=(Station(**fields, at=at),))
+        for mesh, expected in ((*cores(parted), plain), (shell(parted), shell(of))):
+            assert mesh.volume == pytest.approx(expected.volume, rel=1e-12)
+            np.testing.assert_allclose(mesh.bounds, expected.bounds, atol=1e-9)
+
+
+def test_the_shell_is_as_thick_as_the_page_says():
+    page = (Path(__file__).parents[3] / "docs" / "design.md").read_text()
+    thickness = float(re.search(r"the shell is ([0-9.]+) mm thick", page)[1])
+    of = finger("two_finger")
+    outline = np.array([20 + 2 * thickness, 20 + 2 * thickness, 120 + thickness])
+    np.testing.assert_allclose(shell(of).extents, outline, atol=1e-9)

@@ -140,3 +140,20 @@ def touching_in(model):
 
 def test_the_exported_box_grasp_lists_few_pairs():
     assert len(ET.fromstring(to_mjcf(load_scenario("box_grasp")).text).find("contact")) <= 600
+
+
+def test_a_rigid_body_hardly_sinks_into_another_by_its_weight():
+    """Less than a quarter of a millimetre, in MuJoCo itself, of a body as light as a link."""
+    mujoco = pytest.importorskip("mujoco")
+    time = touch(BOX, TABLE).time
+    assert said(BOX, USUAL).touch.time == time
+    model = mujoco.MjModel.from_xml_string(
+        f'<mujoco><option timestep="1e-3"/><default><geom solref="{time} 1"/></default><worldbody>'
+        '<geom type="plane" size="1 1 1"/><body pos="0 0 0.01"><freejoint/><geom size="0.01" mass="0.005"/></body>'
+        "</worldbody></mujoco>"
+    )
+    data = mujoco.MjData(model)
+    for _ in range(500):
+        mujoco.mj_step(model, data)
+    assert 0 < 0.01 - data.qpos[2] < 0.25e-3
+    assert time >= 2 * 1e-3  # that MuJoCo needs for a stable contact at this step

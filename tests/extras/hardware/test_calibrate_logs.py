@@ -217,3 +217,21 @@ def test_recordings_of_every_kind_say_the_same(bench, write):
     np.testing.assert_allclose(found.offsets, text.offsets, atol=1e-6)
     assert found.bend_ratio == pytest.approx(text.bend_ratio, rel=1e-5)
     assert found.tip_measured
+
+
+def test_gravity_that_a_recording_states_counts_in_its_own_axes(bench):
+    """The scenario has none here, with which the finger would seem to bend further or less."""
+    folder, *_ = bench
+    assert calibrate(folder).code == 0
+    expected = load_calibration(str(folder / "mine.yaml")).fingers["finger"]
+    name, described = as_csv(folder, columns_of(folder))
+    changed(folder, "gravity: [0, 0, -9.81]", "gravity: [0, 0, 0]", "one.yaml")
+    options = {"bench": None, "as": folder / "recording.yaml"}
+    ratios = []
+    for gravity in ("", "gravity: [0, 0, -9.81]\n"):
+        (folder / "recording.yaml").write_text(described + gravity)
+        result = calibrate(folder, name, **options)
+        assert result.code == 0, result.err
+        ratios += [load_calibration(str(folder / "mine.yaml")).fingers["finger"].bend_ratio]
+    assert ratios[1] == pytest.approx(expected.bend_ratio, rel=1e-5)
+    assert ratios[0] != pytest.approx(expected.bend_ratio, rel=1e-3)

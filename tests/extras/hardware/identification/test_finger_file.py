@@ -2,6 +2,7 @@
 
 import xml.etree.ElementTree as ET
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 from identified import BEAM, HOLLOW, finger_of
@@ -10,7 +11,13 @@ from pydrake.multibody.plant import MultibodyPlant
 from refusals import refused
 
 from soft_gripper import add_fingers
-from soft_gripper.extras.hardware.identification.identified_finger import read_finger, with_finger, write_text
+from soft_gripper.extras.hardware.identification.identified_finger import (
+    _of_recordings,
+    read_finger,
+    with_finger,
+    write_text,
+)
+from soft_gripper.extras.hardware.identification.simulated_motion import Setup
 from soft_gripper.fingers.finger_parts import CreepBranch, PressureLaw
 
 
@@ -129,3 +136,14 @@ def test_file_with_two_fingers(tmp_path):
     second = BEAM[begin:end].replace('"beam"', '"other"')
     with refused("finger", ["beam", "other"]):
         finger_of(BEAM[:end] + second + BEAM[end:], tmp_path)
+
+
+def test_a_set_up_keeps_the_largest_pressure_and_load_of_what_was_fitted():
+    """Some recordings have neither pressure nor load."""
+    motions = [
+        SimpleNamespace(pressure=pressure, load=load)
+        for pressure, load in ((2e4, None), (None, SimpleNamespace(mass=0.1)), (3e4, SimpleNamespace(mass=0.05)))
+    ]
+    setup = Setup(mounting_x=0.01)
+    assert _of_recordings(setup, motions) == replace(setup, highest_pressure=3e4, heaviest_load=0.1)
+    assert _of_recordings(setup, motions[1:2]) == replace(setup, highest_pressure=0.0, heaviest_load=0.1)

@@ -8,6 +8,7 @@ from hardware_files import published
 from here_executor import HereExecutor
 from refusals import refused
 
+from soft_gripper.errors import SimulationDivergedError
 from soft_gripper.extras.hardware.identification import settled_states as module
 from soft_gripper.extras.hardware.identification.free_parameters import Model, free_parameters
 from soft_gripper.extras.hardware.identification.identified_finger import read_finger, with_finger
@@ -234,3 +235,20 @@ def test_published_robots(robot, fitted, left_out):
     found = identify_states(finger, FREE, [settled_states(recording, finger)], [], HereExecutor())
     rms = {(score.role, score.family): score.rms_mm for score in found.scores}
     assert (round(rms["fit", "all"], 1), round(rms["left out", "all"], 1)) == (fitted, left_out)
+
+
+def test_a_step_to_an_impossible_finger_is_not_taken(monkeypatch):
+    """The search goes on from before it, and ends where it would have."""
+    states, free = states_of(rows=30), free_parameters(TRUE.finger, ["tendon.stiffness"], [])
+    rows, start = [np.arange(30) > 4], 0.9 * free.start
+    expected, tried = fit_states(free, [states], rows, start).x, []
+
+    def impossible_at_first(model, *others):
+        tried.append(model)
+        if len(tried) == 3:
+            raise SimulationDivergedError("the finger has no balance")
+        return state_errors(model, *others)
+
+    monkeypatch.setattr(module, "state_errors", impossible_at_first)
+    np.testing.assert_allclose(fit_states(free, [states], rows, start).x, expected, rtol=1e-2)
+    assert len(tried) > 3
