@@ -47,6 +47,8 @@ def set_home_posture(plant: MultibodyPlant, arm: ArmConfig, mimics: Sequence[Mim
     if not plant.HasModelInstanceNamed(arm.model):
         raise InputError("arm", "model", arm.model, "no such model")
     joints = arm_joints(plant, plant.GetModelInstanceByName(arm.model))
+    if not joints:
+        raise InputError("arm", "model", arm.model, "has no joint that moves")
     coupled = couplings([joint.name() for joint in joints], mimics)
     leading = [joints[i].name() for i in coupled.leads]
     if len(arm.home) != len(leading):
@@ -145,8 +147,9 @@ def find_frame(plant: MultibodyPlant, name: str, where: str, field: str) -> Fram
     """
     if name == "world":
         return plant.world_frame()
-    model, _, frame = name.rpartition("::")
-    if not model:
+    model, is_scoped, frame = name.partition("::")
+    frame = frame.replace("::", "_")  # of a model in the model, see nested_models.py
+    if not is_scoped:
         raise InputError(where, field, name, 'write "model::frame", or "world"')
     if not plant.HasModelInstanceNamed(model):
         raise InputError(where, field, name, f"no such frame: no model '{model}' precedes this one")

@@ -45,10 +45,25 @@ def add_plant_signals(
         first = plant.get_body(plant.GetBodyIndices(model)[0]).floating_positions_start()
         pose = _pick(builder, plant, f"{name}.pose", range(first, first + 7))
         signals[f"{name}.pose"] = describe(pose, POSE_UNITS, pose_entry=POSE)
-        forces = plant.get_generalized_contact_forces_output_port(model)
-        if wrenches and forces.size() == len(WRENCH):
-            signals[f"{name}.contact_wrench"] = describe(forces, WRENCH_UNITS, wrench=WRENCH)
+        if wrenches:
+            wrench = _contact_wrench(builder, plant, model, name)
+            signals[f"{name}.contact_wrench"] = describe(wrench, WRENCH_UNITS, wrench=WRENCH)
     return signals | (_arm_signals(builder, plant, arm) if arm is not None else {})
+
+
+def _contact_wrench(builder: DiagramBuilder, plant: MultibodyPlant, model: ModelInstanceIndex, name: str) -> OutputPort:
+    """The wrench of all contacts of a free model at its first link, which is the force along its six free motions."""
+    forces = plant.get_generalized_contact_forces_output_port(model)
+    if forces.size() == len(WRENCH):
+        return forces
+    first = plant.get_body(plant.GetBodyIndices(model)[0]).floating_velocities_start_in_v()
+    own = plant.GetVelocitiesFromArray(model, np.arange(plant.num_velocities()))
+    place = int(np.flatnonzero(own == first)[0])
+    selector = builder.AddNamedSystem(
+        f"{name}.contact_wrench", MatrixGain(np.eye(forces.size())[place : place + len(WRENCH)])
+    )
+    builder.Connect(forces, selector.get_input_port())
+    return selector.get_output_port()
 
 
 def _add_soft_object(builder: DiagramBuilder, scene: Scene, name: str) -> dict[str, OutputPort]:

@@ -51,17 +51,25 @@ def note(outcome: str, file: Path | str, element: str, value: object, why: str) 
 
 
 @contextmanager
-def collected() -> Iterator[list[Note]]:
-    """Collects the notes made inside.
-
-    At the end they go to the collection around it, or to the log; none do if an error ends it.
-    """
-    around, notes = _open.get(), list[Note]()
+def kept() -> Iterator[list[Note]]:
+    """Keeps the notes made inside for the caller alone."""
+    notes = list[Note]()
     token = _open.set(notes)
     try:
         yield notes
     finally:
         _open.reset(token)
+
+
+@contextmanager
+def collected() -> Iterator[list[Note]]:
+    """Collects the notes made inside.
+
+    At the end they go to the collection around it, or to the log; none do if an error ends it.
+    """
+    around = _open.get()
+    with kept() as notes:
+        yield notes
     if around is None:
         _log(notes)
     else:

@@ -14,6 +14,7 @@ _MOST = 50_000  # elements: many times as many as any model has, and fewer than 
 _COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
 _PREFIX = re.compile(r"[<\s/]([A-Za-z_][\w.-]*):[A-Za-z_][\w.-]*(?=[\s=/>])")
 _ROOT = re.compile(r"<[A-Za-z_][\w:.-]*")
+_UNNAMED = re.compile(r"""\sxmlns\s*=\s*("[^"]*"|'[^']*')""")
 
 
 def read_xml(path: Path) -> ET.Element:
@@ -25,12 +26,13 @@ def parse_xml(where: Path | str, text: str) -> ET.Element:
     """The root element of XML text, with its comments.
 
     A DOCTYPE is refused: no model file needs one, and its entities can grow without bound or name other files. As
-    the parsers of ROS do, this one accepts `--` inside comments, which are then lost, and prefixes without a
-    declaration.
+    the parsers of ROS and Drake do, this one accepts `--` inside comments, which are then lost, prefixes without a
+    declaration, and white space before all else; a namespace of elements without a prefix means nothing.
 
     Raises:
         InputError: if the text is not well-formed, has a DOCTYPE, is nested too deeply, or is too large.
     """
+    text = _UNNAMED.sub("", text.lstrip())
     try:
         return _parsed(where, text)
     except ET.ParseError as error:

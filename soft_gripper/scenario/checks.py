@@ -15,6 +15,7 @@ from soft_gripper.sensors.response_curve import ResponseCurve
 
 MOST_STEPS = 2_000_000  # of the plant: a quarter of an hour with one finger
 MOST_SAMPLES = 500_000  # of every signal: gigabytes of logs
+MOST_MODELS = 500  # which take a quarter of an hour to be read; the time of a step grows with them even faster
 MOST_TIME = 86_400.0  # s, of a run that is slowed to a fraction of real time
 
 # Names of blocks and of groups of signals, which no model or finger may have.
@@ -65,6 +66,8 @@ def check_finger_names(where: Path | str, names: Iterable[str]) -> None:
 
 def _models(scenario: Scenario) -> Iterator[Misfit]:
     names = [model.name for model in scenario.models]
+    if len(names) > MOST_MODELS:
+        yield "models", len(names), f"give at most {MOST_MODELS} models: those beyond would take hours to be read"
     for i, name in enumerate(names):
         if name in _TAKEN:
             yield f"models[{i}].name", name, "is the name of a block"

@@ -6,6 +6,7 @@ import xml.etree.ElementTree as ET
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from functools import lru_cache
+from linecache import clearcache, getline, getlines
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -62,7 +63,10 @@ _XML = (".urdf", ".sdf", ".world", ".xml", ".mjcf")
 _HARMLESS = "[drake:wall_boundary_condition]"  # which Drake 1.51 misses in soft objects, and does not need
 
 
-_WARNING = re.compile(r"(?:\S+:(\d+): )?(?:warning: )?(.*)", re.DOTALL)
+_WARNING = re.compile(r"(?:\S+:\d+: )?(?:warning: )?(.*)", re.DOTALL)
+_BETWEEN = re.compile(r">\s*<")
+_GEOM = re.compile(r"^geom \S+ specified")  # whose name would make each warning another one
+_PLACE = re.compile(r"\W*(/.*?):(\d+): ")
 
 
 @contextmanager
@@ -74,8 +78,8 @@ def drake_reads(where: object, field: str, value: object, file: Path | None = No
 
     def keep(message: str) -> bool:
         if file is not None and (said := _WARNING.fullmatch(of_drake(message))):
-            outcome = LEFT_OUT if "ignor" in said[2].lower() else READ
-            note(outcome, file, f"line {said[1]}" if said[1] else "it", "", " ".join(said[2].split()))
+            outcome = LEFT_OUT if "ignor" in said[1].lower() else READ
+            note(outcome, file, _element(message), "", _GEOM.sub("it specifies", " ".join(said[1].split())))
         return file is None
 
     try:
@@ -86,7 +90,24 @@ def drake_reads(where: object, field: str, value: object, file: Path | None = No
     except (RuntimeError, ValueError, IndexError, SystemExit) as error:
         if isinstance(error, SystemExit) and not isinstance(error.code, str):
             raise
-        raise InputError(where, field, value, f"Drake cannot read it: {of_drake(first_line(error))}") from None
+        element = "" if (found := _element(str(error))) == "it" else f"{found}: "
+        raise InputError(where, field, value, f"Drake cannot read it: {element}{of_drake(first_line(error))}") from None
+    finally:
+        clearcache()
+
+
+_TAG = re.compile(r"<([\w:]+)")
+_NAME = re.compile(r"""\sname=["']([^"']*)""")
+
+
+def _element(message: str) -> str:
+    """The element that a message is about, from the text that Drake reads, whose lines are not those of the file."""
+    place = _PLACE.match(message)
+    tag = _TAG.search(line := getline(place[1], int(place[2]))) if place else None
+    if tag is None:
+        return "it"
+    name = _NAME.search(line.partition(">")[0])
+    return f"{tag[1]} '{name[1]}'" if name else f"<{tag[1]}>"
 
 
 def add_file(parser: Parser, path: Path) -> list[ModelInstanceIndex]:
@@ -109,7 +130,8 @@ def add_text(parser: Parser, text: str, path: Path, suffix: str) -> list[ModelIn
     _check(path, text)
     with TemporaryDirectory(prefix=PREFIX) as folder:
         expanded = Path(folder) / f"{path.stem}{MARK}{suffix}"
-        expanded.write_text(text, encoding="utf-8")
+        expanded.write_text(_BETWEEN.sub(">\n<", text), encoding="utf-8")  # lines of messages tell elements apart
+        getlines(str(expanded))  # kept while Drake's messages are read
         return list(parser.AddModels(str(expanded)))
 
 

@@ -10,10 +10,12 @@ from pydrake.multibody.tree import ModelInstanceIndex
 
 from soft_gripper.arrays import Array
 from soft_gripper.files.notes import MENDED, READ, note
-from soft_gripper.files.xml_text import number
+from soft_gripper.files.xml_text import joint_end, number
 
-_SPECK = (1e-3, 4e-8 * np.eye(3))  # kg, kg m^2: a ball of 1 g and 1 cm radius
-_NEXT_TO_NONE = (1e-9, 1e-15 * np.eye(3))  # kg, kg m^2
+SPECK = (1e-3, 4e-8 * np.eye(3))  # kg, kg m^2: a ball of 1 g and 1 cm radius
+NEXT_TO_NONE = (1e-9, 1e-15 * np.eye(3))  # kg, kg m^2
+SPECK_WHY = "it moves on a joint of its own, and weighs 1 g now"
+NOT_POSSIBLE = "no body has it; the nearest that a body can have takes its place"
 _THINNEST = 1e-3  # m, spread of the mass along any axis
 _ROUNDED = 1e-3  # change relative to the trace, below which an inertia was only rounded in its file
 _ENTRIES = {"ixx": (0, 0), "iyy": (1, 1), "izz": (2, 2), "ixy": (0, 1), "ixz": (0, 2), "iyz": (1, 2)}
@@ -38,13 +40,14 @@ def repair_inertia(path: Path, model: ET.Element, jointed: Collection[str]) -> N
     """Makes the inertias of all links of a URDF or SDFormat model possible.
 
     Files leave out inertias that hardly matter, or give zeros. Links named in `jointed`, which have a degree of
-    freedom of their own, then get a tiny mass, since the mass matrix would be singular; the others are fixed to
-    something that has a mass.
+    freedom of their own, then get a tiny mass, since the mass matrix would be singular, unless something that has a
+    mass is fixed to them; the others are fixed to something that has a mass.
 
     Raises:
         InputError: if a mass or a moment is not a number.
     """
     is_sdf = model.tag == "model"
+    heavy = _heavy(path, model, is_sdf)
     for link in model.findall("link"):
         name = link.get("name")
         if is_sdf and (link.find("inertial") is None or link.find("inertial[@auto]") is not None):
@@ -57,15 +60,27 @@ def repair_inertia(path: Path, model: ET.Element, jointed: Collection[str]) -> N
                 is_rounded = np.abs(possible - inertia).max() <= _ROUNDED * np.trace(possible)
                 if not (is_rounded and np.linalg.eigvalsh(inertia)[0] > 0):
                     moments = ", ".join(f"{moment:.3g}" for moment in np.diag(inertia))
-                    why = "no body has it; the nearest that a body can have takes its place"
-                    note(MENDED, path, f"link '{name}': inertia ixx, iyy, izz", moments, why)
-        elif name in jointed:
-            _write(link, *_SPECK, is_sdf)
-            note(
-                MENDED, path, f"link '{name}': mass", f"{mass:g}", "it moves on a joint of its own, and weighs 1 g now"
-            )
+                    note(MENDED, path, f"link '{name}': inertia ixx, iyy, izz", moments, NOT_POSSIBLE)
+        elif name in jointed and name not in heavy:
+            _write(link, *SPECK, is_sdf)
+            note(MENDED, path, f"link '{name}': mass", f"{mass:g}", SPECK_WHY)
         else:
             massless(link, is_sdf)
+
+
+def _heavy(path: Path, model: ET.Element, is_sdf: bool) -> set[str]:
+    """The links to which something with a mass is fixed, directly or by way of others."""
+    masses = {
+        link.get("name", ""): _read(f"{path}: link '{link.get('name')}'", link, is_sdf)[0]
+        for link in model.findall("link")
+    }
+    fixed = [joint for joint in model.findall("joint") if joint.get("type") == "fixed"]
+    parents = {joint_end(joint, "child"): joint_end(joint, "parent") for joint in fixed}
+    heavy = set[str]()
+    for name in [name for name, mass in masses.items() if mass > 0]:
+        while (name := parents.get(name, "")) and name not in heavy:
+            heavy.add(name)
+    return heavy
 
 
 def massless(link: ET.Element, is_sdf: bool) -> ET.Element:
@@ -73,7 +88,7 @@ def massless(link: ET.Element, is_sdf: bool) -> ET.Element:
     for inertial in link.findall("inertial"):
         link.remove(inertial)
     if is_sdf:
-        _write(link, *_NEXT_TO_NONE, is_sdf)
+        _write(link, *NEXT_TO_NONE, is_sdf)
     return link
 
 

@@ -10,6 +10,8 @@ from soft_gripper.files.xml_text import read_xml
 from soft_gripper.models import package_map
 from soft_gripper.scenario.drake_parsing import check_inside
 
+_URI = re.compile(r"(?:package|model):/+([^/]+)(?:/(.*))?")
+
 
 def is_known_package(name: str) -> bool:
     """Whether a mesh is in a package that the parser finds without help."""
@@ -26,13 +28,11 @@ def mesh_file(name: str, model: Path) -> Path:
     Raises:
         InputError: if there is no such file.
     """
-    uri = re.fullmatch(r"(?:package|model):/+([^/]+)/(.+)", name)
+    uri = _URI.fullmatch(name)
     if uri is None:
         candidates = [Path(os.path.realpath(model.parent)) / name.removeprefix("file://")]
     else:
-        package, inside = uri.groups()
-        check_inside(model, f"package://{package}/{inside}")
-        candidates = [root / inside for root in _package_roots(package, model)]
+        package, candidates = uri[1], named_in_packages(name, model)
         if not candidates:
             expected = (
                 f"no folder '{package}', and no package.xml of that name, in any folder above the file or along "
@@ -43,6 +43,21 @@ def mesh_file(name: str, model: Path) -> Path:
         if os.path.isfile(candidate):
             return candidate
     raise InputError(model, "mesh", name, f"there is no file {', nor '.join(map(str, candidates))}")
+
+
+def named_in_packages(uri: str, model: Path) -> list[Path]:
+    """Where a URI of a package may lead; nowhere if it is a plain name.
+
+    Raises:
+        InputError: if it leads out of the package.
+    """
+    found = _URI.fullmatch(uri)
+    if found is None:
+        return []
+    package, inside = found.groups()
+    check_inside(model, f"package://{package}/{inside or 'package.xml'}")
+    known = [Path(package_map().GetPath(package))] if package_map().Contains(package) else []
+    return [root / (inside or "") for root in (*known, *_package_roots(package, model))]
 
 
 def _package_roots(package: str, model: Path) -> Iterator[Path]:

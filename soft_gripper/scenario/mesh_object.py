@@ -2,24 +2,32 @@
 
 import hashlib
 import os
+import re
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping
+from functools import lru_cache
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
 import trimesh
 from numpy.typing import NDArray
-from trimesh.visual import TextureVisuals
+from trimesh.visual import ColorVisuals, TextureVisuals
 from trimesh.visual.material import SimpleMaterial
 
 from soft_gripper.errors import InputError, first_line
+from soft_gripper.files.notes import MENDED, READ, Note, kept, note
 from soft_gripper.files.output import atomic_file, writable_folder
 from soft_gripper.files.tetrahedra import SUFFIX, Tetrahedra, read_tetrahedra
+from soft_gripper.files.text import read_text
 from soft_gripper.files.xml_text import DRAKE
+from soft_gripper.scenario.msh_file import read_msh
 from soft_gripper.scenario.schema import MeshConfig
-from soft_gripper.scenario.solid_mesh import solid
+from soft_gripper.scenario.solid_mesh import closed_parts, solid, together
 
 _LARGEST = 2**25  # bytes of a mesh file: over half a million faces of an STL file
+_MATERIALS = re.compile(r"<bind_material>.*?</bind_material>", re.DOTALL)
+_MOST_CHECKED = 50_000  # faces of a mesh of which it is checked which way they are turned: seconds
 _CONVERSION = f"2, trimesh {trimesh.__version__}"  # to be increased when the same mesh leads to another OBJ file
 
 
@@ -45,15 +53,26 @@ def read_scene(path: Path) -> trimesh.Scene:
     check_mesh_file(path)
     if path.suffix.lower() == SUFFIX:
         return trimesh.Scene([_surface(read_tetrahedra(path))])
+    if path.suffix.lower() == ".msh":
+        return trimesh.Scene([read_msh(path)])
     try:
         scene = trimesh.load_scene(path)
+        if path.suffix.lower() == ".dae" and not _has_faces(scene):  # a material that is missing hides all faces
+            bare = _MATERIALS.sub("", read_text(path))
+            scene = trimesh.load_scene(BytesIO(bare.encode()), file_type="dae")
+    except InputError:
+        raise
     except Exception as error:  # trimesh's readers raise errors of many types
         missing = isinstance(error, ImportError)  # which guesses how the text of what is not a mesh is encoded
         reason = "it is damaged" if missing else first_line(error)
         raise InputError(path, "mesh", path.name, f"cannot be read as a mesh: {reason}") from None
-    if not any(len(getattr(part, "faces", ())) for part in scene.geometry.values()):
+    if not _has_faces(scene):
         raise InputError(path, "mesh", path.name, "is empty; give a mesh with faces")
     return scene
+
+
+def _has_faces(scene: trimesh.Scene) -> bool:
+    return any(len(getattr(part, "faces", ())) for part in scene.geometry.values())
 
 
 def _surface(tetrahedra: Tetrahedra) -> trimesh.Trimesh:
@@ -80,6 +99,49 @@ def converted(path: Path) -> Path:
             keep(mtl, content.decode())
         keep(kept.name, text)  # written last: it shows that all files are there
     return kept
+
+
+def outward(path: Path, origin: Path) -> Path:
+    """An OBJ file or, if parts of it are inside out, one in which they face outward, with a note on its `origin`.
+
+    Parts that are not closed have no outside, and stay as they are.
+
+    Raises:
+        InputError: if the mesh is missing or cannot be read, or the cache cannot be written to.
+    """
+    return _outward(path, origin)[0]
+
+
+def weighable(path: Path, origin: Path) -> Path:
+    """A file as of `outward`, whose volume counts: an open mesh is noted."""
+    turned, is_open = _outward(path, origin)
+    if is_open:
+        note(READ, origin, "the mesh", "", "it is open: its volume, and a mass from its density, are uncertain")
+    return turned
+
+
+def _outward(path: Path, origin: Path) -> tuple[Path, bool]:
+    check_mesh_file(path)
+    turned, notes, is_open = _turned(path, origin, path.stat().st_mtime_ns)
+    for each in notes:
+        note(*each)
+    return turned, is_open
+
+
+@lru_cache(maxsize=256)
+def _turned(path: Path, origin: Path, modified: int) -> tuple[Path, list[Note], bool]:
+    """The file of `outward`, the notes on it, and whether it is open; `modified`, ns: a changed file is read again."""
+    mesh = read_scene(path).to_mesh()
+    if len(mesh.faces) > _MOST_CHECKED:
+        why = f"it has more than {_MOST_CHECKED} faces, and is not searched for parts that are inside out"
+        return path, [Note(READ, str(origin), "the mesh", "", why)], False
+    try:
+        with kept() as notes:
+            parts = closed_parts(origin, mesh)
+    except InputError:
+        return path, [], True
+    turned = [each for each in notes if each.outcome == MENDED]
+    return (keep_by_content(_obj(together(parts).smooth_shaded, normals=True)) if turned else path), turned, False
 
 
 def keep(name: str, text: str) -> Path:
@@ -122,6 +184,7 @@ def _shaded(part: trimesh.Trimesh) -> trimesh.Trimesh:
     if part.units:
         part.apply_scale(trimesh.units.unit_conversion(part.units, "meters"))
     color = _color(part)
+    part.visual = ColorVisuals()  # smoothing would copy its texture for every smooth piece
     part.merge_vertices(merge_tex=True, merge_norm=True)
     if part.is_watertight and part.volume < 0:
         part.invert()

@@ -33,6 +33,7 @@ from soft_gripper.scenario.arm_joints import couple, exclude_self_contact, set_l
 from soft_gripper.scenario.drake_parsing import add_file, add_text, check_inside, drake_reads
 from soft_gripper.scenario.link_inertia import note_spread
 from soft_gripper.scenario.mesh_object import MESH_SUFFIXES, mesh_to_sdf
+from soft_gripper.scenario.mjcf_xml import ready_mjcf
 from soft_gripper.scenario.model_xml import ready
 from soft_gripper.scenario.schema import ArmConfig, FingerChanges, FingerConfig, ModelConfig
 from soft_gripper.truth.soft_object import soft_body
@@ -258,6 +259,9 @@ def load_model(
             models = add_text(parser, text, path, ".sdf")
         elif path.suffix.lower() in MESH_SUFFIXES:
             models = add_text(parser, mesh_to_sdf(path, config.mesh, config.name), path, ".sdf")
+        elif kind == "mujoco":
+            text, mimics = ready_mjcf(path, read_xml(path))
+            models = add_text(parser, text, path, ".xml")
         else:
             models = add_file(parser, path)
     check_names(where, config.fingers, [finger.name for finger in fingers])

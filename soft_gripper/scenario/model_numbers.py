@@ -7,7 +7,7 @@ from pathlib import Path
 from soft_gripper.errors import InputError
 from soft_gripper.files.xml_text import DRAKE, LEAST, finite_numbers
 
-_SMALLEST, _LARGEST = 1e-6, 1e6  # m, of a shape
+_SMALLEST, _LARGEST = 1e-9, 1e6  # m, of a shape; some mark points by spheres of 0.1 um
 _NAMED = ("link", "joint", "model")
 _Found = Iterator[tuple[str, str, tuple[int, ...]]]  # field, text, how many numbers it may hold
 _INERTIA = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")

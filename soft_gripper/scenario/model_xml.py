@@ -3,18 +3,20 @@
 What Drake does not use is removed before anything is checked. What had an effect there is not removed in silence.
 """
 
-import os
+import math
 import xml.etree.ElementTree as ET
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 from soft_gripper.control.couplings import Mimic
 from soft_gripper.errors import InputError
 from soft_gripper.files.notes import LEFT_OUT, note
-from soft_gripper.files.xml_text import DRAKE, finite_numbers, joint_end, number
+from soft_gripper.files.xml_text import DRAKE, MOST, finite_numbers, joint_end, number
 from soft_gripper.scenario.link_inertia import massless, repair_inertia
 from soft_gripper.scenario.mesh_names import is_known_package, mesh_file
-from soft_gripper.scenario.mesh_object import check_mesh_file, converted
+from soft_gripper.scenario.mesh_object import check_mesh_file, converted, outward
+from soft_gripper.scenario.nested_models import fix_if_static, flatten
 
 # What a URDF may have, by the element around it; all else is for other programs.
 _URDF = {
@@ -22,6 +24,21 @@ _URDF = {
     "link": ("inertial", "visual", "collision"),
     "joint": ("parent", "child", "origin", "axis", "limit", "dynamics", "mimic"),
 }
+_SDF = {
+    "link": (
+        *("pose", "inertial", "collision", "visual", "gravity", "enable_wind", "self_collide", "kinematic"),
+        *("must_be_base_link", "velocity_decay"),
+    ),
+    "link/collision": ("pose", "geometry", "surface", "max_contacts", "laser_retro", "density", "auto_inertia_params"),
+    "link/visual": (
+        *("pose", "geometry", "material", "cast_shadows", "laser_retro", "transparency", "visibility_flags", "meta"),
+    ),
+    "joint": (
+        *("parent", "child", "pose", "axis", "axis2", "physics"),
+        *("gearbox_ratio", "gearbox_reference_body", "thread_pitch", "screw_thread_pitch"),
+    ),
+}
+_SDF_ATTRIBUTES = {"link": ("name",), "collision": ("name",), "visual": ("name",), "joint": ("name", "type")}
 _OTHER_IN_SDF = (
     *("plugin", "sensor", "light", "projector", "battery", "particle_emitter", "audio_source", "audio_sink", "script"),
 )
@@ -52,6 +69,8 @@ def ready(path: Path, root: ET.Element, is_arm: bool = False, free: bool = False
         InputError: if it is unexpanded xacro, a mesh is missing, or it contradicts itself or `free` or `child`.
     """
     mimics: list[Mimic] = []
+    if root.tag == "sdf":
+        flatten(path, root)
     for model in models_of(root):
         _drop_others(path, model)
         _refuse_xacro(path, model)
@@ -59,10 +78,10 @@ def ready(path: Path, root: ET.Element, is_arm: bool = False, free: bool = False
         _drop_friction(path, model)
         _check_ranges(path, model)
         _free_from_world(path, model, free, child)
-        if is_arm and model.tag == "robot":
-            actuate(path, model)
-        movable = [joint for joint in model.findall("joint") if joint.get("type") not in _WITHOUT_AXIS]
-        repair_inertia(path, model, {joint_end(joint, "child") for joint in movable})
+        if model.tag == "robot":
+            actuate(path, model) if is_arm else _drop_doubles(path, model)
+        _drop_empty_shapes(path, model)
+        repair_inertia(path, model, _moving(model, free))
         if model.tag == "robot":
             set_colors(path, model)
         convert_meshes(path, model, is_arm)
@@ -77,13 +96,17 @@ def models_of(root: ET.Element) -> list[ET.Element]:
 def _drop_others(path: Path, model: ET.Element) -> None:
     """Removes what is for other programs, and what a joint of a kind does not use."""
     is_urdf = model.tag == "robot"
-    for around, known in _URDF.items() if is_urdf else ():
+    for around, known in (_URDF if is_urdf else _SDF).items():
         for parent in [model] if around == "." else model.findall(around):
             for element in [element for element in parent if _is_other(element, known)]:
                 _remove(path, parent, element)
     for parent in () if is_urdf else list(model.iter()):
         for element in [element for element in parent if element.tag in _OTHER_IN_SDF]:
             _remove(path, parent, element)
+        _drop_attributes(path, parent)
+    for link in () if is_urdf else model.findall("link"):
+        for tag in ("collision", "visual"):
+            _tell_apart(link.findall(tag))
     for joint in model.findall("joint"):
         for tag in _OF_AXIS if joint.get("type") in _WITHOUT_AXIS else ():
             for element in joint.findall(tag):
@@ -93,6 +116,22 @@ def _drop_others(path: Path, model: ET.Element) -> None:
         limit.attrib.pop("upper", None)
     for link in model.findall("link") if is_urdf else ():
         link.attrib.pop("type", None)
+
+
+def _tell_apart(shapes: Sequence[ET.Element]) -> None:
+    """Gives shapes of the same name, which SDFormat does not allow, names of their own."""
+    taken: set[str | None] = set()
+    for place, shape in enumerate(shapes):
+        if shape.get("name") in taken:
+            shape.set("name", f"{shape.get('name')}_{place}")
+        taken.add(shape.get("name"))
+
+
+def _drop_attributes(path: Path, element: ET.Element) -> None:
+    known = _SDF_ATTRIBUTES.get(element.tag)
+    for name in [name for name in element.attrib if known and name not in known and not name.startswith(DRAKE)]:
+        value = element.attrib.pop(name)
+        note(LEFT_OUT, path, f"{element.tag} '{element.get('name')}': {name}", value, "SDFormat has no such attribute")
 
 
 def _is_other(element: ET.Element, known: tuple[str, ...]) -> bool:
@@ -124,6 +163,29 @@ def _refuse_xacro(path: Path, model: ET.Element) -> None:
             raise InputError(path, "xacro", macros[0], f"is not expanded; run: xacro {path.name} -o arm.urdf")
 
 
+def _moving(model: ET.Element, free: bool) -> set[str]:
+    """The links that have degrees of freedom of their own: those on joints that move, and the first of a free model."""
+    joints = [joint for joint in model.findall("joint") if joint.get("type") != "fixed"]
+    links = [link.get("name", "") for link in model.findall("link")]
+    return {joint_end(joint, "child") for joint in joints} | set(links[:1] if free else ())
+
+
+def _drop_empty_shapes(path: Path, model: ET.Element) -> None:
+    """Removes shapes whose sizes are all zero."""
+    for link in model.findall("link"):
+        for shape in [*link.findall("visual"), *link.findall("collision")]:
+            for solid in shape.findall("geometry/*"):
+                texts = [*solid.attrib.values(), *(child.text or "" for child in solid)]
+                if solid.tag in ("box", "sphere", "cylinder") and texts and not any(map(_may_have_size, texts)):
+                    link.remove(shape)
+                    note(LEFT_OUT, path, f"link '{link.get('name')}': {shape.tag}", " ".join(texts), "it has no size")
+                    break
+
+
+def _may_have_size(text: str) -> bool:
+    return any(word.strip("+-0.") for word in text.split())
+
+
 def _drop_friction(path: Path, model: ET.Element) -> None:
     for joint in model.findall("joint"):
         for dynamics in [*joint.findall("dynamics"), *joint.findall("axis/dynamics")]:
@@ -149,6 +211,9 @@ def _check_ranges(path: Path, model: ET.Element) -> None:
             if len(ends) == 1:
                 limit.set(({"lower", "upper"} - ends).pop(), "0")
             lower, upper = (number(where, limit, which, far) for which, far in (("lower", "-inf"), ("upper", "inf")))
+            for which, value in (("lower", lower), ("upper", upper)):
+                if abs(value) > MOST and limit.get(which) is not None:
+                    limit.set(which, repr(math.copysign(MOST, value)))  # as good as none
             if lower > upper:
                 raise InputError(where, "limit.upper", upper, f"must be at least limit.lower, {lower:g}")
 
@@ -171,13 +236,19 @@ def _take_mimics(path: Path, model: ET.Element) -> list[Mimic]:
                     expected = f"no joint with one degree of freedom has this name; known: {known}"
                     raise InputError(f"{path}: joint '{found.joint}'", "mimic.joint", found.leader, expected)
                 mimics[found.joint] = found
-    for name in mimics:
-        leader = mimics[name].leader
-        for _ in mimics:
-            leader = mimics[leader].leader if leader in mimics and leader != name else leader
-        if leader in mimics:
-            raise InputError(f"{path}: joint '{name}'", "mimic.joint", mimics[name].leader, "follows it in turn")
+    check_chains(path, list(mimics.values()))
     return list(mimics.values())
+
+
+def check_chains(path: Path, mimics: Sequence[Mimic]) -> None:
+    """Raises an InputError if a joint follows itself by way of others."""
+    leaders = {mimic.joint: mimic.leader for mimic in mimics}
+    for name in leaders:
+        leader = leaders[name]
+        for _ in leaders:
+            leader = leaders[leader] if leader in leaders and leader != name else leader
+        if leader in leaders:
+            raise InputError(f"{path}: joint '{name}'", "mimic.joint", leaders[name], "follows it in turn")
 
 
 def _mimic(path: Path, name: str, element: ET.Element) -> Mimic:
@@ -198,7 +269,7 @@ def _free_from_world(path: Path, model: ET.Element, free: bool, child: str | Non
     Raises:
         InputError: if a free model, or one that is welded at `child`, hangs on a joint to the world that moves.
     """
-    _fix_if_static(model)
+    fix_if_static(model)
     joints = [joint for joint in model.findall("joint") if joint_end(joint, "parent") == "world"]
     links = [link for link in model.findall("link") if link.get("name") == "world"]
     moving = [joint for joint in joints if joint.get("type") not in ("fixed", "floating")]
@@ -227,19 +298,6 @@ def _free_from_world(path: Path, model: ET.Element, free: bool, child: str | Non
         model.insert(0, root)
 
 
-def _fix_if_static(model: ET.Element) -> None:
-    """Replaces the mark of a static model in SDFormat by the joints that it stands for."""
-    marks = model.findall("static")
-    for mark in marks:
-        model.remove(mark)
-    if any((mark.text or "").strip() in ("true", "1") for mark in marks):
-        children = {joint_end(joint, "child") for joint in model.findall("joint")}
-        for name in [link.get("name", "") for link in model.findall("link")]:
-            if name not in children:
-                joint = ET.SubElement(model, "joint", name=f"{name}_to_world", type="fixed")
-                ET.SubElement(joint, "parent").text, ET.SubElement(joint, "child").text = "world", name
-
-
 def _name_end(joint: ET.Element, which: str, link: str) -> None:
     for element in joint.findall(which):
         if element.get("link") is None:
@@ -265,6 +323,18 @@ def actuate(path: Path, robot: ET.Element) -> None:
                 name = f"<transmission> '{transmission.get('name')}'"
                 note(LEFT_OUT, path, name, ", ".join(joints), "every joint has an actuator of its own")
     robot.extend(_transmission(name) for name in idle)
+
+
+def _drop_doubles(path: Path, robot: ET.Element) -> None:
+    """Removes transmissions whose actuators have names that others have."""
+    taken: set[str | None] = set()
+    for transmission in robot.findall("transmission"):
+        names = {motor.get("name") for motor in transmission.findall("actuator")}
+        if names & taken:
+            robot.remove(transmission)
+            name = f"<transmission> '{transmission.get('name')}'"
+            note(LEFT_OUT, path, name, ", ".join(map(str, names)), "another has an actuator of this name")
+        taken |= names
 
 
 def _can_push(path: Path, joint: ET.Element) -> bool:
@@ -313,10 +383,6 @@ def convert_meshes(path: Path, model: ET.Element, to_convex: bool) -> None:
                 ET.SubElement(mesh, DRAKE + "declare_convex")
             if not is_known_package(_mesh_name(mesh)):
                 _find(path, shape, mesh)
-    for uri in model.findall("include/uri"):
-        beside = Path(os.path.realpath(path.parent)) / (uri.text or "").strip()
-        if "://" not in (uri.text or "://") and os.path.exists(beside):
-            uri.text = f"file://{beside}"
 
 
 def _is_made_for_drake(shape: ET.Element, mesh: ET.Element) -> bool:
@@ -329,11 +395,13 @@ def _mesh_name(mesh: ET.Element) -> str:
 
 
 def _find(path: Path, shape: ET.Element, mesh: ET.Element) -> None:
-    file = mesh_file(_mesh_name(mesh), path)
+    file = origin = mesh_file(_mesh_name(mesh), path)
     is_foreign = file.suffix.lower() not in _DRAKE_READS
+    has_surface = shape.tag == "collision" and mesh.find(DRAKE + "declare_convex") is None
     try:
         check_mesh_file(file)
         file = converted(file) if is_foreign else file
+        file = outward(file, origin) if has_surface and file.suffix == ".obj" else file
     except InputError as error:
         raise error.inside(path) from None
     if is_foreign and file.with_suffix(".mtl").exists():

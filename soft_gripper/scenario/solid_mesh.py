@@ -22,10 +22,27 @@ _FLAT = 1e-9  # volume of a part over that of a cube around it, below which it h
 
 
 def solid(path: Path, mesh: trimesh.Trimesh) -> trimesh.Trimesh:
-    """A mesh of closed parts that face outward or, if they lie in another part, enclose a cavity.
+    """A mesh of parts as `closed_parts` finds them; those that overlap are noted, since the density counts twice.
+
+    Raises:
+        InputError: if a part is not closed.
+    """
+    parts = closed_parts(path, mesh)
+    _note_overlap(path, [part for part in parts if part.volume > 0])
+    return together(parts)
+
+
+def together(parts: list[trimesh.Trimesh]) -> trimesh.Trimesh:
+    """One mesh of several parts."""
+    found: trimesh.Trimesh = trimesh.util.concatenate(parts)
+    return found
+
+
+def closed_parts(path: Path, mesh: trimesh.Trimesh) -> list[trimesh.Trimesh]:
+    """The closed parts of a mesh, which face outward or, if they lie in another part, enclose a cavity.
 
     Vertices that are split at seams of texture or at sharp edges are joined. Faces and parts that are turned the other
-    way are turned back, with a note; so are parts that overlap noted, where the density counts twice.
+    way are turned back, with a note.
 
     Args:
         path: of the file of the mesh.
@@ -50,9 +67,7 @@ def solid(path: Path, mesh: trimesh.Trimesh) -> trimesh.Trimesh:
             part.invert()
         note(MENDED, path, "the mesh", "", "it was inside out")
     _turn(path, parts)
-    _note_overlap(path, [part for part in parts if part.volume > 0])
-    found: trimesh.Trimesh = trimesh.util.concatenate(parts)
-    return found
+    return parts
 
 
 def _parts(mesh: trimesh.Trimesh) -> list[trimesh.Trimesh]:

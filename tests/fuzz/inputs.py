@@ -33,6 +33,7 @@ SCENARIO: dict[str, Any] = {
     "simulator_config": {"accuracy": 1e-3, "max_step_size": 0.02},
     "gravity": [0.0, 0.0, -9.81],
 }
+PART = trimesh.creation.box((0.05, 0.04, 0.06)).export(file_type="stl_ascii")
 THING = (DIRECTORY / "objects/box.sdf").read_text()
 _INERTIAL = '<inertial><origin xyz="0 0 0"/><mass value="1"/>'
 _INERTIAL += '<inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial>'
@@ -65,7 +66,7 @@ class Input:
 
 def _input(text: str, name: str, scenario: dict[str, Any], command: str) -> Input:
     files = {"finger.urdf": FINGER, "thing.sdf": THING, "arm.urdf": ARM, "scenario.yaml": yaml_dump(scenario)}
-    files[name] = text
+    files |= {"part.sdf": THING, "part.stl": PART, name: text}
     encoded = {file: content.encode("utf-8", "surrogateescape") for file, content in files.items()}
     return Input(encoded, [command, "scenario.yaml"])
 
@@ -106,6 +107,41 @@ def fingers() -> st.SearchStrategy[Input]:
 def arms() -> st.SearchStrategy[Input]:
     """URDF files of an arm."""
     return _models("arm.urdf", ARM, WITH_ARM)
+
+
+MJCF = """<mujoco model="arm"><compiler angle="radian" meshdir="." inertiagrouprange="0 2"/>
+<default><geom density="900"/><default class="light"><geom mass="0.1" contype="1" conaffinity="0"/>
+<position forcerange="-5 5"/></default></default><asset><mesh name="part" file="part.stl" scale="1 1 1"/></asset>
+<worldbody><body name="base" pos="1 0 0.5" childclass="light"><geom type="box" size="0.1 0.1 0.1"/>
+<body name="upper" pos="0 0 0.3"><joint name="shoulder" axis="0 1 0" range="-3 3"/>
+<inertial pos="0 0 0" mass="1" diaginertia="0.1 0.1 0.1"/><geom type="mesh" mesh="part"/>
+<body name="tool" pos="0 0 0.2" quat="1 0 0 0"><joint name="wrist" type="slide" axis="0 0 1" range="-1 1"/>
+<joint name="turn" axis="1 0 0" range="-1 1"/><geom type="sphere" size="0.02" group="1"/></body></body></body>
+</worldbody>
+<actuator><motor name="a" joint="shoulder" gear="5" ctrlrange="-9 9" ctrllimited="true"/>
+<position name="b" joint="wrist" class="light"/></actuator>
+<equality><joint joint1="turn" joint2="wrist" polycoef="0.1 2 0 0 0"/></equality></mujoco>"""
+NESTED = """<sdf version="1.7"><model name="thing"><link name="base"/><include><uri>part.sdf</uri><name>part</name>
+<pose>0 0 0.1 0 0 1</pose></include><model name="other"><pose>0 1 0 0 0 0</pose><link name="a"/><frame name="f"
+attached_to="a"><pose>1 0 0 0 0 0</pose></frame><link name="b"><pose relative_to="f"/></link>
+<joint name="turn" type="revolute"><parent>a</parent><child>b</child><axis><xyz expressed_in="__model__">0 0 1</xyz>
+</axis></joint></model>
+<joint name="j" type="fixed"><parent>base</parent><child>other::a</child></joint>
+<joint name="k" type="fixed"><parent>base</parent><child>part::box</child></joint></model></sdf>"""
+
+
+def mjcf() -> st.SearchStrategy[Input]:
+    """MJCF files of an arm and of a fixture, with classes, actuators and equalities."""
+    arm = {**WITH_ARM["arm"], "limits": {name: {"velocity": 1.0, "effort": 9.0} for name in ("shoulder", "wrist")}}
+    finger = {**WITH_ARM["models"][1]}
+    moved = {**WITH_ARM, "models": [{"name": "arm", "file": "arm.xml"}, finger], "arm": arm}
+    stays = {**SCENARIO, "models": [SCENARIO["models"][0], {"name": "thing", "file": "arm.xml"}]}
+    return st.one_of(_models("arm.xml", MJCF, moved), _models("arm.xml", MJCF, stays))
+
+
+def nested() -> st.SearchStrategy[Input]:
+    """SDFormat files that include another and nest a model."""
+    return _models("thing.sdf", NESTED, SCENARIO)
 
 
 def objects() -> st.SearchStrategy[Input]:
@@ -288,6 +324,8 @@ KINDS: dict[str, Callable[[], st.SearchStrategy[Input]]] = {
     "fingers": fingers,
     "arms": arms,
     "objects": objects,
+    "mjcf": mjcf,
+    "nested": nested,
     "meshes": meshes,
     "command lines": command_lines,
     "contacts": contacts,

@@ -1,9 +1,12 @@
 """What cannot end is refused before it begins, with the estimate."""
 
+from dataclasses import replace
+
 import pytest
 from refusals import refused
 
 from soft_gripper.errors import InputError
+from soft_gripper.scenario.checks import checked_scenario
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.shipped import scenario_names
 
@@ -36,6 +39,14 @@ def test_without_end_if_the_plant_is_continuous(override: str) -> None:
 def test_a_task_counts_by_its_time_limit() -> None:
     with refused("plant_config.time_step", 0.005):
         load_scenario("pick_and_place_box", ["task.time_limit=1.0e+9"])
+
+
+def test_more_models_than_can_be_read() -> None:
+    scenario = load_scenario("box_grasp")
+    box = scenario.models[-1]
+    scenario.models += [replace(box, name=f"box{i}") for i in range(500)]
+    with refused("models", 503):
+        checked_scenario("many.yaml", scenario)
 
 
 @pytest.mark.parametrize("name", scenario_names())

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
+from PIL import Image
 from pydrake.geometry import Mesh
 from trimesh.visual import TextureVisuals
 from trimesh.visual.material import PBRMaterial
@@ -171,3 +172,19 @@ def test_a_file_that_would_fill_the_memory_is_not_read(tmp_path, suffix):
         with pytest.raises(InputError) as error:
             read(path)
         assert (error.value.field, error.value.value) == ("size", 2**30)
+
+
+def test_collada_whose_material_is_missing(tmp_path):
+    found = converted(write_dae(tmp_path / "a.dae", a_box((1.0, 0, 0, 1.0)), change=('target="#', 'target="#no')))
+    np.testing.assert_allclose(read_scene(found).bounds, BOX, atol=1e-6)
+
+
+def test_textures_are_not_copied_for_each_smooth_piece(monkeypatch):
+    """A large one took minutes."""
+    copies = []
+    monkeypatch.setattr(Image.Image, "copy", lambda self: copies.append(1) or self)
+    parts = trimesh.util.concatenate([trimesh.creation.box(SIZE).apply_translation([i, 0, 0]) for i in range(20)])
+    material = PBRMaterial(baseColorTexture=Image.new("RGB", (4, 4)))
+    parts.visual = TextureVisuals(uv=np.zeros((len(parts.vertices), 2)), material=material)
+    mesh_cache._shaded(parts)
+    assert len(copies) < 5

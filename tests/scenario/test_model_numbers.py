@@ -8,10 +8,10 @@ from soft_gripper.models import DIRECTORY
 from soft_gripper.scenario.model_numbers import check_numbers
 
 URDF = {
-    '<box size="0 1 1"/>': "box.size = '0 1 1': give sizes from 1e-06 to 1e\\+06 m",
+    '<box size="0 1 1"/>': "box.size = '0 1 1': give sizes from 1e-09 to 1e\\+06 m",
     '<box size="5e-324 1 1"/>': "box.size = .*: give finite numbers: 0, or 1e-30 to",
     '<box size="1e-200 1 1"/>': "box.size",
-    '<box size="1e-9 1 1"/>': "box.size = .*: give sizes",
+    '<box size="1e-10 1 1"/>': "box.size = .*: give sizes",
     '<box size="1 1"/>': "box.size = '1 1': give three numbers",
     '<box size="nan 1 1"/>': "box.size = 'nan 1 1': give three numbers",
     '<box size="inf 1 1"/>': "box.size = 'inf 1 1': give finite numbers",

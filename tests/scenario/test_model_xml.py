@@ -101,7 +101,7 @@ def test_what_is_not_used_is_not_checked(tmp_path, is_arm):
     sensor = "<sensor name='s' type='camera'><update_rate>no</update_rate></sensor>"
     read = Read(tmp_path, sdf(sdf_link("a", sensor), sdf_link("b"), sdf_link("c"), sdf_joint("a", "b"), still, plugin))
     assert read.plant.num_positions() == 1
-    assert read.said == ["left out <plugin> of 'p'", "left out <sensor> of 's'"]
+    assert read.said == ["left out <sensor> of 's'", "left out <plugin> of 'p'"]
 
 
 @pytest.mark.parametrize("uri", ["http://drake.mit.edu", "drake.mit.edu", "https://drake.mit.edu", None])

@@ -19,7 +19,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
-from typing import Any, Protocol
+from typing import IO, Any, Protocol
 from urllib.parse import SplitResult, parse_qs, unquote, urlsplit
 
 from drake import lcmt_drake_signal
@@ -220,8 +220,15 @@ class Endpoints:
             )
             return (dict(zip(table.names, row, strict=True)) for row in table.values.tolist())
         file = self._stack.enter_context(path.open("rb"))
-        lines = enumerate(line for line in iter(lambda: file.readline(MOST_BYTES + 1), b"") if line.strip())
+        lines = enumerate(line for line in _lines(path, file) if line.strip())
         return (line for number, line in lines if number or line.lstrip()[:1] in b"{+-.0123456789")
+
+
+def _lines(path: Path, file: IO[bytes]) -> Iterator[bytes]:
+    for number, line in enumerate(iter(lambda: file.readline(MOST_BYTES + 1), b""), 1):
+        if len(line) > MOST_BYTES:
+            raise InputError(path, "line", number, f"has more than {MOST_BYTES} bytes; give a reading a line")
+        yield line
 
 
 _Selector = getattr(selectors, "PollSelector", selectors.SelectSelector)  # epoll refuses files on a disk
@@ -260,6 +267,7 @@ class LineSource:
 
     def __init__(self, descriptor: int):
         self._descriptor, self._begun, self.is_over = descriptor, b"", False
+        self._is_cut = False  # the line that has begun is the rest of one that was too long
 
     def receive(self, timeout: float) -> list[Message]:
         if self.is_over or not _has_come(self._descriptor, timeout):
@@ -272,8 +280,11 @@ class LineSource:
             arrived = b""
         self.is_over = not arrived
         *lines, self._begun = (self._begun + arrived).split(b"\n")
+        if self._is_cut:
+            self._begun, self._is_cut = self._begun if lines else b"", not lines
+            lines = lines[1:]
         if len(self._begun) > MOST_BYTES:  # no line is that long: it is passed on, and counted
-            lines, self._begun = [*lines, self._begun], b""
+            lines, self._begun, self._is_cut = [*lines, self._begun], b"", True
         return [line for line in lines if line.strip()]
 
 

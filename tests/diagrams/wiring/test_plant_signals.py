@@ -8,6 +8,7 @@ from soft_gripper.diagrams.recording import read_logs
 from soft_gripper.diagrams.simulation import make_simulator, simulate
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.wiring.plant_signals import state_units
+from soft_gripper.models import DIRECTORY
 from soft_gripper.scenario.scenario_file import load_scenario
 
 # The file names the last joint first, and the motors in the order of the file.
@@ -54,6 +55,18 @@ def test_the_contact_wrench_carries_the_object(grasp):
     assert wrench["wrench_units"].values.tolist() == ["N m"] * 3 + ["N"] * 3
     assert wrench.sel(wrench="force_z").values[-1] == pytest.approx(0.05 * 9.81, rel=0.01)
     assert np.abs(wrench.sel(wrench=["torque_x", "torque_y", "torque_z"]).values[-1]).max() < 1e-3
+
+
+def test_the_contact_wrench_carries_an_object_with_joints_of_its_own(tmp_path):
+    inertia = "<inertia><ixx>1e-6</ixx><iyy>1e-6</iyy><izz>1e-6</izz></inertia>"
+    link = f'<link name="weight"><inertial><mass>0.02</mass>{inertia}</inertial></link>'
+    axis = "<axis><xyz>1 0 0</xyz><dynamics><damping>1</damping></dynamics></axis>"
+    joint = f'<joint name="slide" type="prismatic"><parent>box</parent><child>weight</child>{axis}</joint>'
+    box = (DIRECTORY / "objects/box.sdf").read_text()
+    (tmp_path / "box.sdf").write_text(box.replace("</model>", f"{link}{joint}</model>"))
+    changes = ("pressure.steps.all=[0.0]", "pressure.settle=0.5", f"models.2.file={tmp_path}/box.sdf")
+    wrench = simulate(load_scenario("box_grasp", changes)).data["box.contact_wrench"]
+    assert wrench.sel(wrench="force_z").values[-1] == pytest.approx(0.07 * 9.81, rel=1e-3)
 
 
 def test_the_contact_wrench_acts_about_the_origin_of_the_object(grasp):

@@ -315,6 +315,27 @@ def test_lines_of_any_length():
     assert decoded(b'{"a": 3}', "json", ()) == {"a": 3.0}
 
 
+def test_the_rest_of_a_line_without_end_is_no_reading():
+    read, write = os.pipe()
+    source, found = LineSource(read), []
+    for piece in (b"x" * 60_000, b"x" * 60_000, b"1, 2", b"3, 4\n5, 6\n"):
+        os.write(write, piece)
+        found += source.receive(0.1)
+    os.close(write)
+    os.close(read)
+    assert [len(line) for line in found] == [120_000, 4]
+    assert found[1] == b"5, 6"
+
+
+def test_a_file_with_a_line_without_end_is_refused_by_its_line(tmp_path):
+    (tmp_path / "a.csv").write_bytes(b"1, 2\n" + b"3, 4" * 100_000)
+    with Endpoints("bench.yaml") as endpoints:
+        source = endpoints.source(f"file:{tmp_path}/a.csv")
+        assert source.receive(0.1) == [b"1, 2\n"]
+        with refused("line", 2):
+            source.receive(0.1)
+
+
 @pytest.mark.parametrize(
     "address",
     [

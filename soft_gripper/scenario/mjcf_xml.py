@@ -1,0 +1,310 @@
+"""MJCF files as they are found, made ready for Drake: one text, meshes that Drake reads, possible masses, motors."""
+
+import math
+import os
+import xml.etree.ElementTree as ET
+from collections.abc import Collection, Iterator, Mapping
+from itertools import combinations
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from soft_gripper.arrays import Array
+from soft_gripper.control.couplings import Mimic
+from soft_gripper.errors import InputError
+from soft_gripper.files.notes import MENDED, READ, note
+from soft_gripper.files.xml_text import finite_numbers, read_numbers, read_xml
+from soft_gripper.scenario.link_inertia import NEXT_TO_NONE, NOT_POSSIBLE, SPECK, SPECK_WHY, possible_inertia
+from soft_gripper.scenario.mesh_object import check_mesh_file, converted, weighable
+from soft_gripper.scenario.model_xml import Ready, check_chains
+
+_DEEPEST = 10  # files that include each other
+_FULL = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # entries of fullinertia
+_ACTUATORS = ("motor", "general", "position", "velocity", "intvelocity", "damper")
+_JOINTS = ("joint", "freejoint")
+_Defaults = Mapping[str, Mapping[str, Mapping[str, str]]]  # attributes by class and tag
+
+
+def ready_mjcf(path: Path, root: ET.Element) -> Ready:
+    """A model that Drake reads, from the root of its file, which is changed.
+
+    Raises:
+        InputError: if a file that it names is missing or cannot be read, or files include each other.
+    """
+    _include(path, path.parent, root, 0)
+    if not (root.get("model") or "").strip():
+        root.set("model", path.stem)
+    defaults = _defaults(root)
+    _find_meshes(path, root, defaults)
+    counts = _take_groups(path, root)
+    for world in root.findall("worldbody"):
+        _mend_masses(path, world, _Masses(defaults, *counts), "main")
+    mimics = _take_mimics(path, root, {name for name, _ in _joints(root, defaults)})
+    _make_motors(path, root, defaults)
+    _exclude(root, defaults)
+    return Ready(ET.tostring(root, encoding="unicode"), mimics)
+
+
+def _include(path: Path, folder: Path, around: ET.Element, depth: int) -> None:
+    """Puts the contents of included files in the place of each <include>."""
+    place = 0
+    while place < len(around):
+        element = around[place]
+        if element.tag == "include":
+            file = folder / element.get("file", "")
+            if depth >= _DEEPEST or not os.path.isfile(file):
+                expected = f"lies in {depth} files that include each other" if depth else f"there is no file {file}"
+                raise InputError(path, "include.file", element.get("file", ""), expected)
+            around.remove(element)
+            included = read_xml(file)
+            _include(path, folder, included, depth + 1)
+            for i, child in enumerate(included):
+                around.insert(place + i, child)
+            place += len(included)
+        else:
+            _include(path, folder, element, depth)
+            place += 1
+
+
+def _find_meshes(path: Path, root: ET.Element, defaults: _Defaults) -> None:
+    """Gives meshes their names and files that Drake reads."""
+    options: dict[str, str] = {}
+    for compiler in root.findall("compiler"):
+        options |= compiler.attrib
+        for name in ("meshdir", "assetdir", "strippath"):
+            compiler.attrib.pop(name, None)
+    weighed = _weighed(root, defaults, options.get("inertiafromgeom") == "true")
+    folder = Path(os.path.realpath(path.parent)) / options.get("meshdir", options.get("assetdir", ""))
+    for mesh in root.findall("asset/mesh"):
+        if named := (mesh.get("file") or "").strip():
+            file = folder / (os.path.basename(named) if options.get("strippath") == "true" else named)
+            mesh.attrib.setdefault("name", Path(named).stem)
+            try:
+                check_mesh_file(file)
+                found = file if file.suffix.lower() == ".obj" else converted(file)
+                found = weighable(found, file) if mesh.get("name") in weighed else found
+            except InputError as error:
+                raise error.inside(path) from None
+            mesh.set("file", str(found))
+            mesh.attrib.pop("content_type", None)
+
+
+def _weighed(root: ET.Element, defaults: _Defaults, all_are: bool) -> set[str | None]:
+    """The names of the meshes from whose volumes masses may follow."""
+    bodies = [body for body in root.iter("body") if all_are or body.find("inertial") is None]
+    by_class = {values["geom"].get("mesh") for values in defaults.values() if "geom" in values}
+    return by_class | {geom.get("mesh") for body in bodies for geom in body.findall("geom")}
+
+
+def _defaults(root: ET.Element) -> _Defaults:
+    """The attributes that each class gives to elements that have none of their own."""
+    found: dict[str, dict[str, dict[str, str]]] = {"main": {}}
+
+    def add(default: ET.Element, around: str, name: str) -> None:
+        own = found.setdefault(name, {tag: dict(values) for tag, values in found[around].items()})
+        for element in default:
+            if element.tag == "default":
+                continue
+            tag = "actuator" if element.tag in _ACTUATORS else str(element.tag)
+            own[tag] = {**own.get(tag, {}), **element.attrib}
+        for inner in default.findall("default"):
+            add(inner, name, inner.get("class", ""))
+
+    for default in root.findall("default"):
+        add(default, "main", "main")
+    return found
+
+
+def _with_defaults(element: ET.Element, tag: str, defaults: _Defaults, childclass: str) -> dict[str, str]:
+    return {**defaults.get(element.get("class", childclass), {}).get(tag, {}), **element.attrib}
+
+
+def _name(element: ET.Element) -> str:
+    return f"{element.tag} '{element.get('name', element.get('joint', ''))}'"
+
+
+class _Masses(NamedTuple):
+    """What a geom weighs: by its class, and only in some groups."""
+
+    defaults: _Defaults
+    first: float
+    last: float
+
+
+def _take_groups(path: Path, root: ET.Element) -> tuple[float, float]:
+    """The groups of which geoms have a mass, which Drake does not know."""
+    found = -math.inf, math.inf
+    for compiler in root.findall("compiler"):
+        if (text := compiler.attrib.pop("inertiagrouprange", None)) is not None:
+            first, last = finite_numbers(path, "compiler.inertiagrouprange", text, 2)
+            found = first, last
+    return found
+
+
+def _mend_masses(path: Path, around: ET.Element, masses: _Masses, childclass: str) -> None:
+    for body in around.findall("body"):
+        inside = body.get("childclass", childclass)
+        moves = any(body.find(tag) is not None for tag in _JOINTS)
+        inertial = body.find("inertial")
+        if inertial is not None:
+            _mend(path, body, inertial, moves)
+        elif sum(_has_mass(path, geom, masses, inside) for geom in body.findall("geom")) == 0 and moves:
+            _set_inertia(ET.SubElement(body, "inertial", pos="0 0 0"), *SPECK)
+            note(MENDED, path, f"{_name(body)}: mass", "0", SPECK_WHY)
+        _mend_masses(path, body, masses, inside)
+
+
+def _has_mass(path: Path, geom: ET.Element, masses: _Masses, childclass: str) -> bool:
+    """Whether a geom has a mass; one of a group that has none loses it."""
+    values = _with_defaults(geom, "geom", masses.defaults, childclass)
+    if (
+        not masses.first
+        <= finite_numbers(f"{path}: {_name(geom)}", "group", values.get("group", "0"), 1)[0]
+        <= masses.last
+    ):
+        geom.set("mass", "0")
+        return False
+    name = "mass" if "mass" in values else "density"
+    (value,) = finite_numbers(f"{path}: {_name(geom)}", name, values.get(name, "1000"), 1)
+    return value > 0
+
+
+def _mend(path: Path, body: ET.Element, inertial: ET.Element, moves: bool) -> None:
+    """Makes the inertia of a body one that a body can have."""
+    where = f"{path}: {_name(body)}"
+    (mass,) = finite_numbers(where, "inertial.mass", inertial.get("mass", "0"), 1)
+    inertia = _inertia(where, inertial)
+    if mass <= 0:
+        _set_inertia(inertial, *(SPECK if moves else NEXT_TO_NONE))
+        if moves:
+            note(MENDED, path, f"{_name(body)}: mass", f"{mass:g}", SPECK_WHY)
+    elif (possible := possible_inertia(mass, inertia)) is not inertia:
+        _set_inertia(inertial, mass, possible)
+        moments = ", ".join(f"{moment:.3g}" for moment in np.diag(inertia))
+        note(MENDED, path, f"{_name(body)}: inertia", moments, NOT_POSSIBLE)
+
+
+def _inertia(where: str, inertial: ET.Element) -> Array:
+    full = inertial.get("fullinertia")
+    numbers = finite_numbers(where, "inertial.fullinertia", full, 6) if full is not None else ()
+    diagonal = finite_numbers(where, "inertial.diaginertia", inertial.get("diaginertia", "0 0 0"), 3)
+    inertia = np.diag(diagonal)
+    for (i, j), value in zip(_FULL, numbers, strict=bool(numbers)):
+        inertia[i, j] = inertia[j, i] = value
+    return inertia
+
+
+def _set_inertia(inertial: ET.Element, mass: float, inertia: Array) -> None:
+    inertial.attrib.pop("diaginertia", None)
+    inertial.set("mass", repr(mass))
+    inertial.set("fullinertia", " ".join(repr(float(inertia[index])) for index in _FULL))
+
+
+def _take_mimics(path: Path, root: ET.Element, joints: Collection[str]) -> tuple[Mimic, ...]:
+    """Takes out of a model which joints follow others, as far as they follow in proportion."""
+    mimics: list[Mimic] = []
+    for equality in root.findall("equality"):
+        for element in [each for each in equality.findall("joint") if each.get("active") != "false"]:
+            joint, leader = element.get("joint1", ""), element.get("joint2", "")
+            law = finite_numbers(
+                f"{path}: {_name(element)}", "polycoef", element.get("polycoef", "0 1 0 0 0"), 1, 2, 3, 4, 5
+            )
+            offset, factor, *others = (*law, *(0.0, 1.0)[len(law) :])
+            followers = {mimic.joint for mimic in mimics}
+            if {joint, leader} <= set(joints) and not any(others) and joint not in followers and joint != leader:
+                equality.remove(element)
+                mimics.append(Mimic(joint, leader, factor, offset))
+    check_chains(path, mimics)
+    return tuple(mimics)
+
+
+def _make_motors(path: Path, root: ET.Element, defaults: _Defaults) -> None:
+    """Makes each actuator of a joint a motor with the largest effort at the joint: Drake knows neither gears nor gains.
+
+    A default class may say what a motor no longer has, so that those of actuators go.
+    """
+    joints = dict(_joints(root, defaults))
+    for actuators in root.findall("actuator"):
+        for place, actuator in enumerate(list(actuators)):
+            if actuator.tag in _ACTUATORS and (joint := actuator.get("joint")) in joints:
+                effort = _effort(path, actuator, _with_defaults(actuator, "actuator", defaults, "main"), joints[joint])
+                motor = ET.Element("motor", {"name": actuator.get("name", f"{joint}_actuator"), "joint": joint})
+                if effort < math.inf:
+                    motor.attrib |= {"ctrllimited": "true", "ctrlrange": f"{-effort!r} {effort!r}"}
+                if actuator.tag != "motor":
+                    note(
+                        READ,
+                        path,
+                        f"actuator '{motor.get('name')}'",
+                        actuator.tag,
+                        "as a motor with its largest effort",
+                    )
+                actuators[place] = motor
+    for default in root.iter("default"):
+        for element in [element for element in default if element.tag in _ACTUATORS]:
+            default.remove(element)
+
+
+def _exclude(root: ET.Element, defaults: _Defaults) -> None:
+    """Says which bodies never touch by the masks of their geoms, which Drake does not know."""
+    masks: dict[str, list[tuple[int, int]]] = {}
+    for body, childclass in _bodies(root):
+        of_geoms = [_with_defaults(geom, "geom", defaults, childclass) for geom in body.findall("geom")]
+        pairs = [(_bits(values, "contype"), _bits(values, "conaffinity")) for values in of_geoms]
+        masks[body.get("name", "")] = [pair for pair in pairs if any(pair)]
+    contact = ET.SubElement(root, "contact")
+    for one, other in combinations([name for name, found in masks.items() if name and found], 2):
+        if not any(a & d or c & b for a, b in masks[one] for c, d in masks[other]):
+            ET.SubElement(contact, "exclude", body1=one, body2=other)
+
+
+def _bits(values: Mapping[str, str], name: str) -> int:
+    text = values.get(name, "1")
+    return int(text) if text.isdecimal() else 1
+
+
+def _bodies(root: ET.Element) -> Iterator[tuple[ET.Element, str]]:
+    """All bodies, and the class that their elements have."""
+
+    def inside(around: ET.Element, childclass: str) -> Iterator[tuple[ET.Element, str]]:
+        for body in around.findall("body"):
+            of_body = body.get("childclass", childclass)
+            yield body, of_body
+            yield from inside(body, of_body)
+
+    for world in root.findall("worldbody"):
+        yield from inside(world, "main")
+
+
+def _joints(root: ET.Element, defaults: _Defaults) -> Iterator[tuple[str, dict[str, str]]]:
+    """The names and attributes of the joints with one degree of freedom."""
+    for body, childclass in _bodies(root):
+        for joint in body.findall("joint"):
+            values = _with_defaults(joint, "joint", defaults, childclass)
+            if values.get("type", "hinge") in ("hinge", "slide"):
+                yield values.get("name", ""), values
+
+
+def _effort(path: Path, actuator: ET.Element, values: Mapping[str, str], joint: Mapping[str, str]) -> float:
+    """The largest effort of an actuator at its joint, N m or N."""
+    where = f"{path}: {_name(actuator)}"
+
+    def number(name: str, default: str) -> float:
+        return read_numbers(where, name, values.get(name, default))[0]
+
+    gear = abs(number("gear", "1"))
+    is_motor = actuator.tag == "motor" or (actuator.tag == "general" and values.get("biastype", "none") == "none")
+    gain = abs(number("gainprm", "1")) if actuator.tag == "general" else 1.0
+    efforts = [gear * _most(where, values, "force")]
+    efforts += [gear * gain * _most(where, values, "ctrl")] if is_motor else []
+    efforts += [_most(where, joint, "actuatorfrc")]
+    return min(efforts)
+
+
+def _most(where: str, values: Mapping[str, str], kind: str) -> float:
+    """The larger end of a range, if it limits anything."""
+    text = values.get(f"{kind}range")
+    if text is None or values.get(f"{kind}limited", "auto") == "false":
+        return math.inf
+    return max(map(abs, finite_numbers(where, f"{kind}range", text, 2)))

@@ -1,0 +1,192 @@
+"""SDFormat files that include others or nest models: all links in one model, as a scenario has them.
+
+Links, joints and frames of a nested model get its name as a prefix, `hand_palm` for `hand::palm`; a frame with the
+name of the model takes the place of its own, in which its poses are given.
+"""
+
+import os
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+from soft_gripper.errors import InputError
+from soft_gripper.files.xml_text import DRAKE, joint_end, read_xml
+from soft_gripper.scenario.mesh_names import mesh_file, named_in_packages
+
+_VERSION = (1, 7)  # of SDFormat, the first in which poses name the frames in which they are given
+_DEEPEST = 10  # files that include each other
+_POSED = ("link", "frame", "model")
+_NAMES = (*_POSED, "joint")
+_ATTRIBUTES = ("relative_to", "attached_to", "expressed_in", "canonical_link", "placement_frame")
+_TEXTS = ("parent", "child", "gearbox_reference_body", f"{DRAKE}member")
+_OUTER = ("world", "__root__")
+_OVERRIDES = ("pose", "static")  # of an <include>
+
+
+def flatten(path: Path, root: ET.Element) -> None:
+    """Puts included and nested models of an <sdf> element into the model around them.
+
+    Raises:
+        InputError: if an included file is missing or is not one model in SDFormat, or files include each other.
+    """
+    if root.find(".//include") is None and root.find(".//model/model") is None:
+        return
+    for around in [root, *root.findall("world")]:
+        _include(path, around, ())
+    version = _version(path, root)
+    for model in [*root.findall("model"), *root.findall("world/model")]:
+        _modernize(model, version)
+        for nested in model.findall("model"):
+            _merge(path, model, nested)
+    root.set("version", ".".join(map(str, max(version, _VERSION))))
+
+
+def fix_if_static(model: ET.Element) -> None:
+    """Replaces the mark of a static model by the joints that it stands for."""
+    marks = model.findall("static")
+    for mark in marks:
+        model.remove(mark)
+    if any((mark.text or "").strip() in ("true", "1") for mark in marks):
+        children = {joint_end(joint, "child") for joint in model.findall("joint")}
+        for name in [link.get("name", "") for link in model.findall("link")]:
+            if name not in children:
+                joint = ET.SubElement(model, "joint", name=f"{name}_to_world", type="fixed")
+                ET.SubElement(joint, "parent").text, ET.SubElement(joint, "child").text = "world", name
+
+
+def _version(path: Path, root: ET.Element) -> tuple[int, ...]:
+    text = root.get("version", "")
+    try:
+        return tuple(map(int, text.split(".")))
+    except ValueError:
+        raise InputError(path, "sdf.version", text, "give a version such as 1.7") from None
+
+
+def _include(path: Path, around: ET.Element, inside: tuple[Path, ...]) -> None:
+    """Replaces each <include> in an element, and in the models in it, by the model that it names."""
+    for model in around.findall("model"):
+        _include(path, model, inside)
+    for place, include in [each for each in enumerate(around) if each[1].tag == "include"]:
+        around[place] = _included(path, include, (*inside, path))
+
+
+def _included(path: Path, include: ET.Element, inside: tuple[Path, ...]) -> ET.Element:
+    uri = (include.findtext("uri") or "").strip()
+    file = _file(path, uri)
+    if len(inside) > _DEEPEST:
+        raise InputError(path, "include.uri", uri, f"lies in more than {_DEEPEST} files that include each other")
+    root = read_xml(file)
+    models = [*root.findall("model"), *root.findall("include")] if root.tag == "sdf" else []
+    if len(models) != 1:
+        raise InputError(path, "include.uri", uri, f"must be SDFormat with one model: {file}")
+    _include(file, root, inside)
+    (model,) = root.findall("model")
+    _modernize(model, _version(file, root))
+    for mesh in model.iter("mesh"):
+        for name in mesh.findall("uri"):
+            if "://" not in (text := (name.text or "").strip()):
+                name.text = f"file://{Path(os.path.realpath(file.parent)) / text}"
+    for tag in _OVERRIDES:
+        if (given := include.find(tag)) is not None:
+            for element in model.findall(tag):
+                model.remove(element)
+            model.append(given)
+    model.set("name", (include.findtext("name") or model.get("name") or "").strip())
+    if frame := (include.findtext("placement_frame") or "").strip():
+        model.set("placement_frame", frame)
+    return model
+
+
+def _file(path: Path, uri: str) -> Path:
+    """The SDFormat file behind the URI of an <include>, which may name the folder of a model."""
+    beside = Path(os.path.realpath(path.parent)) / uri.removeprefix("file://")
+    folders = [folder for folder in (beside, *named_in_packages(uri, path)) if os.path.isdir(folder)]
+    if not folders:
+        try:
+            return mesh_file(uri, path)
+        except InputError as error:
+            raise InputError(path, "include.uri", uri, error.expected) from None
+    names = [(sdf.text or "").strip() for sdf in read_xml(folders[0] / "model.config").findall("sdf")]
+    if not names or not os.path.isfile(folders[0] / names[-1]):
+        raise InputError(folders[0] / "model.config", "sdf", ", ".join(names), "names no file of the model")
+    return folders[0] / names[-1]
+
+
+def _modernize(model: ET.Element, version: tuple[int, ...]) -> None:
+    """Says in which frame axes are, where older versions of SDFormat have another rule."""
+    for axis in [*model.findall("joint/axis"), *model.findall("joint/axis2")] if version < _VERSION else ():
+        marks = axis.findall("use_parent_model_frame")
+        for mark in marks:
+            axis.remove(mark)
+        in_model = (marks[-1].text or "").strip() in ("true", "1") if marks else version < (1, 5)
+        for direction in axis.findall("xyz") if in_model else ():
+            direction.set("expressed_in", "__model__")
+    for nested in model.findall("model"):
+        _modernize(nested, version)
+
+
+def _merge(path: Path, around: ET.Element, nested: ET.Element) -> None:
+    """Moves what a nested model holds into the model around it."""
+    name = nested.get("name", "")
+    for inner in nested.findall("model"):
+        _merge(path, nested, inner)
+    fix_if_static(nested)
+    links = [link.get("name", "") for link in nested.findall("link")]
+    if (frame := nested.get("placement_frame")) is not None:
+        raise InputError(f"{path}: model '{name}'", "placement_frame", frame, "leave it out of a nested model")
+    if not links:
+        raise InputError(path, "model", name, "is nested, and holds no link")
+    first = nested.get("canonical_link", links[0])
+    for element in [element for element in nested if element.tag in _NAMES]:
+        _place(element)
+    for element in nested:
+        _rename(element, name)
+    pose = nested.find("pose")
+    pose = ET.Element("pose") if pose is None else pose
+    pose.attrib.setdefault("relative_to", "__model__")
+    frame_of_model = ET.Element("frame", {"name": name, "attached_to": f"{name}_{first.replace('::', '_')}"})
+    frame_of_model.append(pose)
+    around.remove(nested)
+    around.append(frame_of_model)
+    around.extend([element for element in nested if element.tag in _NAMES])
+    around.extend([element for element in nested if str(element.tag).startswith(DRAKE)])
+    for element in around:
+        _scope(element, name)
+
+
+def _place(element: ET.Element) -> None:
+    """Says that poses which name no frame are in that of the model."""
+    if element.tag == "frame" and "attached_to" not in element.attrib:
+        element.set("attached_to", "__model__")
+    elif element.tag in ("link", "model"):
+        pose = element.find("pose")
+        pose = ET.SubElement(element, "pose") if pose is None else pose
+        pose.attrib.setdefault("relative_to", "__model__")
+
+
+def _rename(element: ET.Element, prefix: str) -> None:
+    """Prefixes all names of a nested model, and what refers to them."""
+    if element.tag in _NAMES:
+        element.set("name", f"{prefix}_{element.get('name', '')}")
+    for part in element.iter():
+        for key in _ATTRIBUTES:
+            if (value := part.get(key)) is not None:
+                part.set(key, _renamed(value, prefix))
+        if part.tag == "mimic" and (leader := part.get("joint")):
+            part.set("joint", _renamed(leader, prefix))
+        if part.tag in _TEXTS and len(part) == 0 and part.text:
+            part.text = _renamed(part.text.strip(), prefix)
+
+
+def _renamed(name: str, prefix: str) -> str:
+    return prefix if name == "__model__" else name if not name or name in _OUTER else f"{prefix}_{name}"
+
+
+def _scope(element: ET.Element, nested: str) -> None:
+    """Writes names such as `hand::palm` as what they are now."""
+    begin = f"{nested}::"
+    for part in element.iter():
+        for key, value in part.attrib.items():
+            if (key in _ATTRIBUTES or part.tag == "mimic") and value.startswith(begin):
+                part.set(key, value.replace("::", "_"))
+        if part.tag in _TEXTS and (part.text or "").strip().startswith(begin):
+            part.text = (part.text or "").strip().replace("::", "_")
