@@ -18,7 +18,7 @@ from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.estimators.estimate import ShapeFunction
 from soft_gripper.estimators.finger_shape import ANGLES
-from soft_gripper.estimators.free_motion import Lag, motion_of
+from soft_gripper.estimators.free_motion import recorded_lag
 from soft_gripper.fingers.creep import advance, memory_torque
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import SLIDES
@@ -72,7 +72,13 @@ def driving_torques(finger: Finger, q: Array, pressure: Array, period: float) ->
 
 
 def recorded_driving(
-    function: ShapeFunction, finger: Finger, readings: Array, pressure: Array, gravity: Planar, period: float
+    function: ShapeFunction,
+    finger: Finger,
+    readings: Array,
+    pressure: Array,
+    gravity: Planar,
+    period: float,
+    pull: Planar | None = None,
 ) -> Array:
     """The driving torque over a recording, N m, (T, ..., N), as DrivingTorque computes it next to an estimator.
 
@@ -86,19 +92,16 @@ def recorded_driving(
         pressure: in the chamber, Pa, (T, ...).
         gravity: in the bending plane, z + i x in B, m/s^2, (T, ...).
         period: of the samples, s.
+        pull: gravity less the acceleration of the base, likewise; None: the base is at rest.
     """
+    gravity = np.broadcast_to(gravity, pressure.shape)
     driving, settled = finger.pressure_torque(pressure), not finger.creep
     while not settled:
-        q, before = function(readings, driving, gravity, *_lag(function, driving, gravity)).q, driving
+        lag = recorded_lag(function, driving, gravity, gravity if pull is None else pull)
+        q, before = function(readings, driving, gravity, *lag).q, driving
         driving = driving_torques(finger, q, pressure, period)
         settled = np.allclose(driving, before, rtol=0, atol=_SETTLED, equal_nan=True)
     return driving
-
-
-def _lag(function: ShapeFunction, driving: Array, gravity: Planar) -> tuple[Lag, ...]:
-    """Lag of the free finger on a base at rest, if an estimator takes it."""
-    motion, pull = motion_of(function), np.broadcast_to(gravity, driving.shape[:-1])
-    return () if motion is None else (motion.lag(motion.over_time(driving, pull, pull)),)
 
 
 class DrivingTorque(ArrayBlock):

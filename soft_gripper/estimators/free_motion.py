@@ -72,8 +72,8 @@ class FreeMotion:
         """Before the first sample."""
         return np.full((4, len(self.mechanics.layout.straight)), np.nan)
 
-    def step(self, before: Array, driving: Array, gravity: Any, felt: Any) -> Array:
-        """The motion at a sample, from that at the sample before; `felt` is gravity less the base's acceleration."""
+    def step(self, before: Array, driving: Array, gravity: Any, pull: Any) -> Array:
+        """The motion at a sample, from that at the sample before; `pull` is gravity less the base's acceleration."""
         mechanics = self.mechanics
         q, rate, drawn, _ = np.moveaxis(before, -2, 0)
         moved = np.concatenate([q - drawn, rate], axis=-1) @ self._transition.T
@@ -81,13 +81,13 @@ class FreeMotion:
         away, rate = np.split(np.where(begins, 0.0, moved), 2, axis=-1)
         q = np.where(begins, mechanics.free(driving), drawn + away)
         at = mechanics.posture(q)
-        drawn, rest = (mechanics.free(driving + mechanics.weight(at, pull)) for pull in (felt, gravity))
+        drawn, rest = (mechanics.free(driving + mechanics.weight(at, each)) for each in (pull, gravity))
         return np.stack(np.broadcast_arrays(np.where(begins, rest, q), rate, drawn, rest), axis=-2)
 
-    def over_time(self, driving: Array, gravity: Any, felt: Any, first: int = 0) -> Array:
+    def over_time(self, driving: Array, gravity: Any, pull: Any, first: int = 0) -> Array:
         """The motion at all samples of a recording, (T, ..., 4, D); those before the `first` one leave no trace."""
         motions: list[Array] = []
-        for i, sample in enumerate(zip(driving, gravity, felt, strict=True)):
+        for i, sample in enumerate(zip(driving, gravity, pull, strict=True)):
             motions.append(self.step(motions[-1] if i > first else self.begin, *sample))
         return np.array(motions)
 
@@ -96,18 +96,16 @@ class FreeMotion:
         return np.concatenate([before, self._middle(X_WB)[..., None, :]], axis=-2)
 
     def middles_over_time(self, X_WB: Array) -> Array:
-        """The same at all samples of a recording, (T, ..., 3, 3) m; the first of them leaves no trace."""
-        present = self._middle(X_WB)
-        before = np.concatenate([np.full((3, *present.shape[1:]), np.nan), present[1:]])
-        return np.stack([before[:-2], before[1:-1], present], axis=-2)
+        """These at all samples of a recording, (T, ..., 3, 3) m; the first of them leaves no trace."""
+        return _recorded_middles(self._middle(X_WB))
 
     def acceleration(self, middles: Array) -> Array:
-        """Of the base in the world, (..., 3) m/s^2; 0 where it is not known."""
-        return np.nan_to_num(np.diff(middles, 2, axis=-2)[..., 0, :] / self.period**2)
+        """Acceleration of the base in the world, (..., 3) m/s^2; 0 where it is not known."""
+        return _acceleration(middles, self.period)
 
     def _middle(self, X_WB: Array) -> Array:
         pose = np.asarray(X_WB).reshape(*np.shape(X_WB)[:-1], 3, 4)
-        return np.asarray(pose[..., 3] + self.mechanics.layout.finger.length / 2 * pose[..., 2])
+        return _middle(pose, self.mechanics.layout.finger.length)
 
     def lag(self, motion: Array) -> Lag:
         """How far a free finger lags behind."""
@@ -123,6 +121,45 @@ class FreeMotion:
         nothing, one = np.zeros_like(pull), np.eye(len(pull))
         flow = np.block([[nothing, one], [-pull, -finger.relaxation_time * pull]])
         return np.asarray(expm(self.period * flow))
+
+
+def base_acceleration(X_WB: Array, length: float, period: float) -> Array:
+    """Acceleration of the base at all samples of a recording, (T, 3) m/s^2 in the world; 0 where it is not known.
+
+    Args:
+        X_WB: poses of the base, (T, 3, 4).
+        length: of the finger, m.
+        period: of the samples, s.
+    """
+    return _acceleration(_recorded_middles(_middle(X_WB, length)), period)
+
+
+def _middle(X_WB: Array, length: float) -> Array:
+    """Middle of the straight finger in the world, (..., 3) m."""
+    return np.asarray(X_WB[..., 3] + length / 2 * X_WB[..., 2])
+
+
+def _recorded_middles(middle: Array) -> Array:
+    """Middles at every sample of a recording and the two before, (T, ..., 3) -> (T, ..., 3, 3) m."""
+    before = np.concatenate([np.full((3, *middle.shape[1:]), np.nan), middle[1:]])
+    return np.stack([before[:-2], before[1:-1], middle], axis=-2)
+
+
+def _acceleration(middles: Array, period: float) -> Array:
+    return np.nan_to_num(np.diff(middles, 2, axis=-2)[..., 0, :] / period**2)
+
+
+def recorded_lag(function: object, driving: Array, gravity: Any, pull: Any) -> tuple[Lag, ...]:
+    """Lag of the free finger at T samples, as the arguments that an estimator takes of it; none if it takes none.
+
+    Args:
+        function: an estimator.
+        driving: torque, (T, D) N m.
+        gravity: as the estimator takes it, (T) or (T, 3) m/s^2.
+        pull: gravity less the acceleration of the base, likewise.
+    """
+    motion = motion_of(function)
+    return () if motion is None else (motion.lag(motion.over_time(driving, gravity, pull)),)
 
 
 def motion_of(function: object) -> FreeMotion | None:

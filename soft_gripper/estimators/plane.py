@@ -41,9 +41,9 @@ def planar_gravity(X_WB: Array, gravity: Array) -> Planar:
 
     Args:
         X_WB: base poses, (..., 3, 4).
-        gravity: in the world, (3,) m/s^2.
+        gravity: in the world, (..., 3) m/s^2.
     """
-    x, z = (X_WB[..., :, axis] @ gravity for axis in (0, 2))
+    x, z = ((X_WB[..., :, axis] * gravity).sum(axis=-1) for axis in (0, 2))
     return np.asarray(z + 1j * x, dtype=complex)
 
 

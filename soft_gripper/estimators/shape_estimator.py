@@ -186,9 +186,9 @@ def derive_lag(
         return ()
     places: dict[str, Any] = {"begin": np.full((2, 3), np.nan), "keep": lambda middles: middles[..., 1:, :]}
     block.remember("middles", motion.middles, "X_WB", **places, over_time=motion.middles_over_time)
-    block.derive("felt", lambda X_WB, at: in_base(X_WB, gravity - motion.acceleration(at)), "X_WB", "middles")
+    block.derive("pull", lambda X_WB, at: in_base(X_WB, gravity - motion.acceleration(at)), "X_WB", "middles")
     block.remember(
-        *("motion", motion.step, driving, "gravity", "felt"),
+        *("motion", motion.step, driving, "gravity", "pull"),
         begin=motion.begin,
         keep=lambda known: known,
         over_time=partial(motion.over_time, first=1),

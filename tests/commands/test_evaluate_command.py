@@ -20,6 +20,7 @@ from soft_gripper.commands import main
 from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
 from soft_gripper.evaluation.paper.claims import Claim
 from soft_gripper.evaluation.paper.contact_table import ContactRow, contact_summary
+from soft_gripper.evaluation.paper.scenario_run import evaluated_scenario
 from soft_gripper.evaluation.report.evaluate import CAPTIONS, CONTACT, FREE, GRIP, RUNS, SCENARIOS, TASK
 from soft_gripper.evaluation.report.page import Evaluation
 from soft_gripper.files.csv_table import read_csv
@@ -255,7 +256,8 @@ def test_interrupt_says_what_is_missing_and_how_to_go_on(started: list[str], tmp
 def test_resume_runs_what_is_missing_or_was_another_scenario(started: list[str], tmp_path: Path) -> None:
     missing, changed, *finished = RUNS
     for name in (changed, *finished):
-        scenario = load_scenario(name, ["pressure.settle=9"] if name == changed else [])
+        scenario = evaluated_scenario(name)
+        scenario.pressure.settle = 9.0 if name == changed else scenario.pressure.settle
         with atomic_folder(tmp_path / name) as partial:
             (partial / "scenario.yaml").write_text(dump_scenario(scenario))
     soft_gripper("evaluate", "--out", tmp_path, "--resume")

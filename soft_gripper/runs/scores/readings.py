@@ -13,6 +13,7 @@ from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.estimators.driving_torque import recorded_driving
 from soft_gripper.estimators.estimate import ShapeEstimate, ShapeFunction
+from soft_gripper.estimators.free_motion import base_acceleration, recorded_lag
 from soft_gripper.estimators.plane import planar_gravity
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.fingers.plant_finger import PlantFinger
@@ -32,12 +33,14 @@ class ReadAgain:
     readings: Array  # (T, R)
     pressure: Array  # (T) Pa
     gravity: Planar  # (T) m/s^2, in the bending plane; 0 if not compensated
+    pull: Planar  # (T) gravity less the acceleration of the base, likewise
     period: float  # s, sampling period
 
     def shape(self, estimator: str = "arcs") -> ShapeEstimate:
         """The estimate of a built-in estimator from the readings."""
-        found = self._function(estimator)(self.readings[1:], self._driving(estimator), self.gravity[1:])
-        return found.at(self._rows)
+        function, driving, gravity = self._function(estimator), self._driving(estimator), self.gravity[1:]
+        lag = recorded_lag(function, driving, gravity, self.pull[1:])
+        return function(self.readings[1:], driving, gravity, *lag).at(self._rows)
 
     def driving(self, estimator: str = "arcs") -> Array:
         """The driving torque of the finger, with creep computed from an estimator's shapes, N m, (T, N)."""
@@ -50,7 +53,7 @@ class ReadAgain:
 
     def _driving(self, estimator: str) -> Array:
         function, samples = self._function(estimator), (self.readings[1:], self.pressure[1:], self.gravity[1:])
-        return recorded_driving(function, self.layout.finger, *samples, self.period)
+        return recorded_driving(function, self.layout.finger, *samples, self.period, self.pull[1:])
 
     def _function(self, estimator: str) -> ShapeFunction:
         return estimator_function(estimator, self.layout, self.uncertainty, self.period)
@@ -77,7 +80,9 @@ def read_again(
     pressure, X_WB = (recording[f"{finger.name}.{name}"].values for name in ("sampled_pressure", "X_WB"))
     gravity = planar_gravity(X_WB, _gravity(station))
     layout, uncertain = with_sections(nominal, sections, borders), uncertainty(scenario.estimator, scenario.sensor)
-    return ReadAgain(layout, uncertain, readings, pressure, gravity, scenario.sensor.period)
+    acceleration = base_acceleration(X_WB, finger.finger.length, scenario.sensor.period)
+    pull = planar_gravity(X_WB, _gravity(station) - acceleration)
+    return ReadAgain(layout, uncertain, readings, pressure, gravity, pull, scenario.sensor.period)
 
 
 def with_sections(
