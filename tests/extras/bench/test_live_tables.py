@@ -49,7 +49,7 @@ def test_a_bound_that_is_not_known_is_no_number():
     ports = {"left.contact_probability": port(), "left.contact_force_bounds": port(3)}
     bounds = {"left.contact_probability": np.array([0.1])}
     for bound, text in ((0.42, "0.42"), (np.nan, "not known")):
-        given = bounds | {"left.contact_force_bounds": np.array([bound, 1.0, 2.0])}
+        given = bounds | {"left.contact_force_bounds": np.array([1.0, 2.0, bound])}
         assert finger_table(["left"], ports, given)[-1] == ["at most [N]", text]
 
 
