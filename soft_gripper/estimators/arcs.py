@@ -121,7 +121,7 @@ def arcs_from_readings(layout: SensorLayout, readings: Array) -> Arcs:
 
 
 def bends_from_readings(layout: SensorLayout, readings: Array) -> tuple[Array, Array]:
-    """What `arcs_from_readings` joins: bends, rad, and lengths, m, each (..., S)."""
+    """Bends, rad, and lengths, m, that `arcs_from_readings` joins, each (..., S)."""
     ratios = layout.response.ratio(np.where(np.isfinite(readings), readings, np.nan))
     lengths = ratios.reshape(*readings.shape[:-1], layout.paths, layout.sections) * layout.rest_lengths
     inner, axis = (layout.rest_lengths, 0.0) if layout.one_sided else (lengths[..., 0, :], layout.offsets[0])

@@ -65,7 +65,7 @@ def _put_together(parts: list[Any], shape: tuple[int, ...]) -> Any:
 
 
 def _later(parts: list[Later], shape: tuple[int, ...]) -> Later:
-    """Of several parts computed now: they would otherwise keep what they follow from."""
+    """Several parts as one, computed now: they would otherwise keep what they follow from."""
     if len(parts) > 1:
         joined = _put_together([part.value for part in parts], shape)
         return Later(lambda: joined)

@@ -71,7 +71,7 @@ class FreeBending:
 
 
 class Calibration(NamedTuple):
-    """What was found, and standard deviations."""
+    """Estimates of a calibration, and standard deviations."""
 
     bend_ratio: float  # how much further the finger bends under the same pressure than nominal
     gains: Array  # (R)
@@ -100,7 +100,7 @@ class _Holds(NamedTuple):
 
 
 class _Predicted(NamedTuple):
-    """What a finger of some bend ratio does in the holds."""
+    """Predictions for a finger of some bend ratio in the holds."""
 
     strain: Array  # (M, R)
     lag: Array  # (M, R) of a loop as wide as the stroke
@@ -170,14 +170,14 @@ class _Parts:
         self.drifts = slice(4 + 2 * readings, None)  # reading after reading, of one recording after the other
 
     def at(self, x: Array, predicted: _Predicted, by_pressure: _Predicted | None) -> _Predicted:
-        """What is predicted at an offset of the pressure."""
+        """Predictions at an offset of the pressure."""
         if by_pressure is None:
             return predicted
         return _Predicted(*(here + x[self.pressure] * by for here, by in zip(predicted, by_pressure, strict=True)))
 
 
 def _prior(readings: int, recordings: int, sought: Collection[str]) -> Array:
-    """What is expected of the unknowns to be 0, in standard deviations: a row each, of a matrix."""
+    """Prior of the unknowns, in standard deviations: rows of a matrix, each expected to give 0."""
     each = [GAIN, OFFSET, *[DRIFT] * recordings]
     looked_for = [std * (1 if name in sought else _FIXED) for name, std in SOUGHT.items()]
     stds = [RATIO, HYSTERESIS, *looked_for, *(std for std in each for _ in range(readings))]
@@ -187,7 +187,7 @@ def _prior(readings: int, recordings: int, sought: Collection[str]) -> Array:
 
 
 def _bounds(unknowns: int) -> tuple[Array, Array]:
-    """Of all unknowns."""
+    """Bounds of all unknowns."""
     most: Array = np.full(unknowns, np.inf)
     least = -most
     least[0], most[0] = np.log(_RATIOS)
@@ -216,7 +216,7 @@ def _holds(recordings: Sequence[FreeBending]) -> _Holds:
 def _predict_both(
     layout: SensorLayout, recordings: Sequence[FreeBending], log_ratio: float, with_pressure: bool
 ) -> tuple[_Predicted, _Predicted | None]:
-    """What is predicted at a bend ratio, and, if requested, its derivative by the offset of the pressure, 1/Pa."""
+    """Predictions at a bend ratio and, if requested, their derivative by the offset of the pressure, 1/Pa."""
     finger = softened(layout.finger, float(np.exp(log_ratio)))
     here = _predict(layout, finger, recordings)
     if not with_pressure:
@@ -266,7 +266,7 @@ def _first_ratio(layout: SensorLayout, recordings: Sequence[FreeBending], holds:
 
 
 def _left(x: Array, at: _Predicted, holds: _Holds, parts: _Parts) -> Array:
-    """What is measured beyond what is predicted, (M, R + 2): strains, and the place of the tip; NaN if not measured."""
+    """Residuals of what is measured, (M, R + 2): strains, and the place of the tip; NaN if not measured."""
     drift = x[parts.drifts].reshape(-1, parts.readings)[holds.recording] * holds.time[:, None]
     strain = np.exp(x[parts.bends] - x[0]) * _responding(x, at, parts) + x[parts.offsets] + drift
     tip = holds.tip - at.tip
@@ -274,7 +274,7 @@ def _left(x: Array, at: _Predicted, holds: _Holds, parts: _Parts) -> Array:
 
 
 def _responding(x: Array, at: _Predicted, parts: _Parts) -> Array:
-    """What sensors respond to with their gains, (M, R)."""
+    """Strains to which sensors respond with their gains, (M, R)."""
     found: Array = at.strain + x[parts.response] * at.strain**2 + x[parts.lag] * at.lag
     return found
 

@@ -223,7 +223,7 @@ _ON_EDGE = 0.3  # probability of that, there
 
 
 class _Table(NamedTuple):
-    """What is the same for all shapes of a finger: cells, (C) each."""
+    """Cells, which are the same for all shapes of a finger, (C) each."""
 
     place: Array  # number, from the base
     side: Array  # -1 or 1
@@ -349,7 +349,7 @@ def _deviations(posterior: Believed, table: _Table, force: Array, s: Array, widt
 
 
 class Explained(NamedTuple):
-    """What bends of K samples say of one force."""
+    """Explanation of the bends of K samples by one force."""
 
     found: FittedCells
     posterior: Believed
@@ -391,7 +391,7 @@ class ContactShape:
     def posterior(
         self, readings: Array, driving: Array, gravity: Planar | complex, lag: Lag = AT_REST
     ) -> ContactPosterior:
-        """What the readings say of one contact, with whatever trades off against it; see `__call__`."""
+        """Posterior of one contact, with whatever trades off against it; see `__call__`."""
         q = shared(GaussianShape.__call__, self._gaussian, readings, driving, np.asarray(gravity)).q
         z, variance = self._measured(readings)
         known = driving + self._mechanics.weight(q, gravity)
@@ -429,7 +429,7 @@ class ContactShape:
 
 
 def posterior_in_plane(mechanics: Mechanics, q: Array, bends: Bends) -> ContactPosterior:
-    """What bends that driving torque and weight do not explain say of one contact.
+    """Posterior of one contact, from bends that driving torque and weight do not explain.
 
     Args:
         mechanics: those of the nominal finger, in the plane.
@@ -462,7 +462,7 @@ def explain(mechanics: Mechanics, q: Array, bends: Bends) -> Fit:
 
 
 def _explained(mechanics: Mechanics, q: Array, *parts: Array) -> Explained:
-    """What bends of K samples say of one force; `parts` are those of the bends."""
+    """Explanation of the bends of K samples by one force; `parts` are those of the bends."""
     bends, assumed = Bends(*parts), mechanics.uncertainty
     forces = Forces(mechanics.usual_force, assumed.largest_force)
     read = _read(bends.covariance).astype(float)

@@ -35,7 +35,7 @@ _SETTLED = 1e-7  # N m, convergence tolerance of a driving torque
 
 
 def internal_angles(finger: Finger, z: Array, q: Array, pressure: Array | float, period: float) -> Array:
-    """Those of creep a period later, (..., B, N) rad, by estimated joint angles and a pressure that are held.
+    """Internal angles of creep a period later, (..., B, N) rad, by estimated joint angles and a pressure that are held.
 
     Args:
         finger: the nominal one.
@@ -50,7 +50,7 @@ def internal_angles(finger: Finger, z: Array, q: Array, pressure: Array | float,
 
 
 def driving_torque(finger: Finger, pressure: Array, z: Array) -> Array:
-    """Of the pressure of one chamber, (...) Pa, and of internal angles of creep, (..., B, N) rad, (..., N) N m."""
+    """Torque of a chamber's pressure, (...) Pa, and of internal angles of creep, (..., B, N) rad; (..., N) N m."""
     torque = finger.pressure_torque(pressure)
     return torque + memory_torque(finger, z, pressure) if finger.creep else torque
 
@@ -157,5 +157,5 @@ class DrivingTorque(ArrayBlock):
 
 
 def _softening_pressure(finger: Finger, *pressure: Array) -> Array | float:
-    """What the softening of a finger follows, Pa: the pressure of its one chamber, (..., 1), if it has a law."""
+    """Pressure that the softening of a finger follows, Pa: that of its one chamber, (..., 1), if it has a law."""
     return 0.0 if finger.pressure_law is None else pressure[0][..., 0]

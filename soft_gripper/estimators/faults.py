@@ -41,7 +41,7 @@ FAULTS = (HEALTHY, *OF_SENSORS, *OF_FINGER)  # the kinds, in the order of the pr
 
 @dataclass(frozen=True)
 class UsualFaults:
-    """What faults are like before anything is read: means and standard deviations of their parameters.
+    """Usual faults, before anything is read: means and standard deviations of their parameters.
 
     Sizes of the sensors' faults are shares of the full scale: the largest reading of the free finger at the usual load
     pressure.

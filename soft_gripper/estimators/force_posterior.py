@@ -1,4 +1,4 @@
-"""What readings say of one force whose place and direction are unknown: intervals, bounds and modes.
+"""Posterior of one force whose place and direction are unknown, from readings: intervals, bounds and modes.
 
 Force and place trade off: where only one section is bent, a large force near the base and a small one further out
 explain the same bends. To linearise at the best of them would claim far too much, so the places and directions are
@@ -92,14 +92,14 @@ class Cells(NamedTuple):
     prior: Array  # (C) probability
 
     def whitened(self, whitening: Array) -> "Cells":
-        """The same for bends multiplied by a matrix, (..., S, S)."""
+        """Cells for bends multiplied by a matrix, (..., S, S)."""
         turn, spreads = np.swapaxes(whitening, -1, -2), self.spreads
         flat = spreads.reshape(*spreads.shape[:-3], -1, spreads.shape[-1]) @ turn
         return self._replace(response=self.response @ turn, spreads=flat.reshape(*flat.shape[:-2], *spreads.shape[-3:]))
 
 
 class ContactPosterior(NamedTuple):
-    """What is known of one contact; forces are absolute values unless they are of a mode."""
+    """Knowledge of one contact; forces are absolute values unless they are of a mode."""
 
     probability: Array  # (...) that something touches
     answer: Array  # (...) NOTHING, SOMEWHERE or HERE, or MOVING: nothing is detected, but would it be?
@@ -221,7 +221,7 @@ def in_cells(
 
 
 def one_contact_misfit(bends: Array, covariance: Array, cells: Cells, largest: float) -> Array:
-    """What the best single force leaves of bends, in variances, (...); see `posterior`."""
+    """Misfit that the best single force leaves of bends, in variances, (...); see `posterior`."""
     return fitted(bends, covariance, cells, largest).chi_squared.min(axis=-1)
 
 
@@ -235,7 +235,7 @@ def _fits(r: Array, cells: Cells, largest: float, refined: bool) -> Fits:
 
 
 def _fit(r: Array, cells: Cells, guess: Array, largest: float) -> Fits:
-    """The same for guesses F_0 of the forces: each deviation u of the response turns the identity into I + u u^T.
+    """Fits for guesses F_0 of the forces: each deviation u of the response turns the identity into I + u u^T.
 
     Vectors are multiplied by the inverse square root of that, one u after the other.
     """

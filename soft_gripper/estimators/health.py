@@ -71,7 +71,7 @@ _MISSING = 1e4  # variances of the full scale of a reading that is not finite
 
 
 class Known(NamedTuple):
-    """What is remembered from sample to sample."""
+    """Memory from sample to sample."""
 
     mean: Array  # (K, n) of load, lasting errors, fault, its slope, stiffness, load's slope
     covariance: Array  # (K, n, n)
@@ -99,7 +99,7 @@ class HealthFilter:
 
     @cached_property
     def hypotheses(self) -> Hypotheses:
-        """What may be wrong."""
+        """Hypotheses of what may be wrong."""
         return Hypotheses(self.layout, load_pressure=self.uncertainty.load_pressure)
 
     def begin(self) -> Known:
@@ -118,7 +118,7 @@ class HealthFilter:
         )
 
     def step(self, known: Known, readings: Array, driving: Array, gravity: Planar | complex) -> Known:
-        """What is known after one more sample; see ShapeFunction for the inputs."""
+        """Memory after one more sample; see ShapeFunction for the inputs."""
         layout, finger = self.layout, self.layout.finger
         known = self._begun(known) if known.samples >= LOOK else known
         weight = gravity_torque(finger, finger.angle(driving), np.asarray(gravity)[..., None])
@@ -139,14 +139,14 @@ class HealthFilter:
         return self._look(known, free) if known.samples >= LOOK else known
 
     def _begun(self, known: Known) -> Known:
-        """The same at the beginning of the next look."""
+        """Memory at the beginning of the next look."""
         torque = np.zeros_like(known.total)
         return known._replace(
             sums=np.zeros_like(known.sums), total=torque, sums_of_driving=torque, samples=np.zeros(())
         )
 
     def probabilities(self, known: Known) -> Array:
-        """Of every kind of FAULTS, (len(FAULTS),)."""
+        """Probabilities of every kind of FAULTS, (len(FAULTS),)."""
         found: Array = (self.hypotheses.kind == np.arange(len(FAULTS))[:, None]) @ self._weights(known)
         return found
 

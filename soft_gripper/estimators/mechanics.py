@@ -1,4 +1,4 @@
-"""What moves the joints of a nominal finger, and how well that is known before its sensors are read.
+"""Mechanics of a nominal finger: what moves its joints, and how well that is known before its sensors are read.
 
 At every joint the elastic torque balances driving torque, weight and load,  k q = u + w + tau , so that the joints are
 Gaussian about those of the free finger, with the covariance
@@ -71,7 +71,7 @@ def torque_covariance(finger: Finger, load_pressure: float) -> Array:
 
 @dataclass(frozen=True)
 class Mechanics(ABC):
-    """What is the same in the plane and in space."""
+    """Mechanics that are the same in the plane and in space."""
 
     layout: MeasurementModel
     uncertainty: Uncertainty
@@ -95,7 +95,7 @@ class Mechanics(ABC):
     @property
     @abstractmethod
     def load_variances(self) -> Array:
-        """Of these modes before the sensors are read, (M,)."""
+        """Variances of these modes before the sensors are read, (M,)."""
 
     def prior(self, at: Any, q: Array, driving: Array) -> Array:
         """The covariance P of the joints before the sensors are read, (..., D, D), about the posture of `q`."""
@@ -108,7 +108,7 @@ class Mechanics(ABC):
         return outer(of_driving) + (self._else_if_linear if self._is_linear else self._else(compliance))
 
     def compliance(self, q: Array) -> Array:
-        """Of the joints, rad/(N m), and m/N where they slide, (D,) or, under an elastic law, (..., D)."""
+        """Compliance of the joints, rad/(N m), and m/N where they slide, (D,) or, under an elastic law, (..., D)."""
         if self._is_linear:
             return self._compliance_if_linear
         finger = self.layout.finger
@@ -140,13 +140,13 @@ class Mechanics(ABC):
 
     @cached_property
     def pressure_gain(self) -> Array:
-        """Of all chambers alike, in bending, (D,)."""
+        """Gain of the pressure of all chambers alike, in bending, (D,)."""
         finger = self.layout.finger
         return np.append(finger.pressure_gain, np.zeros(len(self.stiffness) - finger.segments))
 
     @cached_property
     def deviations(self) -> Array:
-        """What else makes the joints differ from the nominal ones, (D, D); where they slide, as far over a segment."""
+        """Covariance of further deviations from the nominal joints, (D, D); where they slide, as far over a segment."""
         finger, angle = self.layout.finger, self.uncertainty.angle
         each = [angle * finger.segment_length if way in SLIDES else angle for way in self.layout.ways]
         return np.diag(np.repeat(each, finger.segments) ** 2)
@@ -256,7 +256,7 @@ class SpatialMechanics(Mechanics):
         return np.asarray(np.where(self._is_inner, by_inner, np.swapaxes(by_inner, -1, -2)))
 
     def load_modes(self, at: BentFinger) -> Array:
-        """Of forces that turn with the links, so that a mode means the same however far the finger is bent.
+        """Modes of forces that turn with the links, so that a mode means the same however far the finger is bent.
 
         On the straight finger they are the modes of the load across it in each plane, and along it if it stretches.
         """

@@ -100,7 +100,7 @@ class RecursiveShape:
         return self.at(np.arange(len(readings)), readings, driving, gravity)
 
     def at(self, rows: NDArray[np.int_], readings: Array, driving: Array, gravity: Any) -> Any:
-        """The same at some of the samples, by increasing indices; all samples are processed."""
+        """Estimates at some of the samples, by increasing indices; all samples are processed."""
         gravity = np.broadcast_to(gravity, (*driving.shape[:-1], *self._gravity))
         known = self.begin(driving.shape[1:-1])
         wanted, passed = set(rows.tolist()), []
@@ -154,7 +154,7 @@ class RecursiveShape:
         return ShapeEstimate(known.q, covariance, contact)
 
     def posterior(self, known: Filter, driving: Array) -> Any:
-        """What is known of one contact after a sample at a driving torque, (..., D)."""
+        """Posterior of one contact after a sample at a driving torque, (..., D)."""
         bends = self._load_bends(known, self._joints_by_state(known.q, driving, self._modes_at(known.q)))
         return posterior_in_plane(self.mechanics, known.q, bends)
 
@@ -185,11 +185,11 @@ class RecursiveShape:
         return driving * (1 + share) + pressure * self.mechanics.pressure_gain
 
     def _bend_std(self, known: Filter) -> Array:
-        """Of the bend per driving torque, as a share, (...)."""
+        """Standard deviation of the bend per driving torque, as a share, (...)."""
         return np.sqrt(known.covariance[..., self._modes, self._modes])
 
     def _torque(self, modes: Array, mean: Array) -> Array:
-        """Of the load at the joints, (..., D)."""
+        """Torque of the load at the joints, (..., D)."""
         return np.asarray((modes @ mean[..., : self._modes, None])[..., 0])
 
     def _gains(self, mean: Array) -> Array:

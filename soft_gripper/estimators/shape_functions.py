@@ -42,7 +42,7 @@ SHAPE_FUNCTIONS: dict[str, MakeShapeFunction] = {
 
 
 class MakeSpatialFunction(Protocol):
-    """The same for a finger that leaves its plane."""
+    """Makes an estimator as MakeShapeFunction does, of a finger that leaves its plane."""
 
     def __call__(self, layout: MeasurementModel, uncertainty: Uncertainty, period: float = 0.01) -> SpatialFunction: ...
 

@@ -90,7 +90,7 @@ class _Surface(NamedTuple):
     turned: float = 0.0  # rad, standard deviation of the normal's direction, toward the second tangent
 
     def wrenches(self) -> Array:
-        """Of a force of 1 N, and what changes it, (5, 6): friction and place, by the tangents."""
+        """Wrench of a force of 1 N, and its changes, (5, 6): by friction and place, along the tangents."""
         frictions = self.friction, math.hypot(self.friction, self.turned)
         rubbing = [_wrench(self.point, share * along) for share, along in zip(frictions, self.tangents, strict=True)]
         moved = [
@@ -123,7 +123,7 @@ class SurfaceCells:
 
     @classmethod
     def of(cls, finger: Finger, friction: float) -> "SurfaceCells":
-        """Those of a finger whose contacts have friction of coefficients up to `friction`."""
+        """Cells of a finger whose contacts have friction of coefficients up to `friction`."""
         place, side, share, s, surfaces = zip(*_surfaces(finger, friction), strict=True)
         joints, arc_length, wrenches = (
             finger.joint_arc_lengths,
@@ -169,14 +169,14 @@ def _surfaces(finger: Finger, friction: float) -> Iterator[tuple[int, int, float
 
 
 class _Outline(NamedTuple):
-    """Of a section."""
+    """Outline of a section."""
 
     outer: float  # m, along x
     inner: float  # m
     width: float  # m
 
     def toward(self, side: int) -> tuple[Array, Array, float, float]:
-        """Of a face or edge: the middle, the outward normal, the depth behind it, and its extent across, m."""
+        """Middle of a face or edge, the outward normal, the depth behind it, and its extent across, m."""
         normal, across = _normal(side)
         half = np.array([(self.inner - self.outer) / 2, self.width / 2, 0.0])
         middle = np.array([(self.inner + self.outer) / 2, 0.0, 0.0])
@@ -209,7 +209,7 @@ def _at_the_tip(side: int, outline: _Outline, height: float, friction: float) ->
 
 
 class SpatialPosterior(NamedTuple):
-    """What is known of one contact in space; forces are absolute values."""
+    """Knowledge of one contact in space; forces are absolute values."""
 
     known: ContactPosterior
     mode_sides: Array  # (..., 2) rad around the finger, of the modes, as `SpatialContact.side`
@@ -245,7 +245,7 @@ class SurfaceContact:
         return _stated(contact, free, unknown), np.where((free | unknown)[..., None], 0.0, torque)
 
     def posterior(self, found: FittedCells, left: Unexplained) -> SpatialPosterior:
-        """What is known of the contact."""
+        """Posterior of the contact."""
         length, several = self.mechanics.layout.finger.length, _corners(self.cells(left), self.surface.rough)
         nearest = self.mechanics.uncertainty.nearest_contact * length
         posterior = believed(found, left.read, self._possible)
@@ -334,7 +334,7 @@ class SpatialContactShape:
         return found
 
     def posterior(self, readings: Array, driving: Array, gravity: Array, lag: Lag = AT_REST) -> SpatialPosterior:
-        """What the readings say of one contact, with whatever trades off against it; see `__call__`."""
+        """Posterior of one contact, with whatever trades off against it; see `__call__`."""
         found: SpatialPosterior = self._in_parts(self._posterior, readings, driving, gravity, *lag)
         return found
 
@@ -406,7 +406,7 @@ class SpatialContactShape:
 
     @cached_property
     def contact(self) -> SurfaceContact:
-        """What explains readings."""
+        """Contacts that explain readings."""
         return SurfaceContact(self._gaussian.mechanics)
 
     @cached_property
@@ -429,13 +429,13 @@ def _heaviest(posterior: Believed) -> tuple[Array, NDArray[np.int_]]:
 
 
 def _chosen(values: Array, numbers: NDArray[np.int_]) -> Array:
-    """Those of each sample, (..., C, ...), by their numbers, (..., K)."""
+    """Values chosen for each sample, (..., C, ...), by their numbers, (..., K)."""
     more = values.ndim - numbers.ndim
     return np.take_along_axis(values, numbers.reshape(*numbers.shape, *[1] * more), axis=numbers.ndim - 1)
 
 
 def _within(r: Array, force: Array, response: Array, spreads: Array) -> tuple[Array, Array]:
-    """What spreads a cell's response, (..., K, 5), in standard deviations, and its covariance, given the readings."""
+    """Spreads of a cell's response, (..., K, 5), in standard deviations, and their covariance, given the readings."""
     U = force[..., None, None] * spreads
     covariance = np.linalg.inv(np.eye(U.shape[-2]) + U @ np.swapaxes(U, -1, -2))
     rest = r[..., None, :] - force[..., None] * response
@@ -486,7 +486,7 @@ def _stated(contact: SpatialContact, free: NDArray[np.bool_], unknown: NDArray[n
 
 
 def _corners(cells: Cells, rough: NDArray[np.bool_]) -> Cells:
-    """What each of several forces may do: on the middles and the sides of faces, with friction at the cone."""
+    """Cells of each of several forces: on the middles and the sides of faces, with friction at the cone."""
     chosen = np.flatnonzero(rough & (cells.side % 2 == 1) & (cells.place % 2 == 1))
     response = cells.response[..., chosen, None, :] + _CORNERS @ cells.spreads[..., chosen, :4, :]
     response = response.reshape(*response.shape[:-3], -1, response.shape[-1])

@@ -47,7 +47,7 @@ class Places:
         self._moved = self._frames > np.arange(len(chain.ways))[:, None]
 
     def __call__(self, q: Array) -> tuple[Array, Array, Array]:
-        """Of joint positions (..., D), for the places P = N + 1 of joints and tip.
+        """Places P = N + 1 of joints and tip, at joint positions (..., D).
 
         Returns:
             the places, (..., P, 3) m in B; the direction of the tip, (..., 3); and how joints move the places,
@@ -224,6 +224,6 @@ def _tip_pose(places: tuple[Array, Array, Array]) -> Array:
 
 
 def _variance(places: tuple[Array, Array, Array], shape: SpatialShape) -> Array:
-    """Of joints and tip along x, y and z, m^2, (..., N + 1, 3)."""
+    """Variances of joints and tip along x, y and z, m^2, (..., N + 1, 3)."""
     moves = np.moveaxis(places[2], -3, -1)  # (..., P, 3, D)
     return np.asarray(np.maximum(((moves @ shape.covariance[..., None, :, :]) * moves).sum(axis=-1), 0))

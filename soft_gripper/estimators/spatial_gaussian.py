@@ -59,7 +59,7 @@ class SpatialGaussianShape:
 
     @cached_property
     def _straight(self) -> tuple[Array, Array, Array]:
-        """Of the straight finger: torques of unit gravity, (3, D), gain, (D, R), and slopes of the readings, (R, D).
+        """Torques of unit gravity on the straight finger, (3, D), gain, (D, R), and slopes of the readings, (R, D).
 
         Sections may bend and twist by as much as `weak_prior` says, in addition to what a load does to a straight one.
         """

@@ -41,7 +41,7 @@ class SpatialRecursiveShape(RecursiveShape):
         return found
 
     def posterior(self, known: Filter, driving: Array) -> SpatialPosterior:
-        """What is known of one contact after a sample at a driving torque, (..., D)."""
+        """Posterior of one contact after a sample at a driving torque, (..., D)."""
         found: SpatialPosterior = in_parts(self._posterior, *_arrays(known), driving)
         return found
 
@@ -93,7 +93,7 @@ class SpatialRecursiveShape(RecursiveShape):
 
     @cached_property
     def contact(self) -> SurfaceContact:
-        """What explains a load."""
+        """Contacts that explain a load."""
         return SurfaceContact(self.mechanics)
 
     @cached_property

@@ -1,21 +1,15 @@
-"""What is assumed to be uncertain about a finger, its sensors and its load.
+"""Uncertainty of a finger, its sensors and its load, as an estimator assumes it.
 
-What is uncertain to an estimator whose sensors have errors, and who knows the finger to some accuracy only.
+What a scenario does not give follows from the errors of its sensors: an estimator that trusts noisy readings reports
+bands that are far too narrow. Hysteresis and creep count as a share of the strain, as a gain error does, since a
+straight finger shows none. A drift, which is steady, counts as a random walk that comes as far in a minute.
 
-Hysteresis and creep count as a share of the strain, as a gain does. A drift, which is steady, counts as a random walk
-that comes as far in a minute.
-
-How uncertain the places of a finger's joints and its tip are, from the covariance of its joint angles.
-
-A joint j that turns by dq moves what lies beyond it by  i (r - r_j) dq , r being its place as a planar vector. To
+The places of a finger's joints and of its tip are as uncertain as the covariance of its joint angles makes them. A
+joint j that turns by dq moves what lies beyond it by  i (r - r_j) dq , r being its place as a planar vector. To
 first order the place across the finger, along the normal n, has the variance  J P J^T  with  J_j = Re(conj(n) i (r -
 r_j)) .
 
 Leading axes are free; N joints.
-
-Unless a scenario gives it, the uncertainty follows from the errors of the sensors: an estimator that trusts noisy
-readings reports bands that are far too narrow. Gain errors and hysteresis count as a share of the bend, since a
-straight finger shows none.
 """
 
 import math
@@ -65,7 +59,7 @@ class Uncertainty:
 
     @property
     def any_reading(self) -> float:
-        """Of an extension ratio read within a minute, for estimators that do not estimate lasting errors."""
+        """Standard deviation of an extension ratio read within a minute, for estimators without lasting errors."""
         return math.hypot(self.reading, self.offset, self.drift * math.sqrt(MINUTE))
 
 

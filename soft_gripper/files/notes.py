@@ -20,7 +20,7 @@ _LONGEST = 60  # characters of a value
 
 
 class Note(NamedTuple):
-    """What became of an element of a file: it was read in a way that should be known, mended, or left out."""
+    """Note on an element of a file: it was read in a way that should be known, mended, or left out."""
 
     outcome: str  # READ, MENDED or LEFT_OUT
     file: str

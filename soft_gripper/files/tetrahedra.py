@@ -26,7 +26,7 @@ class Tetrahedra(NamedTuple):
 
     @property
     def volumes(self) -> Array:
-        """Of the tetrahedra, (M)."""
+        """Volumes of the tetrahedra, (M)."""
         corners = self.vertices[self.cells]
         found: Array = np.linalg.det(corners[:, 1:] - corners[:, :1]) / 6
         return found

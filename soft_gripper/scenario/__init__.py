@@ -1,4 +1,4 @@
-"""What a scenario may say, and reading it."""
+"""Scenarios: their schema, and how they are read."""
 
 import lazy_loader
 

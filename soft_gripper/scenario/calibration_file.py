@@ -61,7 +61,7 @@ class CalibrationConfig:
 
 
 def as_config(layout: SensorLayout, found: Calibration, doubtful: Sequence[str] = ()) -> FingerCalibrationConfig:
-    """What the file stores of the calibration of a finger with that nominal layout.
+    """Entry of the file for the calibration of a finger with that nominal layout.
 
     `doubtful` are holds that do not fit, in words.
     """

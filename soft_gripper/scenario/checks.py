@@ -118,7 +118,7 @@ def _arm_and_task(scenario: Scenario) -> Iterator[Misfit]:
 
 
 def _grip(scenario: Scenario, threshold: float) -> Iterator[Misfit]:
-    """What the control must be if a task commands the gripper."""
+    """Rules that the control breaks, if a task commands the gripper."""
     control = scenario.control
     if control.set_points is not None:
         yield "control.set_points", control.set_points, "leave them out: the phases give openings"

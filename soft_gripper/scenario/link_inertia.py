@@ -84,7 +84,7 @@ def _heavy(path: Path, model: ET.Element, is_sdf: bool) -> set[str]:
 
 
 def massless(link: ET.Element, is_sdf: bool) -> ET.Element:
-    """The same link without mass, or with next to none in SDFormat, where a link that has none weighs 1 kg."""
+    """This link without mass, or with next to none in SDFormat, where a link that has none weighs 1 kg."""
     for inertial in link.findall("inertial"):
         link.remove(inertial)
     if is_sdf:

@@ -78,7 +78,7 @@ def _folders(variable: str) -> list[Path]:
 
 
 def _package_name(folder: Path) -> str | None:
-    """What the package.xml of a folder, if it has one, calls the package."""
+    """Name of the package in the package.xml of a folder, if it has one."""
     try:
         return (read_xml(folder / "package.xml").findtext("name") or "").strip()
     except InputError:

@@ -125,7 +125,7 @@ def _name(element: ET.Element) -> str:
 
 
 class _Masses(NamedTuple):
-    """What a geom weighs: by its class, and only in some groups."""
+    """Masses of geoms: by their classes, and only in some groups."""
 
     defaults: _Defaults
     first: float

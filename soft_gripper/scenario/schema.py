@@ -398,7 +398,7 @@ class SensorConfig:
 
 @dataclass
 class UncertaintyConfig:
-    """What is assumed to be uncertain; see `Uncertainty`.
+    """Uncertainty that an estimator assumes; see `Uncertainty`.
 
     A field that is None follows from the errors of the sensors, or has its default.
     """
@@ -478,7 +478,7 @@ _SOLVER = {
 
 @dataclass
 class RecordConfig:
-    """What is computed for the recording."""
+    """Ground truth that is computed for the recording."""
 
     # The ground truth: "all"; "forces", without the patches of contact, which cost the most; "every 10", with the
     # patches at every tenth sample; or "none".

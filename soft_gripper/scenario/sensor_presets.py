@@ -37,7 +37,7 @@ SENSORS: dict[str, type[MeasurementModel]] = {
 
 
 def find_sensor(name: str) -> type[MeasurementModel] | MakeSensor:
-    """What `sensor.type` names: a kind of sensor, or a function that makes a strain sensor.
+    """The sensor that `sensor.type` names: a kind of sensor, or a function that makes a strain sensor.
 
     Raises:
         InputError: if there is none.
@@ -111,7 +111,7 @@ def strain_errors(sensor: SensorConfig, finger: str | None = None) -> StrainErro
 
 
 def uncertainty(estimator: EstimatorConfig, sensor: SensorConfig) -> Uncertainty:
-    """What an estimator assumes to be uncertain: what is not given follows from the errors of the sensors.
+    """Uncertainty that an estimator assumes: what is not given follows from the errors of the sensors.
 
     Raises:
         InputError: as `strain_errors`.

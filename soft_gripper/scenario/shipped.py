@@ -30,7 +30,7 @@ def scenario_path(name_or_path: str) -> Path:
 
 
 def descriptions() -> dict[str, str]:
-    """What each shipped scenario is, by name."""
+    """Descriptions of the shipped scenarios, by name."""
     return {name: _read(scenario_path(name))["description"] for name in scenario_names()}
 
 

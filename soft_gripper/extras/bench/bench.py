@@ -40,7 +40,7 @@ _UPRIGHT = np.eye(3, 4).ravel()
 
 
 class Measured(ArrayBlock):
-    """What arrives from outside, held for a period.
+    """Values that arrive from outside, held for a period.
 
     ::
 
@@ -75,14 +75,14 @@ class _Parts:
 
 
 class Cost(NamedTuple):
-    """What a sample takes."""
+    """Time that a sample takes."""
 
     processor: float  # s, exceeded in a tenth of all samples
     elapsed: float  # s by the clock, mean: more, if other programs use the processor
 
 
 class Bench:
-    """What a station computes from measurements, in a Drake diagram of its own.
+    """Computations of a station from measurements, in a Drake diagram of its own.
 
     ::
 
@@ -162,7 +162,7 @@ class Bench:
         return {name: self._outputs[name].Eval(self._context) for name in signals}
 
     def free_readings(self) -> dict[str, Array]:
-        """What the sensors of fingers at rest that touch nothing would read as of the last sample, by input.
+        """Readings of fingers at rest that touch nothing, as of the last sample, by input.
 
         Raises:
             InputError: if a finger leaves its plane.
@@ -235,7 +235,7 @@ def _make_parts(scenario: Scenario, moving: Sequence[str]) -> _Parts:
 
 
 def _add_measured(parts: _Parts, finger: PlantFinger, moves: bool) -> Ports:
-    """What is measured of a finger, held for a period."""
+    """Measurements of a finger, held for a period."""
     name, own, layout = finger.name, finger.finger, parts.layouts[finger.name]
     readings = Measured(parts.period, layout.readings, layout.unit, **layout.axes)
     measured = {layout.quantity: parts.hold(f"{name}.{layout.quantity}", readings)}

@@ -52,7 +52,7 @@ class Source(Protocol):
         """Whether nothing will ever arrive again."""
 
     def receive(self, timeout: float) -> list[Message]:
-        """What has arrived, MOST_WAITING messages at most; waits up to `timeout` s for the first."""
+        """Messages that have arrived, MOST_WAITING at most; waits up to `timeout` s for the first."""
 
 
 class Endpoints:
@@ -128,7 +128,7 @@ class Endpoints:
         return lambda message, results: outbox.put((message, results))
 
     def _own_messages(self, address: str, messages: Callable[[], Iterable[Message]]) -> Iterator[Message]:
-        """Those of a user's generator, whose errors name it."""
+        """Messages of a user's generator, whose errors name it."""
         with self._named("source", address):
             yield from messages()
 
@@ -149,7 +149,7 @@ class Endpoints:
             raise InputError(self._where, field, address, f"failed: {described(error)}") from error
 
     def _opened(self, field: str, address: str, known: Mapping[str, Callable[[], Any]]) -> Any:
-        """What an address names; None if it is a user's function."""
+        """The end that an address names; None if it is a user's function."""
         scheme, colon, rest = address.partition(":")
         if not colon or (scheme not in known and rest.startswith("/")):
             expected = f"give an address that begins with {', '.join(f'{name}:' for name in known)}, or module:function"

@@ -51,7 +51,7 @@ def _tensions(scenario: Scenario) -> _Range:
 
 
 def _readings(layout: MeasurementModel) -> _Range:
-    """What sensors read at most, each as much as that which reads most."""
+    """Largest readings of sensors, each as large as that of the sensor that reads most."""
     most = np.full(layout.readings, (np.abs(layout.jacobian).sum(axis=-1) * _MOST_BENT).max())
     ends = np.array([layout.response.reading(1 + sign * most) for sign in (-1.0, 0.0, 1.0)])
     return ends.min(axis=0), ends.max(axis=0)

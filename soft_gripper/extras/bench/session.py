@@ -44,7 +44,7 @@ _LATENCIES = 100_000  # of the last readings
 
 @dataclass
 class Reading:
-    """What a message says."""
+    """Contents of a message."""
 
     count: int | None
     time: float  # of the device, s; NaN: not given
@@ -156,7 +156,7 @@ class Session:
 
     @property
     def counts(self) -> Counts:
-        """What has happened to the readings so far."""
+        """Counts of readings so far, by what became of them."""
         return self._watch.counts
 
     @property
@@ -244,7 +244,7 @@ class Session:
         self.latencies.append(self._clock() - arrived)
 
     def _estimated(self, reading: Reading, missing: int) -> dict[str, Array]:
-        """What is sent of a reading, before which others are missing."""
+        """Results of a reading, before which others are missing."""
         try:
             for _ in range(min(missing, round(_MOST_SKIPPED / self._bench.period))):
                 self._bench.skip()
@@ -288,7 +288,7 @@ class Session:
         self._send(header | found | commands)
 
     def _send_last(self) -> None:
-        """What was sent last, with safe commands."""
+        """Sends the last results again, with safe commands."""
         known = {name: self.results[name] for name in self.sent}
         self._send(self._header(self._clock() - self._arrived) | {"stale": 1.0} | known | self._safe())
 
@@ -300,7 +300,7 @@ class Session:
         return {name: np.where(np.isfinite(u), u, safe) for name, u in self._bench.read(self._commands).items()}
 
     def _safe(self) -> dict[str, Array]:
-        """What is commanded while nothing is known."""
+        """Commands while nothing is known."""
         return {name: np.full(self._bench.signals[name].size(), self._config.safe_command) for name in self._commands}
 
     def _send(self, results: dict[str, Any]) -> None:

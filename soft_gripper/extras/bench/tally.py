@@ -1,4 +1,4 @@
-"""What a session came to, in words: contacts of each finger, and what a terminal shows meanwhile."""
+"""Summary of a session, in words: contacts of each finger, and what a terminal shows meanwhile."""
 
 import math
 import time

@@ -1,4 +1,4 @@
-"""What may wait - readers of results, users' generators, disks - does so in threads, so that the loop never does."""
+"""Threads for what may wait - readers of results, users' generators, disks -, so that the loop never does."""
 
 import os
 import select
@@ -119,7 +119,7 @@ class Inbox:
         return self._is_done and not self._arrived and self._error is None
 
     def receive(self, timeout: float) -> list[Message]:
-        """What has arrived; raises what the iterable raised, after the messages before."""
+        """Messages that have arrived; raises what the iterable raised, after the messages before."""
         with self._changed:
             self._changed.wait_for(lambda: self._arrived or self._is_done, timeout)
             if not self._arrived and self._error is not None:

@@ -71,7 +71,7 @@ class Twin:
         return [finger.name for finger in self.station.fingers if not finger.is_anchored]
 
     def message(self) -> dict[str, Any]:
-        """What the sensors read after the next period."""
+        """Readings of the sensors after the next period, as a message."""
         self._samples += 1
         advance(self._simulator, self.station, self._samples * self.period)
         if not self._records and self._samples % _FORGET == 0:
@@ -128,7 +128,7 @@ class TwinSource:
 
 
 def twin_scenario(scenario: Scenario) -> Scenario:
-    """The same hardware, whose fingers are commanded from outside, without estimators to speak of."""
+    """This hardware, whose fingers are commanded from outside, without estimators to speak of."""
     control = replace(scenario.control, set_points=None, force_limit=None)
     return replace(scenario, control=control, external=["pressure"], estimator=EstimatorConfig())
 

@@ -8,7 +8,7 @@ _IN_ORDER = 3  # readings in order, all behind the last number: the device count
 
 @dataclass
 class Counts:
-    """What has happened to the readings of a bench since it began."""
+    """Counts of the readings of a bench since it began."""
 
     used: int = 0
     lost: int = 0  # never arrived

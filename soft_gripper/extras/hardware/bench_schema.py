@@ -21,7 +21,7 @@ _PRESSURE = {name: factor for name, factor in PRESSURE.items() if name != "V"}
 
 @dataclass
 class BenchFinger:
-    """What is measured of one finger: names of fields, each of which is a number of every message."""
+    """Measurements of one finger: names of fields, each of which is a number of every message."""
 
     readings: list[str] = quantity([], filled=True)  # of the sensors, in the order of the scenario's readings
     pressures: list[str] = field(default_factory=list)  # in the chambers
