@@ -147,11 +147,11 @@ def fits(folder: Path, scenario: Scenario) -> bool:
 
 def _check_files(options: argparse.Namespace, read: Sequence[str]) -> None:
     """Checks, before the run starts, that all requested files can be written and that no input file is overwritten."""
+    if options.video is not None:
+        check_video(options.video)
     for file in (options.video, options.html, options.mcap):
         if file is not None:
             check_file(file, read)
-    if options.video is not None:
-        check_video(options.video)
 
 
 def _write(out: Path, name: str, station: Station, recording: Recording, console: Console) -> list[str]:

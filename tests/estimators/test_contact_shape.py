@@ -272,7 +272,7 @@ def test_noise_hides_no_force_on_the_edge_of_the_tip(shipped_finger, along, fric
     free = shape._gaussian(*given).q
     known = given[1] + shape._mechanics.weight(free, given[2])
     bends = Bends(*_broadcast(free, shape._unexplained(free, *shape._measured(read), given[1], known)))
-    left = _explained(shape._mechanics, free, bends)
+    left = _explained(shape._mechanics, free, *bends)
     best = left.posterior.best
     on_edge = np.abs(_cell_table(48, friction).rub[best]) > friction
     assert on_edge.mean() > 0.5
@@ -291,7 +291,7 @@ def test_a_contact_on_two_links_turns_the_joint_between_them(shipped_finger, sha
     theta, covariance = layout.sums(torque * compliance), (2e-4) ** 2 * np.eye(4)
     bends = Bends(*(np.tile(values, (3, *[1] * values.ndim)) for values in (theta, covariance, compliance)))
     mechanics = ContactShape(layout, Uncertainty(friction=0.9))._mechanics
-    fit = fit_single_force(layout, q, bends, _explained(mechanics, q, bends))
+    fit = fit_single_force(layout, q, bends, _explained(mechanics, q, *bends))
     np.testing.assert_allclose(fit.torque - torque, 0, atol=0.2e-3)
 
 

@@ -13,7 +13,8 @@ from soft_gripper.fingers.statics import free_bending_angles
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.sensors.sensor_layout import SensorLayout
 
-REALISTIC = ["estimator.type=recursive", "sensor.errors.preset=realistic", "sensor.seed=3"]
+EXACT = "estimator.uncertainty.bend_per_pressure=0.005"
+REALISTIC = ["estimator.type=recursive", "sensor.errors.preset=realistic", "sensor.seed=3", EXACT]
 
 
 def run(name, *overrides):
