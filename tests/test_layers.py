@@ -111,6 +111,11 @@ def test_extras_say_for_whom_they_are():
         assert "For " in text, name
 
 
+def _left_out(folder, names, skipped):
+    """The entries of a folder that a copy of the package is to have no part of."""
+    return {name for name in names if name == "__pycache__" or f"{folder}/{name}" in skipped}
+
+
 @pytest.mark.parametrize("removed", [*EXTRAS, "all"])
 def test_the_rest_goes_on_without_an_extra(tmp_path, removed):
     """The command line lists and runs what is left; those that use what is removed are removed with it."""
@@ -119,7 +124,7 @@ def test_the_rest_goes_on_without_an_extra(tmp_path, removed):
     shutil.copytree(
         PACKAGE,
         tmp_path / "soft_gripper",
-        ignore=lambda folder, names: {name for name in names if name == "__pycache__" or f"{folder}/{name}" in skipped},
+        ignore=lambda folder, names: _left_out(folder, names, skipped),
     )
     run = "from soft_gripper.commands import main; from soft_gripper import extras; print(extras.names())"
     found = subprocess.run(
@@ -127,3 +132,22 @@ def test_the_rest_goes_on_without_an_extra(tmp_path, removed):
     )
     assert found.returncode == 0, found.stderr
     assert found.stdout.startswith(str(sorted({*EXTRAS} - gone)))
+
+
+def test_an_extra_of_ones_own_is_one_folder(tmp_path):
+    """As the how-to page has it, in a tree without other extras."""
+    others = {str(PACKAGE / "extras" / name) for name in EXTRAS}
+    shutil.copytree(PACKAGE, tmp_path / "soft_gripper", ignore=lambda folder, names: _left_out(folder, names, others))
+    page = (ROOT / "docs" / "howto" / "own_extra.md").read_text(encoding="utf-8")
+    for name, text in re.findall(r"^```python\n# (soft_gripper/\S+)\n(.*?)^```$", page, re.MULTILINE | re.DOTALL):
+        file = tmp_path / name
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text, encoding="utf-8")
+    (tmp_path / "soft_gripper/extras/closing/__init__.py").write_text('"""Angles."""\n', encoding="utf-8")
+    (command,) = re.findall(r"^    soft-gripper (closing.*)$", page, re.MULTILINE)
+    run = "import sys; from soft_gripper.commands import main; sys.exit(main(sys.argv[1:]))"
+    found = subprocess.run(
+        [sys.executable, "-c", run, *command.split()], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    assert found.returncode == 0, found.stderr
+    assert [float(angle) > 5 for angle in re.findall(r"finger +(-?[\d.]+)", found.stdout)] == [True, True]
