@@ -39,7 +39,7 @@ from soft_gripper.commands.options import (
     whole,
 )
 from soft_gripper.errors import InputError, in_one_line, shortened
-from soft_gripper.extras import parts
+from soft_gripper.extras import command_modules
 from soft_gripper.scenario.shipped import scenario_names
 
 
@@ -242,7 +242,7 @@ CORE = (
 
 def commands() -> list[Command]:
     """All commands: those of the core, then those of extras."""
-    return [*CORE, *(command for part in parts("commands") for command in part.COMMANDS)]
+    return [*CORE, *(command for module in command_modules() for command in module.COMMANDS)]
 
 
 class _Parser(argparse.ArgumentParser):

@@ -1,6 +1,6 @@
 """Simulated grasps of objects of four shapes, which ship with the package.
 
-Two fingers close on an object, and press harder twice (`probing_grasp`, see `evaluation.random_grasps`). A row has the
+Two fingers close on an object, and press harder twice (`probing_grasp`, see `recognition.random_grasps`). A row has the
 mean readings at the end of every pressure, by realistic sensors drawn anew for every grasp.
 
     python -m soft_gripper.extras.benchmark.grasps       writes the files again, to the last digit
