@@ -82,7 +82,7 @@ class ShapeEstimator(ArrayBlock):
         self.take(layout.quantity, layout.readings)
         self.take(DRIVING_TORQUE, layout.finger.segments)
         self.take("X_WB", 12)
-        self.derive("gravity", lambda X_WB: _in_plane(X_WB, gravity), "X_WB")
+        self.derive("gravity", lambda X_WB: bending_plane(X_WB).planar(gravity), "X_WB")
         self._known = (
             layout.quantity,
             self.driving,
