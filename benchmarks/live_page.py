@@ -1,4 +1,4 @@
-"""A picture of the live page: `PYTHONPATH=tests/helpers python benchmarks/live_page.py [docs/live_page.png]`.
+"""A picture of the live page: `PYTHONPATH=tests/helpers python benchmarks/live_page.py [FILE]`.
 
 The simulated twin of a gripper stands in for hardware and closes on a box, in real time, with its force limited. The
 picture is taken once both fingers have been in contact for a while. It needs chromium and chromedriver.
@@ -45,4 +45,4 @@ def main(file: Path) -> None:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1] if len(sys.argv) > 1 else "docs/live_page.png"))
+    main(Path(sys.argv[1] if len(sys.argv) > 1 else "docs/extras/bench/live_page.png"))

@@ -1,4 +1,4 @@
-"""Numbers of docs/grasp_quality.md and docs/export.md are those that a run gives, to the last digit."""
+"""Numbers of docs/grasp_quality.md and docs/extras/export/export.md are those that a run gives, to the last digit."""
 
 import re
 from pathlib import Path

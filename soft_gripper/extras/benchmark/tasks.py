@@ -152,7 +152,7 @@ _BEAM_FILES = {
     "clamped_beam/load_52g.csv": "c794c8331774e9130c1aa1000f53b897c9160d5544451052ade25a5dd3d08d30",
     "clamped_beam/load_101g.csv": "8090b97fceda49e35da4cc9e9f746d489fa0e18b98da3afff5300465f2f47108",
 }
-_BEAM = _SRL + "realbeam_experiments/Measurement_data (markers as CSV, see docs/benchmark.md)"
+_BEAM = _SRL + "realbeam_experiments/Measurement_data (markers as CSV, see docs/extras/benchmark/benchmark.md)"
 _LIGHTER, _HEAVIEST = tuple(_BEAM_FILES)[:2], tuple(_BEAM_FILES)[2]
 _STILL = 0.4  # share of a recording after which the beam hardly swings
 
@@ -285,7 +285,7 @@ TASKS = (
     ),
     Task(
         "segment_tip",
-        _SRL + "1segment_arm/Measurement_data (markers as CSV, see docs/benchmark.md)",
+        _SRL + "1segment_arm/Measurement_data (markers as CSV, see docs/extras/benchmark/benchmark.md)",
         _SEGMENT_FILES,
         _channels("kPa", "pressure"),
         _channels("m", "tip_x tip_z"),

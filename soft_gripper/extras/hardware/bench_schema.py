@@ -36,7 +36,7 @@ class BenchFinger:
 class BenchConfig:
     """A bench: hardware that sends its readings at the period of the scenario's sensors."""
 
-    source: str = quantity("", filled=True)  # an address, see docs/live.md
+    source: str = quantity("", filled=True)  # an address, see docs/extras/bench/live.md
     sink: str | None = None  # likewise; None: results go to standard output
     format: str = quantity("json", known=FORMATS)  # of the messages
     sink_format: str | None = quantity(None, known=FORMATS)  # of the results; None: the same

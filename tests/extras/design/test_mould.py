@@ -102,7 +102,7 @@ def test_a_section_on_the_line_between_two_others_changes_neither_core_nor_shell
 
 
 def test_the_shell_is_as_thick_as_the_page_says():
-    page = (Path(__file__).parents[3] / "docs" / "design.md").read_text()
+    page = (Path(__file__).parents[3] / "docs" / "extras" / "design" / "design.md").read_text()
     thickness = float(re.search(r"the shell is ([0-9.]+) mm thick", page)[1])
     of = finger("two_finger")
     outline = np.array([20 + 2 * thickness, 20 + 2 * thickness, 120 + thickness])

@@ -198,7 +198,7 @@ PUBLISHED_FREE = ["density", "youngs_modulus", "tendon.lever", "tendon.angle", "
 
 @pytest.mark.slow
 def test_the_published_trunk():
-    """What docs/identification.md states: fitted without a load and with 300 g; 100 g is not in the fit at all."""
+    """What the page on identification states: fitted without a load and with 300 g; 100 g is not in the fit at all."""
     folder = published("soft_trunk")
     files = [str(folder / f"random_{mass}g.csv") for mass in (0, 300, 100)]
     finger = read_finger(model_path(load_description("soft_trunk").finger))

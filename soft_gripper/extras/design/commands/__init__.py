@@ -21,7 +21,9 @@ COMMANDS = (
         (
             *CONSOLE,
             option(
-                "study", "YAML file: what varies, what must be held, and to which ends; see docs/design.md", read=path
+                "study",
+                "YAML file: what varies, what must be held, and to which ends; see docs/extras/design/design.md",
+                read=path,
             ),
             RESUME,
             *EXECUTOR,

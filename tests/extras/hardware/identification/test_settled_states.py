@@ -227,7 +227,7 @@ def test_a_tendon_needs_a_first_guess_of_its_stiffness(tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize(("robot", "fitted", "left_out"), [("v4", 4.0, 3.9), ("v6", 7.9, 7.5)])
 def test_published_robots(robot, fitted, left_out):
-    """The errors that docs/identification.md states; families left out are predicted nearly as well as those fitted."""
+    """The errors that the page on identification states; families left out are predicted nearly as well."""
     folder, name = published("tendon_robots"), f"tendon_robot_{robot}"
     config = load_description(name)
     (recording,) = find_recordings([str(folder / f"{robot}_train.csv")], name)
