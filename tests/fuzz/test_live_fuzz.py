@@ -20,6 +20,7 @@ from live_process import BENCH
 from test_fuzz import PROFILE
 
 from soft_gripper.diagrams.recording import Recording
+from soft_gripper.errors import InputError
 from soft_gripper.extras.bench.bench import Bench
 from soft_gripper.extras.bench.endpoints import Endpoints, LineSource
 from soft_gripper.extras.bench.live_view import LiveView
@@ -115,6 +116,16 @@ def check_results(results):
         assert results[-1][name] == SAFE
 
 
+@contextmanager
+def refused_lines(link):
+    """Lets pass that a line without an end is refused, if it is of a file; of a device it is malformed."""
+    try:
+        yield
+    except InputError as error:
+        if link != "file" or error.field != "line":
+            raise
+
+
 @pytest.mark.parametrize("link", LINKS)
 @pytest.mark.parametrize("form", FORMS)
 def test_hostile_messages(link, form, made):
@@ -127,7 +138,8 @@ def test_hostile_messages(link, form, made):
         with TemporaryDirectory(prefix="fuzz-") as name, within(LIMIT), source(link, messages, Path(name)) as incoming:
             session, bench, results = begun(made, form, incoming, is_live)
             session.recorder = Recorder(bench, made[2], Path(name) / "recording.nc")
-            session.run(lambda: False)
+            with refused_lines(link):
+                session.run(lambda: False)
             session.recorder.close()
             counts, known = session.counts, Recording.load(Path(name) / "recording.nc")["reading.count"].values
         check_results(results)
