@@ -3,6 +3,6 @@
 Input is checked where it enters, and only there: YAML in `yaml_text` (plain data, bounded in depth and size) and
 `document` (finite numbers; names, which become signals and files), XML in `xml_text` (no DOCTYPE, bounded in depth),
 numbers of models in `scenario.model_numbers`, before Drake, some of whose conditions end the process; the length of a
-run in `scenario.checks`; output paths in `output`. Log messages and
-warnings of libraries become a `note:`, as does what is mended or left out of a file (`notes`).
+run in `scenario.checks`; output paths in `output`. Log messages and warnings of libraries become a `note:`, as does
+what is mended or left out of a file (`notes`).
 """

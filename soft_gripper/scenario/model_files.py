@@ -217,6 +217,50 @@ def _check_contents(plant: MultibodyPlant, model: ModelInstanceIndex, config: Mo
         )
 
 
+class _Prepared(NamedTuple):
+    """A model as Drake reads it."""
+
+    text: str | None  # None: the file as it is
+    suffix: str = ""  # of the format of the text
+    fingers: Sequence[Finger] = ()
+    mimics: Sequence[Mimic] = ()
+
+
+def _prepared(
+    plant: MultibodyPlant,
+    path: Path,
+    kind: str,
+    config: ModelConfig,
+    where: str,
+    is_arm: bool,
+    visuals: bool,
+    points: int | None,
+) -> _Prepared:
+    """A model of a `kind_of` file; further arguments as of `load_model`."""
+    if kind == "robot":
+        expanded = _expanded(plant, path, config, where, visuals, points)
+        found = ready(path, ET.fromstring(expanded.text), is_arm, config.free, config.child)
+        return _Prepared(found.text, ".urdf", expanded.fingers, found.mimics)
+    if kind == "sdf":
+        found = ready(path, read_xml(path), is_arm, config.free, config.child)
+        return _Prepared(found.text, ".sdf", mimics=found.mimics)
+    if kind == "mujoco":
+        found = ready_mjcf(path, read_xml(path))
+        return _Prepared(found.text, ".xml", mimics=found.mimics)
+    if kind in MESH_SUFFIXES:
+        return _Prepared(mesh_to_sdf(path, config.mesh, config.name), ".sdf")
+    return _Prepared(None)
+
+
+def _check_choices(config: ModelConfig, kind: str, where: str, points: int | None) -> None:
+    """Checks what a scenario chooses for a model, before its file is read."""
+    if config.without and kind != "robot":
+        raise InputError(where, "without", config.without, "links can be left out of URDF files only")
+    if config.self_contact and points is not None:
+        expected = "leave it out with contact: points: these lie under the skin, and would meet too late"
+        raise InputError(where, "self_contact", True, expected)
+
+
 def load_model(
     plant: MultibodyPlant,
     config: ModelConfig,
@@ -237,33 +281,13 @@ def load_model(
     if not os.path.isfile(path):
         raise InputError(where, "file", config.file, f"there is no file {path}")
     kind = kind_of(path)
-    if config.without and kind != "robot":
-        raise InputError(where, "without", config.without, "links can be left out of URDF files only")
-    if config.self_contact and points is not None:
-        expected = "leave it out with contact: points: these lie under the skin, and would meet too late"
-        raise InputError(where, "self_contact", True, expected)
+    _check_choices(config, kind, where, points)
     parser = Parser(plant)
     parser.SetAutoRenaming(True)
     parser.package_map().AddMap(package_map())
-    fingers: Sequence[Finger] = ()
-    mimics: Sequence[Mimic] = ()
     with drake_reads(where, "file", config.file, path):
-        if kind == "robot":
-            expanded = _expanded(plant, path, config, where, visuals, points)
-            fingers = expanded.fingers
-            root = ET.fromstring(expanded.text)
-            text, mimics = ready(path, root, arm is not None, config.free, config.child)
-            models = add_text(parser, text, path, ".urdf")
-        elif kind == "sdf":
-            text, mimics = ready(path, read_xml(path), arm is not None, config.free, config.child)
-            models = add_text(parser, text, path, ".sdf")
-        elif path.suffix.lower() in MESH_SUFFIXES:
-            models = add_text(parser, mesh_to_sdf(path, config.mesh, config.name), path, ".sdf")
-        elif kind == "mujoco":
-            text, mimics = ready_mjcf(path, read_xml(path))
-            models = add_text(parser, text, path, ".xml")
-        else:
-            models = add_file(parser, path)
+        text, suffix, fingers, mimics = _prepared(plant, path, kind, config, where, arm is not None, visuals, points)
+        models = add_file(parser, path) if text is None else add_text(parser, text, path, suffix)
     check_names(where, config.fingers, [finger.name for finger in fingers])
     require(bool(fingers) or not config.self_contact, where, "self_contact", True, f"{config.file} has no finger")
     if len(models) != 1:
