@@ -3,6 +3,8 @@
 Each is a function of a station and its recording, as a user's own measure of a sweep.
 """
 
+import math
+
 import numpy as np
 
 from soft_gripper.diagrams.recording import Recording
@@ -18,6 +20,8 @@ from soft_gripper.scenario.sensor_presets import sensor_layout
 def force_error_n(station: Station, recording: Recording) -> float:
     """Mean size of the error of the estimated contact force, N, over all fingers and the last half second.
 
+    Samples in which no force is known, as of a finger that moves, are left out; NaN if there is no other.
+
     Raises:
         InputError: if the estimator reports no contact force.
     """
@@ -30,8 +34,9 @@ def force_error_n(station: Station, recording: Recording) -> float:
         estimated, true = (
             recording[f"{finger.name}.{name}"].values for name in ("contact_force", "true_contact_force")
         )
-        errors.append(np.abs(estimated - true)[window & np.isfinite(true)])  # not every sample has the truth
-    return float(np.mean(errors))
+        errors.append(np.abs(estimated - true)[window & np.isfinite(true + estimated)])  # not every one has the truth
+    known = np.concatenate(errors)
+    return float(known.mean()) if len(known) else math.nan
 
 
 def sensors(station: Station, recording: Recording) -> int:

@@ -20,6 +20,7 @@ from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.diagrams.station_parts import Station
+from soft_gripper.estimators.uncertainty import EXACT
 from soft_gripper.extras.recognition.random_grasps import free_model, with_errors, with_mesh
 from soft_gripper.files.csv_table import write_csv
 from soft_gripper.fingers.finger import Finger
@@ -46,6 +47,7 @@ _CHANGES = (
     f"pressure.steps.all={PRESSURES}",
     "pressure.hold_samples=200",
     "plant_config.discrete_contact_approximation=sap",
+    f"estimator.uncertainty.bend_per_pressure={EXACT}",
 )
 OFFSET, YAW, SIZE = 3.0, 3.0, 10  # mm and degrees, as poses are reported in grasp trials; percent
 MASS, FRICTION = (20.0, 60.0), (0.5, 0.9)  # g
