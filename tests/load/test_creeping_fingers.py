@@ -97,6 +97,31 @@ def test_true_contacts_are_still_detected(tmp_path: Path) -> None:
         assert loaded[begin + round(0.1 / PERIOD) :][true[begin + round(0.1 / PERIOD) :]].all()
 
 
+def stated(row: str) -> list[float]:
+    """The numbers of a row of the page: without creep, with creep that is modelled, and not."""
+    page = (Path(__file__).parents[2] / "docs" / "estimators.md").read_text(encoding="utf-8")
+    (line,) = (line for line in page.splitlines() if line.startswith(f"| {row}"))
+    return [float(cell.strip(" %")) for cell in line.split("|")[2:-1]]
+
+
+def test_the_page_states_what_creep_costs(tmp_path: Path) -> None:
+    """An exact model but for creep, ideal sensors: the force on a held box, and false contacts in free air, %."""
+    gripper = f"models.0.file={write_creeping(GRIPPER, tmp_path, SHARE, 2.0)}"
+    finger = write_creeping(FINGER, tmp_path, SHARE, 2.0)
+    exact = [CONTACT, "sensor.sections=2", "estimator.uncertainty.bend_per_pressure=0.005"]
+    held = ["estimator.type=contact", "pressure.steps.all=[100e3]", "pressure.settle=9.9", "pressure.hold_samples=10"]
+    errors, false = [], []
+    for who in (None, *NOMINALS.values()):
+        box = simulate(load_scenario("box_grasp", [*exact, *held, *([gripper, who] if who else [])]))
+        force, true = (np.abs(values(box, name, 9.9)).mean() for name in ("contact_force", "true_contact_force"))
+        errors.append(100 * (force / true - 1))
+        creeping = [*(f"models.{i}.file={finger}" for i in range(2)), who] if who else []
+        free = free_bending([-30e3, 0.0, 50e3, 100e3, 150e3, 60e3], 3.0, *exact, "estimator.type=recursive", *creeping)
+        false.append(100 * np.nanmean(values(simulate(free), "contact", 0.0) > 0))
+    np.testing.assert_allclose(errors, stated("box held for 10 s: error of the contact force"), atol=0.6)
+    np.testing.assert_allclose(false, stated("the same, `recursive`"), atol=0.6)
+
+
 def test_memory_is_that_of_the_true_angles(free: dict[str, Recording], shipped_finger: Finger) -> None:
     """As they are linear between samples; the block holds what is estimated, for half a sample too long in the mean."""
     q, driving = (values(free["aware"], name, 0.0)[0, 1:] for name in ("sampled_joint_angles", "driving_torque"))
