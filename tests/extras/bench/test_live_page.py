@@ -3,30 +3,21 @@
 import json
 import re
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 from browser import open_url
 from command_line import soft_gripper
-from served_page import LONG, Served
+from served_page import LONG, SMALL_SCENE, Served, wait_until
 
 from soft_gripper.diagrams.recording import Recording
 
 pytestmark = pytest.mark.slow
 
-# Without a graphics card the scene takes a core, and more the larger it is.
-SMALL_SCENE = 'document.getElementById("scene").style.cssText = "width: 32px; height: 24px; flex: none"'
 IN_SCENE = """const root = document.getElementById("scene").contentWindow.viewer?.scene_tree;
 return Object.keys(root?.find(arguments[0]).children ?? {}).length > 0;"""
-
-
-def wait_until(holds: Callable[[], object]) -> None:
-    deadline = time.monotonic() + LONG
-    while not holds():
-        assert time.monotonic() < deadline, "it takes too long"
-        time.sleep(0.1)
 
 
 @pytest.fixture

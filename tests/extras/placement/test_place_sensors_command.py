@@ -20,6 +20,9 @@ FILES = {"placements.csv", "runs.csv", "left_out.csv", "placement.png", "placeme
 STEPS = [*SHORT, "pressure.settle=0.4"]
 
 
+SPATIAL = ["place-sensors", "--scenarios", "turned_box_grasp"]
+
+
 def rows(path):
     with path.open(newline="") as table:
         return list(csv.DictReader(table))
@@ -105,8 +108,11 @@ def test_two_recordings_of_one_name_are_two_runs(tiny, tmp_path):
 
 
 @pytest.mark.slow
-def test_ctrl_c_leaves_nothing_half_done(tmp_path):
-    command = [*LISTENING, "place-sensors", "--count", "4", "--out", str(tmp_path / "out")]
+@pytest.mark.parametrize(
+    ("arguments", "last"), [(("place-sensors", "--count", "4"), "placement"), ((*SPATIAL, "--count", "8"), "design")]
+)
+def test_ctrl_c_leaves_nothing_half_done(tmp_path, arguments, last):
+    command = [*LISTENING, *arguments, "--out", str(tmp_path / "out")]
     with subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
     ) as process:
@@ -116,7 +122,7 @@ def test_ctrl_c_leaves_nothing_half_done(tmp_path):
         os.killpg(process.pid, signal.SIGINT)
         printed, complaint = process.communicate(timeout=30)
     assert process.returncode == 130
-    assert "nothing is written until the last placement" in printed
+    assert f"nothing is written until the last {last}" in printed
     assert "Traceback" not in complaint
     assert not (tmp_path / "out").exists()
 
@@ -139,7 +145,6 @@ SPACE_FILES = {
     "curvature.yaml",
     "orientation.yaml",
 }
-SPATIAL = ["place-sensors", "--scenarios", "turned_box_grasp"]
 
 
 @pytest.mark.slow
@@ -156,23 +161,6 @@ def test_a_finger_in_space_gets_sensors_that_its_scenario_runs_with(tmp_path):
         ran = soft_gripper("run", tmp_path / "mine.yaml", "--out", tmp_path / kind, *sets)
         assert ran.code == 0, ran.err
         assert (tmp_path / kind / "recording.nc").exists()
-
-
-@pytest.mark.slow
-def test_ctrl_c_in_space_leaves_nothing_half_done(tmp_path):
-    command = [*LISTENING, *SPATIAL, "--count", "8", "--out", str(tmp_path / "out")]
-    with subprocess.Popen(
-        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
-    ) as process:
-        while not (tmp_path / "out").is_dir():
-            assert process.poll() is None
-        time.sleep(1.0)
-        os.killpg(process.pid, signal.SIGINT)
-        printed, complaint = process.communicate(timeout=30)
-    assert process.returncode == 130
-    assert "nothing is written until the last design" in printed
-    assert "Traceback" not in complaint
-    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ import re
 import signal
 import socket
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import ExitStack, suppress
 from http.client import HTTPConnection
 from pathlib import Path
@@ -18,7 +18,7 @@ from urllib.parse import urlsplit
 import pytest
 from browser import open_url
 from command_line import soft_gripper
-from served_page import LONG, Served
+from served_page import LONG, SMALL_SCENE, Served, wait_until
 from websockets.exceptions import WebSocketException
 from websockets.sync.client import connect
 
@@ -36,8 +36,6 @@ let drawn = 0;
 for (let i = 0; i < pixels.length; i += 4)
   drawn += Math.max(...[r, g, b].map((part, j) => Math.abs(pixels[i + j] - part))) < 40 && pixels[i + 3] > 60;
 return drawn;"""  # pixels of a colour in the first plot, edges of its lines included
-# Without a graphics card the scene takes a core, and more the larger it is.
-SMALL_SCENE = 'document.getElementById("scene").style.cssText = "width: 32px; height: 24px; flex: none"'
 
 
 class Played(Served):
@@ -55,13 +53,6 @@ def played(tmp_path: Path) -> Iterator[Played]:
     if found.process.poll() is None:
         found.process.kill()
         found.process.wait()
-
-
-def wait_until(holds: Callable[[], object]) -> None:
-    deadline = time.monotonic() + LONG
-    while not holds():
-        assert time.monotonic() < deadline, "it takes too long"
-        time.sleep(0.1)
 
 
 @pytest.fixture
