@@ -16,7 +16,7 @@ from soft_gripper.diagrams.wiring.sensors import IDEAL
 from soft_gripper.errors import InputError, described
 from soft_gripper.estimators.finger_shape import ANGLES
 from soft_gripper.estimators.health_monitor import usable
-from soft_gripper.scenario.own_functions import is_own
+from soft_gripper.scenario.own_functions import is_own, label, module_of
 from soft_gripper.scenario.sensor_presets import sensor_layout
 
 _LOGGER = logging.getLogger(__name__)
@@ -54,8 +54,8 @@ def own_blocks(station: Station) -> list[OwnBlock]:
             block = _inside(station, f"{finger}.estimation", "estimator")
             found.append(OwnBlock("estimator.type", parts.estimator, finger, *block, ANGLES, quantity))
         for kind in filter(is_own, station.scenario.estimator.alongside):
-            block = _inside(station, f"{finger}.{kind}.estimation", "estimator")
-            found.append(OwnBlock("estimator.alongside", kind, f"{finger}.{kind}", *block, ANGLES, quantity))
+            block = _inside(station, f"{finger}.{label(kind)}.estimation", "estimator")
+            found.append(OwnBlock("estimator.alongside", kind, f"{finger}.{label(kind)}", *block, ANGLES, quantity))
     return found
 
 
@@ -84,7 +84,7 @@ def blamed(station: Station, context: Context, failure: BaseException) -> InputE
     frames = list(_frames(failure))
     of_block = (own for own in blocks if any(frame.f_locals.get("self") is own.block for frame in frames))
     modules = {str(frame.f_globals.get("__name__")) for frame in frames}
-    of_module = (own for own in blocks if own.name.partition(":")[0] in modules)
+    of_module = (own for own in blocks if module_of(own.name) in modules)
     at_fault = next(of_block, None) or next(of_module, None)  # in an update: no port is at fault
     return None if at_fault is None else at_fault.error(at_fault.port, f"{when}: {described(failure)}")
 

@@ -134,16 +134,13 @@ def test_the_rest_goes_on_without_an_extra(tmp_path, removed):
     assert found.stdout.startswith(str(sorted({*EXTRAS} - gone)))
 
 
-def test_an_extra_of_ones_own_is_one_folder(tmp_path):
+def test_an_extra_of_ones_own_is_one_file(tmp_path):
     """As the how-to page has it, in a tree without other extras."""
     others = {str(PACKAGE / "extras" / name) for name in EXTRAS}
     shutil.copytree(PACKAGE, tmp_path / "soft_gripper", ignore=lambda folder, names: _left_out(folder, names, others))
     page = (ROOT / "docs" / "howto" / "own_extra.md").read_text(encoding="utf-8")
-    for name, text in re.findall(r"^```python\n# (soft_gripper/\S+)\n(.*?)^```$", page, re.MULTILINE | re.DOTALL):
-        file = tmp_path / name
-        file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_text(text, encoding="utf-8")
-    (tmp_path / "soft_gripper/extras/closing/__init__.py").write_text('"""Angles."""\n', encoding="utf-8")
+    ((name, text),) = re.findall(r"^```python\n# (soft_gripper/\S+)\n(.*?)^```$", page, re.MULTILINE | re.DOTALL)
+    (tmp_path / name).write_text(text, encoding="utf-8")
     (command,) = re.findall(r"^    soft-gripper (closing.*)$", page, re.MULTILINE)
     run = "import sys; from soft_gripper.commands import main; sys.exit(main(sys.argv[1:]))"
     found = subprocess.run(

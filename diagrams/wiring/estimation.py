@@ -6,7 +6,6 @@ import numpy as np
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.wiring.named_blocks import MakeEstimator, find_estimator, make_block, name_of
 from soft_gripper.diagrams.wiring.named_wires import NamedWires, Ports, connect_known, inputs, vector_outputs
 from soft_gripper.diagrams.wiring.sensors import IDEAL
 from soft_gripper.errors import InputError
@@ -18,7 +17,8 @@ from soft_gripper.estimators.recursive import EFFECTIVE_DRIVING_TORQUE
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.load.contact_detector import ContactDetector
 from soft_gripper.load.force_estimator import ForceEstimator
-from soft_gripper.scenario.own_functions import seen_from
+from soft_gripper.scenario.named_estimators import MakeEstimator, find_estimator
+from soft_gripper.scenario.own_functions import make_block, name_of, seen_from
 from soft_gripper.scenario.schema import EstimatorConfig, SensorConfig
 from soft_gripper.scenario.sensor_presets import uncertainty
 from soft_gripper.sensors.measurement import MeasurementModel
@@ -54,7 +54,7 @@ class FingerEstimation(Diagram):
     ):
         """
         Args:
-            estimator: of the shape, see `named_blocks`.
+            estimator: of the shape, see `named_estimators`.
             layout: the nominal sensors and finger.
             gravity: in the world, (3,) m/s^2; zero leaves the finger's own weight in the external torque.
             period: of all samples, s.
@@ -138,7 +138,7 @@ def add_estimation(
         sensor: the `sensor` part: the sampling period, and errors from which the uncertainty follows.
         gravity: gravity in the world, (3,) m/s^2.
         measured: the outputs of the sensors, `sampled_pressure` (C) Pa, `sampled_tension` (T) N and `X_WB` (12).
-        make_estimator: replaces the estimator named by `config.type`, see `named_blocks`.
+        make_estimator: replaces the estimator named by `config.type`, see `named_estimators`.
 
     Returns:
         the signals, by name without the finger's prefix.

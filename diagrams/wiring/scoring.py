@@ -10,14 +10,14 @@ from pydrake.systems.primitives import MatrixGain
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.wiring.estimation import estimation_inputs, shape_wires
-from soft_gripper.diagrams.wiring.named_blocks import find_estimator, make_block
 from soft_gripper.diagrams.wiring.named_wires import NamedWires, Ports, connect_known, inputs, vector_outputs
 from soft_gripper.estimators.driving_torque import driving_port
 from soft_gripper.estimators.spatial_estimator import TIP
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.load.force_estimator import DELAY
-from soft_gripper.scenario.own_functions import seen_from
+from soft_gripper.scenario.named_estimators import find_estimator
+from soft_gripper.scenario.own_functions import label, make_block, seen_from
 from soft_gripper.scenario.schema import EstimatorConfig, SensorConfig
 from soft_gripper.scenario.sensor_presets import uncertainty
 from soft_gripper.sensors.measurement import MeasurementModel
@@ -200,13 +200,13 @@ def add_alongside(
         estimator = make_block("estimator.alongside", kind, make, layout, gravity, period)
         with seen_from("estimator.alongside", kind):
             estimation = AlongsideEstimation(estimator, layout.finger, period)
-            builder.AddNamedSystem(f"{finger.name}.{kind}.estimation", estimation)
+            builder.AddNamedSystem(f"{finger.name}.{label(kind)}.estimation", estimation)
             connect_known(builder, estimation, estimation_inputs(known), "estimator")
         found = vector_outputs(estimation)
         if TRUE_JOINTS in known:
             errors = PoseError(finger.finger.segments, TIP in found)
-            scoring = builder.AddNamedSystem(f"{finger.name}.{kind}.scoring", errors)
+            scoring = builder.AddNamedSystem(f"{finger.name}.{label(kind)}.scoring", errors)
             connect_known(builder, scoring, {**known, **found}, "score")
             found |= vector_outputs(scoring)
-        signals |= {f"{kind}.{name}": port for name, port in found.items()}
+        signals |= {f"{label(kind)}.{name}": port for name, port in found.items()}
     return signals

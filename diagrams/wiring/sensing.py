@@ -13,7 +13,6 @@ from pydrake.systems.framework import DiagramBuilder, OutputPort
 from soft_gripper.diagrams.wiring.drive import check_finalized
 from soft_gripper.diagrams.wiring.estimation import add_estimation
 from soft_gripper.diagrams.wiring.grip_control import find_gripper, forms_gripper
-from soft_gripper.diagrams.wiring.named_blocks import MakeEstimator
 from soft_gripper.diagrams.wiring.named_wires import Ports, inputs
 from soft_gripper.diagrams.wiring.scoring import (
     add_alongside,
@@ -27,6 +26,7 @@ from soft_gripper.errors import InputError
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.load.opening import Gripper, ObjectWidth
+from soft_gripper.scenario.named_estimators import MakeEstimator
 from soft_gripper.scenario.nominal_model import NominalModel
 from soft_gripper.scenario.schema import EstimatorConfig, RecordConfig, SensorConfig
 from soft_gripper.scenario.sensor_presets import ALL, MakeSensor

@@ -4,12 +4,11 @@ from pydrake.common import RandomDistribution
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
 from pydrake.systems.primitives import MatrixGain, RandomSource
 
-from soft_gripper.diagrams.wiring.named_blocks import make_block, name_of
 from soft_gripper.diagrams.wiring.named_wires import NamedWires, Ports, connect_known, inputs, vector_outputs
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.finger_parts import SLIDES
 from soft_gripper.fingers.plant_finger import PlantFinger
-from soft_gripper.scenario.own_functions import seen_from
+from soft_gripper.scenario.own_functions import make_block, name_of, seen_from
 from soft_gripper.scenario.schema import SensorConfig
 from soft_gripper.scenario.sensor_presets import MakeSensor, find_sensor, is_kind, sensor_layout, strain_errors
 from soft_gripper.sensors.base_pose import BasePoseSensor, FixedBasePose
@@ -45,7 +44,7 @@ class FingerSensors(Diagram):
     def __init__(self, sensor: System, layout: MeasurementModel, config: SensorConfig):
         """
         Args:
-            sensor: see `named_blocks`.
+            sensor: see `sensor_presets`.
             layout: layout of its readings.
             config: the `sensor` part, whose sampling period and errors are used.
 
@@ -125,7 +124,7 @@ def add_sensors(
         finger: a finger in the finalized plant.
         config: the `sensor` part of a scenario.
         pressure: pressures in the chambers of the finger, (C) Pa; None: it has none.
-        make_sensor: replaces the sensor named by `config.type`, see `named_blocks`.
+        make_sensor: replaces the sensor named by `config.type`, see `sensor_presets`.
         tension: of the tendons of the finger, (T) N; None: it has none.
 
     Returns:

@@ -7,7 +7,6 @@ from pathlib import Path
 
 from soft_gripper.commands.console import Console
 from soft_gripper.commands.tables import print_claims, print_table
-from soft_gripper.diagrams.wiring.named_blocks import find_estimator
 from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
 from soft_gripper.evaluation.paper.scenario_run import SCENARIOS, SECTIONS
 from soft_gripper.evaluation.report.bars import ARCS
@@ -20,6 +19,7 @@ from soft_gripper.evaluation.robustness.table import PlantRow, RobustnessRow
 from soft_gripper.files.output import lock_folder
 from soft_gripper.runs.executor import open_executor
 from soft_gripper.runs.scores.poses import PoseRow, mean_errors, of_estimator
+from soft_gripper.scenario.named_estimators import find_estimator
 from soft_gripper.scenario.scenario_file import load_scenario
 
 

@@ -189,8 +189,9 @@ def count(name: str, help_: str, default: int, least: int = 1) -> Option:
 
 @dataclass(frozen=True)
 class Command:
-    """A command; the module of its name in a package has a function `run`, which takes the options.
+    """A command; the module of its name has a function `run`, which takes the options.
 
+    package: where that module is; or that module itself.
     does: what it does, as a phrase for `--help`.
     examples: command lines without the name, each with an optional explanation after two or more spaces.
     check: checks options that depend on each other.
@@ -205,4 +206,5 @@ class Command:
 
     @property
     def module(self) -> str:
-        return f"{self.package}.{self.name.replace('-', '_')}"
+        name = f".{self.name.replace('-', '_')}"
+        return self.package if self.package.endswith(name) else f"{self.package}{name}"

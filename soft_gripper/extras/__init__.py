@@ -1,7 +1,8 @@
-"""Extras: what stands beside the core, a folder each, with a README that says for whom.
+"""Extras: what stands beside the core, a folder each, with a README that says for whom, or a file each.
 
-The core names none of them, and goes on without any. An extra is found by its folder: `commands` in it declares its
-commands, if it has any, and imports neither Drake nor numpy. `soft_gripper.extras.NAME` is loaded when it is used.
+The core names none of them, and goes on without any. An extra is found by its place: `commands` in its folder, or the
+file, declares its commands, if it has any, and imports neither Drake nor numpy outside of functions.
+`soft_gripper.extras.NAME` is loaded when it is used.
 """
 
 import pkgutil
@@ -17,9 +18,10 @@ def names() -> list[str]:
 
 
 def command_modules() -> list[Any]:
-    """The modules `commands` of all extras that have one; those without are not imported, since that takes long."""
-    having = (extra for extra in names() if Path(__path__[0], extra, "commands").is_dir())
-    return [import_module(f"{__name__}.{extra}.commands") for extra in having]
+    """The modules that declare the commands of extras; folders without are not imported, since that takes long."""
+    of_folders = (f"{extra}.commands" for extra in names() if Path(__path__[0], extra, "commands").is_dir())
+    of_files = (found.name for found in pkgutil.iter_modules(__path__) if not found.ispkg)
+    return [import_module(f"{__name__}.{module}") for module in (*of_folders, *of_files)]
 
 
 __all__ = names()

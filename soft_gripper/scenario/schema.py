@@ -374,7 +374,7 @@ class SensorConfig:
     """The sensors of every finger."""
 
     # "strain", "curvature", "orientation", or "module:function", "module:Class" of your own, see
-    # diagrams/wiring/named_blocks.py.
+    # scenario/sensor_presets.py.
     type: str = "strain"
     sections: int = quantity(4, least=1)  # sensors in series along each path
     borders: list[float] | None = None  # section boundaries, as fractions of the length; None: equal sections

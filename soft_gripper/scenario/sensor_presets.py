@@ -1,4 +1,15 @@
-"""The sensors of a scenario: where they are, their errors, presets, and the uncertainty that follows."""
+"""The sensors of a scenario: where they are, their errors, presets, and the uncertainty that follows.
+
+A kind of sensor is a class that models the measurements on a finger, made from the finger and the number of sections:
+
+    class Curvature(MeasurementModel): ...
+
+A strain sensor of your own is a system with an input `joint_angles` (N) rad and an output `strain`, the readings;
+any other outputs are logged. It may also take `pressure` and `X_WB`. It is made by a function of the sensors on
+the finger and their sampling period, s:
+
+    def make(layout: SensorLayout, period: float) -> System
+"""
 
 from collections.abc import Callable
 from dataclasses import fields, replace

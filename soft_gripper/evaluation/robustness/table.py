@@ -26,9 +26,9 @@ from soft_gripper.evaluation.robustness.plants import FingerAtRest, Plant
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import forward_kinematics, in_space
 from soft_gripper.fingers.urdf import expand_urdf
-from soft_gripper.runs.estimator_functions import estimator_function
 from soft_gripper.runs.scores.readings import with_sections
 from soft_gripper.scenario.model_files import model_path
+from soft_gripper.scenario.named_estimators import estimator_function
 from soft_gripper.scenario.nominal_model import read_nominal_model
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.schema import NominalConfig, SensorConfig, StrainErrorsConfig

@@ -17,7 +17,7 @@ import socket
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import IO, Any, Protocol
 from urllib.parse import SplitResult, parse_qs, unquote, urlsplit
@@ -25,13 +25,13 @@ from urllib.parse import SplitResult, parse_qs, unquote, urlsplit
 from drake import lcmt_drake_signal
 from pydrake.lcm import DrakeLcm
 
-from soft_gripper.errors import InputError, described
+from soft_gripper.errors import InputError
 from soft_gripper.extras.bench.messages import MOST_BYTES
 from soft_gripper.extras.bench.threads import Inbox, Message, Outbox, write_all
 from soft_gripper.extras.hardware.table import Columns
 from soft_gripper.extras.hardware.tables import OTHER_THAN_TEXT, is_bag_folder, read_table
 from soft_gripper.files.document import given
-from soft_gripper.scenario.own_functions import find_function
+from soft_gripper.scenario.own_functions import blamed_on, find_function
 
 MOST_WAITING = 4096  # messages that are read at once
 LOOPBACK = "127.0.0.1"
@@ -129,24 +129,17 @@ class Endpoints:
 
     def _own_messages(self, address: str, messages: Callable[[], Iterable[Message]]) -> Iterator[Message]:
         """Messages of a user's generator, whose errors name it."""
-        with self._named("source", address):
+        with blamed_on(self._where, "source", address):
             yield from messages()
 
     def _own_sink(self, address: str) -> Sink:
         function = find_function("sink", address)
 
         def take(_: bytes, results: dict[str, Any]) -> None:
-            with self._named("sink", address):
+            with blamed_on(self._where, "sink", address):
                 function(results)
 
         return take
-
-    @contextmanager
-    def _named(self, field: str, address: str) -> Iterator[None]:
-        try:
-            yield
-        except (Exception, SystemExit) as error:  # whatever a user's function may raise
-            raise InputError(self._where, field, address, f"failed: {described(error)}") from error
 
     def _opened(self, field: str, address: str, known: Mapping[str, Callable[[], Any]]) -> Any:
         """The end that an address names; None if it is a user's function."""

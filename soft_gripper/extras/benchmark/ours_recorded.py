@@ -33,8 +33,8 @@ from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import TipLoad
 from soft_gripper.fingers.kinematics import as_points, forward_kinematics, gravity_torque, rotated
 from soft_gripper.fingers.statics import resting_angles
-from soft_gripper.runs.estimator_functions import estimator_function
 from soft_gripper.scenario.model_files import model_path
+from soft_gripper.scenario.named_estimators import estimator_function
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 
 

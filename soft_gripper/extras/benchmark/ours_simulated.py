@@ -18,8 +18,8 @@ from soft_gripper.extras.studies.contacts.dataset import G
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import as_points, gravity_torque
 from soft_gripper.fingers.urdf import expand_urdf
-from soft_gripper.runs.estimator_functions import estimator_function
 from soft_gripper.scenario.model_files import model_path
+from soft_gripper.scenario.named_estimators import estimator_function
 from soft_gripper.sensors.sensor_layout import SensorLayout
 
 # Of the mean of 20 samples of a realistic sensor: gain errors and hysteresis of 1 % at strains up to 0.15, and noise;

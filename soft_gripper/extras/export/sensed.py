@@ -22,7 +22,7 @@ from soft_gripper.estimators.spatial_recursive import SpatialRecursiveShape
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.extras.export.tree import scoped_name
 from soft_gripper.fingers.plant_finger import PlantFinger
-from soft_gripper.runs.estimator_functions import estimator_function
+from soft_gripper.scenario.named_estimators import estimator_function
 from soft_gripper.scenario.nominal_model import read_nominal_model
 from soft_gripper.scenario.schema import Scenario
 from soft_gripper.scenario.sensor_presets import sensor_layout, uncertainty

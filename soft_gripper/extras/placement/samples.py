@@ -18,7 +18,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array, Planar
-from soft_gripper.diagrams.wiring.named_blocks import find_estimator
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.driving_torque import driving_torques
 from soft_gripper.estimators.estimate import ShapeEstimate
@@ -28,9 +27,9 @@ from soft_gripper.extras.placement.placements import Placement, as_borders
 from soft_gripper.extras.studies.contacts.dataset import Contacts
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.plant_finger import PlantFinger
-from soft_gripper.runs.estimator_functions import estimator_function
 from soft_gripper.runs.scores.poses import held_rows, held_samples
 from soft_gripper.runs.scores.recorded_run import RecordedRun, read_signal
+from soft_gripper.scenario.named_estimators import estimator_function, find_estimator
 from soft_gripper.scenario.nominal_model import NominalModel
 from soft_gripper.scenario.schema import NominalConfig
 from soft_gripper.scenario.sensor_presets import sensor_layout

@@ -18,8 +18,8 @@ from soft_gripper.extras.placement.samples import Assumptions
 from soft_gripper.extras.studies.contacts.dataset import Contacts
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.pictures.style import STYLE
-from soft_gripper.runs.estimator_functions import estimator_function
 from soft_gripper.runs.scores.recorded_run import RecordedRun
+from soft_gripper.scenario.named_estimators import estimator_function
 from soft_gripper.scenario.schema import Scenario
 from soft_gripper.sensors.sensor_layout import SensorLayout
 

@@ -18,7 +18,7 @@ from soft_gripper.estimators.plane import planar_gravity
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.load.force_estimator import SAMPLES, Motion, TorqueBalance, windows
-from soft_gripper.runs.estimator_functions import estimator_function
+from soft_gripper.scenario.named_estimators import estimator_function
 from soft_gripper.scenario.nominal_model import read_nominal_model
 from soft_gripper.scenario.sensor_presets import sensor_layout, uncertainty
 from soft_gripper.sensors.measurement import MeasurementModel

@@ -15,14 +15,14 @@ import numpy as np
 
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.station_parts import Station
-from soft_gripper.errors import InputError, described
+from soft_gripper.errors import InputError
 from soft_gripper.files.csv_table import columns
 from soft_gripper.runs.scores.grasp import Grasp
 from soft_gripper.runs.scores.poses import held_samples, recorded_pose_table
 from soft_gripper.runs.scores.recorded_grasps import objects_of, recorded_grasp
 from soft_gripper.runs.scores.steps import outcome, step_table
 from soft_gripper.runs.trials.trial import Judged, judged
-from soft_gripper.scenario.own_functions import find_function
+from soft_gripper.scenario.own_functions import blamed_on, find_function
 from soft_gripper.scenario.schema import Scenario
 
 OPTION = "--measure"
@@ -116,12 +116,8 @@ def column_of(name: str) -> str:
 
 def _own_measure(name: str, station: Station, recording: Recording) -> Any:
     function = find_function(OPTION, name)
-    try:
+    with blamed_on("sweep", OPTION, name):
         found = function(station, recording)
-    except InputError:
-        raise
-    except (Exception, SystemExit) as error:  # anything a user function may raise
-        raise InputError("sweep", OPTION, name, f"failed: {described(error)}") from error
     value = found.item() if isinstance(found, np.generic | np.ndarray) and found.size == 1 else found
     if not isinstance(value, Real | str):
         raise InputError("sweep", OPTION, name, f"returned {type(found).__name__}; return a number or a string")

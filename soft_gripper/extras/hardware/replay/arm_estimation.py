@@ -29,7 +29,6 @@ from pydrake.systems.primitives import Adder, ConstantVectorSource, MatrixGain
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.diagrams.private_run import keep_what_is_read
 from soft_gripper.diagrams.recording import Recording, add_logs, read_logs
-from soft_gripper.diagrams.wiring.named_blocks import find_estimator, make_block
 from soft_gripper.diagrams.wiring.named_wires import NamedWires, connect_known, vector_outputs
 from soft_gripper.estimators.driving_torque import DRIVING_TORQUE, DrivingTorque
 from soft_gripper.estimators.finger_shape import ANGLES
@@ -38,6 +37,8 @@ from soft_gripper.extras.hardware.recordings import HardwareRecording
 from soft_gripper.files.document import given, require
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import as_planar, as_points, forward_kinematics, rotated
+from soft_gripper.scenario.named_estimators import find_estimator
+from soft_gripper.scenario.own_functions import make_block
 from soft_gripper.sensors.sensor_layout import SensorLayout
 from soft_gripper.sensors.wire_lengths import WireGeometry, as_strain
 from soft_gripper.signals import XZ, describe

@@ -41,7 +41,7 @@ from soft_gripper.extras.studies.contacts.dataset import Contacts, G, read_finge
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import gravity_torque
 from soft_gripper.fingers.statics import resting_angles
-from soft_gripper.runs.estimator_functions import estimator_function
+from soft_gripper.scenario.named_estimators import estimator_function
 from soft_gripper.scenario.nominal_model import describe_nominal_model, read_nominal_model
 from soft_gripper.scenario.schema import NominalConfig, SensorConfig, StrainErrorsConfig
 from soft_gripper.scenario.sensor_presets import strain_errors

@@ -6,9 +6,10 @@ import pytest
 from pydrake.systems.primitives import ZeroOrderHold
 from refusals import refused
 
-from soft_gripper.diagrams.wiring.named_blocks import find_estimator, make_block
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.shape_estimator import ShapeEstimator
+from soft_gripper.scenario.named_estimators import find_estimator
+from soft_gripper.scenario.own_functions import label, make_block
 from soft_gripper.scenario.sensor_presets import SENSORS, find_sensor
 from soft_gripper.sensors.sensor_layout import SensorLayout
 
@@ -28,6 +29,20 @@ def test_functions_of_the_users(monkeypatch, tmp_path):
     assert find_sensor("lab_sensors:make")(None, 0.5) == 0.5
     assert sys.path == path
     assert find_estimator("own_blocks:mean_bend").__name__ == "mean_bend"
+
+
+def test_functions_in_a_file_wherever_it_is(monkeypatch, tmp_path):
+    """The file is run once, and two of one name are two modules."""
+    for folder, answer in (("one", 1), ("two", 2)):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "lab_file.py").write_text(f"def make(layout, period):\n    return {answer}\n")
+    monkeypatch.chdir(tmp_path)
+    assert [find_sensor(f"{folder}/lab_file.py:make")(None, 0.5) for folder in ("one", "two")] == [1, 2]
+    assert find_sensor("one/lab_file.py:make") is find_sensor(f"{tmp_path}/one/lab_file.py:make")
+    assert label(f"{tmp_path}/one/lab_file.py:make") == "lab_file:make"
+    with refused("sensor.type", "one/nothing.py:make") as caught:
+        find_sensor("one/nothing.py:make")
+    assert "FileNotFoundError" in caught.value.expected
 
 
 def test_what_is_installed_comes_before_the_current_folder(monkeypatch, tmp_path):

@@ -17,8 +17,8 @@ from soft_gripper.extras.placement.samples import Assumptions, held_fingers
 from soft_gripper.extras.studies.contacts import estimates
 from soft_gripper.extras.studies.contacts.dataset import Contacts, read_finger
 from soft_gripper.fingers.statics import resting_angles
-from soft_gripper.runs.estimator_functions import estimator_function
 from soft_gripper.runs.scores.recorded_run import RecordedRun
+from soft_gripper.scenario.named_estimators import estimator_function
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.sensors.sensor_layout import SensorLayout
 

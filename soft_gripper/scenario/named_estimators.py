@@ -1,14 +1,4 @@
-"""Sensors and estimators by name: built-in ones, and user-defined ones as "module:function".
-
-A kind of sensor is a class that models the measurements on a finger, made from the finger and the number of sections:
-
-    class Curvature(MeasurementModel): ...
-
-A strain sensor of your own is a system with an input `joint_angles` (N) rad and an output `strain`, the readings;
-any other outputs are logged. It may also take `pressure` and `X_WB`. It is made by a function of the sensors on
-the finger and their sampling period, s:
-
-    def make(layout: SensorLayout, period: float) -> System
+"""Estimators by name, those of this project and a user's own: as blocks of a diagram, and as functions of arrays.
 
 An estimator is a system with an output `estimated_joint_angles` (N) rad, see `FingerShape`. It may take the outputs of
 the sensor, `pressure`, `X_WB`, and what drives the nominal finger, `driving_torque` (N) N m. It is made
@@ -17,29 +7,28 @@ from the nominal sensors and finger, gravity in the world, m/s^2 (zero without
 
     def make(layout: MeasurementModel, gravity: Array, period: float) -> System
 
-`module:function` is imported from Python's path and the current folder, not from the folder of the scenario: an
-untrusted scenario cannot bring its own code.
+One that makes a ShapeEstimator, around a function of arrays, can be used on all samples of a recording at once as well.
 """
 
 from collections.abc import Callable
-from typing import Any
 
+import numpy as np
 from pydrake.systems.framework import System
 
 from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
+from soft_gripper.estimators.estimate import ShapeFunction
 from soft_gripper.estimators.recursive import RecursiveEstimator, RecursiveShape
 from soft_gripper.estimators.shape_estimator import ShapeEstimator
 from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS, spatial_function
 from soft_gripper.estimators.spatial_estimator import SpatialEstimator
 from soft_gripper.estimators.spatial_recursive import SpatialRecursiveEstimator, SpatialRecursiveShape
 from soft_gripper.estimators.uncertainty import Uncertainty
-from soft_gripper.scenario.own_functions import find_named, made
+from soft_gripper.scenario.own_functions import find_named, make_block
 from soft_gripper.sensors.measurement import MeasurementModel
 
 MakeEstimator = Callable[[MeasurementModel, Array, float], System]
-
-_IN_USE = "_soft_gripper_in_use"  # attribute of a block that is part of a diagram
+OPTION = "--estimator"
 
 
 def find_estimator(name: str, uncertainty: Uncertainty | None = None, field: str = "estimator.type") -> MakeEstimator:
@@ -75,27 +64,19 @@ def _of_function(kind: str, uncertainty: Uncertainty) -> MakeEstimator:
     return make
 
 
-def make_block(field: str, name: str, make: Callable[..., System], *arguments: Any) -> System:
-    """The block that a function makes from its arguments.
-
-    Args:
-        field: the scenario field or option that names the function.
-        name: a built-in block, or a user's "module:function", see `name_of`.
-        make: the function.
-        arguments: its arguments.
+def estimator_function(
+    name: str, layout: MeasurementModel, uncertainty: Uncertainty, period: float = 0.01
+) -> ShapeFunction:
+    """The estimator of a name as a function, of the nominal sensors and finger, for samples `period` s apart.
 
     Raises:
-        InputError: if it fails, does not return a system, or returns a block that it returned before.
+        InputError: if there is none, or it does not make a ShapeEstimator.
     """
-    block = made(field, name, make, *arguments)
-    if not isinstance(block, System):
-        raise InputError("scenario", field, name, f"returned {type(block).__name__}; return a Drake System")
-    if hasattr(block, _IN_USE):
-        raise InputError("scenario", field, name, "returned the same block twice; make a new one for each finger")
-    setattr(block, _IN_USE, True)
-    return block
-
-
-def name_of(make: Callable[..., System] | None, type_name: str) -> str:
-    """The name of a block in tables, recordings and messages: a user's function, or the type in the scenario."""
-    return type_name if make is None else f"{make.__module__}:{getattr(make, '__qualname__', repr(make))}"
+    if name in SHAPE_FUNCTIONS:
+        return SHAPE_FUNCTIONS[name](layout, uncertainty, period)
+    no_gravity = np.zeros(3)  # the function receives gravity for each sample
+    block = make_block(OPTION, name, find_estimator(name, field=OPTION), layout, no_gravity, period)
+    if not isinstance(block, ShapeEstimator):
+        expected = f"made a {type(block).__name__}; return a ShapeEstimator, which takes many samples at once"
+        raise InputError("estimator", OPTION, name, expected)
+    return block.function
