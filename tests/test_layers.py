@@ -34,14 +34,15 @@ PARTS = (
 EXTRAS: dict[str, set[str]] = {
     "bench": {"hardware"},
     "benchmark": {"hardware", "recognition", "studies"},
-    "design": set(),
+    "design": {"grasps"},
     "export": set(),
+    "grasps": set(),
     "hardware": set(),
     "learning": set(),
     "placement": {"studies"},
     "play": set(),
-    "recognition": set(),
-    "studies": {"recognition"},
+    "recognition": {"grasps"},
+    "studies": {"grasps", "recognition"},
 }
 FRONT_DOOR = PACKAGE / "__init__.py"
 CORE = sorted(path for part in PARTS for path in (PACKAGE / part).resolve().rglob("*.py"))

@@ -5,10 +5,8 @@ a command is imported when the command runs. Extras add their commands to those 
 """
 
 import argparse
-from collections import Counter
 from collections.abc import Sequence
 from importlib.metadata import version
-from pathlib import Path
 from typing import NoReturn
 
 import shtab
@@ -29,7 +27,6 @@ from soft_gripper.commands.options import (
     assignment,
     count,
     flag,
-    number,
     option,
     out,
     path,
@@ -48,14 +45,6 @@ def _check_sweep(options: argparse.Namespace) -> None:
     if (options.method == "grid") != (options.sample is None):
         expected = "give --sample N" if options.sample is None else "omit --sample: a grid has all combinations"
         raise InputError("sweep", "--method", options.method, expected)
-
-
-def _check_trials(options: argparse.Namespace) -> None:
-    """Tables distinguish scenarios by their names alone."""
-    names = Counter(Path(file).stem for file in options.scenario or ())
-    for file in options.scenario or ():
-        if names[Path(file).stem] > 1:
-            raise InputError("grasp-trials", "--scenario", file, "give scenarios with different names")
 
 
 CORE = (
@@ -144,69 +133,6 @@ CORE = (
             *EXECUTOR,
         ),
         _check_sweep,
-    ),
-    Command(
-        "grasp-strength",
-        "load a held object in twelve directions until it is lost",
-        (
-            "bottle_grasp                                   six forces and six torques: strength.csv, strength.png",
-            "pick_and_place_box --out results/box_strength  until the end of the first phase that holds the object",
-            "bottle_grasp --set pressure.steps.all.0=80e3 --slid 2",
-        ),
-        (
-            *CONSOLE,
-            *scenario(),
-            option("--object", "model that is loaded (default: that of the task, or the first free one)", "NAME"),
-            option(
-                "--slid",
-                "mm along the fingers by which it may slide (default: %(default)s)",
-                "MM",
-                number(1e3),
-                default=5.0,
-            ),
-            option(
-                "--turned",
-                "degrees in the fingers by which it may turn (default: %(default)s)",
-                "DEG",
-                number(180),
-                default=20.0,
-            ),
-            option(
-                "--seconds",
-                "in which a force grows to the sum of the normal forces (default: %(default)s)",
-                "S",
-                number(1e3),
-                default=2.0,
-            ),
-            *EXECUTOR,
-            out("results/grasp_strength"),
-        ),
-    ),
-    Command(
-        "grasp-trials",
-        "pick and place with random poses, masses, frictions and sizes",
-        (
-            "--trials 200 --seed 1                                        200 trials of every scenario",
-            "--scenario pick_and_place_delicate --trials 20 --json",
-            "--scenario pick_and_place_box --seed 1 --trial 7             rerun one, with its recording",
-        ),
-        (
-            *CONSOLE,
-            count("--trials", "number of trials of each scenario", 20),
-            SEED,
-            option(
-                "--scenario",
-                "scenario; may be repeated (default: the shipped pick_and_place scenarios)",
-                "NAME",
-                scenario_name,
-                action="append",
-            ),
-            option("--trial", "run this trial only; keep its scenario and recording", "K", whole(0)),
-            RESUME,
-            *EXECUTOR,
-            out("results/grasp_trials"),
-        ),
-        _check_trials,
     ),
     Command(
         "tune",

@@ -31,8 +31,8 @@ from soft_gripper.pictures.phases import phases_figure
 from soft_gripper.pictures.video import check_video, write_video
 from soft_gripper.runs.scores.poses import recorded_pose_table
 from soft_gripper.runs.scores.recorded_grasps import recorded_grasps
+from soft_gripper.runs.scores.recorded_task import judged
 from soft_gripper.runs.scores.steps import outcome, phase_table, step_table
-from soft_gripper.runs.trials.trial import judged
 from soft_gripper.scenario.nominal_model import read_nominal_model
 from soft_gripper.scenario.scenario_file import dump_scenario, files_read
 from soft_gripper.scenario.schema import Scenario

@@ -15,8 +15,8 @@ from soft_gripper.evaluation.paper.claims import Claim, verdict
 from soft_gripper.runs.scores.grasp import NEVER_TOUCHED
 from soft_gripper.runs.scores.poses import PoseRow
 from soft_gripper.runs.scores.recorded_grasps import ObjectGrasp, ObjectGrip
+from soft_gripper.runs.scores.recorded_task import Judged
 from soft_gripper.runs.scores.steps import PhaseRow, StepRow
-from soft_gripper.runs.trials.trial import Judged
 from soft_gripper.scenario.schema import TaskConfig
 
 

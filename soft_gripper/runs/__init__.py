@@ -1,4 +1,4 @@
-"""Many runs: the executor, sweeps, trials, grasp strength and tuning."""
+"""Many runs: the executor, sweeps and tuning, and the scores of one."""
 
 import lazy_loader
 

@@ -1,25 +1,22 @@
-"""Many runs: the executor, sweeps, trials, grasp strength and tuning."""
+"""Many runs: the executor, sweeps and tuning, and the scores of one."""
 
 from .executor import open_executor as open_executor
 from .scores.poses import held_samples as held_samples
 from .scores.readings import external_torque_again as external_torque_again
 from .scores.readings import read_again as read_again
 from .scores.recorded_grasps import recorded_grasps as recorded_grasps
+from .scores.recorded_task import detection_delay as detection_delay
+from .scores.recorded_task import judged as judged
 from .scores.steps import outcome as outcome
 from .scores.steps import phase_table as phase_table
 from .scores.steps import step_figure as step_figure
 from .scores.steps import step_table as step_table
 from .scores.steps import true_opening as true_opening
-from .strength import Shake as Shake
-from .strength import grasp_strength as grasp_strength
-from .strength import strength_figure as strength_figure
 from .sweep.run import Range as Range
 from .sweep.run import Values as Values
 from .sweep.run import run_and_measure as run_and_measure
 from .sweep.run import run_sweep as run_sweep
 from .sweep.run import sweep_points as sweep_points
-from .trials.trial import trial_row as trial_row
-from .trials.trial_run import detection_delay as detection_delay
 from .tuning import gains_from_step_response as gains_from_step_response
 from .tuning import step_response as step_response
 from .tuning import tune as tune

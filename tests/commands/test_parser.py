@@ -91,8 +91,8 @@ def test_a_limit_that_is_not_allowed():
 
 
 def test_values_of_options():
-    options = parsed(["grasp-trials", "--seed", "7", "--out", "here", "--scenario", "box_grasp"])
-    assert (options.seed, options.trials, options.out, options.scenario) == (7, 20, Path("here"), ["box_grasp"])
+    options = parsed(["sweep", "box_grasp", "--vary", "sensor.seed=1,2", "--seed", "7", "--out", "here"])
+    assert (options.seed, options.sample, options.out, options.scenario) == (7, None, Path("here"), "box_grasp")
     assert options.jobs == os.cpu_count()
     assert parsed(["place-sensors", "--count", "2", "--scenarios", "box_grasp,free_bending"]).scenarios == [
         "box_grasp",
@@ -111,8 +111,7 @@ def test_values_of_options():
         ("sweep free_bending --vary sensor.seed=1,2 --method sobol --out x", "--method"),
         ("sweep free_bending --vary sensor.seed=1,2 --method grid --sample 4 --out x", "--method"),
         ("sweep free_bending --vary sensor.seed --out x", "--vary"),
-        ("grasp-trials --scenario box_grasp --scenario box_grasp", "--scenario"),
-        ("grasp-trials --jobs 0", "--jobs"),
+        ("evaluate --jobs 0", "--jobs"),
         ("place-sensors --count 2 --sensors perfect", "--sensors"),
         ("place-sensors --count 2 --nominal-error 100", "--nominal-error"),
         ("place-sensors --count 2 --scenarios box_grasp --recordings a.nc", "--scenarios"),
@@ -154,7 +153,7 @@ QUICK = [
     ["frob"],
     ["run", "nowhere"],
     ["run", "nowhere.yaml"],
-    ["grasp-trials", "--trials", "0"],
+    ["evaluate", "--jobs", "0"],
     ["sweep", "box_grasp", "--vary", "sensor.seed=1,2", "--method", "sobol", "--out", "x"],
     ["place-sensors", "--count", "2", "--sensors", "perfect"],
 ]

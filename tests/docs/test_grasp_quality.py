@@ -1,13 +1,11 @@
-"""Numbers of docs/grasp_quality.md and docs/extras/export/export.md are those that a run gives, to the last digit."""
+"""Numbers of docs/grasp_quality.md are those that a run gives, to the last digit."""
 
 import re
 from pathlib import Path
 
 import pytest
 
-from soft_gripper.runs.strength import LOADS, Settled, Shake
 from soft_gripper.runs.sweep.run import run_and_measure
-from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.truth.contact import combined_friction
 
 PAGE = (Path(__file__).parents[2] / "docs" / "grasp_quality.md").read_text(encoding="utf-8")
@@ -37,14 +35,3 @@ def test_the_corners_of_the_sweep():
         assert f"takes {found['least_force_n']:.2f} N per finger" in PAGE
         assert found["friction_force_n"] == pytest.approx(WEIGHT / 2, rel=1e-3)
         assert found["least_force_n"] == pytest.approx(WEIGHT / 2 / FRICTION, rel=1e-3)
-
-
-@pytest.mark.slow
-def test_a_row_of_each_kind_of_load():
-    settled = Settled.of(load_scenario("bottle_grasp"), "bottle")
-    (force,) = printed(r"force along \+z, out of the grasp \| (.*) N \| slid")
-    (torque,) = printed(r"torque about x, both ways \| (.*) mN m \| turned")
-    found = {(load.is_torque, load.name): load for load in LOADS}
-    pull, turn = (settled.loaded(found[key], Shake()) for key in ((False, "+z"), (True, "+x")))
-    assert (f"{pull.strength:.2f}", pull.ended) == (force, "slid")
-    assert (f"{turn.strength:.1f}", turn.ended) == (torque, "turned")

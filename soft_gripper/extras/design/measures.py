@@ -10,9 +10,9 @@ import numpy as np
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.errors import InputError
+from soft_gripper.extras.grasps.strength import LOADS, Shake, strength_in
 from soft_gripper.runs.scores.grasp import last
 from soft_gripper.runs.scores.recorded_grasps import objects_of
-from soft_gripper.runs.strength import LOADS, Shake, strength_in
 from soft_gripper.scenario.scenario_file import dump_scenario
 from soft_gripper.scenario.sensor_presets import sensor_layout
 

@@ -20,13 +20,13 @@ from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.diagrams.wiring.grip_control import find_gripper
 from soft_gripper.errors import InputError
+from soft_gripper.extras.grasps.trial import RandomObject
 from soft_gripper.extras.recognition.object_classifier import UNKNOWN, ObjectClassifier, train_object_classifier
 from soft_gripper.extras.recognition.recognizer import SAMPLES
 from soft_gripper.pictures.style import STYLE
 from soft_gripper.runs.scores.poses import held_samples
 from soft_gripper.runs.scores.readings import ReadAgain, external_torque_again, read_again
 from soft_gripper.runs.study import describe, run_study
-from soft_gripper.runs.trials.trial import RandomObject
 from soft_gripper.scenario.mesh_object import read_scene
 from soft_gripper.scenario.model_files import model_path
 from soft_gripper.scenario.scenario_file import load_scenario

@@ -19,7 +19,7 @@ from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.pictures.rendering import Picture, SceneRenderer, framing_camera
 from soft_gripper.pictures.style import STYLE, save_figure
-from soft_gripper.runs.trials.trial import Judged, judged
+from soft_gripper.runs.scores.recorded_task import Judged, judged
 from soft_gripper.scenario.scenario_file import load_scenario
 
 OBJECTS = ("sponge", "tomato", "silicone")

@@ -21,6 +21,7 @@ from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.estimators.uncertainty import EXACT
+from soft_gripper.extras.grasps.trial import RandomObject
 from soft_gripper.extras.recognition.random_grasps import free_model, with_errors, with_mesh
 from soft_gripper.files.csv_table import write_csv
 from soft_gripper.fingers.finger import Finger
@@ -30,7 +31,6 @@ from soft_gripper.runs.executor import open_executor
 from soft_gripper.runs.scores.poses import held_samples
 from soft_gripper.runs.scores.readings import ReadAgain, external_torque_again, read_again
 from soft_gripper.runs.study import run_study
-from soft_gripper.runs.trials.trial import RandomObject
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.schema import Scenario
 from soft_gripper.scenario.sensor_presets import strain_errors

@@ -20,8 +20,8 @@ from soft_gripper.files.csv_table import columns
 from soft_gripper.runs.scores.grasp import Grasp
 from soft_gripper.runs.scores.poses import held_samples, recorded_pose_table
 from soft_gripper.runs.scores.recorded_grasps import objects_of, recorded_grasp
+from soft_gripper.runs.scores.recorded_task import Judged, judged
 from soft_gripper.runs.scores.steps import outcome, step_table
-from soft_gripper.runs.trials.trial import Judged, judged
 from soft_gripper.scenario.own_functions import blamed_on, find_function
 from soft_gripper.scenario.schema import Scenario
 

@@ -11,9 +11,9 @@ from soft_gripper.diagrams.simulation import advance, run_to_end
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.errors import SimulationDivergedError
+from soft_gripper.extras.grasps.strength import grasp_strength, until_held
 from soft_gripper.runs.scores.recorded_grasps import recorded_grasps
-from soft_gripper.runs.strength import grasp_strength, until_held
-from soft_gripper.runs.trials.trial_run import TrialRun
+from soft_gripper.runs.scores.recorded_task import TaskRun
 from soft_gripper.scenario.scenario_file import load_scenario
 
 SPONGE = "pick_and_place_sponge"
@@ -102,7 +102,7 @@ def test_a_lifted_sponge_is_held_by_forces_that_carry_it(lifted):
 @pytest.mark.slow
 def test_a_lifted_sponge_is_squeezed_and_rises_with_the_gripper(lifted):
     station, recording = lifted
-    task = TrialRun(station, recording)
+    task = TaskRun(station, recording)
     assert np.ptp(recording["sponge.pose"].values[:, 6]) == pytest.approx(0.1, abs=2e-3)
     assert 0.5e-3 < task.squeeze < 2e-3
     assert recording["sponge.largest_strain"].values.max() > task.squeeze / 0.044  # more than the mean over its width

@@ -13,6 +13,7 @@ from refusals import refused
 from soft_gripper.diagrams.recording import add_logs, read_logs
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import add_station, make_station
+from soft_gripper.extras.grasps.trial import RandomObject
 from soft_gripper.extras.recognition.object_classifier import ObjectClassifier
 from soft_gripper.extras.recognition.random_grasps import (
     SHAPES,
@@ -24,7 +25,6 @@ from soft_gripper.extras.recognition.random_grasps import (
     with_object,
 )
 from soft_gripper.extras.recognition.recognizer import SAMPLES, ObjectRecognizer
-from soft_gripper.runs.trials.trial import RandomObject
 from soft_gripper.scenario.scenario_file import load_scenario
 
 DRAWN = RandomObject(x_mm=2.0, y_mm=-3.0, yaw_deg=15.0, mass_g=25.0, friction=0.6, size=1.1)

@@ -10,6 +10,7 @@ from refusals import refused
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.errors import InputError, WorkerDiedError
+from soft_gripper.extras.grasps.trial import RandomObject
 from soft_gripper.extras.recognition import random_grasps
 from soft_gripper.extras.recognition.object_classifier import load_object_classifier
 from soft_gripper.extras.recognition.random_grasps import (
@@ -31,7 +32,6 @@ from soft_gripper.extras.recognition.random_grasps import (
     train,
     with_object,
 )
-from soft_gripper.runs.trials.trial import RandomObject
 from soft_gripper.scenario.scenario_file import load_scenario
 
 NUMBERS = {"train": 10, "test": 5}

@@ -1,4 +1,4 @@
-"""Trials judged by recordings that are made up: every measure against what was put in, every failure with its cause."""
+"""Tasks judged by recordings that are made up: every measure against what was put in, every failure with its cause."""
 
 from dataclasses import replace
 
@@ -9,8 +9,7 @@ from pydrake.math import RigidTransform, RollPitchYaw
 
 from soft_gripper.control.task import Outcome
 from soft_gripper.diagrams.station_parts import Station
-from soft_gripper.runs.trials.trial import TrialRow, failed_row, trial_row
-from soft_gripper.runs.trials.trial_run import detection_delay, false_alarm
+from soft_gripper.runs.scores.recorded_task import Judged, detection_delay, false_alarm, judged
 
 IN_PHASE = 10  # samples
 NAMES = ["approach", "descend", "close", "lift", "carry", "lower", "release", "retreat", "return"]
@@ -44,8 +43,8 @@ def good_signals(station: Station) -> dict[str, np.ndarray]:
     return signals
 
 
-def row(station: Station, signals: dict[str, np.ndarray]) -> TrialRow:
-    return trial_row("pick_and_place_box", 3, station, box_recording(station, signals))
+def row(station: Station, signals: dict[str, np.ndarray]) -> Judged:
+    return judged(station, box_recording(station, signals))
 
 
 def begin(name: str) -> int:
@@ -60,7 +59,7 @@ def put(station: Station, signals: dict[str, np.ndarray], samples: slice, offset
 
 
 def test_a_task_that_goes_well_is_a_success(station):
-    expected = TrialRow("pick_and_place_box", 3, True, 0.0, 0.0, False, 1.0, float("nan"), 0.0, 20.0, 0.0, 0.9, "")
+    expected = Judged(True, 0.0, 0.0, False, 1.0, float("nan"), 0.0, 20.0, 0.0, 0.9, "")
     for value, other in zip(vars(row(station, good_signals(station))).values(), vars(expected).values(), strict=True):
         assert value == (pytest.approx(other, abs=1e-9, nan_ok=True) if isinstance(other, float) else other)
 
@@ -186,12 +185,6 @@ def test_slip_that_is_not_known_is_no_success(station):
     found = row(station, signals)
     assert np.isnan(found.slip_mm)
     assert not found.success
-
-
-def test_a_trial_without_a_recording():
-    found = failed_row("pick_and_place_box", 3, "no arm is so long")
-    assert (found.success, found.dropped, found.cause) == (False, False, "no arm is so long")
-    assert np.isnan([found.placed_error_mm, found.placed_angle_deg, found.peak_force_n, found.duration_s]).all()
 
 
 def flags(text: str) -> np.ndarray:

@@ -11,8 +11,8 @@ from pydrake.math import RigidTransform, RotationMatrix
 from refusals import refused
 
 from soft_gripper.errors import InputError
-from soft_gripper.runs import strength as module
-from soft_gripper.runs.strength import (
+from soft_gripper.extras.grasps import strength as module
+from soft_gripper.extras.grasps.strength import (
     LOADS,
     SMOOTH,
     Load,

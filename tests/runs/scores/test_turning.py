@@ -5,7 +5,7 @@ import pytest
 from pydrake.common.eigen_geometry import AngleAxis
 from pydrake.math import RotationMatrix
 
-from soft_gripper.runs.trials.trial import angle, tilt, yaw
+from soft_gripper.runs.scores.recorded_task import angle, tilt, yaw
 
 
 def rotation(tilted: float, toward: float, turned: float) -> RotationMatrix:

@@ -11,9 +11,8 @@ import numpy as np
 from scipy.stats import binomtest
 
 from soft_gripper.commands.console import Console
-from soft_gripper.files.output import atomic_file, lock_folder, writable_folder
-from soft_gripper.runs.executor import open_executor
-from soft_gripper.runs.trials.run import (
+from soft_gripper.extras.grasps.trial import TrialRow
+from soft_gripper.extras.grasps.trials import (
     ABOUT,
     FIGURE,
     SCENARIOS,
@@ -23,7 +22,8 @@ from soft_gripper.runs.trials.run import (
     record_trial,
     run_trials,
 )
-from soft_gripper.runs.trials.trial import TrialRow
+from soft_gripper.files.output import atomic_file, lock_folder, writable_folder
+from soft_gripper.runs.executor import open_executor
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 
 

@@ -7,8 +7,8 @@ import pytest
 from command_line import soft_gripper
 from refusals import refusal
 
-from soft_gripper.commands import grasp_strength as command
-from soft_gripper.runs.strength import LOADS, NOT_HELD, SLID, StrengthRow
+from soft_gripper.extras.grasps.commands import grasp_strength as command
+from soft_gripper.extras.grasps.strength import LOADS, NOT_HELD, SLID, StrengthRow
 
 FILES = ["strength.csv", "strength.png", "strength.svg"]
 OPEN = ["--set", "pressure.steps.all=[0.0]", "--set", "pressure.settle=0.1", "--set", "pressure.hold_samples=1"]

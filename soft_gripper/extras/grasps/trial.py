@@ -1,4 +1,4 @@
-"""One trial of pick and place, and its score from the recording."""
+"""One trial of pick and place: its random draw, and the rows of its result."""
 
 from copy import deepcopy
 from dataclasses import asdict, dataclass
@@ -8,12 +8,11 @@ from pydrake.common.schema import Transform
 from pydrake.math import RigidTransform, RotationMatrix
 
 from soft_gripper.arrays import Array
-from soft_gripper.control.task import Outcome
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.errors import InputError
 from soft_gripper.runs.scores.grasp import UNKNOWN, Grasp
-from soft_gripper.runs.trials.trial_run import TrialRun
+from soft_gripper.runs.scores.recorded_task import Judged, judged
 from soft_gripper.scenario.mesh_object import MESH_SUFFIXES, read_scene
 from soft_gripper.scenario.model_files import model_path
 from soft_gripper.scenario.schema import ModelConfig, PoseErrorConfig, Scenario, TrialsConfig
@@ -101,59 +100,7 @@ def _lifted(X_WO: RigidTransform, vertices: Array, growth: float) -> RigidTransf
     return RigidTransform(X_WO.rotation(), X_WO.translation() - [0.0, 0.0, growth * below])
 
 
-def angle(R_GO: RotationMatrix) -> float:
-    """Angle of the rotation from the goal's orientation to the object's, rad, 0 to pi."""
-    return abs(float(R_GO.ToAngleAxis().angle()))
-
-
-def tilt(R_GO: RotationMatrix) -> float:
-    """Angle between the z axes, rad, 0 to pi; unaffected by rotation of the object about its own z axis."""
-    x, y, z = R_GO.col(2)
-    return float(np.arctan2(np.hypot(x, y), z))
-
-
-def yaw(R_GO: RotationMatrix) -> float:
-    """Angle of the remaining rotation about z after the z axes are aligned, rad, -pi to pi."""
-    quaternion = R_GO.ToQuaternion()
-    turned = 2 * np.arctan2(quaternion.z(), quaternion.w())
-    return float(np.arctan2(np.sin(turned), np.cos(turned)))
-
-
-MAX_PLACED_ERROR = 10.0  # mm from the goal, within which an object counts as placed
-MAX_PLACED_ANGLE = 10.0  # degrees from the orientation of the goal, likewise
-MAX_SLIP = 2.0  # mm, allowed slip of a held object
 NAN = float("nan")
-
-
-@dataclass(frozen=True)
-class Judged:
-    """The ground truth of a task's result; NaN if there was nothing to measure.
-
-    success: nothing went wrong, see `failure`.
-    placed_error_mm: distance of the object's frame from that of the goal at the end.
-    placed_angle_deg: angle between the orientations of the two, even for round objects.
-    dropped: no finger touched the object while it should be held, or the task reported that it was lost.
-    peak_force_n: largest normal force of a finger.
-    squeeze_mm: largest squeeze of a soft object by the fingers; NaN of a rigid one.
-    slip_mm: see `slip`; from the start of the first phase that holds the object to the end of the last phase but one,
-        since the last one puts it down.
-    detection_delay_ms: from a finger's first contact to its first detection, for the slowest finger.
-    size_error_mm: error of the estimated object width when the fingers have closed.
-    duration_s: time until the task ends.
-    cause: cause of a failure; empty if there was none.
-    """
-
-    success: bool
-    placed_error_mm: float
-    placed_angle_deg: float
-    dropped: bool
-    peak_force_n: float
-    squeeze_mm: float
-    slip_mm: float
-    detection_delay_ms: float
-    size_error_mm: float
-    duration_s: float
-    cause: str
 
 
 @dataclass(frozen=True)
@@ -215,51 +162,3 @@ def failed_row(scenario: str, trial: int, cause: str) -> TrialRow:
 def trial_row(scenario: str, trial: int, station: Station, recording: Recording) -> TrialRow:
     """The row of a trial from its recording."""
     return TrialRow(scenario, trial, **asdict(judged(station, recording)))
-
-
-def judged(station: Station, recording: Recording) -> Judged:
-    """The ground truth of a task's result, from its recording."""
-    run = TrialRun(station, recording)
-    cause = failure(run)
-    return Judged(
-        success=not cause,
-        placed_error_mm=1e3 * float(np.linalg.norm(run.placed)),
-        placed_angle_deg=float(np.degrees(angle(run.turned))),
-        dropped=run.dropped is not None,
-        peak_force_n=run.peak_force,
-        squeeze_mm=1e3 * run.squeeze,
-        slip_mm=1e3 * run.slip,
-        detection_delay_ms=1e3 * run.detection_delay,
-        size_error_mm=1e3 * run.size_error,
-        duration_s=run.duration,
-        cause=cause,
-    )
-
-
-def failure(run: TrialRun) -> str:
-    """The cause of a failure, as a phrase; empty for a success. The likely root cause comes first."""
-    limit, squeezed, placed_error = run.force_limit, run.squeeze_limit, 1e3 * float(np.linalg.norm(run.placed))
-    placed_angle = float(np.degrees(angle(run.turned)))
-    if run.dropped is not None:
-        return f"dropped {run.when(run.dropped)}"
-    if run.outcome == Outcome.RUNNING:
-        return f"not over {run.when(-1)}"
-    if run.outcome != Outcome.DONE:
-        words = Outcome(run.outcome).words
-        return f"{words} {run.when(int(np.argmax(run.outcomes != Outcome.RUNNING)))}"
-    if run.false_alarm:
-        return run.false_alarm
-    if np.isinf(run.detection_delay):
-        return "contact not detected"
-    if limit is not None and run.peak_force > limit:
-        return f"force of {run.peak_force:.2f} N, above {limit:g} N"
-    if squeezed is not None and run.squeeze > squeezed:
-        return f"squeezed by {1e3 * run.squeeze:.2f} mm, above {1e3 * squeezed:g} mm"
-    if not 1e3 * run.slip <= MAX_SLIP:
-        return f"slip of {1e3 * run.slip:.2f} mm, above {MAX_SLIP:g} mm"
-    if not placed_error <= MAX_PLACED_ERROR:
-        return f"placed {placed_error:.1f} mm from the goal, above {MAX_PLACED_ERROR:g} mm"
-    if not placed_angle <= MAX_PLACED_ANGLE:
-        tilted, most = float(np.degrees(tilt(run.turned))), MAX_PLACED_ANGLE
-        return f"placed {placed_angle:.1f} degrees from the goal, tilted by {tilted:.1f}, above {most:g} degrees"
-    return ""

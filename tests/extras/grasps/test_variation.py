@@ -8,8 +8,8 @@ import trimesh
 from refusals import refused
 
 from soft_gripper.diagrams.task import reported_pose
+from soft_gripper.extras.grasps.trial import Variation, draw, random_numbers, varied, vary
 from soft_gripper.models import DIRECTORY
-from soft_gripper.runs.trials.trial import Variation, draw, random_numbers, varied, vary
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 from soft_gripper.scenario.schema import Scenario, TrialsConfig
 

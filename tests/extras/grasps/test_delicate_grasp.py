@@ -8,8 +8,8 @@ import pytest
 
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
-from soft_gripper.runs.trials.run import random_numbers
-from soft_gripper.runs.trials.trial import judged, vary
+from soft_gripper.extras.grasps.trial import random_numbers, vary
+from soft_gripper.runs.scores.recorded_task import judged
 from soft_gripper.scenario.scenario_file import load_scenario
 
 pytestmark = pytest.mark.slow

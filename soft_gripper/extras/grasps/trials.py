@@ -18,15 +18,7 @@ from soft_gripper.diagrams.simulation import Progress, run_station
 from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.errors import InputError
-from soft_gripper.files.csv_table import cells, columns, of_cells
-from soft_gripper.pictures.style import STYLE, save_figure
-from soft_gripper.runs.scores.grasp import Grasp
-from soft_gripper.runs.scores.recorded_grasps import objects_of, recorded_grasp
-from soft_gripper.runs.study import StudyTables, describe, run_study
-from soft_gripper.runs.trials.trial import (
-    MAX_PLACED_ANGLE,
-    MAX_PLACED_ERROR,
-    MAX_SLIP,
+from soft_gripper.extras.grasps.trial import (
     DetailRow,
     GraspRow,
     Trial,
@@ -34,12 +26,15 @@ from soft_gripper.runs.trials.trial import (
     draw,
     failed_row,
     random_numbers,
-    tilt,
     trial_row,
     vary,
-    yaw,
 )
-from soft_gripper.runs.trials.trial_run import TrialRun
+from soft_gripper.files.csv_table import cells, columns, of_cells
+from soft_gripper.pictures.style import STYLE, save_figure
+from soft_gripper.runs.scores.grasp import Grasp
+from soft_gripper.runs.scores.recorded_grasps import objects_of, recorded_grasp
+from soft_gripper.runs.scores.recorded_task import MAX_PLACED_ANGLE, MAX_PLACED_ERROR, MAX_SLIP, TaskRun, tilt, yaw
+from soft_gripper.runs.study import StudyTables, describe, run_study
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 
 GOOD, BAD = "#2166ac", "#b2182b"
@@ -218,7 +213,7 @@ def record_trial(file: str, seed: int, trial: int, progress: Progress | None = N
 
 def judge(file: str, seed: int, trial: int, station: Station, recording: Recording) -> Trial:
     """The result of a trial, from its recording."""
-    name, run = Path(file).stem, TrialRun(station, recording)
+    name, run = Path(file).stem, TaskRun(station, recording)
     x, y, _ = 1e3 * run.placed
     details = replace(
         _details(file, seed, trial),

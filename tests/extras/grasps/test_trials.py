@@ -3,15 +3,16 @@
 import csv
 from pathlib import Path
 
+import numpy as np
 import pytest
 from here_executor import HereExecutor
 from refusals import refused
 
 from soft_gripper.errors import InputError, SimulationDivergedError, WorkerDiedError
+from soft_gripper.extras.grasps import trials
+from soft_gripper.extras.grasps.trial import DetailRow, Trial, TrialRow, draw, failed_row, random_numbers
+from soft_gripper.extras.grasps.trials import run_trials
 from soft_gripper.runs.scores.grasp import Grasp
-from soft_gripper.runs.trials import run as trials
-from soft_gripper.runs.trials.run import run_trials
-from soft_gripper.runs.trials.trial import DetailRow, Trial, TrialRow, draw, random_numbers
 from soft_gripper.scenario.schema import TrialsConfig
 
 NAMES = ("pick_and_place_irregular", "pick_and_place_box")
@@ -178,3 +179,9 @@ def test_trials_of_another_seed_are_not_resumed(executor, tmp_path):
     with pytest.raises(InputError) as error:
         run_trials(NAMES, 1, 2, tmp_path, executor, lambda trial: None, resume=True)
     assert error.value.field == "--resume"
+
+
+def test_a_trial_without_a_recording():
+    found = failed_row("pick_and_place_box", 3, "no arm is so long")
+    assert (found.success, found.dropped, found.cause) == (False, False, "no arm is so long")
+    assert np.isnan([found.placed_error_mm, found.placed_angle_deg, found.peak_force_n, found.duration_s]).all()

@@ -8,11 +8,11 @@ from pathlib import Path
 from soft_gripper.commands.chosen_station import chosen_scenario, station_of
 from soft_gripper.commands.tables import print_table
 from soft_gripper.diagrams.simulation import check_closed
+from soft_gripper.extras.grasps.strength import LOADS, NOT_HELD, Shake, grasp_strength, held_object, strength_figure
 from soft_gripper.files.csv_table import write_csv
 from soft_gripper.files.output import lock_folder
 from soft_gripper.pictures.style import save_figure
 from soft_gripper.runs.executor import open_executor
-from soft_gripper.runs.strength import LOADS, NOT_HELD, Shake, grasp_strength, held_object, strength_figure
 
 TABLE, FIGURE = "strength.csv", "strength"
 

@@ -1,0 +1,98 @@
+"""Commands of this extra, as the command line lists them."""
+
+import argparse
+from collections import Counter
+from pathlib import Path
+
+from soft_gripper.commands.options import (
+    CONSOLE,
+    EXECUTOR,
+    RESUME,
+    SEED,
+    Command,
+    count,
+    number,
+    option,
+    out,
+    scenario,
+    scenario_name,
+    whole,
+)
+from soft_gripper.errors import InputError
+
+
+def _check_trials(options: argparse.Namespace) -> None:
+    """Tables distinguish scenarios by their names alone."""
+    names = Counter(Path(file).stem for file in options.scenario or ())
+    for file in options.scenario or ():
+        if names[Path(file).stem] > 1:
+            raise InputError("grasp-trials", "--scenario", file, "give scenarios with different names")
+
+
+COMMANDS = (
+    Command(
+        "grasp-strength",
+        "load a held object in twelve directions until it is lost",
+        (
+            "bottle_grasp                                   six forces and six torques: strength.csv, strength.png",
+            "pick_and_place_box --out results/box_strength  until the end of the first phase that holds the object",
+            "bottle_grasp --set pressure.steps.all.0=80e3 --slid 2",
+        ),
+        (
+            *CONSOLE,
+            *scenario(),
+            option("--object", "model that is loaded (default: that of the task, or the first free one)", "NAME"),
+            option(
+                "--slid",
+                "mm along the fingers by which it may slide (default: %(default)s)",
+                "MM",
+                number(1e3),
+                default=5.0,
+            ),
+            option(
+                "--turned",
+                "degrees in the fingers by which it may turn (default: %(default)s)",
+                "DEG",
+                number(180),
+                default=20.0,
+            ),
+            option(
+                "--seconds",
+                "in which a force grows to the sum of the normal forces (default: %(default)s)",
+                "S",
+                number(1e3),
+                default=2.0,
+            ),
+            *EXECUTOR,
+            out("results/grasp_strength"),
+        ),
+        package=__name__,
+    ),
+    Command(
+        "grasp-trials",
+        "pick and place with random poses, masses, frictions and sizes",
+        (
+            "--trials 200 --seed 1                                        200 trials of every scenario",
+            "--scenario pick_and_place_delicate --trials 20 --json",
+            "--scenario pick_and_place_box --seed 1 --trial 7             rerun one, with its recording",
+        ),
+        (
+            *CONSOLE,
+            count("--trials", "number of trials of each scenario", 20),
+            SEED,
+            option(
+                "--scenario",
+                "scenario; may be repeated (default: the shipped pick_and_place scenarios)",
+                "NAME",
+                scenario_name,
+                action="append",
+            ),
+            option("--trial", "run this trial only; keep its scenario and recording", "K", whole(0)),
+            RESUME,
+            *EXECUTOR,
+            out("results/grasp_trials"),
+        ),
+        _check_trials,
+        package=__name__,
+    ),
+)

@@ -1,1 +1,0 @@
-"""Pick and place over random objects, scored against ground truth."""
