@@ -4,35 +4,23 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from finger_plants import free_bending
 from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 
-from soft_gripper.diagrams.simulation import run_station, simulate
-from soft_gripper.diagrams.station import make_station
 from soft_gripper.estimators.plane import pose_entries
-from soft_gripper.fingers.kinematics import gravity_torque
 from soft_gripper.fingers.statics import free_bending_angles
 from soft_gripper.fingers.urdf import expand_urdf
-from soft_gripper.load.force_estimator import ForceEstimator, Motion, TorqueBalance, windows
+from soft_gripper.load.force_estimator import ForceEstimator
 from soft_gripper.models import DIRECTORY
-from soft_gripper.signals import signal_of
 
 GRAVITY = np.array([0.0, 0.0, -9.81])
 PERIOD = 0.01  # s
 PRESSURE = 80e3  # Pa
-FINGERS = ("left_finger", "right_finger")
 POSES = [
     RigidTransform(RollPitchYaw(angles), [0.3, -0.2, 0.5])
     for angles in ([0, 0, 0], [np.pi, 0, 0], [0, np.pi / 2, 0], [0.4, -1.1, 2.5])
 ]
-# Where left and right finger stand, too far apart to meet, and how they are turned (roll, pitch, yaw in degrees).
-ORIENTATIONS = {
-    "hanging": ([180, 0, 0], [180, 0, 180]),
-    "upright": ([0, 0, 0], [0, 0, 180]),
-    "horizontal": ([0, 90, 0], [0, -90, 0]),  # one closes downward, one upward
-}
 
 
 class Estimator:
@@ -79,32 +67,6 @@ def balanced_finger(shipped_finger):
     return balance
 
 
-def test_ports(tapered_finger):
-    block = ForceEstimator(tapered_finger, GRAVITY, PERIOD)
-    inputs = [(block.get_input_port(i).get_name(), block.get_input_port(i).size()) for i in range(3)]
-    outputs = [(block.get_output_port(i).get_name(), block.get_output_port(i).size()) for i in range(3)]
-    assert inputs == [("estimated_joint_angles", 5), ("driving_torque", 5), ("X_WB", 12)]
-    assert outputs == [("free_bending_angles", 5), ("external_torque", 5), ("torque_tolerance", 5)]
-    assert [signal_of(block.get_output_port(i)).unit for i in range(3)] == ["rad", "N m", "N m"]
-
-
-def test_ports_are_the_pure_functions_of_the_last_five_samples(tapered_finger, bent):
-    estimator, q, driving, angles = Estimator(tapered_finger), 0.1 * bent(12, 5), 0.1 * bent(12, 5), bent(12, 3)
-    poses = [RigidTransform(RollPitchYaw(angle), 0.01 * angle) for angle in angles]
-    X_WB = np.array([pose.GetAsMatrix34() for pose in poses])
-    for last, sample in enumerate(zip(q, driving, poses, strict=True)):
-        free, torque, tolerance = estimator.sample(*sample)
-        np.testing.assert_array_equal(free, tapered_finger.angle(driving[last]))
-        if last < 4:
-            assert np.isnan([torque, tolerance]).all()
-            continue
-        five = slice(last - 4, last + 1)
-        motion = Motion(q[five], driving[five], X_WB[five])
-        expected = TorqueBalance(tapered_finger).external_torque(motion, GRAVITY, PERIOD)
-        np.testing.assert_allclose(torque, expected.torque, rtol=1e-12, atol=1e-16)
-        np.testing.assert_allclose(tolerance, expected.tolerance, rtol=1e-12, atol=1e-16)
-
-
 @pytest.mark.parametrize("X_WB", POSES, ids=["upright", "hanging", "horizontal", "askew"])
 def test_compensation_takes_out_the_weight_and_nothing_else(shipped_finger, balanced_finger, X_WB):
     q, weight = balanced_finger(X_WB)
@@ -129,69 +91,12 @@ def test_a_bad_sample_lasts_no_longer_than_five(shipped_finger, bent, bad):
     np.testing.assert_array_equal(after[5], before)
 
 
-def test_what_is_remembered_lies_in_the_context(tapered_finger, bent):
-    block = ForceEstimator(tapered_finger, GRAVITY, PERIOD)
-    one, other, reference = (Estimator(tapered_finger, block=given) for given in (block, block, None))
-    for q in 0.1 * bent(8, 5):
-        other.sample(q + 0.2)
-        np.testing.assert_array_equal(one.sample(q), reference.sample(q))
-
-
 def test_torque_belongs_to_two_samples_ago(shipped_finger):
     """A finger that is bent slowly has the torque of where it was."""
     finger = replace(shipped_finger, relaxation_time=0.0)
     estimator, ramp = Estimator(finger, np.zeros(3)), 1e-4 * np.arange(12)[:, None] * np.ones(12)
     torques = [estimator.sample(q)[1] for q in ramp]
     np.testing.assert_allclose(torques[4:], finger.stiffness * ramp[2:-2], atol=1e-7)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("time_step", [0.01, 0.0025])
-def test_in_a_station_each_sample_is_taken_once(time_step):
-    station = make_station(free_bending([-50e3, 210e3, 0.0], 0.4, f"plant_config.time_step={time_step}"))
-    recording = run_station(station)
-    names = ("estimated_joint_angles", "sampled_pressure", "external_torque")
-    for finger in station.fingers:
-        # A recording shows the sample before: the first is in its second row.
-        q, pressure, estimated = (recording[f"{finger.name}.{name}"].values[1:].squeeze() for name in names)
-        X_WB = np.broadcast_to(finger.X_WB.GetAsMatrix34(), (len(q), 3, 4))
-        motion = Motion(*map(windows, (q, finger.finger.pressure_torque(pressure), X_WB)))
-        expected = TorqueBalance(finger.finger).external_torque(motion, GRAVITY, PERIOD)
-        assert np.isnan(estimated[:4]).all()
-        np.testing.assert_allclose(estimated[4:], expected.torque, atol=1e-12)
-
-
-def settled(signals, pressures, orientation, *overrides):
-    """Signals of both fingers at the ends of pressures of 1 s each, (fingers, pressures, N), fingers turned."""
-    poses = zip((-0.3, 0.3), ORIENTATIONS[orientation], strict=True)
-    turned = [
-        f"models.{i}.X_PC={{translation: [{x}, 0, 0.2], rotation: !Rpy {{deg: {deg}}}}}"
-        for i, (x, deg) in enumerate(poses)
-    ]
-    recording = simulate(free_bending(pressures, 1.0, *turned, *overrides))
-    ends = 1.0 + np.arange(len(pressures))
-    return [
-        np.array([recording[f"{finger}.{signal}"].sel(time=ends, method="nearest") for finger in FINGERS])
-        for signal in signals
-    ]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("orientation", ORIENTATIONS)
-def test_reports_nothing_where_nothing_is_touched(orientation):
-    signals = ("external_torque", "true_external_torque")
-    estimated, truth = settled(signals, [-50e3, 30e3, 120e3, 210e3], orientation)
-    assert np.abs(truth).max() == 0
-    assert np.abs(estimated).max() < 2e-3
-
-
-def test_without_compensation_the_weight_is_in_the_torque(shipped_finger):
-    signals = ("external_torque", "sampled_joint_angles")
-    estimated, q = settled(signals, [0.0], "horizontal", "estimator.compensate_gravity=false")
-    for finger, down in enumerate((9.81, -9.81)):  # along x of the finger
-        weight = gravity_torque(shipped_finger, q[finger], 1j * down)
-        assert np.abs(weight[:, 0]) > 0.02
-        np.testing.assert_allclose(estimated[finger], weight, atol=2e-3)
 
 
 def test_noisy_shapes_are_not_differentiated(shipped_finger):

@@ -115,15 +115,6 @@ def measured(gripper, fingers, shapes, contacts):
     return block.GetOutputPort("object_width").Eval(context)
 
 
-@GRIPPERS
-def test_block_is_the_pure_functions(shipped_finger, tapered_finger, bent, count):
-    fingers = [shipped_finger, tapered_finger, tapered_finger][:count]
-    shapes = [0.1 * bent(finger.segments) * (i + 1) for i, finger in enumerate(fingers)]
-    gripper = around(count, 0.1, 0.2)
-    expected = gap(gripper, *zip(fingers, shapes, strict=True))
-    assert measured(gripper, fingers, shapes, [1.0] * count) == pytest.approx([expected], rel=1e-12)
-
-
 @pytest.mark.parametrize("contacts", [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0, 0.0)])
 def test_there_is_no_width_unless_all_fingers_touch(shipped_finger, contacts):
     gripper, count = around(len(contacts), 0.09), len(contacts)

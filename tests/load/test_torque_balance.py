@@ -15,7 +15,7 @@ from soft_gripper.estimators.arc_shapes import BendSharing
 from soft_gripper.fingers.finger_element import FingerElement
 from soft_gripper.fingers.finger_links import finger_to_urdf, joint_name
 from soft_gripper.fingers.finger_parts import ElasticLaw, TipLoad
-from soft_gripper.load.force_estimator import Motion, TorqueBalance, windows
+from soft_gripper.load.force_estimator import Motion, TorqueBalance
 from soft_gripper.sensors.sensor_layout import SensorLayout
 
 GRAVITY = np.array([1.0, -2.0, -9.0])  # m/s^2
@@ -192,33 +192,3 @@ def test_noise_of_the_strain(shipped_finger):
     expected = np.linalg.norm(scale * torques[:, : layout.joints_per_section[0]].mean(axis=1))
     assert at_base.std() == pytest.approx(expected, rel=0.03)
     assert expected == pytest.approx(0.19e-3, rel=0.05)
-
-
-def test_an_unknown_sample_makes_the_torque_unknown(shipped_finger):
-    motion = moving(shipped_finger, Y, TIME, 0.01)
-    for sample in range(5):
-        spoiled = motion.q.copy()
-        spoiled[sample] = np.nan
-        result = TorqueBalance(shipped_finger).external_torque(motion._replace(q=spoiled), GRAVITY, 0.01)
-        assert np.isnan([result.torque, result.tolerance]).all()
-
-
-def test_a_batch_is_its_samples():
-    finger = uniform_finger(6)
-    motions = [moving(finger, TILTED, TIME, period) for period in (1e-3, 2e-3, 3e-3, 4e-3)]
-    batch = Motion(*(np.array(field).reshape(2, 2, *field[0].shape) for field in zip(*motions, strict=True)))
-    together = TorqueBalance(finger).external_torque(batch, GRAVITY, 0.01)
-    for i, alone in enumerate(motions):
-        expected = TorqueBalance(finger).external_torque(alone, GRAVITY, 0.01)
-        for name in ("torque", "tolerance"):
-            found = getattr(together, name)[divmod(i, 2)]
-            np.testing.assert_allclose(found, getattr(expected, name), rtol=1e-12, atol=1e-15)
-
-
-@pytest.mark.parametrize("shape", [(), (3,), (3, 4)])
-def test_windows_are_all_five_samples_that_follow_each_other(shape):
-    recording = np.random.default_rng(3).uniform(size=(9, *shape))
-    found = windows(recording)
-    assert found.shape == (5, 5, *shape)
-    for first in range(5):
-        np.testing.assert_array_equal(found[first], recording[first : first + 5])

@@ -47,16 +47,6 @@ def free_decay(time_step):
     return station, release(station.diagram, station.plant, solver_config(scenario), angle=0.15)
 
 
-def test_springs_hold_the_energy_of_bending(finger_plant):
-    finger = uniform_finger(6)
-    plant = finger_plant(finger)
-    context = plant.CreateDefaultContext()
-    q = np.linspace(-0.3, 0.2, 6)
-    plant.SetPositions(context, q)
-    expected = (finger.stiffness * q**2).sum() / 2
-    assert plant.CalcPotentialEnergy(context) == pytest.approx(expected, rel=1e-4)
-
-
 @pytest.mark.slow
 def test_undamped_finger_keeps_its_energy(finger_plant):
     plant = finger_plant(uniform_finger(4, relaxation_time=0.0))

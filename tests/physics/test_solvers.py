@@ -39,10 +39,6 @@ def test_infeasible_time_step_is_refused_with_both_numbers():
         make_station(scenario)
 
 
-def test_feasible_time_step_runs():
-    simulate(free_bending([200e3], 0.5, "plant_config.time_step=0.0125"))
-
-
 def test_divergence_names_time_state_and_cause():
     explicit = (
         "plant_config.time_step=0",

@@ -11,7 +11,6 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
 from soft_gripper.sensors.base_pose import BasePoseSensor
-from soft_gripper.signals import signal_of
 
 T = 0.01  # s
 WHEEL = """<robot name="wheel"><link name="base"/>
@@ -68,16 +67,6 @@ def test_is_right_from_the_initialization_on():
     assert_pose(read(), pose(1, 0.0), 1e-12)
 
 
-def test_holds_its_value_between_samples():
-    simulator, read = sampled(1)
-    simulator.AdvanceTo(3.01 * T)
-    before = read()
-    simulator.AdvanceTo(3.99 * T)
-    np.testing.assert_array_equal(read(), before)
-    simulator.AdvanceTo(4.01 * T)
-    assert not np.array_equal(read(), before)
-
-
 @pytest.mark.parametrize("time_step", [T, T / 5, 0.0])
 def test_body_of_a_plant(time_step):
     """A wheel that turns evenly is where it was at the last sample."""
@@ -99,11 +88,3 @@ def test_body_of_a_plant(time_step):
         X_WB = sensor.get_output_port().Eval(sensor.GetMyContextFromRoot(context))
         turned = RigidTransform(RotationMatrix.MakeYRotation(SPIN * sample * T), [0.1, 0.2, 0.3])
         assert_pose(X_WB, turned, 1e-9)
-
-
-def test_ports():
-    sensor = BasePoseSensor(BodyIndex(1), T)
-    assert (sensor.num_input_ports(), sensor.get_input_port().get_name()) == (1, "body_poses")
-    assert (sensor.num_output_ports(), sensor.get_output_port().get_name()) == (1, "X_WB")
-    assert signal_of(sensor.get_output_port()).unit == ("1", "1", "1", "m")
-    assert not sensor.HasAnyDirectFeedthrough()

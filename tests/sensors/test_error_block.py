@@ -5,7 +5,7 @@ import pytest
 from pydrake.common import RandomDistribution, RandomGenerator
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
-from pydrake.systems.primitives import AddRandomInputs, LogVectorOutput, RandomSource, TrajectorySource
+from pydrake.systems.primitives import LogVectorOutput, RandomSource, TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 
 from soft_gripper.sensors.error_block import ErrorBlock
@@ -14,7 +14,6 @@ from soft_gripper.sensors.response_curve import ResponseCurve
 from soft_gripper.sensors.sensor_block import SensorBlock
 from soft_gripper.sensors.sensor_layout import SensorLayout
 from soft_gripper.sensors.strain_errors import RUN_DRAWS, Draws, ReadingErrorBlock, StrainErrors, disturb
-from soft_gripper.signals import signal_of
 
 PERIOD, SAMPLES = 0.01, 60
 ERRORS = StrainErrors(
@@ -59,26 +58,6 @@ def test_a_block_gives_what_a_recording_does(layout):
     assert np.isnan(expected[:, 1]).all()
     assert np.isfinite(np.delete(expected, 1, axis=1)).mean() > 0.8
     np.testing.assert_allclose(disturbed, expected, rtol=0, atol=1e-12)
-
-
-def test_a_block_adds_no_delay(layout):
-    strain, disturbed, _ = disturbed_ramp(layout, StrainErrors(), seed=1)
-    assert np.ptp(strain[:, 0]) > 0.01
-    np.testing.assert_allclose(disturbed, strain, rtol=0, atol=1e-14)
-
-
-def test_a_seed_makes_a_run_reproducible(layout):
-    first, again, other = (disturbed_ramp(layout, ERRORS, seed)[1] for seed in (1, 1, 2))
-    np.testing.assert_array_equal(first, again)
-    assert np.nanmax(np.abs(first - other)) > 1e-3
-
-
-def test_ports(layout):
-    builder = DiagramBuilder()
-    block = builder.AddSystem(ReadingErrorBlock(layout, ERRORS, PERIOD))
-    assert signal_of(block.GetOutputPort("strain")).axes == {"path": ("inner", "outer"), "section": range(3)}
-    assert block.GetInputPort("ideal_strain").size() == block.GetOutputPort("strain").size() == layout.readings
-    assert AddRandomInputs(PERIOD, builder) == 1
 
 
 def test_readings_depend_on_no_new_draws_between_samples(layout):

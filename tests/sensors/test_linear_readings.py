@@ -114,15 +114,6 @@ def test_readings_that_no_bend_has_give_finite_bends(shipped_finger, wild):
     assert (np.abs(found.values) <= 2 * np.pi * layout.joints_per_section).all()
 
 
-def test_a_batch_is_its_samples(layout, bent):
-    read = readings(layout, bent(4, 2, 12))
-    read[1, 1, 0] = np.nan
-    found = layout.linear(read, NOISE)
-    for index in np.ndindex(4, 2):
-        for whole, part in zip(found, layout.linear(read[index], NOISE), strict=True):
-            np.testing.assert_array_equal(whole[index], part)
-
-
 def test_an_error_that_is_a_share_of_the_bend_is_added_as_a_variance(layout):
     theta = np.linspace(-0.5, 0.7, layout.sections)
     known = layout.linear(readings(layout, layout.shared_equally(theta)), NOISE)

@@ -41,15 +41,6 @@ def ramp(shipped_finger):
     return simulator, read, layout
 
 
-def test_ports(layout):
-    sensor = SensorBlock(layout, PERIOD)
-    assert sensor.GetInputPort("joint_angles").size() == 12
-    sizes = {sensor.get_output_port(i).get_name(): sensor.get_output_port(i).size() for i in range(2)}
-    readings = layout.paths * layout.sections
-    assert sizes == {"extension_ratio": readings, "strain": readings}
-    assert (sensor.num_input_ports(), sensor.num_output_ports()) == (1, 2)
-
-
 @pytest.mark.parametrize(
     ("time", "sampled_at"), [(0.0, 0.0), (0.0049, 0.0), (0.0099, 0.0), (0.0101, 0.01), (0.1234, 0.12)]
 )
@@ -78,7 +69,3 @@ def test_samples_once_a_period(ramp, monkeypatch):
         simulator.AdvanceTo(time)
         read()
     assert measure.call_count == 50  # as long as the sample is the same, so are the readings
-
-
-def test_passes_nothing_through_at_once(layout):
-    assert not SensorBlock(layout, PERIOD).HasAnyDirectFeedthrough()

@@ -55,13 +55,6 @@ def test_ratios_are_those_of_the_sensor_paths(layout, bent):
     np.testing.assert_allclose(extension_ratios(layout, q), expected, rtol=1e-13)
 
 
-def test_batch_is_the_loop(layout, bent):
-    q = bent(2, 3, 12)
-    ratios = extension_ratios(layout, q)
-    for index in np.ndindex(2, 3):
-        np.testing.assert_array_equal(ratios[index], extension_ratios(layout, q[index]))
-
-
 @pytest.mark.parametrize(
     ("borders", "ends"),
     [((0.25, 0.5), [0, 3, 6, 12]), ((0.3, 0.95), [0, 4, 11, 12]), ((1 / 3, 2 / 3), [0, 4, 8, 12])],
@@ -107,12 +100,6 @@ def test_borders_are_numbers(shipped_finger, border):
     with pytest.raises(InputError) as caught:
         SensorLayout(shipped_finger, 3, borders=(0.5, border))
     assert (caught.value.where, caught.value.field) == ("sensor", "borders[1]")
-
-
-@pytest.mark.parametrize("sections", [0, 13])
-def test_impossible_sections_with_borders(shipped_finger, sections):
-    with refused("sections", sections):
-        SensorLayout(shipped_finger, sections, borders=tuple(np.linspace(0, 1, sections + 1)[1:-1]))
 
 
 @pytest.mark.parametrize("borders", [None, (0.25, 0.6)])

@@ -9,16 +9,7 @@ from scipy.io import netcdf_file
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
-from soft_gripper.estimators.arc_shapes import BendSharing
-from soft_gripper.estimators.arcs import arcs_from_readings, joints_on_arcs
-from soft_gripper.estimators.plane import bending_plane, pose_entries, to_world
-from soft_gripper.fingers.kinematics import as_points, forward_kinematics, in_space
-from soft_gripper.fingers.statics import free_bending_angles
-from soft_gripper.load.force_estimator import SAMPLES, Motion, TorqueBalance, windows
 from soft_gripper.scenario.scenario_file import load_scenario
-from soft_gripper.scenario.sensor_presets import sensor_layout
-from soft_gripper.sensors.sensor_layout import extension_ratios
-from soft_gripper.truth.poses import fingertip_error, pose_error
 
 RESPONSE = "sensor.response=[[0.7, -0.2], [1.0, 0.0], [1.4, 0.9]]"
 
@@ -71,57 +62,6 @@ def test_samples_are_the_plants_state_one_sample_before(run):
         truth = [positions(finger.model, row[: station.plant.num_positions()]) for row in state]
         sampled = recording[f"{finger.name}.sampled_joint_angles"].values
         np.testing.assert_array_equal(sampled[1:], truth[:-1])
-
-
-def expected_signals(station, recording, finger):
-    """The signals of a finger, (time, ...), by the batch functions from its sampled joint angles."""
-    layout = sensor_layout(finger.finger, station.scenario.sensor)
-    q = recording[f"{finger.name}.sampled_joint_angles"].values
-    pressure = recording[f"{finger.name}.pressure"].values.ravel()
-    held_pressure = np.concatenate([pressure[:1], pressure[:-1]])  # sampled with the angles
-    plane, gravity = bending_plane(pose_entries(finger.X_WB)), np.array(station.scenario.gravity)
-    truth = forward_kinematics(q, finger.finger.segment_length)
-    ratios = extension_ratios(layout, q)
-    strain = layout.response.reading(ratios)
-    arcs = arcs_from_readings(layout, strain)
-    joints, tip = joints_on_arcs(layout, arcs), arcs.end[..., -1]
-    begin, center = as_points(arcs.start), as_points(arcs.centers)
-    driving = finger.finger.pressure_torque(held_pressure)
-    estimated = BendSharing(layout).joint_angles(arcs.theta, driving, plane.planar(gravity))
-    X_WB = np.tile(finger.X_WB.GetAsMatrix34(), (len(q), 1, 1))
-    motion = Motion(*map(windows, (estimated, driving, X_WB)))
-    balance = TorqueBalance(finger.finger).external_torque(motion, gravity, station.scenario.sensor.period)
-    return {
-        "extension_ratio": ratios,
-        "strain": strain,
-        "theta": arcs.theta,
-        "kappa": arcs.kappa,
-        "arcs": np.dstack([begin[..., 0], begin[..., 1], arcs.heading, arcs.kappa, arcs.length, center]),
-        "joint_positions": as_points(joints),
-        "joint_positions_world": to_world(joints, plane),
-        "tip_pose": np.column_stack([as_points(tip), arcs.tip_heading]),
-        "true_joint_positions": in_space(truth.joints),
-        "true_tip_position": in_space(truth.tip),
-        "pose_error": pose_error(in_space(truth.joints), in_space(joints)),
-        "fingertip_error": fingertip_error(in_space(truth.tip), in_space(tip)),
-        "free_bending_angles": free_bending_angles(finger.finger, held_pressure),
-        "sampled_pressure": held_pressure,
-        "driving_torque": driving,
-        "X_WB": X_WB,
-        "estimated_joint_angles": estimated,
-        "external_torque": balance.torque,
-    }
-
-
-def test_blocks_compute_what_the_batch_functions_compute(run):
-    station, recording = run
-    for finger in station.fingers:
-        for name, expected in expected_signals(station, recording, finger).items():
-            recorded = recording[f"{finger.name}.{name}"].values
-            if len(expected) < len(recorded):  # of the first samples nothing is known, and the initial one counts twice
-                assert np.isnan(recorded[:SAMPLES]).all()
-                recorded, expected = recorded[SAMPLES:], expected[1:]
-            np.testing.assert_allclose(recorded, expected.reshape(recorded.shape), rtol=1e-12, atol=1e-15, err_msg=name)
 
 
 def test_world_positions_are_the_plants_own(run):

@@ -8,9 +8,7 @@ from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.shape_estimator import POSTERIOR
-from soft_gripper.fingers.kinematics import as_planar, forward_kinematics, in_space
 from soft_gripper.scenario.scenario_file import load_scenario
-from soft_gripper.truth.poses import fingertip_error, pose_error
 
 SHORT = ["pressure.steps.all=[90e3]", "pressure.settle=0.2", "pressure.hold_samples=1", "sensor.sections=2"]
 SHORT += ["sensor.borders=[0.4]", "estimator.uncertainty.reading=3e-4", "nominal.youngs_modulus='+5 %'"]
@@ -66,18 +64,6 @@ def test_the_run_stays_as_it_is_without_them(recording, alone):
     assert own == set(alone.data)
     for name in own:
         np.testing.assert_array_equal(recording[name].values, alone[name].values)
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_errors_are_those_of_its_shape(recording, kind):
-    found = {name: values.values for name, values in signals_of(recording, "left_finger", kind).items()}
-    truth = forward_kinematics(recording["left_finger.sampled_joint_angles"].values, 0.01)
-    joints, tip = as_planar(found["joint_positions"]), as_planar(found["tip_pose"][:, :2])
-    np.testing.assert_allclose(found["pose_error"], pose_error(in_space(truth.joints), in_space(joints)), atol=1e-15)
-    np.testing.assert_allclose(
-        found["fingertip_error"], fingertip_error(in_space(truth.tip), in_space(tip)), atol=1e-15
-    )
-    assert found["pose_error"].max() > 1e-4
 
 
 def test_arcs_may_stand_beside_too(alone):

@@ -5,7 +5,6 @@ import pytest
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.framework import DiagramBuilder
-from refusals import refused
 
 from soft_gripper.diagrams.wiring.drive import add_pressure_drive
 from soft_gripper.models import DIRECTORY
@@ -123,18 +122,3 @@ def test_a_finger_that_creeps_drives_itself_on(tmp_path):
         np.testing.assert_allclose(added, 0.2 * left.finger.stiffness * angle, atol=1e-12)
     np.testing.assert_allclose(driven.torques(right), COMMANDS["right_finger"] * right.finger.pressure_gain)
     assert not driven.diagram.HasSubsystemNamed("right_finger.creep")
-
-
-def test_a_model_has_one_drive():
-    builder = DiagramBuilder()
-    plant, _ = AddMultibodyPlantSceneGraph(builder, 0.004)
-    left, right = add_fingers(Parser(plant), GRIPPER)
-    plant.Finalize()
-    add_pressure_drive(builder, [left])
-    with refused("model", "two_finger"):
-        add_pressure_drive(builder, [right])
-
-
-def test_a_step_that_is_too_long_is_refused():
-    with refused("time_step", 0.05):
-        Driven(GRIPPER, time_step=0.05)

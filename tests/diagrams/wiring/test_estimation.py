@@ -6,7 +6,6 @@ from own_blocks import MeanBend
 from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import LeafSystem
-from refusals import refused
 
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
@@ -161,13 +160,6 @@ def test_what_is_no_estimator(estimator, complaint):
     with pytest.raises(InputError) as caught:
         make_station(scenario, make_estimator=lambda layout, gravity, period: estimator)
     assert complaint in str(caught.value)
-
-
-def test_the_truth_cannot_be_asked_for():
-    scenario = load_scenario("free_bending", SHORT)
-    peeking = Port({"joint_angles": 12}, estimated_joint_angles=12)
-    with refused("input port", "joint_angles"):
-        make_station(scenario, make_estimator=lambda layout, gravity, period: peeking)
 
 
 def test_equal_shares_are_what_the_own_estimator_estimates(own):

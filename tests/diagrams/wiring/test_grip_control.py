@@ -217,22 +217,6 @@ def test_the_lower_pressure_is_taken():
     assert after_a_step(limited, 0.11, -0.01) == pytest.approx(-2e3)
 
 
-def test_ports():
-    for control in (grip_control(), grip_control(torque_limit=0.02)):
-        inputs = {control.get_input_port(i).get_name() for i in range(control.num_input_ports())}
-        outputs = {control.get_output_port(i).get_name() for i in range(control.num_output_ports())}
-        of_fingers = {f"{which}.{name}" for which in ("first", "second") for name in ("tip_pose", "external_torque")}
-        assert inputs == {"set_point", *of_fingers}
-        assert outputs == {"pressure", "opening", "torque"}
-
-
-def test_ports_with_a_force_limit():
-    control = grip_control(force_limit=0.5)
-    inputs = {control.get_input_port(i).get_name() for i in range(control.num_input_ports())}
-    assert {"first.contact_force", "second.contact_force"} <= inputs
-    assert control.HasOutputPort("force")
-
-
 def test_ports_with_a_bound():
     control = grip_control(force_limit=0.5, force_bound=True)
     inputs = {control.get_input_port(i).get_name() for i in range(control.num_input_ports())}

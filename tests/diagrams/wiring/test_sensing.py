@@ -29,7 +29,6 @@ TRUE_SIGNALS = (
     *("normal_force", "contact_center", "link_contact_force", "link_normal_force"),
 )
 WIDTH_SIGNALS = ("object_width", "true_object_width", "object_width_error")
-TRUE_WIDTH = {ONE_FINGER: set(), TWO_FINGERS: {"grip.true_object_width"}, THREE_FINGERS: {"grip.true_object_width"}}
 
 
 def station(name, threshold, *overrides):
@@ -38,33 +37,6 @@ def station(name, threshold, *overrides):
     if name == ONE_FINGER:
         name, changes = "free_bending", [f"models=[{LONELY}]", *changes]
     return make_station(load_scenario(name, changes))
-
-
-def contact_signals(built):
-    """What the station logs of contact."""
-    kinds = CONTACT_SIGNALS + TRUE_SIGNALS + WIDTH_SIGNALS
-    return {name for name in built.logs.signals if name.partition(".")[2] in kinds}
-
-
-@pytest.mark.parametrize("name", SCENARIOS)
-def test_without_a_threshold_contact_is_not_looked_for_but_its_truth_is_known(name):
-    built = station(name, "null")
-    truth = {f"{finger.name}.{signal}" for finger in built.fingers for signal in TRUE_SIGNALS}
-    assert contact_signals(built) == truth | TRUE_WIDTH[name]
-
-
-@pytest.mark.parametrize(("name", "count"), [(ONE_FINGER, 1), (TWO_FINGERS, 2), (THREE_FINGERS, 3)])
-def test_signals_of_every_finger_and_the_width_between_them(name, count):
-    built = station(name, 2.5e-3)
-    fingers = [finger.name for finger in built.fingers]
-    assert len(fingers) == count
-    expected = {f"{finger}.{signal}" for finger in fingers for signal in CONTACT_SIGNALS + TRUE_SIGNALS}
-    if count > 1:
-        expected |= {f"grip.{signal}" for signal in WIDTH_SIGNALS}
-    assert contact_signals(built) == expected
-    for signal in expected:
-        size = built.diagram.GetOutputPort(signal).size()
-        assert size == (3 if signal.endswith(("contact_center", "world")) else 13 if ".link_" in signal else 1)
 
 
 def test_truth_looks_at_all_shapes_of_every_finger_and_at_no_others(monkeypatch):
@@ -149,16 +121,6 @@ def test_contact_is_that_of_the_finger_that_touches(touching, x):
     assert np.abs(recording[f"{touching}.contact_center"].values[-1] - [x, 0, 0.105]).max() < 0.012
     for name in WIDTH_SIGNALS:
         assert np.isnan(recording[f"grip.{name}"].values).all()
-
-
-@pytest.mark.slow
-def test_width_of_what_both_fingers_hold():
-    overrides = ["estimator.contact_threshold=2.5e-3", "pressure.steps.all=[0, 60.0e3]"]
-    recording = simulate(load_scenario("box_grasp", overrides))
-    last = {name: recording[f"grip.{name}"].values[-1] for name in WIDTH_SIGNALS}
-    assert last["true_object_width"] == pytest.approx(0.044, abs=5e-4)
-    assert last["object_width_error"] == pytest.approx(last["object_width"] - last["true_object_width"], abs=1e-12)
-    assert abs(last["object_width_error"]) < 3e-3
 
 
 @pytest.mark.parametrize("given", [None, 5e-5])
