@@ -11,9 +11,9 @@ from soft_gripper.estimators.force_posterior import MOVING, NOTHING
 from soft_gripper.estimators.free_motion import FreeMotion, Lag
 from soft_gripper.estimators.mechanics import PlanarMechanics, SpatialMechanics
 from soft_gripper.estimators.uncertainty import Uncertainty
-from soft_gripper.extras.studies.contacts.dataset import read_finger
+from soft_gripper.extras.studies.contacts.contacts import read_finger
 from soft_gripper.extras.studies.contacts.situations import Case, pressed
-from soft_gripper.extras.studies.contacts.space import finger_in_space
+from soft_gripper.extras.studies.contacts.statics import finger_in_space
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.schema import SensorConfig
 from soft_gripper.scenario.sensor_presets import sensor_layout

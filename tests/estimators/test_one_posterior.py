@@ -7,7 +7,7 @@ from loaded_fingers import Push, in_balance
 from soft_gripper.estimators.contact import ContactShape, _explained
 from soft_gripper.estimators.spatial_contact import SpatialContactShape
 from soft_gripper.estimators.uncertainty import Uncertainty
-from soft_gripper.extras.studies.contacts.space import contacts_in_space, finger_in_space
+from soft_gripper.extras.studies.contacts.statics import contacts_in_space, finger_in_space
 from soft_gripper.scenario.schema import SensorConfig
 from soft_gripper.scenario.sensor_presets import sensor_layout
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios

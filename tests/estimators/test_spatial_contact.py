@@ -8,7 +8,8 @@ import pytest
 from soft_gripper.estimators.force_posterior import HERE, NOTHING
 from soft_gripper.estimators.spatial_contact import SpatialContactShape, SurfaceCells, _forces
 from soft_gripper.estimators.uncertainty import EXACT, Uncertainty
-from soft_gripper.extras.studies.contacts.space import WAYS, SpatialContacts, contacts_in_space, finger_in_space
+from soft_gripper.extras.studies.contacts.contacts import Contacts
+from soft_gripper.extras.studies.contacts.statics import contacts_in_space, finger_in_space
 from soft_gripper.fingers.spatial_chain import Loads, posture, resting_positions, spatial_chain, torques, weights
 from soft_gripper.scenario.schema import SensorConfig
 from soft_gripper.scenario.sensor_presets import sensor_layout
@@ -16,6 +17,9 @@ from soft_gripper.scenario.sensor_presets import sensor_layout
 GRAVITY = np.array([0.0, 0.0, 9.81])
 Z = np.array([0.0, 0.0, 1.0])
 INNER, LEFT, OUTER, RIGHT = 1, 3, 5, 7
+
+
+WAYS = ("bending", "sideways", "twist")
 
 
 def estimator(sections=2, name="four_faces_and_diagonal", **assumed):
@@ -126,8 +130,9 @@ def free_fingers(pressures):
     torque = chain.spread({"bending": finger.pressure_torque(pressures)})
     q = resting_positions(chain, chain.spread(finger.stiffnesses), torque, weights(finger, chain, gravity))
     nothing = np.zeros(len(pressures))
-    return SpatialContacts(
-        q[:, np.argsort(chain.places(WAYS))], pressures, gravity, nothing, nothing, np.zeros((len(nothing), 3))
+    forces, none = np.zeros((len(nothing), 3)), np.zeros_like(q)
+    return Contacts(
+        finger, q[:, np.argsort(chain.places(WAYS))], pressures, gravity, nothing, forces, none, *[nothing] * 3
     )
 
 

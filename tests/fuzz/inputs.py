@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 import trimesh
+import xarray as xr
 import yaml
-from damaged_files import archive, as_npy, damaged_archives, damaged_bytes, damaged_recordings
+from damaged_files import damaged_arrays, damaged_bytes, damaged_recordings
 from hostile import NUMBERS, WORDS, documents, elements, texts
 from hypothesis import strategies as st
 from live_inputs import commands
@@ -220,28 +221,26 @@ def command_lines() -> st.SearchStrategy[Input]:
     return lines.map(lambda arguments: Input(_input("", "empty", SCENARIO, "show").files, arguments))
 
 
-CONTACTS: dict[str, Any] = {
-    "q": np.full((2, 12), 0.05),
-    "pressure": np.array([3e4, 6e4]),
-    "gravity": np.array([9.81 + 0j, -9.81j]),
-    "force": np.array([0.3, -0.6]),
-    "total": np.array([0.31, 0.63]),
-    "arc_length": np.array([0.06, 0.09]),
-    "torque": np.full((2, 12), 0.01),
-    "side": np.array(["inner", "outer"]),
-    "radius": np.array([5e-3, 9e-3]),
-    "friction": np.array([0.45, 0.45]),
-}
+CONTACTS = xr.Dataset(
+    {
+        "q": (("contact", "joint"), np.full((2, 12), 0.05)),
+        "pressure": ("contact", [3e4, 6e4]),
+        "gravity": (("contact", "xyz"), [[0.0, 0.0, 9.81], [9.81, 0.0, 0.0]]),
+        "normal_force": ("contact", [0.3, 0.6]),
+        "force": (("contact", "xyz"), [[-0.3, 0.0, 0.05], [0.6, 0.0, 0.1]]),
+        "torque": (("contact", "joint"), np.full((2, 12), 0.01)),
+        "arc_length": ("contact", [0.06, 0.09]),
+        "side": ("contact", [0.0, np.pi]),
+        "friction": ("contact", [0.45, 0.45]),
+    }
+)
 SIGNALS = "strain", "sampled_pressure", "X_WB"
 
 
 def contacts() -> st.SearchStrategy[Input]:
     """Files of contacts, of which an array or bytes are damaged."""
-    whole = archive([(f"{name}.npy", as_npy(values)) for name, values in CONTACTS.items()])
-    files = _damaged(damaged_archives(CONTACTS, seed=1), whole)
-    return files.map(
-        lambda file: Input({"a.npz": file}, ["contact-trials", "--contacts", "a.npz", "--out", "folder/x"])
-    )
+    files = _damaged(damaged_arrays(CONTACTS, list(CONTACTS), seed=1), bytes(CONTACTS.to_netcdf(engine="scipy")))
+    return files.map(lambda file: Input({"a.nc": file}, ["contact-trials", "--contacts", "a.nc", "--out", "folder/x"]))
 
 
 def recordings() -> st.SearchStrategy[Input]:

@@ -15,7 +15,7 @@ from soft_gripper.extras.hardware.replay.held_out import estimator_rows
 from soft_gripper.extras.placement.place_sensors import place_sensors
 from soft_gripper.extras.placement.samples import Assumptions, held_fingers
 from soft_gripper.extras.studies.contacts import estimates
-from soft_gripper.extras.studies.contacts.dataset import Contacts, read_finger
+from soft_gripper.extras.studies.contacts.contacts import Contacts, read_finger
 from soft_gripper.fingers.statics import resting_angles
 from soft_gripper.runs.scores.recorded_run import RecordedRun
 from soft_gripper.scenario.named_estimators import estimator_function
@@ -54,9 +54,8 @@ def test_placement(recorded):
 def test_contact_trials(monkeypatch):
     """Of two fingers that bend freely."""
     finger, pressure = read_finger(), np.array([30e3, 60e3])
-    q, ones = resting_angles(finger, pressure, np.zeros(2, dtype=complex)), np.ones(2)
-    sides = np.array(["inner", "outer"])
-    contacts = Contacts(q, pressure, 0j * ones, ones, ones, 0.1 * ones, 0 * q, sides, 0.005 * ones, 0 * ones)
+    q, ones, none = resting_angles(finger, pressure, np.zeros(2, dtype=complex)), np.ones(2), np.zeros((2, 3))
+    contacts = Contacts(finger, q, pressure, none, ones, none, 0 * q, 0.1 * ones, np.array([0.0, np.pi]), 0 * ones)
     monkeypatch.setattr(estimates, "CONDITIONS", [estimates.Condition()])
     estimates.check_estimator(OWN)
     found = list(estimates.contact_estimates(contacts, [THEIRS, OWN]))

@@ -13,12 +13,11 @@ import numpy as np
 from tqdm import tqdm
 
 from soft_gripper.arrays import Array
-from soft_gripper.extras.studies.contacts.dataset import PEG_FRICTION, Contacts, as_arrays, read_finger, run_contact
-from soft_gripper.extras.studies.contacts.estimates import HELD, REALISTIC, disturbed_readings
+from soft_gripper.extras.studies.contacts.contacts import Contacts, read_finger
+from soft_gripper.extras.studies.contacts.estimates import HELD, REALISTIC, contact_readings, preset_errors
+from soft_gripper.extras.studies.contacts.peg import PEG_FRICTION, as_arrays, run_contact
 from soft_gripper.files.csv_table import write_csv
 from soft_gripper.fingers.kinematics import as_points, forward_kinematics
-from soft_gripper.scenario.schema import SensorConfig, StrainErrorsConfig
-from soft_gripper.scenario.sensor_presets import strain_errors
 from soft_gripper.sensors.sensor_layout import SensorLayout
 
 FILES = {"contacts_train.csv": 11, "contacts_test.csv": 12}  # and the seeds of what is in them
@@ -59,18 +58,17 @@ class ContactSample:
 def samples(contacts: Contacts, readings: Array) -> list[ContactSample]:
     """The rows of contacts, sorted by place; `readings` (M, 4)."""
     tips = as_points(forward_kinematics(contacts.q, contacts.finger.segment_length).points[:, -1])
-    gravity = as_points(contacts.gravity)
-    table = np.column_stack([readings, contacts.pressure, gravity, tips, contacts.force, contacts.arc_length])
+    across = np.where(contacts.is_inside, contacts.normal_force, -contacts.normal_force)
+    known = readings, contacts.pressure, contacts.gravity[:, ::2]
+    table = np.column_stack([*known, tips, across, contacts.arc_length])
     return [ContactSample(*(float(f"{value:.7g}") for value in row)) for row in table[table[:, -1].argsort()]]
 
 
 def main() -> None:
     """Simulates the contacts and writes the files."""
-    errors = strain_errors(SensorConfig(errors=StrainErrorsConfig(preset=REALISTIC)))
-    assert errors is not None
     for number, (file, seed) in enumerate(FILES.items()):
         contacts = simulated(seed)
-        read = disturbed_readings(layout(), contacts, errors, len(FILES), HELD).pressed
+        read = contact_readings(layout(), contacts, preset_errors(REALISTIC), len(FILES), HELD).pressed
         write_csv(FOLDER / file, samples(contacts, read[number]))
 
 

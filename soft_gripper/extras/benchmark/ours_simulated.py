@@ -5,8 +5,7 @@ from functools import cache
 
 import numpy as np
 
-from soft_gripper.arrays import Array, Planar
-from soft_gripper.estimators.contact import ContactShape
+from soft_gripper.arrays import Array
 from soft_gripper.estimators.estimate import ShapeEstimate
 from soft_gripper.estimators.uncertainty import EXACT, Uncertainty, position_std
 from soft_gripper.extras.benchmark.baselines import Estimator, Predict
@@ -14,12 +13,12 @@ from soft_gripper.extras.benchmark.contacts import layout
 from soft_gripper.extras.benchmark.grasps import FINGERS, PRESSURES, READINGS, SECTIONS
 from soft_gripper.extras.benchmark.task import Recorded, Task
 from soft_gripper.extras.recognition.object_classifier import train_object_classifier
-from soft_gripper.extras.studies.contacts.dataset import G
+from soft_gripper.extras.studies.contacts import estimators
+from soft_gripper.extras.studies.contacts.contacts import G
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import as_points, gravity_torque
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.scenario.model_files import model_path
-from soft_gripper.scenario.named_estimators import estimator_function
 from soft_gripper.sensors.sensor_layout import SensorLayout
 
 # Of the mean of 20 samples of a realistic sensor: gain errors and hysteresis of 1 % at strains up to 0.15, and noise;
@@ -28,10 +27,10 @@ _UNCERTAINTY = Uncertainty(reading=1.5e-3, bend_per_pressure=EXACT)
 _BAND = 1.959964
 
 
-def _known(inputs: Array) -> tuple[Array, Array, Planar]:
-    """Readings (T, 4), driving torque (T, N) N m and gravity (T,) of the inputs of contacts."""
+def _known(inputs: Array) -> tuple[Array, Array, Array]:
+    """Readings (T, 4), driving torque (T, N) N m and gravity (T, 3) of the inputs of contacts."""
     driving = layout().finger.pressure_torque(inputs[:, 4])
-    return inputs[:, :4], driving, inputs[:, 6] + 1j * inputs[:, 5]
+    return inputs[:, :4], driving, np.insert(inputs[:, 5:7], 1, 0.0, axis=-1)
 
 
 def contact_tip(name: str) -> Estimator:
@@ -39,7 +38,7 @@ def contact_tip(name: str) -> Estimator:
 
     def estimator(task: Task, train: Sequence[Recorded]) -> Predict:
         sensors = layout()
-        function = estimator_function(name, sensors, _UNCERTAINTY)
+        function = estimators.Estimator.of(name, sensors, _UNCERTAINTY)
 
         def predict(inputs: Array) -> Array | tuple[Array, Array]:
             found: ShapeEstimate = function(*_known(inputs))
@@ -54,33 +53,30 @@ def contact_tip(name: str) -> Estimator:
     return estimator
 
 
-def _contact(of: Callable[[ContactShape, Array], tuple[Array, Array]]) -> Estimator:
+def _contact(of: Callable[[estimators.Estimator, Array], tuple[Array, Array]]) -> Estimator:
     """An estimator of the contact, by `contact`."""
 
     def estimator(task: Task, train: Sequence[Recorded]) -> Predict:
-        found = ContactShape(layout(), _UNCERTAINTY)
+        found = estimators.Estimator.of("contact", layout(), _UNCERTAINTY)
         return lambda inputs: of(found, inputs)
 
     return estimator
 
 
-def _force(found: ContactShape, inputs: Array) -> tuple[Array, Array]:
+def _force(found: estimators.Estimator, inputs: Array) -> tuple[Array, Array]:
     """The force, with a band as wide as the 95 % interval of its posterior; 0 where nothing is detected."""
     known = _known(inputs)
-    contact, posterior = found(*known).contact, found.posterior(*known)
-    assert contact is not None
-    low, _, high = np.nan_to_num(posterior.force_interval, nan=0.0).T
-    mean = np.nan_to_num(contact.force)
+    low, _, high = np.nan_to_num(found.posterior(*known).force_interval, nan=0.0).T
+    mean = np.nan_to_num(found(*known).contact.force)
     return mean[:, None], np.maximum(high - np.abs(mean), np.abs(mean) - low)[:, None] / _BAND
 
 
-def _place(found: ContactShape, inputs: Array) -> tuple[Array, Array]:
+def _place(found: estimators.Estimator, inputs: Array) -> tuple[Array, Array]:
     """The location, with a band as wide as its likelihood set; the middle, and all of it, where nothing is detected."""
     length, known = layout().finger.length, _known(inputs)
-    contact, posterior = found(*known).contact, found.posterior(*known)
-    assert contact is not None
-    ends = np.where(np.isfinite(posterior.arc_length_set), posterior.arc_length_set, [0.0, length])
-    mean = np.where(np.isfinite(contact.arc_length), contact.arc_length, ends.mean(axis=1))
+    place, likely = found(*known).contact.arc_length, found.posterior(*known).arc_length_set
+    ends = np.where(np.isfinite(likely), likely, [0.0, length])
+    mean = np.where(np.isfinite(place), place, ends.mean(axis=1))
     return mean[:, None], np.maximum(ends[:, 1] - mean, mean - ends[:, 0])[:, None] / _BAND
 
 
@@ -99,7 +95,8 @@ def _grasp_estimates(inputs: Array) -> tuple[Array, Array]:
     finger = _gripper_finger()
     readings = inputs.reshape(len(inputs), len(PRESSURES), len(FINGERS), READINGS)
     driving = finger.pressure_torque(np.array(PRESSURES))[:, None]
-    q = estimator_function("arcs", SensorLayout(finger, SECTIONS), _UNCERTAINTY)(readings, driving, G + 0j).q
+    arcs = estimators.Estimator.of("arcs", SensorLayout(finger, SECTIONS), _UNCERTAINTY)
+    q = arcs(readings, driving, np.array([0.0, 0.0, G])).q
     return q, finger.elastic_torque(q) - driving - gravity_torque(finger, q, G + 0j)
 
 

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from soft_gripper.arrays import Array
 from soft_gripper.extras.placement.placements import Placement, all_placements, equal_placement, number_of_placements
 from soft_gripper.extras.placement.samples import Assumptions, HeldFinger, Samples, read_contacts, read_held
-from soft_gripper.extras.studies.contacts.dataset import Contacts
+from soft_gripper.extras.studies.contacts.contacts import Contacts
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import forward_kinematics, in_space
 from soft_gripper.truth.poses import pose_error
@@ -128,7 +128,8 @@ def contact_errors(
     for estimate in samples.estimates(placement, assumptions):
         assert estimate.contact is not None
         force = np.nan_to_num(estimate.contact.force)
-        found.append((force - contacts.force[:, None], estimate.contact.arc_length - contacts.arc_length[:, None]))
+        true = np.where(contacts.is_inside, contacts.normal_force, -contacts.normal_force)
+        found.append((force - true[:, None], estimate.contact.arc_length - contacts.arc_length[:, None]))
     force_error, place_error = (np.abs(errors) for errors in zip(*found, strict=True))
     missed = np.isnan(place_error)
     place = float(place_error[~missed].mean()) if not missed.all() else float("nan")

@@ -24,8 +24,9 @@ from soft_gripper.estimators.estimate import ShapeEstimate
 from soft_gripper.estimators.plane import planar_gravity
 from soft_gripper.estimators.uncertainty import EXACT, Uncertainty
 from soft_gripper.extras.placement.placements import Placement, as_borders
-from soft_gripper.extras.studies.contacts.dataset import Contacts
+from soft_gripper.extras.studies.contacts.contacts import Contacts
 from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.kinematics import as_planar
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.runs.scores.poses import held_rows, held_samples
 from soft_gripper.runs.scores.recorded_run import RecordedRun, read_signal
@@ -233,7 +234,7 @@ def read_contacts(contacts: Contacts, like: SensorLayout, assumptions: Assumptio
     ratios = read._replace(ratios=read.ratios[0])
     nominal = assumptions.nominal(layout.finger)
     driving = [each.pressure_torque(contacts.pressure) for each in nominal]
-    return Samples(layout, nominal, driving, ratios, contacts.q, contacts.gravity)
+    return Samples(layout, nominal, driving, ratios, contacts.q, as_planar(contacts.gravity[:, ::2]))
 
 
 def _of_segments(layout: SensorLayout) -> SensorLayout:

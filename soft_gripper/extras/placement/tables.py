@@ -15,7 +15,7 @@ from soft_gripper.errors import InputError
 from soft_gripper.extras.placement.place_sensors import PlacedSensors
 from soft_gripper.extras.placement.placements import Placement, as_borders, equal_placement
 from soft_gripper.extras.placement.samples import Assumptions
-from soft_gripper.extras.studies.contacts.dataset import Contacts
+from soft_gripper.extras.studies.contacts.contacts import Contacts
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.pictures.style import STYLE
 from soft_gripper.runs.scores.recorded_run import RecordedRun

@@ -9,10 +9,10 @@ from refusals import refused
 
 from soft_gripper.extras.placement.samples import Assumptions
 from soft_gripper.extras.placement.tables import check_contacts, check_runs
-from soft_gripper.extras.studies.contacts.dataset import Contacts
+from soft_gripper.extras.studies.contacts.contacts import Contacts, read_finger
 from soft_gripper.scenario.scenario_file import load_scenario
 
-NOTHING = Contacts(*(np.zeros(0) for _ in range(10)))
+NOTHING = Contacts(read_finger(), *(np.zeros(0) for _ in range(9)))
 
 
 def run(name, *fingers):

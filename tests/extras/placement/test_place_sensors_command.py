@@ -12,7 +12,7 @@ import yaml
 from command_line import LISTENING, SHORT, soft_gripper
 
 from soft_gripper.diagrams.simulation import simulate
-from soft_gripper.extras.studies.contacts.dataset import Contacts, save_contacts
+from soft_gripper.extras.studies.contacts.contacts import Contacts, read_finger, save_contacts
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 from soft_gripper.scenario.shipped import scenario_path
 
@@ -76,20 +76,10 @@ def test_a_scenario_takes_what_is_printed(tiny, tmp_path):
 @pytest.mark.slow
 def test_contacts_add_errors_of_force_and_place(tiny, tmp_path):
     q, ones = np.linspace(0.0, 0.05, 3)[:, None] * np.ones(12), np.ones(3)
-    values = (
-        q,
-        1e4 * ones,
-        9.81 * ones + 0j,
-        ones,
-        ones,
-        0.06 * ones,
-        q,
-        np.array(["inner"] * 3),
-        5e-3 * ones,
-        0 * ones,
-    )
-    save_contacts(Contacts(*values), tmp_path / "contacts.npz")
-    arguments = ["--estimator", "contact", "--contacts", tmp_path / "contacts.npz", "--out", tmp_path / "out"]
+    gravity, force = np.tile([0.0, 0.0, 9.81], (3, 1)), np.zeros((3, 3))
+    contacts = Contacts(read_finger(), q, 1e4 * ones, gravity, ones, force, q, 0.06 * ones, 0 * ones, 0 * ones)
+    save_contacts(contacts, tmp_path / "contacts.nc")
+    arguments = ["--estimator", "contact", "--contacts", tmp_path / "contacts.nc", "--out", tmp_path / "out"]
     recording = tiny / "free_bending" / "recording.nc"
     done = soft_gripper("place-sensors", "--count", 2, *arguments, "--recordings", recording)
     assert done.code == 0, done.err
@@ -128,10 +118,10 @@ def test_ctrl_c_leaves_nothing_half_done(tmp_path, arguments, last):
 
 
 def test_contacts_take_an_estimator_of_contact(tmp_path):
-    one, joints, side = np.full(1, 0.08), np.zeros((1, 12)), np.array(["inner"])
-    contact = Contacts(joints, one, one + 0j, one, one, one, joints, side, one, one)
-    save_contacts(contact, tmp_path / "contacts.npz")
-    done = soft_gripper("place-sensors", "--count", 2, "--contacts", tmp_path / "contacts.npz")
+    one, joints, vector = np.full(1, 0.08), np.zeros((1, 12)), np.zeros((1, 3))
+    contact = Contacts(read_finger(), joints, one, vector, one, vector, joints, one, one, one)
+    save_contacts(contact, tmp_path / "contacts.nc")
+    done = soft_gripper("place-sensors", "--count", 2, "--contacts", tmp_path / "contacts.nc")
     assert done.code == 2
     assert "--estimator = 'gaussian': does not estimate contact" in done.err
 
@@ -167,7 +157,7 @@ def test_a_finger_in_space_gets_sensors_that_its_scenario_runs_with(tmp_path):
     ("arguments", "says"),
     [
         (["--estimator", "contact"], "--estimator = 'contact': in space sensors are placed for gaussian"),
-        (["--contacts", "contacts.npz"], "--contacts = 'contacts.npz': are contacts in the plane"),
+        (["--contacts", "contacts.nc"], "--contacts = 'contacts.nc': are contacts in the plane"),
         (["--scenarios", "turned_box_grasp,box_grasp"], "the fingers differ"),
         (["--scenarios", "turned_box_grasp,tendon_grasp"], "tendon_grasp: left_finger.tendons"),
     ],

@@ -10,9 +10,9 @@ from soft_gripper.estimators.estimate import ContactForce, ShapeEstimate
 from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
 from soft_gripper.extras.placement.place_sensors import contact_errors, mean_pose_error
 from soft_gripper.extras.placement.samples import SETS, Assumptions, read_contacts, read_held
-from soft_gripper.extras.studies.contacts.dataset import Contacts
+from soft_gripper.extras.studies.contacts.contacts import Contacts
 from soft_gripper.fingers.finger_parts import CreepBranch
-from soft_gripper.fingers.kinematics import forward_kinematics
+from soft_gripper.fingers.kinematics import forward_kinematics, in_space
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 from soft_gripper.sensors.strain_errors import StrainErrors
 
@@ -96,20 +96,16 @@ def test_a_finger_that_creeps_remembers_how_it_was_bent(free_finger):
 @pytest.fixture
 def contacts(free_finger):
     """Four that are no contacts, though they are said to be."""
-    q, gravity = free_finger.q[free_finger.held][::2], free_finger.gravity[::2]
-    force, place = np.array([1.0, -1.0, 2.0, 3.0]), np.array([0.05, 0.06, 0.07, 0.08])
-    side, radius = np.array(["inner"] * 4), np.full(4, 5e-3)
+    held, gravity = free_finger.held[::2], in_space(free_finger.gravity[::2])
     return Contacts(
-        q,
-        free_finger.pressure[free_finger.held][::2],
-        gravity,
-        force,
-        force,
-        place,
-        np.zeros((4, 12)),
-        side,
-        radius,
-        np.zeros(4),
+        free_finger.layout.finger,
+        *(free_finger.q[held], free_finger.pressure[held], gravity),
+        normal_force=np.array([1.0, 1.0, 2.0, 3.0]),
+        force=np.zeros((4, 3)),
+        torque=np.zeros((4, 12)),
+        arc_length=np.array([0.05, 0.06, 0.07, 0.08]),
+        side=np.array([0, np.pi, 0, 0]),
+        friction=np.zeros(4),
     )
 
 

@@ -8,8 +8,9 @@ import pytest
 from soft_gripper.commands.dispatch import dispatch
 from soft_gripper.extras.studies.commands import contact_trials
 from soft_gripper.extras.studies.contacts import estimates as contact_estimates
-from soft_gripper.extras.studies.contacts.dataset import load_contacts
-from soft_gripper.extras.studies.contacts.trials import ContactErrorRow, ContactRow
+from soft_gripper.extras.studies.contacts.contacts import load_contacts
+from soft_gripper.extras.studies.contacts.peg import ContactRow
+from soft_gripper.extras.studies.contacts.trials import ContactErrorRow
 from soft_gripper.files.csv_table import read_csv
 
 
@@ -22,15 +23,16 @@ def one_set_of_sensors(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.slow
 def test_table_and_arrays(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert dispatch(["contact-trials", "--trials", "4", "--seed", "2", "--jobs", "1", "--out", str(tmp_path)]) == 0
-    rows, arrays = read_csv(tmp_path / "contacts.csv", ContactRow), load_contacts(tmp_path / "contacts.npz")
+    rows, arrays = read_csv(tmp_path / "contacts.csv", ContactRow), load_contacts(tmp_path / "contacts.nc")
     assert [row.contact for row in rows] == [0, 1, 2, 3]
-    np.testing.assert_allclose([row.force_n for row in rows], arrays.force, atol=1e-6)
+    np.testing.assert_allclose([abs(row.force_n) for row in rows], arrays.normal_force, atol=1e-6)
+    assert [row.force_n > 0 for row in rows] == list(arrays.is_inside)
     np.testing.assert_allclose([row.arc_length_mm for row in rows], 1e3 * arrays.arc_length, atol=1e-6)
     np.testing.assert_allclose([1e3 * row.pressure_kpa for row in rows], arrays.pressure, atol=1e-2)
-    np.testing.assert_allclose([row.gravity_z + 1j * row.gravity_x for row in rows], arrays.gravity, atol=1e-5)
+    np.testing.assert_allclose([(row.gravity_x, row.gravity_z) for row in rows], arrays.gravity[:, ::2], atol=1e-5)
     out = capsys.readouterr().out
     assert "drawn again" in out
-    for name in ("contacts.csv", "contacts.npz", "contact_errors.csv", "contact_errors.png"):
+    for name in ("contacts.csv", "contacts.nc", "contact_errors.csv", "contact_errors.png"):
         assert str(tmp_path / name) in out
     np.testing.assert_allclose(arrays.friction, 0.45)
 
@@ -39,7 +41,7 @@ def test_table_and_arrays(tmp_path: Path, capsys: pytest.CaptureFixture[str]) ->
 def test_kept_contacts_are_scored_again(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     made, again = tmp_path / "made", tmp_path / "again"
     assert dispatch(["contact-trials", "--trials", "2", "--friction", "0", "--jobs", "1", "--out", str(made)]) == 0
-    assert dispatch(["contact-trials", "--contacts", str(made / "contacts.npz"), "--out", str(again)]) == 0
+    assert dispatch(["contact-trials", "--contacts", str(made / "contacts.nc"), "--out", str(again)]) == 0
     assert {path.name for path in again.iterdir()} == {f"contact_errors.{kind}" for kind in ("csv", "png", "svg")}
     assert (again / "contact_errors.csv").read_text() == (made / "contact_errors.csv").read_text()
     rows = read_csv(again / "contact_errors.csv", ContactErrorRow)
@@ -72,10 +74,10 @@ def test_rows_without_a_number_are_said(
     row = ContactErrorRow("contact", 2, "60", "", "none", "ideal", 1, 0.45, "both", 2, 0.0, *(8 * [float("nan")]))
     monkeypatch.setattr(contact_trials, "score_contacts", lambda *_: [row])
     monkeypatch.setattr(contact_trials, "load_contacts", lambda _: object())
-    assert dispatch(["contact-trials", "--contacts", "a.npz", "--out", str(tmp_path)]) == 0
+    assert dispatch(["contact-trials", "--contacts", "a.nc", "--out", str(tmp_path)]) == 0
     assert "1 of 1 rows" in capsys.readouterr().err
 
 
 def test_a_file_without_contacts_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert dispatch(["contact-trials", "--contacts", str(tmp_path / "no.npz"), "--out", str(tmp_path)]) == 2
-    assert "no.npz" in capsys.readouterr().err
+    assert dispatch(["contact-trials", "--contacts", str(tmp_path / "no.nc"), "--out", str(tmp_path)]) == 2
+    assert "no.nc" in capsys.readouterr().err

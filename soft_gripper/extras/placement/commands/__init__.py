@@ -73,7 +73,7 @@ COMMANDS = (
             ),
             option(
                 "--contacts",
-                "contacts.npz of `contact-trials`: also report errors of contact force and location",
+                "contacts.nc of `contact-trials`: also report errors of contact force and location",
                 "FILE",
                 path,
             ),

@@ -24,7 +24,7 @@ from soft_gripper.extras.placement.tables import (
     placement_rows,
     run_rows,
 )
-from soft_gripper.extras.studies.contacts.dataset import load_contacts
+from soft_gripper.extras.studies.contacts.contacts import load_contacts
 from soft_gripper.files.csv_table import write_csv
 from soft_gripper.files.output import lock_folder
 from soft_gripper.fingers.finger import Finger

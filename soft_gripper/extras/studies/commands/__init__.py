@@ -3,6 +3,7 @@
 from soft_gripper.commands.options import (
     CONSOLE,
     EXECUTOR,
+    RESUME,
     SEED,
     Command,
     count,
@@ -18,7 +19,7 @@ COMMANDS = (
         "press a finger against random pegs; report errors of contact force and location",
         (
             "--trials 200 --seed 1",
-            "--contacts results/contact_trials/contacts.npz    evaluate the contacts of an earlier run again",
+            "--contacts results/contact_trials/contacts.nc    evaluate the contacts of an earlier run again",
         ),
         (
             *CONSOLE,
@@ -38,8 +39,28 @@ COMMANDS = (
                 action="append",
             ),
             *EXECUTOR,
-            option("--contacts", "contacts.npz of an earlier run: evaluate these, simulate none", "FILE", path),
+            option("--contacts", "contacts.nc of an earlier run: evaluate these, simulate none", "FILE", path),
             out("results/contact_trials"),
+        ),
+        package=__name__,
+    ),
+    Command(
+        "contact-coverage",
+        "count how often what `contact` states of a force is true, in situations that users meet",
+        ("", "--size 0.1 --resume"),
+        (
+            *CONSOLE,
+            option(
+                "--size",
+                "number of contacts, relative to those of the documentation (default: %(default)g)",
+                "SHARE",
+                number(100.0),
+                default=1.0,
+            ),
+            SEED,
+            RESUME,
+            *EXECUTOR,
+            out("results/contact_coverage"),
         ),
         package=__name__,
     ),

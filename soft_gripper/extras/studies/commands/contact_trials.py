@@ -2,6 +2,7 @@
 
 import argparse
 import sys
+from collections import Counter
 from collections.abc import Sequence
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager
@@ -10,23 +11,22 @@ from pathlib import Path
 import numpy as np
 
 from soft_gripper.commands.tables import print_table
-from soft_gripper.extras.studies.contacts.dataset import SIDES, Contact, Contacts, as_arrays, load_contacts
+from soft_gripper.extras.studies.contacts.contacts import Contacts, load_contacts, save_contacts
 from soft_gripper.extras.studies.contacts.estimates import ESTIMATOR, check_estimator
+from soft_gripper.extras.studies.contacts.peg import SIDES, Contact, as_arrays, contact_row, run_contacts
 from soft_gripper.extras.studies.contacts.trials import (
-    ARRAYS,
     BOTH,
     ERRORS,
     FIGURE,
     SCORES,
-    TABLE,
     ContactErrorRow,
-    redrawn,
-    run_contacts,
     score_contacts,
-    write_contacts,
 )
+from soft_gripper.files.csv_table import write_csv
 from soft_gripper.files.output import lock_folder
 from soft_gripper.runs.executor import open_executor
+
+TABLE, ARRAYS = "contacts.csv", "contacts.nc"
 
 
 def run(options: argparse.Namespace) -> None:
@@ -53,9 +53,11 @@ def _simulate(options: argparse.Namespace, executor: AbstractContextManager[Exec
     number, kept = options.trials, "nothing is written until the last contact"
     with options.console.jobs(number, "contacts", kept) as ended, executor as opened:
         contacts = run_contacts(number, options.seed, opened, ended, options.friction)
-    write_contacts(contacts, out)
+    arrays = as_arrays(contacts)
+    write_csv(out / TABLE, [contact_row(contact) for contact in contacts])
+    save_contacts(arrays, out / ARRAYS)
     _print_summary(contacts)
-    return as_arrays(contacts)
+    return arrays
 
 
 def _print_summary(contacts: Sequence[Contact]) -> None:
@@ -66,7 +68,7 @@ def _print_summary(contacts: Sequence[Contact]) -> None:
             forces, places = np.abs([each.force for each in found]), 1e3 * np.array([each.arc_length for each in found])
             where = f"{places.min():.0f} to {places.max():.0f} mm from the base"
             print(f"{len(found):5} {side}: {forces.min():.2f} to {forces.max():.2f} N, {where}")
-    reasons = redrawn(contacts)
+    reasons = Counter(reason for contact in contacts for reason in contact.redrawn)
     listed = ", ".join(f"{count} {reason}" for reason, count in reasons.most_common())
     print(f"{reasons.total():5} drawn again" + (f": {listed}" if listed else ""))
 

@@ -1,60 +1,56 @@
 """How often what `contact` states of a force is true, in the situations in which a user meets contacts.
 
-    python -m soft_gripper.extras.studies.contacts.coverage
-
-writes `contact_coverage.csv` and a figure into results/contact_coverage, a row for each of `situations`, number of
-sections, sensors and nominal model. All contacts of one draw count. An answer that is withheld, since no single force
-explains the readings, and a bound at the largest force that the scene can exert are counted by themselves.
-`--resume` computes what is missing.
+A row for each of `situations`, number of sections, sensors and nominal model. All contacts of one draw count. An answer
+that is withheld, since no single force explains the readings, and a bound at the largest force that the scene can exert
+are counted by themselves.
 """
 
-import argparse
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
 from itertools import product
 from pathlib import Path
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
-from tqdm import tqdm
 
-from soft_gripper.arrays import Array
 from soft_gripper.estimators.force_posterior import DETECTED
 from soft_gripper.extras.studies.contacts.situations import (
     ARM,
-    IN_SPACE,
     MODELS,
     PEG,
-    PLANAR,
+    STATICS,
     Case,
     Stated,
     carried,
     drawn,
     pressed,
 )
+from soft_gripper.extras.studies.contacts.trials import statistics
 from soft_gripper.pictures.style import STYLE, save_figure
-from soft_gripper.runs.executor import open_executor
 from soft_gripper.runs.study import StudyTables, run_study
 
 TABLE, ABOUT, FIGURE = "contact_coverage.csv", "contact_coverage.txt", "contact_coverage"
-SITUATIONS = (*PLANAR, *IN_SPACE, *PEG, *ARM)
+SITUATIONS = (*STATICS, *PEG, *ARM)
 CASES = tuple(Case(*each) for each in product((2, 4), (False, True), MODELS))
 ENOUGH = 92.0  # %, of the bar
 FEWEST = 20  # contacts of which a share is stated
 CONTACTS, RUNS, CARRIES = 500, 6, 1  # of a situation, by statics, with a peg and with an arm
 _TENTHS, _THIRDS = range(1, 10), (("near", 0.1, 0.4), ("middle", 0.4, 0.7), ("far", 0.7, 1.01))
-_KEYS = "situation", "sections", "sensors", "model"
-SHARES = "interval", "bound", "bound_beyond", "bound_several", "place"
-_ERRORS = ("force_n", "place_percent")
-_STATISTICS = "mean", "median", "90"
-COLUMNS = (
-    *_KEYS,
+KEYS = "situation", "sections", "sensors", "model"
+_STATED = "interval", "bound", "bound_beyond", "bound_several", "place"
+SHARES = (
     *("contacts", "detected_percent", "withheld_percent", "unbounded_percent", "unbounded_beyond_percent"),
-    *(column for share in SHARES for column in (f"{share}_percent", f"{share}_least_percent", f"{share}_by_tenth")),
-    *(f"{error}_{name}_{third[0]}" for error in _ERRORS for third in _THIRDS for name in _STATISTICS),
+    *(f"{stated}_{which}" for stated in _STATED for which in ("percent", "least_percent", "by_tenth")),
+)
+_MEASURED, _STATISTICS = ("force_n", "place_percent"), ("mean", "median", "90")
+ERRORS = (
+    *(f"{error}_{name}_{third[0]}" for error in _MEASURED for third in _THIRDS for name in _STATISTICS),
     "degrees_median",
 )
+COLUMNS = (*KEYS, *SHARES, *ERRORS)
 Row = dict[str, str]
 
 
@@ -83,7 +79,7 @@ def coverage_row(situation: str, case: Case, stated: Stated) -> Row:
         "bound_several": ((force <= stated.bounds)[:, 2], bounded[:, 2] & far),
         "place": ((least <= stated.place) & (stated.place <= most), np.isfinite(least)),
     }
-    row = dict(zip(_KEYS, key_of(situation, case), strict=True)) | {
+    row = dict(zip(KEYS, key_of(situation, case), strict=True)) | {
         "contacts": str(len(force)),
         "detected_percent": _percent(stated.probability > DETECTED),
         "withheld_percent": _percent(~np.isfinite(low)),
@@ -98,19 +94,12 @@ def coverage_row(situation: str, case: Case, stated: Stated) -> Row:
             f"{name}_by_tenth": " ".join(f"{share:.1f}" for share in tenths),
         }
     errors = np.abs(stated.estimated_force - stated.force), 100 * np.abs(stated.estimated_place - stated.place)
-    for name, values in zip(_ERRORS, errors, strict=True):
+    for name, values in zip(_MEASURED, errors, strict=True):
         for third, begin, end in _THIRDS:
             part = values[(begin <= stated.place) & (stated.place < end) & np.isfinite(values)]
-            row |= {f"{name}_{each}_{third}": f"{value:.3g}" for each, value in _statistics(part).items()}
+            row |= {f"{name}_{each}_{third}": f"{value:.3g}" for each, value in statistics(part).items()}
     directions = stated.degrees[np.isfinite(stated.degrees)]
     return row | {"degrees_median": f"{np.median(directions) if len(directions) else np.nan:.2g}"}
-
-
-def _statistics(values: Array) -> dict[str, float]:
-    if not len(values):
-        return dict.fromkeys(_STATISTICS, np.nan)
-    found = values.mean(), *np.percentile(values, [50, 90])
-    return dict(zip(_STATISTICS, map(float, found), strict=True))
 
 
 def _share(holds: NDArray[np.bool_], known: NDArray[np.bool_]) -> float:
@@ -138,29 +127,33 @@ def _is_known(kind: str, case: Case) -> bool:
     return kind != "arm" or not case.realistic
 
 
-def run_coverage(
-    folder: Path, number: float = 1.0, seed: int = 1, jobs: int | None = None, resume: bool = False
-) -> list[Row]:
-    """Writes the table, and returns its rows."""
-    folder.mkdir(parents=True, exist_ok=True)
-    tables = StudyTables(folder, ABOUT, {TABLE: COLUMNS}, len(_KEYS))
-    tables.begin(f"seed: {seed}\nsize: {number}\n", resume)
-    situations = {**{each: (each,) for each in (*PLANAR, *IN_SPACE)}, "peg": PEG, "arm": ARM}
-    calls = {
-        (kind, case): (kind, case, number, seed)
-        for kind, case in product(reversed(situations), CASES)  # the longest ones first
-        if _is_known(kind, case) and any(key_of(each, case) not in tables.rows for each in situations[kind])
-    }
+class CoverageStudy:
+    """The study and its table, in a folder."""
 
-    def keep(_: tuple[str, Case], rows: list[Row]) -> None:
+    def __init__(self, folder: Path, number: float, seed: int, resume: bool):
+        """`number` is the size, relative to that of the docs; with `resume`, rows that exist are kept."""
+        self._folder, self._size = folder, (number, seed)
+        self._tables = StudyTables(folder, ABOUT, {TABLE: COLUMNS}, len(KEYS))
+        self._tables.begin(f"seed: {seed}\nsize: {number}\n", resume)
+        situations = {**{each: (each,) for each in STATICS}, "peg": PEG, "arm": ARM}
+        self.jobs = {
+            (kind, case): (kind, case, *self._size)
+            for kind, case in product(reversed(situations), CASES)  # the longest ones first
+            if _is_known(kind, case) and any(key_of(each, case) not in self._tables.rows for each in situations[kind])
+        }
+
+    def run(self, executor: Executor, report: Callable[[], Any]) -> list[Row]:
+        """Writes table and figure, and returns the rows; `report` is called after each of the jobs."""
+        run_study(executor, rows_of, self.jobs, self._keep, ended=lambda job: report())
+        order = [key_of(situation, case) for situation in SITUATIONS for case in CASES]
+        self._tables.finish([key for key in order if key in self._tables.rows])
+        rows = [dict(zip(COLUMNS, found[0], strict=True)) for found in self._tables.rows.values()]
+        save_figure(coverage_figure(rows), self._folder / FIGURE)
+        return rows
+
+    def _keep(self, job: object, rows: list[Row]) -> None:
         for row in rows:
-            tables.add([row[column] for column in COLUMNS])
-
-    with open_executor(jobs) as executor, tqdm(total=len(calls), unit="case") as progress:
-        run_study(executor, rows_of, calls, keep, ended=lambda key: progress.update())
-    order = [key_of(situation, case) for situation in SITUATIONS for case in CASES]
-    tables.finish([key for key in order if key in tables.rows])
-    return [dict(zip(COLUMNS, rows[0], strict=True)) for rows in tables.rows.values()]
+            self._tables.add([row[column] for column in COLUMNS])
 
 
 _COLORS = "#0072b2", "#009e73", "#d55e00", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#999999", "#7f3c8d", "#8c564b"
@@ -191,32 +184,3 @@ def coverage_figure(rows: Sequence[Row]) -> Figure:
         handles = [mpl.lines.Line2D([], [], color=color) for color in _COLORS]
         figure.legend(handles, SITUATIONS, loc="outside lower center", ncols=5, frameon=False)
     return figure
-
-
-def print_coverage(rows: Sequence[Row]) -> None:
-    """Prints what the docs have: a line a row, ready for Markdown."""
-    shown = ["contacts", "withheld_percent", "unbounded_percent"]
-    shown += [f"{share}_{which}" for share in SHARES for which in ("percent", "least_percent")]
-    errors = [f"{error}_{name}_{third[0]}" for error in _ERRORS for third in _THIRDS for name in _STATISTICS]
-    for columns in (shown, [*errors, "degrees_median"]):
-        print("| " + " | ".join([*_KEYS, *columns]) + " |")
-        for row in rows:
-            print("| " + " | ".join(row[column] for column in (*_KEYS, *columns)) + " |")
-
-
-def main(arguments: Sequence[str] | None = None) -> None:
-    """Writes table and figure, and prints them."""
-    parser = argparse.ArgumentParser(description="How often what `contact` states of a force is true.")
-    parser.add_argument("--out", type=Path, default=Path("results/contact_coverage"))
-    parser.add_argument("--size", type=float, default=1.0, help="number of contacts, relative to those of the docs")
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--jobs", type=int, default=None, help="number of processes (default: one per core)")
-    parser.add_argument("--resume", action="store_true", help="compute only what an interrupted study left unfinished")
-    given = parser.parse_args(arguments)
-    rows = run_coverage(given.out, given.size, given.seed, given.jobs, given.resume)
-    save_figure(coverage_figure(rows), given.out / FIGURE)
-    print_coverage(rows)
-
-
-if __name__ == "__main__":
-    main()

@@ -1,166 +1,78 @@
-"""Force and location of single contacts as estimated under a condition.
+"""Force and location of single contacts as estimated under a condition: a nominal model and sensors.
 
-The readings: a finger bends freely for its calibration, is released, and is pressed.
+A finger bends freely for its calibration, is released, and is pressed. Each posture is held for a fifth of a second, so
+that sensors with errors read the contact with the history of a finger in use. Free motion needs no simulation: it is
+the balance of `resting_angles`.
 
-Each posture is held for a fifth of a second, so that sensors with errors read the contact with the
-history of a finger in use. Free motion needs no simulation: it is the balance of `resting_angles`.
-
-Self-calibration in free motion: one number, the bend over that of the nominal model.
-
-If nothing is touched, only pressure and weight bend the finger,
-
-    k q = g p + w(q) .
-
-With wrong k or g the nominal finger bends differently from the measured one. Free motion shows the ratio of the two,
-but not which of them is wrong, so one has to be trusted. Let c be the number that fits the measured bends best:
-
-    the stiffness is trusted:  k q = c g p + w ,    so every pressure counts c times;
-    the chamber is trusted:    k / c  q = g p + w ,  so pressure and weight count c times, and a force 1 / c times.
-
-The second is what `estimation.calibration` finds too, which fits gains and offsets of the sensors besides; here many
-sets of sensors are calibrated at once. Where a single force presses follows from how the bends of the sections compare,
-and needs neither; how strong it is, needs the stiffness itself.
-
-Leading axes are free; K samples of free motion, S sections, N joints.
+E sets of sensors, M contacts, K samples of free motion.
 """
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
-from soft_gripper.arrays import Array, Planar
+from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
-from soft_gripper.estimators.estimate import ContactForce
 from soft_gripper.estimators.recursive import RecursiveShape
 from soft_gripper.estimators.shape_estimator import straight_shape
 from soft_gripper.estimators.uncertainty import EXACT, Uncertainty
 from soft_gripper.evaluation.paper.forces import LAYOUTS
-from soft_gripper.extras.studies.contacts.dataset import Contacts, G, read_finger
+from soft_gripper.extras.studies.contacts.contacts import Contacts, G, read_finger
+from soft_gripper.extras.studies.contacts.estimators import Estimator, FoundContact, driving_torque
+from soft_gripper.extras.studies.contacts.self_calibration import CALIBRATIONS, FreeMotion
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.fingers.kinematics import gravity_torque
 from soft_gripper.fingers.statics import resting_angles
-from soft_gripper.scenario.named_estimators import estimator_function
 from soft_gripper.scenario.nominal_model import describe_nominal_model, read_nominal_model
 from soft_gripper.scenario.schema import NominalConfig, SensorConfig, StrainErrorsConfig
 from soft_gripper.scenario.sensor_presets import strain_errors
-from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
+from soft_gripper.sensors.measurement import MeasurementModel
+from soft_gripper.sensors.sensor_layout import SensorLayout
 from soft_gripper.sensors.strain_errors import StrainErrors, disturb
-
-_STEPS = 4  # of Newton's method; with a linear law the first is exact
-_NOISE = 1.0  # of the readings, equal for all; its size does not matter
-
-
-class FreeMotion(NamedTuple):
-    """The measurements on a finger without contact."""
-
-    readings: Array  # (..., K, paths * S)
-    pressure: Array  # (K) Pa
-    gravity: Planar | complex  # m/s^2, in the bending plane, z + i x in B, a number or (K)
-
-
-class Scale(NamedTuple):
-    """Factors on pressure, gravity and force, numbers or (...)."""
-
-    pressure: Array | float = 1.0
-    gravity: Array | float = 1.0
-    force: Array | float = 1.0
-
-
-def trusting_stiffness(nominal: SensorLayout, free: FreeMotion) -> Scale:
-    """The calibration of the pressure gain alone, (...)."""
-    driven, weight, theta = _known(nominal, free)
-    return Scale(pressure=_ratio(nominal, theta, driven, weight))
-
-
-def trusting_chamber(nominal: SensorLayout, free: FreeMotion) -> Scale:
-    """The calibration of the stiffness alone, (...)."""
-    driven, weight, theta = _known(nominal, free)
-    ratio = _ratio(nominal, theta, driven + weight, np.zeros_like(weight))
-    return Scale(ratio, ratio, 1 / ratio)
-
-
-def _known(nominal: SensorLayout, free: FreeMotion) -> tuple[Array, Array, Array]:
-    """Torques of pressure and of weight, N m, (..., K, N), and the bends of the sections, rad, (..., K, S)."""
-    theta = nominal.linear(free.readings, _NOISE).values
-    weight = gravity_torque(nominal.finger, nominal.shared_equally(theta), np.asarray(free.gravity)[..., None])
-    return np.broadcast_to(nominal.finger.pressure_torque(free.pressure), weight.shape), weight, theta
-
-
-def _ratio(nominal: SensorLayout, theta: Array, scaled: Array, rest: Array) -> Array:
-    """The c with which the torques  c scaled + rest  bend the sections by theta, in the mean over all of them."""
-    law, ratio = nominal.finger.joint_law, np.ones(theta.shape[:-2])
-    for _ in range(_STEPS):
-        q = nominal.finger.angle(ratio[..., None, None] * scaled + rest)
-        slope = nominal.sums(scaled / law.slope(q))
-        left = theta - nominal.sums(q)
-        ratio = ratio + (slope * left).sum(axis=(-2, -1)) / (slope**2).sum(axis=(-2, -1))
-    return ratio
-
 
 HELD, PERIOD = 20, 0.01  # samples of every posture, s between them
 PRESSURES = np.array([30e3, 60e3, 90e3, 120e3])  # Pa, of the free motion
-HANGING = G + 0j  # m/s^2, gravity in the free motion: the finger hangs
+HANGING = np.array([0.0, 0.0, G])  # m/s^2, gravity in the free motion: the finger hangs
+SEEDS = 20  # sets of sensors with errors
 
 
 class ContactReadings(NamedTuple):
     """Readings of M contacts, by E sets of sensors."""
 
-    free: FreeMotion  # with readings (E, M, K, paths * S)
-    pressed: Array  # (E, M, paths * S)
+    free: FreeMotion  # with readings (E, M, K, R)
+    pressed: Array  # (E, M, R)
 
 
-def ideal_readings(layout: SensorLayout, contacts: Contacts) -> ContactReadings:
-    """By one set of sensors without errors."""
-    free = layout.response.reading(extension_ratios(layout, _free_angles(layout)))
-    pressed = layout.response.reading(extension_ratios(layout, contacts.q))
-    return ContactReadings(_motion(np.broadcast_to(free, (1, len(pressed), *free.shape))), pressed[None])
-
-
-def disturbed_readings(
-    layout: SensorLayout, contacts: Contacts, errors: StrainErrors, seeds: int, averaged: int
+def contact_readings(
+    layout: MeasurementModel, contacts: Contacts, errors: StrainErrors | None, seeds: int = 1, averaged: int = 1
 ) -> ContactReadings:
-    """By sensors with errors, drawn anew for every seed and every contact.
+    """By sensors whose errors, if they have any, are drawn anew for every seed and every contact.
 
     Each reading is the mean of the last `averaged` samples, up to HELD, of a posture.
     """
-    read = [_disturbed(layout, contacts, errors, seed, averaged) for seed in range(seeds)]
-    free, pressed = (np.array(part) for part in zip(*read, strict=True))
-    return ContactReadings(_motion(free), pressed)
-
-
-def _disturbed(
-    layout: SensorLayout, contacts: Contacts, errors: StrainErrors, seed: int, averaged: int
-) -> tuple[Array, Array]:
-    straight, free = np.zeros((1, layout.finger.segments)), _free_angles(layout)
-    way = [np.broadcast_to(q, contacts.q.shape) for q in (straight, *free[:, None], straight, contacts.q)]
-    ratios = np.repeat(extension_ratios(layout, np.array(way)), HELD, axis=0)  # (time, contact, reading)
-    disturbed = disturb(errors, ratios, PERIOD, np.random.default_rng(seed))
-    held = layout.response.reading(disturbed).reshape(len(way), HELD, *ratios.shape[1:])
-    read = held[:, -averaged:].mean(axis=1)
-    return np.moveaxis(read[1:-2], 0, 1), read[-1]
-
-
-def _free_angles(layout: SensorLayout) -> Array:
-    """Joint angles of the free motion, (K, N) rad."""
-    return resting_angles(layout.finger, PRESSURES, np.full(len(PRESSURES), HANGING))
-
-
-def _motion(readings: Array) -> FreeMotion:
-    return FreeMotion(readings, PRESSURES, HANGING)
+    free = resting_angles(layout.finger, PRESSURES, np.full(len(PRESSURES), complex(G)))
+    if errors is None:
+        pressed = layout.read(contacts.q)
+        still = np.broadcast_to(layout.read(free), (1, len(pressed), len(free), layout.readings))
+        return ContactReadings(FreeMotion(still, PRESSURES, HANGING), pressed[None])
+    straight = np.zeros_like(free[:1])
+    way = np.array([np.broadcast_to(q, contacts.q.shape) for q in (straight, *free[:, None], straight, contacts.q)])
+    ratios = np.repeat(1 + layout.predict(way), HELD, axis=0)  # (time, contact, reading)
+    each = [layout.response.reading(disturb(errors, ratios, PERIOD, np.random.default_rng(i))) for i in range(seeds)]
+    held = np.array(each).reshape(seeds, len(way), HELD, *ratios.shape[1:])
+    read = held[:, :, -averaged:].mean(axis=2)
+    return ContactReadings(FreeMotion(np.moveaxis(read[:, 1:-2], 1, 2), PRESSURES, HANGING), read[:, -1])
 
 
 REALISTIC = "realistic"
 ESTIMATOR = "contact"  # ours; `contact` from a single sample, without earlier ones
-CALIBRATIONS: dict[str, Callable[[SensorLayout, FreeMotion], Scale]] = {
-    "none": lambda nominal, free: Scale(),
-    "trusting stiffness": trusting_stiffness,
-    "trusting chamber": trusting_chamber,
-}
-
-
 SHOWN_LAYOUT = LAYOUTS[1]  # in the figure
+
+
+def preset_errors(preset: str | None) -> StrainErrors | None:
+    """Errors of strain sensors of a preset; None: they are ideal."""
+    return None if preset is None else strain_errors(SensorConfig(errors=StrainErrorsConfig(preset=preset)))
 
 
 @dataclass(frozen=True)
@@ -194,25 +106,19 @@ class Condition:
 
 # Gain errors and hysteresis of 1 % at strains up to 0.15, and noise of 0.002, together.
 _SINGLE, _MEAN = 0.0025, 0.0015
+_WRONG = [(change, calibration) for calibration in CALIBRATIONS for change in ("+10 %", "-10 %")]
 CONDITIONS = (
     Condition(),
-    *(Condition(change, calibration) for calibration in CALIBRATIONS for change in ("+10 %", "-10 %")),
+    *(Condition(*wrong) for wrong in _WRONG),
     Condition(preset=REALISTIC, averaged=1, reading=_SINGLE),
     Condition(preset=REALISTIC, averaged=HELD, reading=_MEAN),
-    *(
-        Condition(change, calibration, REALISTIC, HELD, _MEAN)
-        for calibration in CALIBRATIONS
-        for change in ("+10 %", "-10 %")
-    ),
+    *(Condition(*wrong, REALISTIC, HELD, _MEAN) for wrong in _WRONG),
 )
 SHOWN_CONDITIONS = (
     CONDITIONS[0],
     Condition("+10 %", "trusting chamber"),
     Condition(preset=REALISTIC, averaged=HELD, reading=_MEAN),
 )
-
-
-SEEDS = 20  # sets of sensors with errors
 
 
 @dataclass(frozen=True)
@@ -222,7 +128,7 @@ class ContactEstimate:
     estimator: str
     layout: SensorLayout  # as simulated
     condition: Condition
-    contact: ContactForce  # each (E, M)
+    contact: FoundContact  # each (E, M)
 
 
 def check_estimator(name: str) -> None:
@@ -232,7 +138,7 @@ def check_estimator(name: str) -> None:
         InputError: if it does not exist, does not estimate contacts, or needs earlier samples.
     """
     layout = SensorLayout(read_finger(), 1)
-    function = estimator_function(name, layout, Uncertainty())
+    function = Estimator.of(name, layout, Uncertainty()).function
     if isinstance(function, RecursiveShape):
         raise InputError("contact-trials", "--estimator", name, "needs a recording; contacts are samples by themselves")
     if straight_shape(function, layout).contact is None:
@@ -243,8 +149,8 @@ def contact_estimates(contacts: Contacts, estimators: Sequence[str]) -> Iterator
     """Estimates of every estimator, under every layout of sensors and every condition."""
     for sections, borders in LAYOUTS:
         layout = SensorLayout(contacts.finger, sections, borders=borders)
-        unlike = {(condition.preset, condition.averaged): condition for condition in CONDITIONS}
-        read = {sensors: _read(layout, contacts, condition) for sensors, condition in unlike.items()}
+        sensors = {(condition.preset, condition.averaged) for condition in CONDITIONS}
+        read = {each: contact_readings(layout, contacts, preset_errors(each[0]), SEEDS, each[1]) for each in sensors}
         for condition in CONDITIONS:
             readings = read[condition.preset, condition.averaged]
             for name in estimators:
@@ -254,7 +160,7 @@ def contact_estimates(contacts: Contacts, estimators: Sequence[str]) -> Iterator
 
 def estimate_contacts(
     estimator: str, layout: SensorLayout, condition: Condition, readings: ContactReadings, contacts: Contacts
-) -> ContactForce:
+) -> FoundContact:
     """Contacts as estimated, each (E, M).
 
     Args:
@@ -262,23 +168,13 @@ def estimate_contacts(
         layout: as simulated.
         condition: the nominal finger, and how it is calibrated.
         readings: by E sets of sensors.
-        contacts: of them pressure and gravity are used.
+        contacts: of which pressure and gravity are used, and the truth to compare with.
     """
-    nominal = SensorLayout(condition.nominal_finger(layout.finger), layout.sections, borders=layout.borders)
+    nominal = replace(layout, finger=condition.nominal_finger(layout.finger))
     scale, shape = CALIBRATIONS[condition.calibration](nominal, readings.free), readings.pressed.shape[:-1]
-    pressure, gravity = (
-        np.broadcast_to(factor * known, shape)
-        for factor, known in ((scale.pressure, contacts.pressure), (scale.gravity, contacts.gravity))
-    )
-    function = estimator_function(estimator, nominal, Uncertainty(reading=condition.reading, bend_per_pressure=EXACT))
-    found = function(readings.pressed, nominal.finger.pressure_torque(pressure), gravity).contact
-    assert found is not None
-    return found._replace(force=scale.force * found.force, force_std=scale.force * found.force_std)
-
-
-def _read(layout: SensorLayout, contacts: Contacts, condition: Condition) -> ContactReadings:
-    if condition.preset is None:
-        return ideal_readings(layout, contacts)
-    errors = strain_errors(SensorConfig(errors=StrainErrorsConfig(preset=condition.preset)))
-    assert errors is not None
-    return disturbed_readings(layout, contacts, errors, SEEDS, condition.averaged)
+    pressure = np.broadcast_to(scale.pressure * contacts.pressure, shape)
+    gravity = np.broadcast_to(np.asarray(scale.gravity)[..., None] * contacts.gravity, (*shape, 3))
+    function = Estimator.of(estimator, nominal, Uncertainty(reading=condition.reading, bend_per_pressure=EXACT))
+    contact = function(readings.pressed, driving_torque(nominal.finger, nominal.ways, pressure), gravity).contact
+    found = FoundContact.of(contact, contacts)
+    return replace(found, force=scale.force * found.force, force_std=scale.force * found.force_std)

@@ -21,19 +21,22 @@ from soft_gripper.arrays import Array
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.estimators.batches import Later
-from soft_gripper.estimators.contact import ContactShape
 from soft_gripper.estimators.force_posterior import ContactPosterior
-from soft_gripper.estimators.spatial_contact import SpatialContactShape
 from soft_gripper.estimators.uncertainty import EXACT, Uncertainty, uncertainty_of
-from soft_gripper.extras.studies.contacts.dataset import Contacts, read_finger
-from soft_gripper.extras.studies.contacts.estimates import REALISTIC, Condition
-from soft_gripper.extras.studies.contacts.space import SpatialContacts, contacts_in_space, finger_in_space
-from soft_gripper.extras.studies.contacts.statics import rubbing_contacts, several_contacts
+from soft_gripper.extras.studies.contacts.contacts import Contacts, read_finger
+from soft_gripper.extras.studies.contacts.estimates import ESTIMATOR, REALISTIC, Condition, preset_errors
+from soft_gripper.extras.studies.contacts.estimators import Estimator, FoundContact, driving_torque
+from soft_gripper.extras.studies.contacts.statics import (
+    contacts_in_space,
+    finger_in_space,
+    rubbing_contacts,
+    several_contacts,
+)
+from soft_gripper.fingers.finger import Finger
 from soft_gripper.scenario.scenario_file import load_scenario
-from soft_gripper.scenario.schema import SensorConfig, StrainErrorsConfig
-from soft_gripper.scenario.sensor_presets import sensor_layout, strain_errors
+from soft_gripper.scenario.schema import SensorConfig
+from soft_gripper.scenario.sensor_presets import sensor_layout
 from soft_gripper.sensors.measurement import MeasurementModel
-from soft_gripper.sensors.sensor_layout import SensorLayout
 from soft_gripper.sensors.strain_errors import StrainErrors, disturb
 
 PLACES = 0.1, 1.0  # of the length
@@ -58,12 +61,7 @@ class Case(NamedTuple):
 
     @property
     def errors(self) -> StrainErrors | None:
-        return strain_errors(self.sensor) if self.realistic else None
-
-    @property
-    def sensor(self) -> SensorConfig:
-        """With the sections of the plane."""
-        return SensorConfig(sections=self.sections, errors=StrainErrorsConfig(preset=REALISTIC))
+        return preset_errors(REALISTIC if self.realistic else None)
 
     @property
     def assumed(self) -> Uncertainty:
@@ -94,62 +92,64 @@ def joined(parts: list[Stated]) -> Stated:
     return Stated(*(np.concatenate(values) for values in zip(*parts, strict=True)))
 
 
-def single(number: int, seed: int) -> Contacts:
-    """Contacts at rest with any friction up to FRICTION."""
-    return rubbing_contacts(number, FRICTION, np.random.default_rng(seed).uniform(size=number), seed, PLACES)
+def _uniform(number: int, seed: int) -> Array:
+    return np.random.default_rng(seed).uniform(size=number)
 
 
-def sliding(number: int, seed: int) -> Contacts:
+def _sliding(number: int, seed: int) -> Contacts:
     """Contacts at the edge of a cone of up to MOST_FRICTION."""
     cone = np.random.default_rng(seed).uniform(0.2, MOST_FRICTION, number)
     return rubbing_contacts(number, cone, 1.0, seed, PLACES)
 
 
-def finer(number: int, seed: int) -> Contacts:
+def _finer(number: int, seed: int) -> Contacts:
     """Contacts on a finger of FINER segments."""
-    share, finger = np.random.default_rng(seed).uniform(size=number), replace(read_finger(), segments=FINER)
-    return rubbing_contacts(number, FRICTION, share, seed, PLACES, finger)
+    finger = replace(read_finger(), segments=FINER)
+    return rubbing_contacts(number, FRICTION, _uniform(number, seed), seed, PLACES, finger)
 
 
-def _friction(number: int, seed: int) -> Array:
-    return FRICTION * np.random.default_rng(seed).uniform(size=number)
+def _of_plant_in_space(number: int, seed: int, faces: int) -> Contacts:
+    return contacts_in_space(number, FRICTION * _uniform(number, seed), seed, faces=faces)
 
 
-PLANAR: dict[str, Callable[[int, int], Contacts]] = {
-    "at rest": single,
-    "sliding": sliding,
+STATICS: dict[str, Callable[[int, int], Contacts]] = {
+    "at rest": lambda number, seed: rubbing_contacts(number, FRICTION, _uniform(number, seed), seed, PLACES),
+    "sliding": _sliding,
     "two contacts": lambda number, seed: several_contacts(number, FRICTION, seed),
     "a spread contact": lambda number, seed: several_contacts(number, FRICTION, seed, spread=True),
-    "a plant of 48 segments": finer,
+    "a plant of 48 segments": _finer,
+    "a plant in space": lambda number, seed: _of_plant_in_space(number, seed, faces=2),
+    "in space": lambda number, seed: _of_plant_in_space(number // 2, seed, faces=4),
 }
-IN_SPACE = "a plant in space", "in space"
 PEG, ARM = ("peg, at rest", "peg, after a step"), ("carried by an arm",)
+_contacts = cache(lambda situation, number, seed: STATICS[situation](number, seed))  # the same for all cases
 
 
 def drawn(situation: str, case: Case, number: int, seed: int) -> Stated:
-    """Statements about contacts by statics."""
-    if situation in PLANAR:
-        contacts = _contacts(situation, number, seed)
-        finger = replace(read_finger(), segments=contacts.q.shape[-1])
-        return _in_plane(case, contacts, SensorLayout(finger, case.sections), seed)
+    """Statements about contacts by statics.
+
+    Sensors and estimator know of bending alone, but for the situation "in space".
+    """
+    contacts, rng = _contacts(situation, number, seed), np.random.default_rng(seed)
+    seen, config = read_finger(), SensorConfig(sections=case.sections)
     if situation == "in space":
-        return _in_space(case, contacts_in_space(number // 2, _friction(number // 2, seed), seed), seed)
-    return _leaving_the_plane(case, contacts_in_space(number, _friction(number, seed), seed, faces=2), seed)
-
-
-@cache
-def _contacts(situation: str, number: int, seed: int) -> Contacts:
-    """Contacts of a situation of PLANAR, the same for all cases."""
-    return PLANAR[situation](number, seed)
+        seen, config = finger_in_space(), SensorConfig(sections=case.sections, layout="four_faces_and_diagonal")
+    readings = _read(sensor_layout(replace(seen, segments=contacts.finger.segments), config), contacts.q, case, rng)
+    measured, parts = _wrong(case, len(contacts.q), rng)
+    found = [
+        _stated_of(contacts.at(rows), seen, condition, config, case.assumed, readings[rows], measured[rows])
+        for condition, rows in parts
+    ]
+    return joined(found)
 
 
 def _read(layout: MeasurementModel, q: Array, case: Case, rng: np.random.Generator) -> Array:
-    """Readings of postures, (M, D), into which the finger has moved."""
+    """Readings of postures, (M, D), into which the finger has moved, by sensors that see its first ways alone."""
+    q = q[:, : len(layout.straight)]
     if case.errors is None:
-        return np.asarray(layout.response.reading(1 + layout.predict(q)))
+        return layout.read(q)
     motion = np.clip(np.linspace(0, 2, _MOVED), 0, 1)[:, None, None] * q
-    disturbed = disturb(case.errors, 1 + layout.predict(motion), _PERIOD, rng)[-1]
-    return np.asarray(layout.response.reading(disturbed))
+    return np.asarray(layout.response.reading(disturb(case.errors, 1 + layout.predict(motion), _PERIOD, rng)[-1]))
 
 
 def _wrong(case: Case, number: int, rng: np.random.Generator) -> tuple[Array, list[tuple[Condition, NDArray[np.int_]]]]:
@@ -162,65 +162,46 @@ def _wrong(case: Case, number: int, rng: np.random.Generator) -> tuple[Array, li
     return 1 + PRESSURE * rng.uniform(-1, 1, number), [(each, at) for each, at in parts if len(at)]
 
 
-def _in_plane(case: Case, contacts: Contacts, layout: SensorLayout, seed: int) -> Stated:
-    rng, count = np.random.default_rng(seed), len(contacts.force)
-    readings = _read(layout, contacts.q, case, rng)
-    measured, parts = _wrong(case, count, rng)
-    found = []
-    for condition, at in parts:
-        nominal = SensorLayout(condition.nominal_finger(read_finger()), case.sections)
-        estimator = ContactShape(nominal, case.assumed)
-        driving = nominal.finger.pressure_torque(measured[at] * contacts.pressure[at])
-        given = readings[at], driving, contacts.gravity[at]
-        contact = estimator(*given).contact
-        assert contact is not None
-        truth = np.abs(contacts.force[at]), contacts.arc_length[at], np.full(len(at), np.nan)
-        found.append(_stated(*truth, np.abs(contact.force), contact.arc_length, estimator.posterior(*given)))
-    return joined(found)
-
-
-def _leaving_the_plane(case: Case, contacts: SpatialContacts, seed: int) -> Stated:
-    """By sensors and an estimator that know of bending alone."""
-    q, (x, _, z) = contacts.q[:, : read_finger().segments], contacts.gravity.T
-    rest = np.zeros_like(contacts.pressure)
-    force, total = contacts.normal_force, np.linalg.norm(contacts.force, axis=-1)
-    side = np.full(len(rest), "inner")
-    planar = Contacts(q, contacts.pressure, z + 1j * x, force, total, contacts.arc_length, q, side, rest, rest)
-    return _in_plane(case, planar, SensorLayout(read_finger(), case.sections), seed)
-
-
-def _in_space(case: Case, contacts: SpatialContacts, seed: int) -> Stated:
-    rng, finger = np.random.default_rng(seed), finger_in_space()
-    config = SensorConfig(layout="four_faces_and_diagonal", sections=case.sections)
-    readings = _read(sensor_layout(finger, config), contacts.q, case, rng)
-    measured, parts = _wrong(case, len(contacts.q), rng)
-    found = []
-    for condition, at in parts:
-        nominal = condition.nominal_finger(finger)
-        estimator = SpatialContactShape(sensor_layout(nominal, config), case.assumed)
-        driving = np.zeros((len(at), contacts.q.shape[-1]))
-        driving[:, : finger.segments] = nominal.pressure_torque(measured[at] * contacts.pressure[at])
-        given = readings[at], driving, contacts.gravity[at]
-        contact = estimator(*given).contact
-        assert contact is not None
-        true, size = contacts.force[at], np.linalg.norm(contact.force, axis=-1)
-        cosine = (true * contact.force).sum(axis=-1) / (np.linalg.norm(true, axis=-1) * size + 1e-30)
-        degrees = np.where(size > 0, np.degrees(np.arccos(np.clip(cosine, -1, 1))), np.nan)
-        along = np.linalg.norm(true, axis=-1) / contacts.normal_force[at]  # the estimate has the friction as well
-        truth = contacts.normal_force[at], contacts.arc_length[at], degrees
-        posterior = estimator.posterior(*given).known
-        found.append(_stated(*truth, size / along, contact.across.arc_length, posterior))
-    return joined(found)
+def _stated_of(
+    contacts: Contacts,
+    seen: Finger,
+    condition: Condition,
+    config: SensorConfig,
+    assumed: Uncertainty,
+    readings: Array,
+    measured: Array,
+) -> Stated:
+    """What is stated of contacts whose readings and pressures, `measured` over the true ones, are known."""
+    layout = sensor_layout(condition.nominal_finger(seen), config)
+    estimator = Estimator.of(ESTIMATOR, layout, assumed)
+    given = readings, driving_torque(layout.finger, layout.ways, measured * contacts.pressure), contacts.gravity
+    contact = estimator(*given).contact
+    found = FoundContact.of(contact, contacts)
+    return _stated(
+        contacts.normal_force,
+        contacts.arc_length,
+        found.force,
+        found.arc_length,
+        estimator.posterior(*given),
+        found.degrees,
+    )
 
 
 def _stated(
-    force: Array, place: Array, degrees: Array, estimated: Array, estimated_place: Array, known: ContactPosterior
+    force: Array, place: Array, estimated: Array, estimated_place: Array, known: ContactPosterior, degrees: Array
 ) -> Stated:
-    """From places in m."""
+    """From places in m; forces are absolute."""
     length = read_finger().length
     return Stated(
-        *(force, place / length, estimated, estimated_place / length, degrees),
-        *(known.probability, known.force_interval, known.force_bounds, known.arc_length_set / length),
+        force=force,
+        place=place / length,
+        estimated_force=np.abs(estimated),
+        estimated_place=estimated_place / length,
+        degrees=degrees,
+        probability=known.probability,
+        interval=known.force_interval,
+        bounds=known.force_bounds,
+        places=known.arc_length_set / length,
     )
 
 
@@ -299,6 +280,5 @@ def _recorded(recording: Recording, finger: str, rows: NDArray[np.int_]) -> Stat
     interval = Later(lambda: of("contact_force_interval"))
     known = ContactPosterior(interval=interval, **{field: of(f"contact_{field}") for field in fields})
     force = np.abs(of("true_contact_force"))
-    truth = force, of("true_contact_arc_length"), np.full(len(force), np.nan)
-    stated = _stated(*truth, np.abs(of("contact_force")), of("contact_arc_length"), known)
-    return stated.at(force > _LEAST_FORCE)
+    found = of("contact_force"), of("contact_arc_length"), known, np.full(len(force), np.nan)
+    return _stated(force, of("true_contact_arc_length"), *found).at(force > _LEAST_FORCE)

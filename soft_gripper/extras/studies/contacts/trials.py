@@ -1,8 +1,6 @@
-"""Contact trials: random single contacts, simulated many at a time, and their estimates."""
+"""Errors of estimated contacts: the rows, the figure, and the whole table of a set of contacts."""
 
-from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Executor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -15,17 +13,8 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
-from soft_gripper.estimators.estimate import ContactForce
 from soft_gripper.evaluation.paper.forces import LAYOUTS, describe_borders
-from soft_gripper.extras.studies.contacts.dataset import (
-    PEG_FRICTION,
-    SIDES,
-    Contact,
-    Contacts,
-    as_arrays,
-    run_contact,
-    save_contacts,
-)
+from soft_gripper.extras.studies.contacts.contacts import Contacts
 from soft_gripper.extras.studies.contacts.estimates import (
     CONDITIONS,
     ESTIMATOR,
@@ -35,14 +24,12 @@ from soft_gripper.extras.studies.contacts.estimates import (
     ContactEstimate,
     contact_estimates,
 )
+from soft_gripper.extras.studies.contacts.estimators import FoundContact
 from soft_gripper.files.csv_table import write_csv
-from soft_gripper.fingers.kinematics import as_points
 from soft_gripper.pictures.style import COLORS, STYLE, save_figure
-from soft_gripper.runs.study import run_study
 
-BOTH = "both"  # sides
+BOTH, *SIDES = "both", "inner", "outer"
 STATED = 2  # standard deviations, within which 95 % of all errors lie if the stated ones are right
-_PERCENTILES = 50, 90
 
 
 @dataclass(frozen=True)
@@ -78,24 +65,19 @@ class Errors(NamedTuple):
     force_within: NDArray[np.bool_]  # STATED standard deviations
     place_within: NDArray[np.bool_]
 
-    def of(self, chosen: NDArray[np.bool_]) -> "Errors":
-        """Errors of some contacts, (M)."""
-        force, place = self.force[:, chosen], self.place[:, chosen]
-        return Errors(force, place, self.force_within[:, chosen], self.place_within[:, chosen])
-
     @property
     def found(self) -> NDArray[np.bool_]:
         """Where a contact is detected."""
         return np.isfinite(self.force)
 
 
-def contact_errors(found: ContactForce, contacts: Contacts) -> Errors:
+def contact_errors(found: FoundContact, contacts: Contacts) -> Errors:
     """The absolute errors; an estimate without a force, or with an unknown one, counts as not detected."""
     known = np.isfinite(found.force) & (found.force != 0)
-    force = np.where(known, np.abs(found.force - contacts.force), np.nan)
+    force = np.where(known, np.abs(found.force - contacts.normal_force), np.nan)
     place = np.where(known, np.abs(found.arc_length - contacts.arc_length), np.nan)
     return Errors(
-        force / np.abs(contacts.force),
+        force / contacts.normal_force,
         place / contacts.finger.length,
         force <= STATED * found.force_std,
         place <= STATED * found.arc_length_std,
@@ -110,36 +92,45 @@ def error_rows(estimates: Sequence[ContactEstimate], contacts: Contacts) -> list
 def _rows(estimate: ContactEstimate, contacts: Contacts) -> Iterator[ContactErrorRow]:
     errors, condition = contact_errors(estimate.contact, contacts), estimate.condition
     for side in (BOTH, *SIDES):
-        chosen = contacts.side == side if side in SIDES else np.ones(len(contacts.side), bool)
+        chosen = _pressed_on(side, contacts)
         if chosen.any():
             yield ContactErrorRow(
-                estimate.estimator,
-                estimate.layout.sections,
-                describe_borders(estimate.layout),
-                condition.nominal,
-                condition.calibration,
-                condition.sensors,
-                condition.averaged,
-                float(contacts.friction[0]),
-                side,
-                int(chosen.sum()),
-                *_summary(errors.of(chosen)),
+                estimator=estimate.estimator,
+                sections=estimate.layout.sections,
+                borders=describe_borders(estimate.layout),
+                nominal=condition.nominal,
+                calibration=condition.calibration,
+                sensors=condition.sensors,
+                averaged=condition.averaged,
+                friction=float(contacts.friction[0]),
+                side=side,
+                contacts=int(chosen.sum()),
+                **_summary(errors, chosen),
             )
 
 
-def _summary(errors: Errors) -> list[float]:
-    """The numbers of a row, from the share detected onward; NaN where none is."""
-    found = errors.found
-    sizes = [size for error in (errors.force, errors.place) for size in _sizes(error[found])]
-    stated = [within[found].mean() if found.any() else np.nan for within in (errors.force_within, errors.place_within)]
-    return [100 * float(value) for value in (found.mean(), *sizes, *stated)]
+def _pressed_on(side: str, contacts: Contacts) -> NDArray[np.bool_]:
+    """Which of the contacts press on a side, (M)."""
+    return np.full(len(contacts.side), True) if side == BOTH else contacts.is_inside == (side == "inner")
 
 
-def _sizes(errors: Array) -> list[float]:
-    """Mean and percentiles."""
-    if not len(errors):
-        return [np.nan] * (1 + len(_PERCENTILES))
-    return [errors.mean(), *np.percentile(errors, _PERCENTILES)]
+def _summary(errors: Errors, chosen: NDArray[np.bool_]) -> dict[str, float]:
+    """The numbers of a row of chosen contacts, (M); NaN where none is found."""
+    found = errors.found & chosen
+    row = {"found_percent": 100 * float(errors.found[:, chosen].mean())}
+    each = {"force": (errors.force, errors.force_within), "place": (errors.place, errors.place_within)}
+    for name, (error, within) in each.items():
+        row |= {f"{name}_{at}_percent": 100 * value for at, value in statistics(error[found]).items()}
+        row[f"{name}_within_2_std_percent"] = 100 * float(within[found].mean()) if found.any() else np.nan
+    return row
+
+
+def statistics(values: Array) -> dict[str, float]:
+    """Mean, median and 90th percentile; NaN of no values."""
+    if not len(values):
+        return dict.fromkeys(("mean", "median", "90"), np.nan)
+    median, most = np.percentile(values, [50, 90])
+    return {"mean": float(values.mean()), "median": float(median), "90": float(most)}
 
 
 SIDE_COLORS = dict(zip(SIDES, (COLORS[4], COLORS[1]), strict=True))
@@ -152,16 +143,14 @@ def contact_errors_figure(estimates: Sequence[ContactEstimate], contacts: Contac
     Contacts that are not detected are left out; points beyond the scales are drawn at their edges.
     """
     scales = (
-        (np.abs(contacts.force), (0.0, 1.05 * float(np.abs(contacts.force).max()))),
+        (contacts.normal_force, (0.0, 1.05 * float(contacts.normal_force.max()))),
         (1e3 * contacts.arc_length, (0.3e3 * contacts.finger.length, 1.03e3 * contacts.finger.length)),
     )
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(3 * len(estimates), 6), layout="constrained")
         panels = figure.subplots(2, len(estimates), sharex="row", sharey="row", squeeze=False)
         for column, estimate in zip(panels.T, estimates, strict=True):
-            # A force on the wrong side counts as negative.
-            signed = estimate.contact.force[0] * np.sign(contacts.force)
-            found = signed, 1e3 * estimate.contact.arc_length[0]
+            found = estimate.contact.force[0], 1e3 * estimate.contact.arc_length[0]
             for axes, estimated, (true, limits) in zip(column, found, scales, strict=True):
                 _draw(axes, true, np.clip(estimated, *limits), contacts)
                 axes.set(xlim=limits, ylim=limits, aspect="equal")
@@ -188,7 +177,7 @@ def contact_errors_figure(estimates: Sequence[ContactEstimate], contacts: Contac
 def _draw(axes: Axes, true: Array, estimated: Array, contacts: Contacts) -> None:
     axes.axline((0, 0), slope=1, color="0.75", lw=1, zorder=1)
     for side, color in SIDE_COLORS.items():
-        chosen = contacts.side == side
+        chosen = _pressed_on(side, contacts)
         look: dict[str, Any] = {"s": 13, "alpha": 0.75, "lw": 0.0, "zorder": 2}
         axes.scatter(true[chosen], estimated[chosen], color=color, label=f"{side} side", clip_on=False, **look)
 
@@ -207,74 +196,6 @@ def _describe(condition: Condition) -> str:
         return f"{sensors.capitalize()}\nfinger as simulated\n"
     calibrated = "not calibrated" if condition.calibration == "none" else f"calibrated {condition.calibration}"
     return f"{sensors.capitalize()}\nnominal stiffness {condition.youngs_modulus},\n{calibrated}"
-
-
-TABLE, ARRAYS = "contacts.csv", "contacts.npz"
-
-
-@dataclass(frozen=True)
-class ContactRow:
-    """The draw for a contact, and its ground truth."""
-
-    contact: int
-    side: str
-    radius_mm: float
-    place_mm: float  # arc length at which the peg was placed against the finger
-    arc_length_mm: float  # where it presses
-    force_n: float  # across the finger, positive on the inner side
-    total_n: float  # friction included
-    pressure_kpa: float
-    gravity_x: float  # m/s^2, in B
-    gravity_z: float
-    redrawn: int  # number of draws that were not single contacts
-
-
-def contact_row(contact: Contact) -> ContactRow:
-    """The row of a contact."""
-    drawn, found = contact.drawn, contact.found
-    gravity_x, gravity_z = as_points(drawn.gravity).tolist()
-    return ContactRow(
-        contact.number,
-        drawn.side,
-        drawn.radius_mm,
-        drawn.place_mm,
-        1e3 * found.arc_length,
-        found.force,
-        found.total,
-        drawn.pressure_kpa,
-        gravity_x,
-        gravity_z,
-        len(contact.redrawn),
-    )
-
-
-def run_contacts(
-    number: int, seed: int, executor: Executor, report: Callable[[], Any], friction: float = PEG_FRICTION
-) -> list[Contact]:
-    """Simulates random contacts.
-
-    Args:
-        number: contacts 0 to `number` - 1 of the seed.
-        seed: of the random numbers.
-        executor: runs the simulations.
-        report: called after each contact.
-        friction: coefficient of the peg's surface.
-    """
-    contacts: dict[int, Contact] = {}
-    jobs = {i: (seed, i, friction) for i in range(number)}
-    run_study(executor, run_contact, jobs, contacts.__setitem__, ended=lambda i: report())
-    return [contacts[i] for i in jobs]
-
-
-def write_contacts(contacts: Sequence[Contact], folder: Path) -> None:
-    """Writes the table and the arrays."""
-    write_csv(folder / TABLE, [contact_row(contact) for contact in contacts])
-    save_contacts(as_arrays(contacts), folder / ARRAYS)
-
-
-def redrawn(contacts: Sequence[Contact]) -> Counter[str]:
-    """The number of draws that were not single contacts, by reason."""
-    return Counter(reason for contact in contacts for reason in contact.redrawn)
 
 
 ERRORS, FIGURE = "contact_errors.csv", "contact_errors"

@@ -6,16 +6,15 @@ import numpy as np
 import pytest
 from pydrake.math import RollPitchYaw
 
-from soft_gripper.extras.studies.contacts.dataset import (
+from soft_gripper.extras.studies.contacts.contacts import G, read_finger
+from soft_gripper.extras.studies.contacts.peg import (
     SIDES,
     STILL,
     ContactBench,
-    G,
     Setting,
     Settled,
     combined_friction,
     peg_center,
-    read_finger,
 )
 from soft_gripper.fingers.kinematics import forward_kinematics, gravity_torque
 from soft_gripper.fingers.statics import resting_angles
@@ -63,6 +62,7 @@ def test_a_smooth_peg_is_one_force_across_the_finger(side: str) -> None:
 def test_friction_acts_along_the_face(side: str) -> None:
     found, _, _ = pressed(side, ROUGH)
     friction = np.sqrt(found.total**2 - found.force**2)
+    assert np.linalg.norm(found.vector) == pytest.approx(found.total, rel=1e-3)
     assert friction > 0.01 * found.total
     errors = [np.abs(torque_of(found, sign * friction) - found.torque).max() for sign in (-1, 1)]
     assert min(errors) < 3e-3 * np.abs(found.torque).max()

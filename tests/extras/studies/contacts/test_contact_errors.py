@@ -4,28 +4,35 @@ import numpy as np
 import pytest
 
 from soft_gripper.estimators.estimate import ContactForce
-from soft_gripper.extras.studies.contacts.dataset import Contacts, read_finger
+from soft_gripper.extras.studies.contacts.contacts import Contacts, read_finger
 from soft_gripper.extras.studies.contacts.estimates import Condition, ContactEstimate
+from soft_gripper.extras.studies.contacts.estimators import FoundContact
 from soft_gripper.extras.studies.contacts.trials import contact_errors, error_rows
 from soft_gripper.sensors.sensor_layout import SensorLayout
 
-SIDES = np.array(["inner", "outer", "outer", "inner"])
 TRUE = Contacts(
-    *(np.zeros((4, 12)), np.zeros(4), np.zeros(4, complex)),
-    force=np.array([1.0, -2.0, -1.0, 4.0]),
-    total=np.ones(4),
-    arc_length=np.full(4, 0.06),
+    read_finger(),
+    *(np.zeros((4, 12)), np.zeros(4), np.zeros((4, 3))),
+    normal_force=np.array([1.0, 2.0, 1.0, 4.0]),
+    force=np.zeros((4, 3)),
     torque=np.zeros((4, 12)),
-    side=SIDES,
-    radius=np.ones(4),
+    arc_length=np.full(4, 0.06),
+    side=np.pi * np.array([0, 1, 1, 0]),
     friction=np.full(4, 0.45),
 )
-FOUND = ContactForce(
+
+
+def found_contact(contact: ContactForce) -> FoundContact:
+    return FoundContact.of(contact, TRUE)
+
+
+CONTACT = ContactForce(
     force=np.array([[1.1, -1.9, 0.0, np.nan], [1.0, -2.0, -1.0, 4.0]]),
     arc_length=np.array([[0.066, 0.06, np.nan, np.nan], [0.06, 0.06, 0.06, 0.072]]),
     force_std=np.array([[0.04, 0.06, 0.1, np.nan], [0.1] * 4]),
     arc_length_std=np.array([[0.003, 0.0, np.nan, np.nan], [0.005] * 4]),
 )
+FOUND = found_contact(CONTACT)
 LAYOUT = SensorLayout(read_finger(), 3, borders=(0.25, 0.5))
 
 
@@ -52,12 +59,13 @@ def test_a_row_for_both_and_for_each_side() -> None:
 
 
 def test_where_nothing_is_found_nothing_is_said() -> None:
-    nothing = ContactForce(*np.full((4, 1, 4), np.nan))
+    nothing = FoundContact(*np.full((5, 1, 4), np.nan))
     row = error_rows([ContactEstimate("contact", LAYOUT, Condition(), nothing)], TRUE)[0]
     assert row.found_percent == 0
     assert np.isnan([row.force_median_percent, row.place_90_percent, row.place_within_2_std_percent]).all()
 
 
 def test_a_force_on_the_wrong_side_is_wrong_by_twice_its_size() -> None:
-    other_side = FOUND._replace(force=-TRUE.force[None])
+    true = np.where(TRUE.is_inside, TRUE.normal_force, -TRUE.normal_force)
+    other_side = found_contact(CONTACT._replace(force=-true[None]))
     np.testing.assert_allclose(contact_errors(other_side, TRUE).force, 2.0)

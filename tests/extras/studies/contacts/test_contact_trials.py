@@ -3,12 +3,18 @@
 import numpy as np
 import pytest
 
-from soft_gripper.extras.studies.contacts.dataset import Contact, RandomContact, Settled, run_contact
-from soft_gripper.extras.studies.contacts.trials import contact_row, redrawn, run_contacts
+from soft_gripper.extras.studies.contacts.peg import (
+    Contact,
+    RandomContact,
+    Settled,
+    contact_row,
+    run_contact,
+    run_contacts,
+)
 from soft_gripper.runs.executor import open_executor
 
 DRAWN = RandomContact("outer", 5.0, 80.0, 50.0, 20.0, (np.sqrt(0.5), 0.0, np.sqrt(0.5), 0.0))
-FOUND = Settled(np.zeros(12), 0.0, np.zeros(12), np.zeros(13), -0.5, 0.6, 0.082)
+FOUND = Settled(np.zeros(12), 0.0, np.zeros(12), np.zeros(13), -0.5, 0.6, 0.082, np.zeros(3))
 
 
 def test_a_row_says_what_was_drawn_and_what_is_true() -> None:
@@ -16,12 +22,6 @@ def test_a_row_says_what_was_drawn_and_what_is_true() -> None:
     assert (row.contact, row.side, row.radius_mm, row.place_mm, row.pressure_kpa) == (7, "outer", 5.0, 80.0, 20.0)
     assert (row.arc_length_mm, row.force_n, row.total_n, row.redrawn) == (82.0, -0.5, 0.6, 2)
     np.testing.assert_allclose((row.gravity_x, row.gravity_z), (9.81, 0), atol=1e-12)
-
-
-def test_reasons_are_counted() -> None:
-    contacts = [Contact(0, DRAWN, FOUND, ("lost", "too weak"), 0.45), Contact(1, DRAWN, FOUND, ("lost",), 0.45)]
-    assert redrawn(contacts) == {"lost": 2, "too weak": 1}
-    assert redrawn([]).total() == 0
 
 
 @pytest.mark.slow

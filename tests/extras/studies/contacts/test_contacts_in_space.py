@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from soft_gripper.extras.studies.contacts.space import WAYS, contacts_in_space, finger_in_space
+from soft_gripper.extras.studies.contacts.statics import contacts_in_space, finger_in_space
 from soft_gripper.fingers.spatial_chain import posture, spatial_chain
 
 
@@ -10,7 +10,7 @@ def test_contacts_are_in_balance_with_virtual_work():
     """Springs, pressure and weight are the work of the force on its place; the friction is as asked."""
     contacts, finger = contacts_in_space(12, 0.3, 4), finger_in_space()
     chain = spatial_chain(finger)
-    order = chain.places(WAYS)
+    order = chain.places(finger.yields)
     stiffness = chain.spread(finger.stiffnesses)
     size = np.linalg.norm(contacts.force, axis=-1)
     np.testing.assert_allclose(size, np.hypot(1, 0.3) * contacts.normal_force, rtol=1e-6)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from soft_gripper.extras.studies.contacts.dataset import SIDES, peg_center
+from soft_gripper.extras.studies.contacts.peg import SIDES, peg_center
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import forward_kinematics
 from soft_gripper.fingers.statics import resting_angles

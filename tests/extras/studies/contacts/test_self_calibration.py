@@ -8,7 +8,12 @@ import pytest
 
 from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
 from soft_gripper.estimators.uncertainty import Uncertainty
-from soft_gripper.extras.studies.contacts.estimates import FreeMotion, Scale, trusting_chamber, trusting_stiffness
+from soft_gripper.extras.studies.contacts.self_calibration import (
+    FreeMotion,
+    Scale,
+    trusting_chamber,
+    trusting_stiffness,
+)
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import ElasticLaw
 from soft_gripper.fingers.kinematics import gravity_torque
@@ -16,11 +21,12 @@ from soft_gripper.fingers.statics import resting_angles, softened
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 
 PRESSURES, GRAVITY = np.array([30e3, 90e3]), 6 + 7j
+IN_BASE = np.array([7.0, 0.0, 6.0])
 
 
 def free_motion(layout: SensorLayout) -> FreeMotion:
     q = resting_angles(layout.finger, PRESSURES, np.full(2, GRAVITY))
-    return FreeMotion(layout.response.reading(extension_ratios(layout, q)), PRESSURES, GRAVITY)
+    return FreeMotion(layout.response.reading(extension_ratios(layout, q)), PRESSURES, IN_BASE)
 
 
 def calibrated(calibrate: Callable[[SensorLayout, FreeMotion], Scale], true: Finger, nominal: Finger) -> Scale:
@@ -60,7 +66,9 @@ def test_every_set_of_readings_is_calibrated_by_itself(shipped_finger: Finger) -
     layout = SensorLayout(shipped_finger, 2)
     free = free_motion(layout)
     gains = np.array([[0.9, 1.0, 1.1], [1.0, 1.2, 0.8]])
-    scale = trusting_stiffness(layout, free._replace(readings=gains[..., None, None] * free.readings, gravity=0j))
+    scale = trusting_stiffness(
+        layout, free._replace(readings=gains[..., None, None] * free.readings, gravity=np.zeros(3))
+    )
     assert np.shape(scale.pressure) == gains.shape
     np.testing.assert_allclose(np.asarray(scale.pressure) / gains, np.asarray(scale.pressure)[0, 1], rtol=1e-2)
 

@@ -1,18 +1,12 @@
-"""Single contacts as arrays, in a file."""
+"""Random contacts of a finger with a peg, simulated: it rests against the peg, and is pressed until it rests again."""
 
-import math
-from collections import Counter
-from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass
 from functools import cache
-from io import BytesIO
-from pathlib import Path
 from typing import Any, NamedTuple
-from zipfile import ZipFile
 
 import numpy as np
-from numpy.lib import format as npy
-from numpy.typing import NDArray
 from pydrake.common.eigen_geometry import Quaternion
 from pydrake.geometry import AddContactMaterial, AddRigidHydroelasticProperties, Cylinder, ProximityProperties
 from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
@@ -28,35 +22,22 @@ from pydrake.multibody.tree import FixedOffsetFrame, RigidBody, SpatialInertia, 
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, DiagramBuilder
 
-from soft_gripper.arrays import Array, Planar
+from soft_gripper.arrays import Array
 from soft_gripper.diagrams.wiring.drive import add_pressure_drive
 from soft_gripper.diagrams.wiring.scoring import add_true_contact
-from soft_gripper.errors import InputError, first_line, shortened
-from soft_gripper.estimators.plane import BendingPlane
-from soft_gripper.files.output import atomic_file
-from soft_gripper.files.text import check_regular
+from soft_gripper.extras.studies.contacts.contacts import FINGER, INNER, OUTER, Contacts, G, read_finger
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.fingers.kinematics import forward_kinematics, in_space
+from soft_gripper.fingers.kinematics import as_planar, forward_kinematics, in_space
 from soft_gripper.fingers.statics import resting_angles
-from soft_gripper.fingers.urdf import expand_urdf
-from soft_gripper.scenario.model_files import add_fingers, model_path
+from soft_gripper.runs.study import run_study
+from soft_gripper.scenario.model_files import add_fingers
 from soft_gripper.scenario.schema import PressureConfig
 from soft_gripper.truth.contact import touches
 
-FINGER = "package://soft_gripper/grippers/finger.urdf"
-G = 9.81  # m/s^2
 PEG_LENGTH, MESH_EDGE = 0.06, 0.001  # m
 PEG_FRICTION = 0.3  # Coulomb, of the peg's surface unless another is requested
-MOST_FRICTION = 100.0  # Coulomb; with more, nothing slides
 PERIOD = 0.01  # s, of the plant
 PAUSE, PATIENCE, STILL = 0.5, 3.0, 1e-3  # s between checks, longest wait, s, and rate at rest, rad/s
-
-
-@cache
-def read_finger() -> Finger:
-    """The finger of every bench."""
-    (finger,) = expand_urdf(model_path(FINGER)).fingers
-    return finger
 
 
 def combined_friction(friction: float) -> float:
@@ -84,6 +65,7 @@ class Settled(NamedTuple):
     force: float  # N
     total: float  # N
     arc_length: float  # m
+    vector: Array  # (3,) N in B, friction included
 
 
 class ContactBench:
@@ -121,19 +103,21 @@ class ContactBench:
             simulator.AdvanceTo(context.get_time() + PAUSE)
             if self._velocity(of_plant) < STILL:
                 break
-        return self._settled(context)
+        return self._settled(context, setting.R_WB)
 
     def _velocity(self, context: Context) -> float:
         return float(np.abs(self._plant.GetVelocities(context)).max())
 
-    def _settled(self, context: Context) -> Settled:
+    def _settled(self, context: Context, R_WB: RotationMatrix) -> Settled:
         finger, of_plant = self._plant_finger, self._plant.GetMyContextFromRoot(context)
         q = finger.position_selector() @ self._plant.GetPositionsAndVelocities(of_plant)
         forces = self._plant.get_generalized_contact_forces_output_port(finger.model).Eval(of_plant)
         signals = ("link_contact_force", "true_contact_force", "true_contact_total", "true_contact_arc_length")
         link_force, *others = (self._read(signal, context) for signal in signals)
-        torque = finger.torque_selector() @ forces
-        return Settled(q, self._velocity(of_plant), torque, link_force, *(float(value[0]) for value in others))
+        torque, in_world = finger.torque_selector() @ forces, self._read("true_contact_force_world", context)
+        force, total, place = (float(value[0]) for value in others)
+        vector = R_WB.matrix().T @ in_world
+        return Settled(q, self._velocity(of_plant), torque, link_force, force, total, place, vector)
 
     def _read(self, signal: str, context: Context) -> Array:
         port = self._truth[f"{self._plant_finger.name}.{signal}"]
@@ -199,10 +183,9 @@ class RandomContact:
         return RotationMatrix(Quaternion(np.array(self.orientation)))
 
     @property
-    def gravity(self) -> complex:
-        """In the bending plane, z + i x in B, m/s^2."""
-        plane = BendingPlane(self.R_WB.matrix()[:, ::2].T, np.zeros(3))
-        return complex(plane.planar(np.array([0.0, 0.0, -G])))
+    def gravity(self) -> Array:
+        """(3,) m/s^2 in B."""
+        return np.asarray(self.R_WB.matrix().T @ [0.0, 0.0, -G])
 
 
 @dataclass(frozen=True)
@@ -255,7 +238,7 @@ def bench(radius_mm: float, friction: float) -> ContactBench:
 def press(drawn: RandomContact, friction: float) -> Settled:
     """The contact at rest, with a peg of that coefficient of friction."""
     finger = read_finger()
-    q = resting_angles(finger, 1e3 * drawn.touching_kpa, drawn.gravity)
+    q = resting_angles(finger, 1e3 * drawn.touching_kpa, as_planar(drawn.gravity[::2]))
     center = peg_center(finger, q, 1e-3 * drawn.place_mm, drawn.side, 1e-3 * drawn.radius_mm)
     return bench(drawn.radius_mm, friction).press(Setting(drawn.R_WB, center, q, 1e3 * drawn.pressure_kpa))
 
@@ -276,145 +259,67 @@ def flaw_of(drawn: RandomContact, found: Settled, friction: float) -> str:
     return ""
 
 
-_LARGEST = 2**26  # bytes of all arrays of a file: 200 000 contacts
-
-
-@dataclass(frozen=True, eq=False)
-class Contacts:
-    """Ground truth of M single contacts of one finger with N joints, at rest; see `TrueContact`."""
-
-    q: Array  # (M, N) rad, joint angles
-    pressure: Array  # (M,) Pa
-    gravity: Planar  # (M,) m/s^2, in the bending plane, z + i x in B
-    force: Array  # (M,) N, across the finger, positive on the inner side
-    total: Array  # (M,) N, friction included
-    arc_length: Array  # (M,) m, from the base
-    torque: Array  # (M, N) N m, true external torque
-    side: NDArray[np.str_]  # (M,) "inner" or "outer"
-    radius: Array  # (M,) m, of the peg
-    friction: Array  # (M,) Coulomb, between finger and peg
-
-    def at(self, rows: NDArray[np.int_]) -> "Contacts":
-        """Some of the contacts, by their numbers."""
-        return Contacts(*(getattr(self, each.name)[rows] for each in fields(self)))
-
-    @property
-    def finger(self) -> Finger:
-        """The finger that was pressed, the same in all."""
-        return read_finger()
-
-
-class _Kind(NamedTuple):
-    """The valid range of an array of a file; of the absolute value for signed and complex numbers."""
-
-    type: type
-    least: float = 0.0
-    most: float = 0.0
-    signed: bool = False
-    of_joints: bool = False
-
-    def can_be(self, values: NDArray[Any]) -> NDArray[np.bool_]:
-        """Which of the values are in the range; NaN and infinity are not."""
-        if self.type is str:
-            return np.isin(values, list(SIDES))
-        sizes = np.abs(values) if self.signed else values
-        inside: NDArray[np.bool_] = (self.least <= sizes) & (sizes <= self.most)
-        return inside
-
-    @property
-    def range(self) -> str:
-        """In words."""
-        if self.type is str:
-            return " or ".join(SIDES)
-        return f"numbers of {self.least:g} to {self.most:g}" + (" in size" if self.signed else "")
-
-
-_ARRAYS = {
-    "q": _Kind(float, 0, math.pi, signed=True, of_joints=True),
-    "pressure": _Kind(float, 0, 1e6, signed=True),
-    "gravity": _Kind(complex, 0, 100, signed=True),
-    "force": _Kind(float, 1e-3, 1e3, signed=True),  # errors are shares of it
-    "total": _Kind(float, 1e-3, 1e3),
-    "arc_length": _Kind(float, 0, 1),
-    "torque": _Kind(float, 0, 100, signed=True, of_joints=True),
-    "side": _Kind(str),
-    "radius": _Kind(float, 1e-4, 1),
-    "friction": _Kind(float, 0, MOST_FRICTION),
-}
-
-
 def as_arrays(contacts: Sequence[Contact]) -> Contacts:
     """Contacts one after the other."""
     drawn, found = [contact.drawn for contact in contacts], [contact.found for contact in contacts]
-    of_found = {name: np.array([getattr(each, name) for each in found]) for name in ("q", "force", "total", "torque")}
     return Contacts(
+        read_finger(),
+        q=np.array([each.q for each in found]),
         pressure=1e3 * np.array([each.pressure_kpa for each in drawn]),
         gravity=np.array([each.gravity for each in drawn]),
+        normal_force=np.abs([each.force for each in found]),
+        force=np.array([each.vector for each in found]),
+        torque=np.array([each.torque for each in found]),
         arc_length=np.array([each.arc_length for each in found]),
-        side=np.array([each.side for each in drawn]),
-        radius=1e-3 * np.array([each.radius_mm for each in drawn]),
+        side=np.array([INNER if each.force > 0 else OUTER for each in found]),
         friction=np.array([contact.friction for contact in contacts]),
-        **of_found,
     )
 
 
-def save_contacts(contacts: Contacts, path: Path) -> None:
-    """Writes a file (.npz) with an array for every field."""
-    arrays = {field.name: getattr(contacts, field.name) for field in fields(contacts)}
-    with atomic_file(path) as partial, partial.open("wb") as file:
-        np.savez_compressed(file, **arrays)
+@dataclass(frozen=True)
+class ContactRow:
+    """The draw for a contact, and its ground truth."""
+
+    contact: int
+    side: str
+    radius_mm: float
+    place_mm: float  # arc length at which the peg was placed against the finger
+    arc_length_mm: float  # where it presses
+    force_n: float  # across the finger, positive on the inner side
+    total_n: float  # friction included
+    pressure_kpa: float
+    gravity_x: float  # m/s^2, in B
+    gravity_z: float
+    redrawn: int  # number of draws that were not single contacts
 
 
-def load_contacts(path: Path | str) -> Contacts:
-    """Reads what `save_contacts` wrote; sizes and shapes are checked before anything is decompressed.
+def contact_row(contact: Contact) -> ContactRow:
+    """The row of a contact."""
+    drawn, found = contact.drawn, contact.found
+    gravity_x, _, gravity_z = drawn.gravity.tolist()
+    return ContactRow(
+        contact=contact.number,
+        side=drawn.side,
+        radius_mm=drawn.radius_mm,
+        place_mm=drawn.place_mm,
+        arc_length_mm=1e3 * found.arc_length,
+        force_n=found.force,
+        total_n=found.total,
+        pressure_kpa=drawn.pressure_kpa,
+        gravity_x=gravity_x,
+        gravity_z=gravity_z,
+        redrawn=len(contact.redrawn),
+    )
 
-    Raises:
-        InputError: naming the array, if one is missing, damaged, or has values that are impossible for this finger.
+
+def run_contacts(
+    number: int, seed: int, executor: Executor, report: Callable[[], Any], friction: float = PEG_FRICTION
+) -> list[Contact]:
+    """Simulates contacts 0 to `number` - 1 of a seed; `report` is called after each.
+
+    `friction` is the coefficient of the peg's surface.
     """
-    check_regular(Path(path))
-    try:
-        with ZipFile(path) as archive:
-            _check_members(path, archive)
-            arrays = {name: _read_array(path, name, archive.read(f"{name}.npy")) for name in _ARRAYS}
-    except InputError:
-        raise
-    except Exception as error:  # from parsers that do not document what they raise
-        expected = f"is damaged, or was not written by `contact-trials`: {shortened(first_line(error), 100)}"
-        raise InputError("contacts", "file", str(path), expected) from None
-    for name, values in arrays.items():
-        if len(values) != len(arrays["q"]):
-            raise InputError(path, name, len(values), f"give as many contacts as in q, {len(arrays['q'])}")
-    return Contacts(**arrays)
-
-
-def _check_members(path: Path | str, archive: ZipFile) -> None:
-    """Checks the directory of the archive."""
-    members = archive.infolist()
-    found, expected = Counter(member.filename for member in members), Counter(f"{name}.npy" for name in _ARRAYS)
-    if found != expected:
-        (odd, *_) = (found - expected) or (expected - found)
-        raise InputError(path, "arrays", odd, f"the file must hold each of these once: {', '.join(_ARRAYS)}")
-    size = sum(member.file_size for member in members)
-    if size > _LARGEST:
-        raise InputError(path, "size", size, f"give arrays of at most {_LARGEST} bytes in all")
-
-
-def _read_array(path: Path | str, name: str, content: bytes) -> NDArray[Any]:
-    """The array of a member of the archive, which fills the shape in its header."""
-    file, kind = BytesIO(content), _ARRAYS[name]
-    npy.read_magic(file)
-    shape, _, dtype = npy.read_array_header_1_0(file)
-    joints = (read_finger().segments,) if kind.of_joints else ()
-    if np.dtype(kind.type).kind != dtype.kind:
-        raise InputError(path, name, str(dtype), f"give an array of {np.dtype(kind.type)}")
-    if shape[1:] != joints or len(shape) != 1 + len(joints) or shape[0] < 1:
-        raise InputError(
-            path, name, shape, f"give an array of shape {('contacts', *joints)}, with at least one contact"
-        )
-    if math.prod(shape) * dtype.itemsize != len(content) - file.tell():
-        raise InputError(path, name, shape, f"does not fit the {len(content) - file.tell()} bytes of the array")
-    values: Array = np.asarray(npy.read_array(BytesIO(content), allow_pickle=False), kind.type)
-    wrong = values[~kind.can_be(values)]
-    if len(wrong):
-        raise InputError(path, name, wrong[0].item(), f"give {kind.range}")
-    return values
+    contacts: dict[int, Contact] = {}
+    jobs = {i: (seed, i, friction) for i in range(number)}
+    run_study(executor, run_contact, jobs, contacts.__setitem__, ended=lambda i: report())
+    return [contacts[i] for i in jobs]

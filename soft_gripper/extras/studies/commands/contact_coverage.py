@@ -1,0 +1,20 @@
+"""soft-gripper contact-coverage: how often what `contact` states of a force is true."""
+
+import argparse
+
+from soft_gripper.commands.tables import print_table
+from soft_gripper.extras.studies.contacts.coverage import ERRORS, FIGURE, KEYS, SHARES, TABLE, CoverageStudy
+from soft_gripper.files.output import lock_folder
+from soft_gripper.runs.executor import open_executor
+
+
+def run(options: argparse.Namespace) -> None:
+    """Runs the command."""
+    executor, out = open_executor(options.jobs, options.scheduler), lock_folder(options.out)
+    study = CoverageStudy(out, options.size, options.seed, options.resume)
+    with options.console.jobs(len(study.jobs), "cases", "--resume goes on with them") as ended, executor as opened:
+        rows = study.run(opened, ended)
+    for columns in ((*KEYS, *SHARES), (*KEYS, *ERRORS)):
+        print_table(dict.fromkeys(columns, ""), [[row[column] for column in columns] for row in rows])
+    options.console.document["coverage"] = rows
+    options.console.wrote(*(out / file for file in (TABLE, f"{FIGURE}.png", f"{FIGURE}.svg")))

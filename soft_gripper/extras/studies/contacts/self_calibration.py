@@ -1,0 +1,84 @@
+"""Self-calibration in free motion: one number, the bend over that of the nominal model.
+
+If nothing is touched, only pressure and weight bend the finger,
+
+    k q = g p + w(q) .
+
+With wrong k or g the nominal finger bends differently from the measured one. Free motion shows the ratio of the two,
+but not which of them is wrong, so one has to be trusted. Let c be the number that fits the measured bends best:
+
+    the stiffness is trusted:  k q = c g p + w ,    so every pressure counts c times;
+    the chamber is trusted:    k / c  q = g p + w ,  so pressure and weight count c times, and a force 1 / c times.
+
+The second is what `estimation.calibration` finds too, which fits gains and offsets of the sensors besides; here many
+sets of sensors are calibrated at once. Where a single force presses follows from how the bends of the sections compare,
+and needs neither; how strong it is, needs the stiffness itself.
+
+Leading axes are free; K samples of free motion, S sections, N joints.
+"""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from soft_gripper.arrays import Array
+from soft_gripper.fingers.kinematics import as_planar, gravity_torque
+from soft_gripper.sensors.sensor_layout import SensorLayout
+
+_STEPS = 4  # of Newton's method; with a linear law the first is exact
+_NOISE = 1.0  # of the readings, equal for all; its size does not matter
+
+
+class FreeMotion(NamedTuple):
+    """The measurements on a finger without contact."""
+
+    readings: Array  # (..., K, paths * S)
+    pressure: Array  # (K) Pa
+    gravity: Array  # (3) m/s^2 in B
+
+
+class Scale(NamedTuple):
+    """Factors on pressure, gravity and force, numbers or (...)."""
+
+    pressure: Array | float = 1.0
+    gravity: Array | float = 1.0
+    force: Array | float = 1.0
+
+
+def trusting_stiffness(nominal: SensorLayout, free: FreeMotion) -> Scale:
+    """The calibration of the pressure gain alone, (...)."""
+    driven, weight, theta = _known(nominal, free)
+    return Scale(pressure=_ratio(nominal, theta, driven, weight))
+
+
+def trusting_chamber(nominal: SensorLayout, free: FreeMotion) -> Scale:
+    """The calibration of the stiffness alone, (...)."""
+    driven, weight, theta = _known(nominal, free)
+    ratio = _ratio(nominal, theta, driven + weight, np.zeros_like(weight))
+    return Scale(ratio, ratio, 1 / ratio)
+
+
+CALIBRATIONS: dict[str, Callable[[SensorLayout, FreeMotion], Scale]] = {
+    "none": lambda nominal, free: Scale(),
+    "trusting stiffness": trusting_stiffness,
+    "trusting chamber": trusting_chamber,
+}
+
+
+def _known(nominal: SensorLayout, free: FreeMotion) -> tuple[Array, Array, Array]:
+    """Torques of pressure and of weight, N m, (..., K, N), and the bends of the sections, rad, (..., K, S)."""
+    theta = nominal.linear(free.readings, _NOISE).values
+    weight = gravity_torque(nominal.finger, nominal.shared_equally(theta), as_planar(free.gravity[::2])[None])
+    return np.broadcast_to(nominal.finger.pressure_torque(free.pressure), weight.shape), weight, theta
+
+
+def _ratio(nominal: SensorLayout, theta: Array, scaled: Array, rest: Array) -> Array:
+    """The c with which the torques  c scaled + rest  bend the sections by theta, in the mean over all of them."""
+    law, ratio = nominal.finger.joint_law, np.ones(theta.shape[:-2])
+    for _ in range(_STEPS):
+        q = nominal.finger.angle(ratio[..., None, None] * scaled + rest)
+        slope = nominal.sums(scaled / law.slope(q))
+        left = theta - nominal.sums(q)
+        ratio = ratio + (slope * left).sum(axis=(-2, -1)) / (slope**2).sum(axis=(-2, -1))
+    return ratio
