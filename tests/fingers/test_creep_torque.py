@@ -191,12 +191,6 @@ def test_energy_never_grows_in_a_finger_without_load(time_step):
     assert energies[-1] < 0.01 * energies[0]
 
 
-def test_discrete_and_continuous_plants_creep_alike():
-    finger, times = creeping(4), [0.2, 0.5, 1.0, 3.0]
-    discrete, continuous = (Creeping(finger, step, pressure=PRESSURE).angles(times) for step in (0.001, 0.0))
-    np.testing.assert_allclose(discrete, continuous, rtol=1e-3)
-
-
 def test_the_stable_time_step_is_that_without_creep():
     """Creep takes stiffness away: near the limit a finger comes to rest, and above it the step is refused."""
     finger = creeping(4, (CreepBranch(0.5, 0.02), CreepBranch(0.2, 1.0)))

@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command_line import soft_gripper
 from finger_plants import built_at, free_bending
 
 from soft_gripper.diagrams.simulation import make_simulator, simulate
@@ -25,15 +24,6 @@ LAW = ElasticLaw(
 STIFFENING = ([-0.3, -0.1, 0.0, 0.1, 0.3], [-0.5, -0.12, 0.0, 0.12, 0.5], [-0.44, -0.1, 0.0, 0.1, 0.44])  # rad, N m
 PRESSURES = [210e3, 100e3, -50e3]
 FINGERS = ("left_finger", "right_finger")
-GOOD = "-0.1 0 0.1"
-WRONG = [
-    ((GOOD, "-0.1 0.1", GOOD), "base_"),
-    ((GOOD, GOOD, "0.1 0 -0.1"), "tip_"),
-    ((GOOD, "-0.1 0 nan", GOOD), "base_"),
-    (("-0.1 zero 0.1", GOOD, GOOD), "angle"),
-    (("0 0 0.1", GOOD, GOOD), ""),
-    (("", "", ""), ""),
-]
 
 
 def with_law(text: str, law) -> str:
@@ -83,21 +73,6 @@ def test_block_is_what_turns_the_springs_into_the_law(tapered_finger):
         law = [straight_on(angle, angles, torques) for angle, torques in zip(q, laws, strict=True)]
         torque = block.GetOutputPort("y").Eval(context)
         np.testing.assert_allclose(torque, finger.stiffness * q - law, atol=1e-12)
-
-
-@pytest.mark.parametrize("points", [2, 3, 5])
-def test_all_blocks_inside_are_drakes(shipped_finger, points):
-    law = ElasticLaw(LAW.curvature[:points], LAW.base_moment[:points], LAW.tip_moment[:points])
-    systems = elastic_law_block(replace(shipped_finger, elastic_law=law)).GetSystems()
-    assert {type(system).__module__ for system in systems} == {"pydrake.systems.primitives"}
-
-
-@pytest.mark.parametrize(("law", "field"), WRONG, ids=str)
-def test_a_wrong_law_is_named_in_one_line(gripper, law, field):
-    file = gripper("finger.urdf", law)
-    outcome = soft_gripper("expand", file)
-    assert (outcome.code, outcome.out, outcome.err.count("\n")) == (2, "", 1)
-    assert f"{file}: finger 'finger': elastic_law.{field}" in outcome.err
 
 
 def test_any_number_of_segments_bends_alike(gripper):

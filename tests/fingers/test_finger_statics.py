@@ -23,13 +23,6 @@ def test_weight_is_that_of_drake(tapered_finger, bent, drake_weight, gravity):
         np.testing.assert_allclose(torque, drake_weight(tapered_finger, q, gravity), atol=1e-15)
 
 
-def test_every_sample_may_have_its_own_gravity(tapered_finger, bent):
-    shapes, gravity = bent(3, 5), np.array([[-9.81], [4 + 1j], [-7j]])
-    torques = gravity_torque(tapered_finger, shapes, gravity)
-    for q, (g,), torque in zip(shapes, gravity, torques, strict=True):
-        np.testing.assert_allclose(torque, gravity_torque(tapered_finger, q, g), rtol=1e-13)
-
-
 def test_free_bending_is_pressure_torque_over_stiffness(tapered_finger):
     expected = PRESSURES[..., None] * tapered_finger.pressure_gain / tapered_finger.stiffness
     np.testing.assert_allclose(free_bending_angles(tapered_finger, PRESSURES), expected, rtol=1e-14)

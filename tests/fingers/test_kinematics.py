@@ -59,16 +59,6 @@ def test_sites_move_as_drakes_points_do(tapered_finger, finger_plant, bent):
         np.testing.assert_allclose(sites.torques(forces)[i], as_points(forces[i]) @ moved[[0, 2]], atol=1e-15)
 
 
-def test_sites_of_a_batch_are_those_of_its_chains(bent):
-    chains, s = forward_kinematics(bent(2, 3, 12), SEGMENT), 0.06 + 0.1 * bent(3, 4)
-    sites, alike = chains.at(s), chains.at(s[0])
-    for index in np.ndindex(2, 3):
-        single = forward_kinematics(bent(2, 3, 12)[index], SEGMENT)
-        for part, same, own, first in zip(sites, alike, single.at(s[index[1]]), single.at(s[0]), strict=True):
-            np.testing.assert_array_equal(part[index], own)
-            np.testing.assert_array_equal(same[index], first)
-
-
 def test_what_is_fixed_to_links_is_carried_by_their_directions(bent):
     q = bent(3, 12)
     levers = np.tri(12, k=-1).T * SEGMENT + np.eye(12) * SEGMENT / 2  # of the joints' links, to the segments' ends
@@ -124,18 +114,6 @@ def test_chain_converges_to_the_circle_with_the_square_of_the_segment():
     np.testing.assert_allclose(np.log2(errors[:-1] / errors[1:]), 2, atol=0.05)
 
 
-def test_batch_is_the_loop(bent):
-    batch = bent(2, 3, 12)
-    chains = forward_kinematics(batch, SEGMENT)
-    lengths = segment_path_lengths(batch, SEGMENT, 0.009)
-    for index in np.ndindex(2, 3):
-        single = forward_kinematics(batch[index], SEGMENT)
-        for part in ("joints", "segment_ends", "headings", "directions", "normals", "points", "tip"):
-            np.testing.assert_array_equal(getattr(chains, part)[index], getattr(single, part))
-        np.testing.assert_array_equal(sensor_path(chains, 0.009)[index], sensor_path(single, 0.009))
-        np.testing.assert_array_equal(lengths[index], segment_path_lengths(batch[index], SEGMENT, 0.009))
-
-
 def test_points_are_x_and_z():
     np.testing.assert_array_equal(as_points(np.array(3.0 + 2.0j)), [2.0, 3.0])
     assert as_planar(np.array([2.0, 3.0])) == 3.0 + 2.0j
@@ -145,8 +123,3 @@ def test_points_are_x_and_z():
 def test_points_and_planar_are_inverse(bent, shape):
     points = bent(*shape, 2)
     np.testing.assert_array_equal(as_points(as_planar(points)), points)
-
-
-def test_points_of_a_slice(bent):
-    points = bent(3, 4, 2)
-    np.testing.assert_array_equal(as_points(as_planar(points)[:, ::2]), points[:, ::2])

@@ -13,7 +13,7 @@ from pydrake.multibody.tree import MultibodyForces, RevoluteJoint, SpatialInerti
 from soft_gripper.fingers.finger_element import FingerElement
 from soft_gripper.fingers.finger_links import finger_to_urdf
 from soft_gripper.fingers.finger_parts import YIELDS
-from soft_gripper.fingers.plant_finger import PlantFinger, add_torsion_springs
+from soft_gripper.fingers.plant_finger import add_torsion_springs
 from soft_gripper.fingers.spatial_chain import spatial_chain
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.models import DIRECTORY
@@ -98,13 +98,6 @@ def test_actuator_selector_spreads_torques_over_the_joints(crowded):
         generalized = plant.MakeActuationMatrix() @ u
         np.testing.assert_array_equal(generalized[[joint.velocity_start() for joint in finger.joints]], torques)
         assert np.count_nonzero(generalized) == 12
-
-
-def test_a_plant_loaded_by_drake_alone_will_do(load_plant):
-    expanded = expand_urdf(FINGER, segments=3)
-    plant = load_plant(expanded.text, "mount")
-    finger = PlantFinger(expanded.fingers[0], plant, plant.GetModelInstanceByName("finger"))
-    assert (finger.name, finger.model_name, len(finger.links), len(finger.joints)) == ("finger", "finger", 4, 3)
 
 
 @pytest.fixture(scope="module")

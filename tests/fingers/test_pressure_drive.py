@@ -6,8 +6,6 @@ import numpy as np
 import pytest
 from finger_plants import built_at
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import DiagramBuilder
-from pydrake.systems.primitives import ConstantVectorSource
 
 from soft_gripper.fingers.finger_parts import YIELDS, PressureLaw
 from soft_gripper.fingers.plant_finger import PlantFinger
@@ -45,17 +43,6 @@ def test_pressure_keeps_within_the_limits(command, pressure):
     np.testing.assert_allclose(actuation, MAPS["left"] * pressure, rtol=1e-12)
 
 
-def test_one_source_is_a_common_pressure():
-    builder = DiagramBuilder()
-    drive = builder.AddSystem(PressureDrive(MAPS, *LIMITS))
-    source = builder.AddSystem(ConstantVectorSource([50e3]))
-    for finger in MAPS:
-        builder.Connect(source.get_output_port(), drive.GetInputPort(f"{finger}.pressure_command"))
-    context = drive.GetMyContextFromRoot(builder.Build().CreateDefaultContext())
-    actuation = drive.GetOutputPort("actuation").Eval(context)
-    np.testing.assert_allclose(actuation, [0.05, 0.1, 0.15, 0.2], rtol=1e-12)
-
-
 @pytest.mark.parametrize("time_step", [0.0, 0.1 * LAG, 0.5 * LAG])  # s; in steps it is exact, however long they are
 @pytest.mark.parametrize("time", [0.5 * LAG, LAG, 3 * LAG])
 def test_pressure_follows_the_limited_command_as_a_first_order_lag(time, time_step):
@@ -71,15 +58,6 @@ def test_pressure_follows_the_limited_command_as_a_first_order_lag(time, time_st
     assert drive.GetOutputPort("right.pressure").Eval(context)[0] == pytest.approx(100e3 * risen, rel=1e-4)
     expected = 250e3 * risen * MAPS["left"] + 100e3 * risen * MAPS["right"]
     np.testing.assert_allclose(drive.GetOutputPort("actuation").Eval(context), expected, rtol=1e-4)
-
-
-def test_without_lag_there_is_no_state():
-    assert PressureDrive(MAPS, *LIMITS).CreateDefaultContext().is_stateless()
-
-
-def test_all_blocks_inside_are_drakes():
-    systems = PressureDrive(MAPS, *LIMITS, LAG).GetSystems()
-    assert {type(system).__module__ for system in systems} == {"pydrake.systems.primitives"}
 
 
 def test_chamber_law_acts_on_the_joints_of_its_finger_alone(load_plant):
@@ -105,11 +83,6 @@ def test_every_pressure_has_its_own_law(pressure):
     left, right = pressure * (3 if pressure < 0 else 2), pressure / 2
     assert pressures == [pressure, pressure]
     np.testing.assert_allclose(actuation, left * MAPS["left"] + right * MAPS["right"], atol=1e-15)
-
-
-def test_a_finger_without_a_law_bends_by_its_pressure():
-    drive = PressureDrive(MAPS, *LIMITS, laws={"left": [PressureLaw((0.0, 2e4), (0.0, 1e4))], "right": [None]})
-    np.testing.assert_allclose(evaluate(drive, 40e3, 40e3)[1], 20e3 * MAPS["left"] + 40e3 * MAPS["right"])
 
 
 def test_a_finger_that_stretches_is_pushed_along_too(shipped_finger, finger_plant):

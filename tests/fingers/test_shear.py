@@ -82,13 +82,6 @@ def test_springs_of_shear_are_linear_and_leave_bending_alone(tapered_finger, fin
     np.testing.assert_allclose(damping, 0.0065 * stiffness, rtol=1e-12)
 
 
-def test_links_keep_their_masses(tapered_finger, finger_plant):
-    finger = replace(tapered_finger, shear_factor=KAPPA)
-    plant = finger_plant(finger)
-    assert plant.CalcTotalMass(plant.CreateDefaultContext()) == pytest.approx(finger.link_masses.sum(), rel=1e-5)
-    assert plant.num_actuators() == 5
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("time_step", [0.005, 0.0])
 def test_pressure_bends_a_finger_that_shears_as_before(tmp_path, time_step):

@@ -99,12 +99,6 @@ def test_springs_and_dampers_are_those_of_the_beam(finger, chain, plant):
     np.testing.assert_allclose(damping, finger.relaxation_time * expected, rtol=1e-12)
 
 
-def test_a_finger_that_bends_alone_has_no_other_links(plant, finger):
-    if finger.yields == ("bending",):
-        counts = plant.num_bodies(), plant.num_joints(), plant.num_force_elements(), plant.num_actuators()
-        assert counts == (1 + 6, 6, 1 + 2 * 5, 5)
-
-
 def test_balance_is_of_driving_torque_weight_and_springs(finger, chain):
     stiffness, loads = chain.spread(finger.stiffnesses), weights(finger, chain, np.stack([GRAVITY, -GRAVITY]))
     driving = chain.spread({way: 60e3 * gains[0] for way, gains in finger.pressure_gains.items()})

@@ -1,5 +1,6 @@
 """Input that is refused: by a call, with the field and the value in its error, and by a command, in one line."""
 
+import xml.etree.ElementTree as ET
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -9,6 +10,7 @@ import pytest
 from command_line import soft_gripper
 
 from soft_gripper.errors import InputError
+from soft_gripper.fingers.finger_element import read_finger_element
 
 _LONGEST = 1000  # characters of a line
 
@@ -20,6 +22,13 @@ def refused(field: str, value: object = ANY) -> Iterator[pytest.ExceptionInfo[In
         yield caught
     assert (field, value) == (caught.value.field, caught.value.value)  # in this order: arrays compare themselves
     assert "\n" not in str(caught.value)
+
+
+def refused_finger(element: ET.Element, field: str, value: object, part: str = "") -> None:
+    """Expects that a <finger> is refused in a line that names the file, the finger, a part of it, field and value."""
+    with refused(field, value) as caught:
+        read_finger_element("gripper.urdf", element)
+    assert str(caught.value).startswith(f"gripper.urdf: finger '{element.get('name')}': {part}")
 
 
 def refusal(*arguments: object) -> str:
