@@ -9,7 +9,7 @@ from finger_plants import built_at
 from pydrake.geometry import Role
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
-from pydrake.multibody.tree import MultibodyForces, SpatialInertia, UnitInertia
+from pydrake.multibody.tree import MultibodyForces, SpatialInertia
 from pydrake.systems.framework import DiagramBuilder
 
 from soft_gripper.fingers.finger_element import FingerElement
@@ -59,20 +59,6 @@ def box(density, x, thickness, width, length):
     """Inertia of a box about a point in its end, x m off the middle of that, (6, 6)."""
     solid = SpatialInertia.SolidBoxWithDensity(density, thickness, width, length)
     return solid.Shift([-x, 0, -length / 2]).CopyToFullMatrix6()
-
-
-def test_a_load_at_the_tip_is_a_point_mass_on_the_last_link(tapered_finger, finger_plant):
-    bare, loaded = tapered_finger, replace(tapered_finger, tip_load=TipLoad(0.05, 0.015, -0.004))
-    bodies = []
-    for finger in (bare, loaded):
-        plant = finger_plant(finger)
-        context = plant.CreateDefaultContext()
-        links = [plant.GetBodyByName(link_name("tapered", i)) for i in range(6)]
-        bodies.append([link.CalcSpatialInertiaInBodyFrame(context).CopyToFullMatrix6() for link in links])
-    place = [0.015, 0.0, 0.012 - 0.004]
-    point = SpatialInertia(0.05, place, UnitInertia.PointMass(place)).CopyToFullMatrix6()
-    np.testing.assert_allclose(bodies[1][-1], bodies[0][-1] + point, atol=1e-15)
-    np.testing.assert_array_equal(bodies[1][:-1], bodies[0][:-1])
 
 
 def test_links_are_blocks_less_their_chambers_from_joint_to_joint(tapered_finger, finger_plant):

@@ -2,13 +2,11 @@
 
 import numpy as np
 import pytest
-from pydrake.common.value import AbstractValue
-from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
+from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import BodyIndex
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import DiagramBuilder, LeafSystem
+from pydrake.systems.framework import DiagramBuilder
 
 from soft_gripper.sensors.base_pose import BasePoseSensor
 
@@ -21,50 +19,9 @@ WHEEL = """<robot name="wheel"><link name="base"/>
 SPIN = 3.0  # rad/s
 
 
-def pose(body, time):
-    """Every body turns and goes its own way."""
-    return RigidTransform(RollPitchYaw(body + time, 0.3 - body * time, 2 * time), [time, body, body * time])
-
-
-class Bodies(LeafSystem):
-    """Puts out the poses of three bodies, as a plant does."""
-
-    def __init__(self):
-        super().__init__()
-        self.DeclareAbstractOutputPort("body_poses", lambda: AbstractValue.Make([RigidTransform()]), self._calc)
-
-    def _calc(self, context, value):
-        value.set_value([pose(body, context.get_time()) for body in range(3)])
-
-
-def sampled(body):
-    """A sensor that watches a body, in a simulator, and what reads it."""
-    builder = DiagramBuilder()
-    bodies = builder.AddSystem(Bodies())
-    sensor = builder.AddSystem(BasePoseSensor(BodyIndex(body), T))
-    builder.Connect(bodies.get_output_port(), sensor.get_input_port())
-    simulator = Simulator(builder.Build())
-    context = sensor.GetMyContextFromRoot(simulator.get_context())
-    return simulator, lambda: sensor.GetOutputPort("X_WB").Eval(context).copy()
-
-
 def assert_pose(entries, expected, tolerance):
     """The entries are the matrix [R | p], row after row."""
     np.testing.assert_allclose(entries, expected.GetAsMatrix34().ravel(), rtol=0, atol=tolerance)
-
-
-@pytest.mark.parametrize("body", [0, 2])
-def test_follows_one_body(body):
-    simulator, read = sampled(body)
-    for sample in range(5):
-        simulator.AdvanceTo((sample + 0.5) * T)
-        assert_pose(read(), pose(body, sample * T), 1e-12)
-
-
-def test_is_right_from_the_initialization_on():
-    simulator, read = sampled(1)
-    simulator.Initialize()
-    assert_pose(read(), pose(1, 0.0), 1e-12)
 
 
 @pytest.mark.parametrize("time_step", [T, T / 5, 0.0])

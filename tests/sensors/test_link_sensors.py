@@ -48,16 +48,6 @@ def test_orientations_in_space_are_rotation_vectors(spatial):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("size", [0.0, 0.05])
-def test_slopes_are_derivatives(spatial, bent, kind, size):
-    layout = sensors(spatial, kind)
-    q, step = size * bent(2, len(layout.straight)), 1e-6
-    moved = step * np.eye(q.shape[-1])
-    differences = np.stack([(layout.predict(q + dq) - layout.predict(q - dq)) / (2 * step) for dq in moved], axis=-1)
-    np.testing.assert_allclose(np.broadcast_to(layout.slopes(q), differences.shape), differences, atol=2e-7)
-
-
-@pytest.mark.parametrize("kind", KINDS)
 def test_they_see_bends_and_twist_but_no_stretch(spatial, kind):
     seen = {each.way: each.is_seen for each in observability(sensors(spatial, kind), 1e-3)}
     assert seen == {"bending": True, "sideways": True, "twist": True, "stretch": False}

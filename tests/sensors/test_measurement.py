@@ -1,6 +1,7 @@
 """Sensors of another kind: a class in one file, shown in docs/sensors.md, and the estimators that take its matrix."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,11 +11,13 @@ from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
 from soft_gripper.estimators.uncertainty import Uncertainty
+from soft_gripper.fingers.finger_parts import YIELDS
 from soft_gripper.fingers.statics import free_bending_angles
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.schema import SensorConfig
-from soft_gripper.scenario.sensor_presets import sensor_layout
+from soft_gripper.scenario.sensor_presets import SENSORS, sensor_layout
 from soft_gripper.sensors.measurement import UNKNOWN, MeasurementModel
+from soft_gripper.sensors.path_sensors import LAYOUTS
 from soft_gripper.sensors.sensor_layout import SensorLayout
 
 TEXT = (Path(__file__).parents[2] / "docs/sensors.md").read_text(encoding="utf-8")
@@ -108,8 +111,19 @@ def test_a_matrix_that_does_not_fit_is_refused(shipped_finger, matrix):
     assert error.value.field == "matrix of Wrong"
 
 
-@pytest.mark.parametrize("one_sided", [False, True])
-def test_the_jacobian_of_strain_is_the_derivative_at_the_straight_finger(shipped_finger, one_sided):
-    layout, step = SensorLayout(shipped_finger, 3, one_sided), 1e-6 * np.eye(12)
-    slopes = (layout.predict(step) - layout.predict(-step)).T / 2e-6
-    np.testing.assert_allclose(layout.jacobian, slopes, atol=1e-9)
+OF_THE_PROJECT = [SensorConfig(type=kind, sections=3) for kind in SENSORS]
+OF_THE_PROJECT += [SensorConfig(sections=3, one_sided=True), *(SensorConfig(layout=name) for name in LAYOUTS)]
+
+
+@pytest.mark.parametrize("ways", [("bending",), YIELDS], ids=["in the plane", "in space"])
+@pytest.mark.parametrize("config", OF_THE_PROJECT, ids=lambda config: f"{config.type} {config.layout}")
+def test_slopes_are_the_derivatives_of_what_is_read(shipped_finger, bent, config, ways):
+    """About the straight finger, and about bent ones of sensors whose slopes depend on the bend."""
+    layout = sensor_layout(replace(shipped_finger, yields=ways), config)
+    bends = () if isinstance(layout, SensorLayout) else 0.05 * bent(2, len(layout.straight))
+    for q in (layout.straight, *bends):
+        steps = 1e-6 * np.eye(len(q))
+        differences = [(layout.predict(q + dq) - layout.predict(q - dq)) / 2e-6 for dq in steps]
+        slopes = np.broadcast_to(layout.slopes(q), (layout.readings, len(q)))
+        np.testing.assert_allclose(slopes, np.stack(differences, axis=-1), rtol=1e-5, atol=2e-7)
+    np.testing.assert_allclose(layout.jacobian, layout.slopes(layout.straight), atol=1e-15)

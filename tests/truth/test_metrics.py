@@ -8,7 +8,7 @@ import pytest
 from soft_gripper.fingers.finger_parts import YIELDS
 from soft_gripper.fingers.kinematics import as_points, forward_kinematics, in_space
 from soft_gripper.fingers.plant_finger import PlantFinger
-from soft_gripper.truth.poses import PlantPoints, PoseError, TruePoses, fingertip_error, pose_error
+from soft_gripper.truth.poses import PlantPoints, PoseError, fingertip_error, pose_error
 
 
 def test_pose_error_is_the_mean_distance_of_the_joints():
@@ -41,23 +41,6 @@ def test_block_compares_the_estimate_in_its_plane_with_the_truth_in_space(bent):
 
 def test_an_unknown_pose_has_no_error():
     assert np.isnan(evaluate(np.zeros((12, 3)), np.zeros(3), np.full(12, np.nan + 0j), np.array(np.nan + 0j))).all()
-
-
-def test_true_places_are_those_of_the_chain(tapered_finger, finger_plant, bent):
-    plant, q = finger_plant(tapered_finger), bent(4, 3, 5)
-    finger = PlantFinger(tapered_finger, plant, plant.GetModelInstanceByName("robot"))
-    places = PlantPoints([finger])(np.concatenate([q, np.zeros_like(q)], axis=-1))
-    np.testing.assert_allclose(
-        places, in_space(forward_kinematics(q, tapered_finger.segment_length).points), atol=1e-15
-    )
-    assert not PlantPoints([finger])(np.zeros(10))[:, :2].any()
-    block = TruePoses([finger])
-    context = block.CreateDefaultContext()
-    block.get_input_port().FixValue(context, np.concatenate([q[0, 0], np.zeros(5)]))
-    names = ("tapered.true_joint_positions", "tapered.true_tip_position")
-    joints, tip = (block.GetOutputPort(name).Eval(context) for name in names)
-    np.testing.assert_array_equal(joints, places[0, 0, :-1].ravel())
-    np.testing.assert_array_equal(tip, places[0, 0, -1])
 
 
 @pytest.mark.parametrize("changes", [{"shear_factor": 0.8}, {"yields": YIELDS}], ids=["sheared", "in space"])

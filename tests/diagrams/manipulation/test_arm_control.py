@@ -107,13 +107,6 @@ def test_gains_are_for_the_inertia_at_home(tmp_path):
         assert found[name] == pytest.approx((inertia * pulsation**2, 2 * damping_ratio * inertia * pulsation), rel=1e-3)
 
 
-@pytest.mark.parametrize(("frequency", "damping_ratio"), [(10.0, 1.0), (4.0, 0.5)])
-def test_steps_in_cenic(tmp_path, frequency, damping_ratio):
-    scenario = small_arm(tmp_path, UNCOUPLED, [0.0, 0.0], frequency=frequency, damping_ratio=damping_ratio)
-    scenario.simulator_config.accuracy = 1e-5
-    assert deviation(scenario, 0.0).max() < 0.01
-
-
 @pytest.mark.parametrize("time_step", [0.01, 0.0])
 def test_weight_is_carried_by_the_joint_that_bears_it(tmp_path, time_step):
     """One joint bears all of the weight and the other none; nothing sags."""

@@ -87,10 +87,6 @@ def numbers(complaint):
     return float(found[1]) / 100, float(found[2]) / 1e3
 
 
-def test_free_ways(slide):
-    slide.check(phase("there", 0.0, 1.0), phase("stay", 1.0, 1.0), phase("back", 1.0, 0.0))
-
-
 def test_the_phase_that_leads_into_something_is_named(slide):
     complaint = slide.complaint(phase("there", 0.0, 1.0), phase("into", 1.0, 3.5), phase("back", 3.5, 0.0))
     # The thing, at its begin, is not on the way.
@@ -106,10 +102,6 @@ def test_end_of_a_way_counts(slide):
     slide.check(phase("near", 0.0, WALL - BALL + 0.9 * TOUCH_DEPTH))
     part, depth = numbers(slide.complaint(phase("into", 0.0, WALL - BALL + 1.9 * TOUCH_DEPTH)))
     assert (part, depth) == (1.0, pytest.approx(1.9e-3, abs=5.1e-5))
-
-
-def test_a_stay_inside_something(slide):
-    assert "'stay'" in slide.complaint(phase("stay", WALL, WALL))
 
 
 def test_what_is_held_sticks_out(slide):
@@ -160,10 +152,6 @@ def test_the_thing_is_avoided_where_it_is_reported(slide):
     slide.scenario.task.pose_error = PoseErrorConfig(x=-BEGIN, y=2 * BALL - 4e-3)
     assert slide.complaint(phase("through", 0.0, 1.0)).endswith("inside 'thing::thing'")
     slide.scenario.task.pose_error = PoseErrorConfig()
-
-
-def test_before_it_is_held_the_thing_is_not_at_the_goal_yet(slide):
-    slide.check(phase("through", *THROUGH_GOAL), phase("back", 2.5, 0.0), phase("carry", 0.0, 1.0, holds=True))
 
 
 @pytest.mark.parametrize("way", [THROUGH_BEGIN, THROUGH_GOAL])

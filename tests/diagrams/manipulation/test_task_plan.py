@@ -125,18 +125,6 @@ def test_postures(planned, name, posture):
     np.testing.assert_allclose(end_of(planned[1][NAMES.index(name)].motion), posture, atol=1e-12)
 
 
-def test_what_follows_a_gripper_that_does_not_open_goes_nowhere_near_the_object(planned):
-    """It rises and goes home."""
-    arm, phases = planned
-    heights = [
-        tool_pose(arm.plant, arm.tool, phase.motion.value(time)[:, 0]).translation()[2]
-        for phase in rescue_of(phases, "approach")
-        for time in np.linspace(0.0, phase.duration, 20)
-    ]
-    over = tool_pose(arm.plant, arm.tool, end_of(phases[NAMES.index("approach")].motion)).translation()[2]
-    assert min(heights) > over - 1e-6
-
-
 def middle(arm, phase):
     return tool_pose(arm.plant, arm.tool, phase.motion.value(phase.duration / 2)[:, 0])
 

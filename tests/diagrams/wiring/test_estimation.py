@@ -160,11 +160,3 @@ def test_what_is_no_estimator(estimator, complaint):
     with pytest.raises(InputError) as caught:
         make_station(scenario, make_estimator=lambda layout, gravity, period: estimator)
     assert complaint in str(caught.value)
-
-
-def test_equal_shares_are_what_the_own_estimator_estimates(own):
-    station, recording = own
-    layout = SensorLayout(station.fingers[0].finger, 4)
-    q = recording["left_finger.estimated_joint_angles"].values
-    sums = np.add.reduceat(q, layout.section_ends[:-1], axis=-1)
-    np.testing.assert_allclose(q, layout.shared_equally(sums), atol=1e-15)

@@ -3,14 +3,10 @@
 import numpy as np
 import pytest
 from arm_plants import HOME, ur5e
-from pydrake.systems.framework import DiagramBuilder
-from pydrake.systems.primitives import TrajectorySource
-from pydrake.trajectories import PiecewisePolynomial
 from refusals import refused
 
-from soft_gripper.diagrams.recording import add_logs
 from soft_gripper.diagrams.simulation import make_simulator, run_station
-from soft_gripper.diagrams.station import add_station, make_station
+from soft_gripper.diagrams.station import make_station
 from soft_gripper.scenario.scenario_file import load_scenario
 
 GAINS = "control.gains={kp: 1.0e5, ki: 5.7e6, kd: 17}"
@@ -83,22 +79,3 @@ def test_a_run_of_its_own_needs_every_command(external):
     with refused("external") as caught:
         run_station(station)
     assert all(name in str(caught.value) for name in station.parts.inputs)
-
-
-def test_a_station_in_a_diagram_of_ones_own_is_wired_to_other_blocks():
-    """Its inputs are connected before the diagram is built."""
-    builder = DiagramBuilder()
-    parts = add_station(builder, load_scenario("free_bending", ["external=[pressure]"]))
-    ramp = builder.AddSystem(TrajectorySource(PiecewisePolynomial.FirstOrderHold([0.0, 1.0], [[0.0, 80e3]])))
-    for command in parts.inputs.values():
-        builder.Connect(ramp.get_output_port(), command)
-    logs = add_logs(builder, parts.signals, 0.01)
-    diagram = builder.Build()
-    parts.check(diagram)
-    assert diagram.num_input_ports() == 0
-    context = diagram.CreateDefaultContext()
-    context.SetTime(0.5)
-    assert parts.signals["left_finger.pressure_command"].Eval(
-        parts.signals["left_finger.pressure_command"].get_system().GetMyContextFromRoot(context)
-    ) == pytest.approx(40e3)
-    assert set(logs.signals) == set(parts.signals)

@@ -2,14 +2,9 @@
 
 import numpy as np
 import pytest
-from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import DiagramBuilder
-from pydrake.systems.primitives import TrajectorySource, ZeroOrderHold
-from pydrake.trajectories import PiecewisePolynomial
 
 from soft_gripper.diagrams.simulation import run_station, simulate
 from soft_gripper.diagrams.station import make_station
-from soft_gripper.diagrams.wiring.scoring import FingerScoring
 from soft_gripper.fingers.kinematics import as_planar, forward_kinematics, in_space
 from soft_gripper.load.force_estimator import DELAY, SAMPLES
 from soft_gripper.models import DIRECTORY
@@ -22,7 +17,6 @@ CHANGING = {
     "grasp": ("box_grasp", [*STEPS, "pressure.steps.all=[60e3, 100e3, 80e3, 120e3]"], "left_finger"),
     "peg": ("obstructed_inside", [*STEPS, "pressure.steps.all=[0, 60e3, 20e3, 120e3]"], "left_finger"),
 }
-PERIOD = 0.01  # s
 
 
 @pytest.fixture(scope="module", params=CHANGING.values(), ids=CHANGING)
@@ -61,33 +55,6 @@ def test_the_pose_errors_are_those_of_the_same_sample(changing):
     joints, tip = (in_space(as_planar(changing(name)[..., :2])) for name in ("joint_positions", "tip_pose"))
     np.testing.assert_allclose(changing("pose_error"), pose_error(true_joints, joints), atol=1e-15)
     np.testing.assert_allclose(changing("fingertip_error"), fingertip_error(true_tip, tip), atol=1e-15)
-
-
-def test_an_estimate_that_is_late_by_just_as_much_has_no_error(tapered_finger):
-    """The contact torque rises; what is estimated is the same, held and late by two samples."""
-    joints, builder = tapered_finger.segments, DiagramBuilder()
-    scoring = builder.AddSystem(FingerScoring(tapered_finger, PERIOD))
-
-    def ramp(late):
-        values = np.outer(np.arange(joints) + 1.0, [-late, 1.0 - late])
-        return builder.AddSystem(TrajectorySource(PiecewisePolynomial.FirstOrderHold([0.0, 1.0], values)))
-
-    estimate = builder.AddSystem(ZeroOrderHold(PERIOD, joints))
-    builder.Connect(ramp(2 * PERIOD).get_output_port(), estimate.get_input_port())
-    builder.Connect(estimate.get_output_port(), scoring.GetInputPort("external_torque"))
-    builder.Connect(ramp(0.0).get_output_port(), scoring.GetInputPort("contact_torque"))
-    still_ones = {"joint_angles": joints, "joint_positions": 2 * joints, "tip_pose": 3}
-    still_ones |= {"true_joint_positions": 3 * joints, "true_tip_position": 3}
-    for name, size in still_ones.items():
-        still = TrajectorySource(PiecewisePolynomial(np.zeros((size, 1))))
-        builder.Connect(builder.AddSystem(still).get_output_port(), scoring.GetInputPort(name))
-    simulator = Simulator(builder.Build())
-    context = scoring.GetMyContextFromRoot(simulator.get_context())
-    for time in (0.105, 0.355, 0.715):
-        simulator.AdvanceTo(time)
-        np.testing.assert_allclose(scoring.GetOutputPort("external_torque_error").Eval(context), 0.0, atol=1e-12)
-        held = (np.arange(joints) + 1.0) * (time - PERIOD / 2)
-        np.testing.assert_allclose(scoring.GetOutputPort("true_external_torque").Eval(context), held, atol=1e-12)
 
 
 def test_the_pose_errors_of_a_finger_that_shears_are_those_of_the_plant(tmp_path):

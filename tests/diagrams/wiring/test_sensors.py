@@ -9,8 +9,6 @@ from refusals import refused
 
 from soft_gripper.diagrams.simulation import make_simulator, run_station
 from soft_gripper.diagrams.station import make_station
-from soft_gripper.diagrams.wiring.named_wires import vector_outputs
-from soft_gripper.diagrams.wiring.sensors import FingerSensors
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.plane import pose_entries
 from soft_gripper.scenario.scenario_file import load_scenario
@@ -78,18 +76,6 @@ def test_a_sensor_of_the_users_takes_the_place_of_ours(options):
     assert "left_finger.extension_ratio" not in own.data
     for signal in ("strain", "theta", "external_torque", "pose_error"):
         np.testing.assert_array_equal(own[f"left_finger.{signal}"], ours[f"left_finger.{signal}"])
-
-
-def test_inputs_and_outputs_of_the_sub_diagram(shipped_finger):
-    sensors = FingerSensors(
-        WarmSensor(layout := sensor_layout(shipped_finger, SensorConfig(sections=2)), 0.01), layout, SensorConfig()
-    )
-    assert {sensors.get_input_port(i).get_name() for i in range(2)} == {"joint_angles", "pressure"}
-    assert {name: port.size() for name, port in vector_outputs(sensors).items()} == {
-        "strain": 4,
-        "warmth": 1,
-        "sampled_pressure": 1,
-    }
 
 
 class Curious(LeafSystem):

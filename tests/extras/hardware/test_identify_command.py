@@ -123,9 +123,6 @@ def test_says_what_cannot_be_told_apart(files):
     ("changes", "said"),
     [
         ({"free": ["stiffness"]}, "there is no such key; known: youngs_modulus"),
-        ({"free": ["chamber_width"]}, "--free = 'chamber_width'"),
-        ({"free": ["pressure_law"]}, "no pressure to fit it to"),
-        ({"free": ["length", "length"]}, "appears more than once"),
         ({"out": "out/fitted.csv"}, "name a .urdf"),
         ({"finger": "two.urdf"}, "give a file with one finger"),
         ({"finger": "nowhere.urdf"}, "nowhere.urdf"),

@@ -1,14 +1,9 @@
 """Recordings of a beam and a segment that an independent script made up: simulated with their truth, scored, fitted."""
 
-import csv
-import re
-from contextlib import nullcontext
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from command_line import soft_gripper
-from here_executor import HereExecutor
 from synthetic_hardware import (
     BEAM,
     BEAM_LOADS,
@@ -20,7 +15,6 @@ from synthetic_hardware import (
     write_segment,
 )
 
-from soft_gripper.extras.hardware.commands import identify as identify_command
 from soft_gripper.extras.hardware.identification.fit import score
 from soft_gripper.extras.hardware.identification.free_parameters import Model
 from soft_gripper.extras.hardware.identification.identified_finger import read_finger
@@ -158,31 +152,3 @@ def test_a_segment_of_known_chamber_moves_as_the_independent_one(segments, kilop
     assert [found.t50_ms, found.t63_ms] == pytest.approx(reached, rel=0.1)
     assert [found.simulated_t50_ms, found.simulated_t63_ms] == pytest.approx(reached, rel=0.1)
     assert found.tip_error_percent < 1.0
-
-
-@pytest.mark.slow
-def test_the_command_finds_the_truth_of_a_beam(beams, tmp_path, monkeypatch):
-    """Modulus and damping, of two recordings that begin at other times; and what they predict of a third."""
-    monkeypatch.setattr(identify_command, "open_executor", lambda *_: nullcontext(HereExecutor()))
-    text = (DIRECTORY / "recordings/clamped_beam.urdf").read_text().replace('segments="12"', f'segments="{SEGMENTS}"')
-    creep = " ".join(f"{share}" for share, _ in BEAM.creep)
-    (tmp_path / "guess.urdf").write_text(text.replace('share="0.1 0.1"', f'share="{creep}"'))
-    fitted = ["identify", "gravity.csv", "load_52g.csv", "--test", "load_101g.csv", "--as", "clamped_beam"]
-    files = ["--data", beams, "--finger", tmp_path / "guess.urdf", "--out", tmp_path / "fitted.urdf"]
-    outcome = soft_gripper(*fitted, *files, "--free", "youngs_modulus", "relaxation_time")
-    assert outcome.code == 0, outcome.err
-    found = read_finger(tmp_path / "fitted.urdf")
-    assert found.base.youngs_modulus == pytest.approx(BEAM.youngs_modulus, rel=0.015)
-    assert found.relaxation_time == pytest.approx(BEAM.relaxation_time, rel=0.06)
-    with (tmp_path / "fitted.csv").open() as file:
-        rows = list(csv.DictReader(file))
-    assert [(row["recording"], row["role"]) for row in rows] == [
-        ("gravity", "fit"),
-        ("load_52g", "fit"),
-        ("load_101g", "test"),
-    ]
-    assert max(float(row["motion_error_mm"]) for row in rows) < 0.4
-    assert {path.suffix for path in tmp_path.glob("fitted.*")} == {".urdf", ".yaml", ".csv", ".png", ".svg"}
-    modulus, std = map(float, re.search(r"youngs_modulus +\S+ +(\S+) +(\S+) +Pa", outcome.out).groups())
-    assert modulus == pytest.approx(found.base.youngs_modulus, rel=1e-4)
-    assert 1e-4 < std / modulus < 0.01

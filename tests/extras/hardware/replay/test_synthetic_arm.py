@@ -1,22 +1,18 @@
 """Recordings of an arm that an independent script made up: its truth is found, and errors are what they are."""
 
-import csv
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from command_line import soft_gripper
 from synthetic_hardware import ARM, ARM_NOMINAL, TRIALS, arm_bodies, arm_state, write_arm
 
-from soft_gripper.diagrams.recording import Recording
 from soft_gripper.extras.hardware.recordings import find_recordings
 from soft_gripper.extras.hardware.replay import geometry_fit
-from soft_gripper.extras.hardware.replay.arm_estimation import PERIOD, arm_recording
+from soft_gripper.extras.hardware.replay.arm_estimation import arm_recording
 from soft_gripper.extras.hardware.replay.geometry_fit import fit_drive, fit_geometry
 from soft_gripper.extras.hardware.replay.held_out import fit_arm, replay_inputs
 
 DOWN = np.array([0.0, 0.0, 9.81])
-KEYS = ("estimator", "sections", "recording", "body")
 FILES = [f"{trial}.txt" for trial in TRIALS]
 
 
@@ -130,50 +126,6 @@ def test_the_drive_is_the_true_one(trials, geometry, arm_finger, monkeypatch):
     assert (drive.finger.creep[0].share, drive.finger.creep[0].time) == ARM.creep
     of_noise = np.sqrt(2) * ARM.wire_noise / ARM.spacing / 6
     assert of_noise < drive.angle_std < 3 * of_noise  # weight, which the script leaves out, is the rest
-
-
-@pytest.mark.slow
-def test_the_command_reports_the_errors_that_its_signals_have(tmp_path, arm_finger):
-    """Errors of every recording by the truth of the bodies and the estimated ones in its file; fitted to the others."""
-    names = ("trial_2", "trial_3", "trial_4")
-    data = write_arm(tmp_path / "two_segment_arm", 6.0, trials=names).parent
-    files = [f"{name}.txt" for name in names]
-    out = tmp_path / "out"
-    outcome = soft_gripper(
-        "replay", *files, "--as", "two_segment_arm", "--data", data, "--estimator", "arcs", "--out", out
-    )
-    assert outcome.code == 0, outcome.err
-    assert outcome.err.count("left out 1 of 181 rows: the first of them, row 41,") == 3
-    with (out / "replay.csv").open() as file:
-        rows = {tuple(row[key] for key in KEYS): row for row in csv.DictReader(file)}
-    for name in names:
-        signals = Recording.load(out / f"{name}.nc")
-        others = ", ".join(other for other in names if other != name)
-        assert (signals.data.attrs["recording"], signals.data.attrs["fitted_on"]) == (name, others)
-        late = float(signals.data.attrs["wires_late_by_s"])
-        assert late == pytest.approx(ARM.delay, abs=0.02)
-        time, pressure, bends, lengths = at_samples(ARM, name)
-        true_tip = arm_bodies(ARM, bends, lengths)[0][:, 1]
-        found = signals["arcs 2.body_positions"].values[1:, 1] @ [1j, 1]
-        at = signals.data["time"].values[1:] - PERIOD
-        off = 1e3 * np.abs(found - np.interp(at - ARM.delay - 0.017, time, true_tip))
-        row = rows["arcs", "2", name, "tip"]
-        assert float(row["mean_mm"]) == pytest.approx(off.mean(), abs=0.6)
-        assert float(row["mean_mm"]) < 1.5
-        error = 1e3 * np.linalg.norm(
-            signals["arcs 2.body_positions"].values[1:, 1] - signals["measured_bodies"].values[1:, 1], axis=-1
-        )
-        expected = error.mean(), np.median(error), np.percentile(error, 95), error.max()
-        reported = [float(row[f"{of}_mm"]) for of in ("mean", "median", "percentile_95", "max")]
-        assert reported == pytest.approx(expected, rel=1e-3)
-        logged = signals["pressures"].values[1:]
-        assert (
-            np.abs(
-                logged
-                - pressure[np.clip(np.round((at - ARM.delay - 0.017) / 0.01).astype(int), 0, None)].reshape(-1, 6)
-            ).max()
-            < 3e3
-        )
 
 
 def test_noise_of_the_wires_is_the_true_one(trials, arm_finger):
