@@ -19,7 +19,10 @@ from typing import Any
 from soft_gripper import load_scenario, make_station
 from soft_gripper.diagrams.view.meshcat_view import PERIOD
 from soft_gripper.extras.play.control_panel import Slider
-from soft_gripper.extras.play.session import Session, SignalFeed, open_scenario
+from soft_gripper.extras.play.open_scenario import open_scenario
+from soft_gripper.extras.play.simulation_driver import SimulationDriver
+from soft_gripper.page.session import Session
+from soft_gripper.page.signal_feed import SignalFeed
 from soft_gripper.scenario.shipped import scenario_names
 
 TIME, CLOSE, OPEN, LOWER = 12.0, 2.0, 7.0, 4.0  # s, how long, and when what begins
@@ -31,8 +34,9 @@ class Player(SignalFeed):
 
     def __init__(self, session: Session):
         super().__init__(())
-        self._panel, self.frame = session.panel, 0
-        self._moves = {round(time / PERIOD): (slider, value) for time, slider, value in moves(session.panel.sliders)}
+        panel = self._panel = session.driver.panel
+        self.frame = 0
+        self._moves = {round(time / PERIOD): (slider, value) for time, slider, value in moves(panel.sliders)}
 
     def send(self, status: Mapping[str, Any], values: Mapping[str, Any]) -> None:
         """Counts frames."""
@@ -53,10 +57,11 @@ def moves(sliders: list[Slider]) -> Iterator[tuple[float, Slider, float]]:
 def factor(name: str, folder: Path) -> float:
     """Simulated over real time."""
     scenario = open_scenario(load_scenario(name))
-    session = Session(partial(make_station, scenario), folder)
+    driver = SimulationDriver(partial(make_station, scenario))
+    session = Session(driver, folder)
     session.feed = player = Player(session)
     session.run(lambda: player.frame * PERIOD >= TIME)
-    return session.factor
+    return driver.pacer.whole_factor
 
 
 def main(names: list[str]) -> int:

@@ -8,6 +8,7 @@ last client has disconnected.
 """
 
 import gzip
+import logging
 import os
 import secrets
 import socket
@@ -63,11 +64,12 @@ def hidden_meshcat() -> Meshcat:
     """A Meshcat at an unpredictable place: a random loopback address and a random port.
 
     A web page cannot guess both, out of some 2^38. If the loopback has a single address, as on macOS, only the port is
-    random.
+    random. Drake no longer says where it is.
 
     Raises:
         InputError: if none is free.
     """
+    logging.getLogger("drake").setLevel(logging.WARNING)  # suppress the "Meshcat listening" messages
     address = IPv4Address("127.0.0.2") + secrets.randbelow(2**24 - 4)
     for host in (str(address), LOOPBACK):
         with suppress(RuntimeError):

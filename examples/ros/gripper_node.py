@@ -27,10 +27,11 @@ from scipy.spatial.transform import Rotation
 import soft_gripper as sg
 from soft_gripper.diagrams.foxglove import forces_in_world, frames_along, through_points
 from soft_gripper.extras.bench.bench import Bench
+from soft_gripper.extras.bench.bench_driver import COMMANDS, BenchDriver
 from soft_gripper.extras.bench.commands.live import check_inputs
-from soft_gripper.extras.bench.session import COMMANDS, Session
 from soft_gripper.extras.hardware.bench_schema import load_bench
 from soft_gripper.fingers.finger_links import joint_name
+from soft_gripper.page.session import Session
 
 try:
     import rclpy
@@ -150,7 +151,7 @@ def main(arguments=None):
     node = rclpy.create_node("soft_gripper")
     source = RosSource(node, config.fields)
     try:
-        Session(bench, config, source, RosSink(node, bench, source)).run(lambda: not rclpy.ok())
+        Session(BenchDriver(bench, config, source, RosSink(node, bench, source))).run(lambda: not rclpy.ok())
     finally:
         node.destroy_node()
         rclpy.try_shutdown()

@@ -1,7 +1,6 @@
 """soft-gripper doctor: which parts of the installation work, and which are missing."""
 
 import argparse
-import logging
 import os
 import platform
 import re
@@ -50,7 +49,6 @@ class Finding:
 
 def run(options: argparse.Namespace) -> ExitCode:
     """Runs the command."""
-    logging.getLogger("drake").setLevel(logging.WARNING)  # suppress the "Meshcat listening" messages
     findings = [
         Finding("python", True, f"{platform.python_version()} on {platform.platform()}"),
         *(Finding(name, True, version(name)) for name in (PROGRAM, *PACKAGES)),

@@ -1,7 +1,6 @@
 """soft-gripper run: runs one scenario headless or in Meshcat, and can save an animation or a video."""
 
 import argparse
-import logging
 import os
 import sys
 from collections.abc import Sequence
@@ -49,7 +48,6 @@ def run(options: argparse.Namespace) -> int:
     read = files_read(options.scenario, scenario)
     _check_files(options, read)
     lock_folder(out, [] if fits(out, scenario) else ["scenario.yaml"], read)
-    logging.getLogger("drake").setLevel(logging.WARNING)  # suppress the "Meshcat listening" messages
     meshcat = hidden_meshcat() if options.meshcat or options.html else None
     if meshcat is not None:
         station = make_private_station(scenario, meshcat)

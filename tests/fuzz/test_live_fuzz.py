@@ -22,13 +22,14 @@ from test_fuzz import PROFILE
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.errors import InputError
 from soft_gripper.extras.bench.bench import Bench
+from soft_gripper.extras.bench.bench_driver import BenchDriver, recorded_signals
 from soft_gripper.extras.bench.endpoints import Endpoints, LineSource
 from soft_gripper.extras.bench.live_view import LiveView
 from soft_gripper.extras.bench.messages import encoded
 from soft_gripper.extras.bench.recorder import Recorder, recording_layout
-from soft_gripper.extras.bench.session import Session, recorded_signals
 from soft_gripper.extras.hardware.bench_schema import load_bench
 from soft_gripper.page.page_server import LivePage
+from soft_gripper.page.session import Session
 from soft_gripper.scenario.scenario_file import load_scenario
 
 pytestmark = [pytest.mark.slow, pytest.mark.filterwarnings("error::RuntimeWarning")]
@@ -99,12 +100,12 @@ def source(link, messages, folder):
 
 
 def begun(made, form, incoming, is_live):
-    """A session of a bench that begins anew, and its results."""
+    """A driver of a bench that begins anew, and its results."""
     bench, config, _ = made
     bench, config, results = copy(bench), copy(config), []
     bench._begin()
     config.format, config.fields, config.sink_format = form, FIELDS, "json"
-    return Session(bench, config, incoming, lambda _, found: results.append(found), is_live), bench, results
+    return BenchDriver(bench, config, incoming, lambda _, found: results.append(found), is_live), bench, results
 
 
 def check_results(results):
@@ -136,12 +137,12 @@ def test_hostile_messages(link, form, made):
     @given(messages=streams(form), is_live=st.booleans())
     def try_one(messages, is_live):
         with TemporaryDirectory(prefix="fuzz-") as name, within(LIMIT), source(link, messages, Path(name)) as incoming:
-            session, bench, results = begun(made, form, incoming, is_live)
-            session.recorder = Recorder(bench, made[2], Path(name) / "recording.nc")
+            driver, bench, results = begun(made, form, incoming, is_live)
+            driver.recorder = Recorder(bench, made[2], Path(name) / "recording.nc")
             with refused_lines(link):
-                session.run(lambda: False)
-            session.recorder.close()
-            counts, known = session.counts, Recording.load(Path(name) / "recording.nc")["reading.count"].values
+                Session(driver).run(lambda: False)
+            driver.recorder.close()
+            counts, known = driver.counts, Recording.load(Path(name) / "recording.nc")["reading.count"].values
         check_results(results)
         assert np.isfinite(known).sum() == counts.used
         if link == "datagrams":
@@ -156,10 +157,10 @@ def test_hostile_objects(made):
     @given(messages=objects())
     def try_one(messages):
         with within(LIMIT):
-            session, _, results = begun(made, "json", Datagrams(messages), False)
-            session.run(lambda: False)
+            driver, _, results = begun(made, "json", Datagrams(messages), False)
+            Session(driver).run(lambda: False)
         check_results(results)
-        counts = session.counts
+        counts = driver.counts
         assert counts.used + counts.malformed + counts.late + counts.repeated == len(messages)
 
     try_one()
@@ -169,14 +170,15 @@ def test_hostile_objects(made):
 def page(made, tmp_path_factory):
     """A page of a session that goes on, and what gives that a reading."""
     incoming = Datagrams([])
-    session, bench, _ = begun(made, "text", incoming, False)
+    driver, bench, _ = begun(made, "text", incoming, False)
     folder = tmp_path_factory.mktemp("page")
-    view = LiveView(session, bench, folder, recorded_signals(bench, made[1]), [])
-    return LivePage({}, view.panel, view.feed), view, session, folder
+    view = LiveView(driver, bench, made[2], [])
+    session = Session(view, folder)
+    return LivePage({}, view.panel, session.feed), session, driver, folder
 
 
 def test_hostile_frames(page):
-    live, view, session, folder = page
+    live, session, driver, folder = page
 
     @PROFILE
     @given(sent=frames())
@@ -185,15 +187,15 @@ def test_hostile_frames(page):
         with within(LIMIT):
             for frame in sent:
                 live.take(frame, heard.append)
-                view.refresh()
-            used = session.counts.used
-            session._source._messages = [encoded(dict.fromkeys(FIELDS, 0.001) | {"n": float(used)}, "text").strip()]
-            session.turn()
-            assert session.counts.used == used + 1, "the session goes on"
+                session.step()
+            used = driver.counts.used
+            driver._source._messages = [encoded(dict.fromkeys(FIELDS, 0.001) | {"n": float(used)}, "text").strip()]
+            driver.turn()
+            assert driver.counts.used == used + 1, "the session goes on"
         for text in heard:
             json.loads(text)
 
     try_one()
-    view.recorder.close()
+    session.run(lambda: True)
     for file in folder.rglob("recording.nc"):
         assert "reading.count" in Recording.load(file).data

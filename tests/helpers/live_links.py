@@ -11,6 +11,7 @@ import pytest
 
 from soft_gripper.extras.bench.endpoints import Endpoints
 from soft_gripper.extras.bench.messages import encoded
+from soft_gripper.page.session import Session
 
 BUSY = 30.0  # s that a busy machine may take
 
@@ -51,9 +52,9 @@ def lcm():
         yield source, lambda message: sink(b"", message)
 
 
-def feed(session, send, messages, period):
-    """Runs a session that another thread feeds in real time; it ends a little after the last has been taken."""
-    counts, began, lasts = session.counts, time.monotonic(), period * len(messages) + 0.3
+def feed(driver, send, messages, period):
+    """Runs a driver that another thread feeds in real time; its session ends a little after the last has been taken."""
+    counts, began, lasts = driver.counts, time.monotonic(), period * len(messages) + 0.3
 
     def send_all():
         for i, message in enumerate(messages):
@@ -67,5 +68,5 @@ def feed(session, send, messages, period):
 
     thread = threading.Thread(target=send_all)
     thread.start()
-    session.run(is_over)
+    Session(driver).run(is_over)
     thread.join()

@@ -5,7 +5,7 @@ from pydrake.geometry import Meshcat
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.diagrams.view.meshcat_view import hidden_meshcat
-from soft_gripper.extras.play.session import open_scenario
+from soft_gripper.extras.play.open_scenario import open_scenario
 from soft_gripper.scenario.scenario_file import load_scenario
 
 

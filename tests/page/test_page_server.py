@@ -19,9 +19,9 @@ from websockets.sync.client import ClientConnection, connect
 
 from soft_gripper.diagrams.view.meshcat_view import has_failed, hidden_meshcat
 from soft_gripper.errors import InputError
-from soft_gripper.extras.play.session import SignalFeed
 from soft_gripper.page import page_server as module
 from soft_gripper.page.page_server import LivePage, page_server
+from soft_gripper.page.signal_feed import SignalFeed
 
 HOST = "127.0.0.1"
 STOP = {"button": "stop"}

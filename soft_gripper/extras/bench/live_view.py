@@ -1,25 +1,27 @@
-"""LiveView: a live session on the page: its scene, tables and plots, and the buttons that zero and record."""
+"""LiveView: a bench on the page: its scene, tables and plots, and the buttons that zero and record."""
 
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
+from contextlib import suppress
 from itertools import islice
 from pathlib import Path
+from threading import Thread
 from typing import Any
 
 import numpy as np
-from pydrake.systems.framework import OutputPort
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.view.estimate_scene import EstimateScene
 from soft_gripper.diagrams.view.meshcat_view import PERIOD, cut_off, has_failed, hidden_meshcat
 from soft_gripper.errors import InputError
 from soft_gripper.extras.bench.bench import Bench
-from soft_gripper.extras.bench.bench_recorder import BenchRecorder
+from soft_gripper.extras.bench.bench_driver import BenchDriver
 from soft_gripper.extras.bench.live_tables import finger_table, needed_signals, readings_table
-from soft_gripper.extras.bench.session import Session
+from soft_gripper.extras.bench.recorder import Layout, Recorder
 from soft_gripper.extras.bench.twin import Twin
 from soft_gripper.page.panel import Button, Panel
-from soft_gripper.page.signal_feed import SignalFeed
+from soft_gripper.page.session import Driver
+from soft_gripper.scenario.scenario_file import dump_scenario
 
 ZEROING = 2.0  # s for which `zero` collects readings
 _LATENCIES = 1000  # readings over which the latency is shown
@@ -33,8 +35,8 @@ _OF_TWIN = {  # its signals, by the estimates and measurements that they are com
 }
 
 
-class LiveView:
-    """Shows a live session while it runs, and obeys the buttons.
+class LiveView(Driver):
+    """Shows a bench while it is driven, and obeys the buttons.
 
     The scene has the fingers as they are estimated and, if there is one, the simulated twin, translucent. The tables
     and plots have what was sent last: while no reading arrives, the last estimates, whose bands widen.
@@ -42,126 +44,122 @@ class LiveView:
 
     def __init__(
         self,
-        session: Session,
+        driver: BenchDriver,
         bench: Bench,
-        folder: Path,
-        recorded: Sequence[str],
+        layout: Layout,
         moving: Sequence[str],
         twin: Twin | None = None,
+        is_beside: bool = False,
         clock: Callable[[], float] = time.monotonic,
     ):
         """
         Args:
-            session: its `run` is to call `refresh` between turns.
-            bench: of the session.
-            folder: takes the recordings.
-            recorded: signals that these have.
+            driver: of the bench.
+            bench: what is shown.
+            layout: of recordings.
             moving: names of the fingers whose base moves.
-            twin: is shown beside; it is advanced by whoever has it.
+            twin: is shown beside.
+            is_beside: the twin stands beside hardware, and follows it; otherwise, in its place.
             clock: real time, s.
         """
-        self._session, self._bench, self._twin = session, bench, twin
-        self.fingers = list(bench.quantities)
-        self.recorder = BenchRecorder(session, bench, recorded, folder)
+        self._driver, self._bench, self._twin, self._is_beside = driver, bench, twin, is_beside
+        self._layout, self._fingers = layout, list(bench.quantities)
         self._meshcat = hidden_meshcat()
         self.scene = self._meshcat.web_url()
         self._drawn = EstimateScene(bench.scenario, bench.signals, moving, self._meshcat)
-        self._of_twin = {} if twin is None else _compared(twin, bench, self.fingers)
+        self._of_twin = {} if twin is None else _compared(twin, bench, self._fingers)
+        of_twin = {} if twin is None else twin.station.parts.signals
+        self.signals = {**bench.signals, **{name: of_twin[own] for name, own in self._of_twin.items()}}
+        self.fingers = [*self._fingers, *dict.fromkeys(name.rpartition(".")[0] for name in self._of_twin)]
         self.panel = Panel((Button.ZERO, Button.RECORD, Button.STOP))
-        self.feed = SignalFeed(self.signals)
-        self._clock = clock
+        self._clock, self._has_scene = clock, True
         self._began = self._due = clock()
-        self._zeroed_at, self._note, self._has_scene, self.is_over = np.inf, "", True, False
 
     @property
-    def signals(self) -> dict[str, OutputPort]:
-        """The ports of the signals that can be plotted, by name; those of the twin begin with "twin."."""
-        if self._twin is None:
-            return dict(self._bench.signals)
-        of_twin = self._twin.station.parts.signals
-        return {**self._bench.signals, **{name: of_twin[own] for name, own in self._of_twin.items()}}
+    def is_over(self) -> bool:
+        """Whether no reading will ever arrive again."""
+        return self._driver.is_over
 
-    @property
-    def owners(self) -> list[str]:
-        """The fingers, and those of the twin, as they are named in `signals`."""
-        return [*self.fingers, *dict.fromkeys(name.rpartition(".")[0] for name in self._of_twin)]
-
-    def refresh(self) -> None:
-        """Obeys the buttons, and shows a frame if it is time for one."""
-        for button in self.panel.pressed():
-            self._react(button)
-        now = self._clock()
-        if now >= self._zeroed_at:
-            self._finish_zeroing()
-        if now >= self._due:
-            self._due = now + PERIOD
-            self._show(now - self._began)
-
-    def _react(self, button: Button) -> None:
-        self._note = ""
-        if button == Button.STOP:
-            self.is_over = True
-        elif button == Button.ZERO:
-            self._session.zero()
-            self._zeroed_at = self._clock() + ZEROING
-        elif self.recorder.is_recording:
-            self.recorder.end()
-        else:
-            self.recorder.begin()
-
-    def _finish_zeroing(self) -> None:
-        self._zeroed_at = np.inf
+    def turn(self) -> bool:
+        """Lets the bench take its turn; a frame is due now and then."""
+        was_zeroing = self._driver.zeroing
         try:
-            self._session.zeroed()
-            self._note = "zeroed: the sensors now read those of fingers that hang free"
+            self._driver.turn()
         except InputError as error:
-            self._note = f"not zeroed: {error.value} {error.expected}"
+            if error.field != "--zero":
+                raise
+            self.note = f"not zeroed: {error.value} {error.expected}"
+        else:
+            if was_zeroing and not self._driver.zeroing:
+                self.note = "zeroed: the sensors now read those of fingers that hang free"
+        now = self._clock()
+        if self._twin is not None and self._is_beside:
+            self._twin.follow(self._driver.results, self._bench, now - self._began)
+        if now < self._due:
+            return False
+        self._due = now + PERIOD
+        return True
 
-    def _show(self, elapsed: float) -> None:
-        tabled = needed_signals(self.fingers, self._bench.signals)
-        wanted = self.feed.wanted
+    def press(self, _: Button) -> None:
+        """Zeroes the sensors."""
+        self._driver.zero(ZEROING)
+
+    def record(self, folder: Path) -> Recorder:
+        """Begins a recording, which is written while it goes on."""
+        folder.mkdir(parents=True)
+        self._driver.recorder = Recorder(self._bench, self._layout, folder / "recording.nc")
+        Thread(target=self._write_scenario, args=(folder,), daemon=True).start()  # it takes longer than a period
+        return self._driver.recorder
+
+    def _write_scenario(self, folder: Path) -> None:
+        with suppress(OSError):  # whoever cannot write the recording says so
+            (folder / "scenario.yaml").write_text(dump_scenario(self._bench.scenario, folder), encoding="utf-8")
+
+    def recovers(self) -> bool:
+        """Whether Meshcat had failed, without which estimates and commands go on."""
+        if not self._has_scene or not has_failed(self._meshcat):
+            return False
+        cut_off(self.scene)  # a new one would take longer than hardware waits
+        self._has_scene, self.note = False, "the view failed; estimates and commands go on"
+        return True
+
+    def close(self) -> None:
+        """Leaves the hardware safe."""
+        self._driver.close()
+
+    def frame(self, wanted: Collection[str]) -> tuple[dict[str, Any], dict[str, Array]]:
+        """Draws the fingers, and fills the tables."""
+        tabled = needed_signals(self._fingers, self._bench.signals)
         values = self._sent({*tabled, *self._drawn.signals, *(wanted - self._of_twin.keys())})
         if self._has_scene:
-            self._draw({name: values[name] for name in self._drawn.signals if name in values})
+            self._drawn.show({name: values[name] for name in self._drawn.signals if name in values})
+        if self._twin is not None and self._has_scene:
+            self._drawn.show_twin(self._twin.positions)
         if self._twin is not None:
             own = self._twin.read([self._of_twin[name] for name in wanted & self._of_twin.keys()])
             values |= {name: own[self._of_twin[name]] for name in wanted & self._of_twin.keys()}
-        tables = [finger_table(self.fingers, self._bench.signals, values), readings_table(self._session.counts)]
-        self.feed.send({**self._status(elapsed), "tables": tables}, {n: v for n, v in values.items() if n in wanted})
+        tables = [finger_table(self._fingers, self._bench.signals, values), readings_table(self._driver.counts)]
+        return {**self._status(), "tables": tables}, {name: v for name, v in values.items() if name in wanted}
 
     def _sent(self, names: Iterable[str]) -> dict[str, Array]:
         """Signals as they were sent last, with their wider bands, and those that are not sent; unknown at first."""
-        sent = self._session.results
-        if self._session.counts.used == 0:
+        sent = self._driver.results
+        if self._driver.counts.used == 0:
             return {}
         return {name: sent[name] if name in sent else self._bench.read([name])[name] for name in names}
 
-    def _draw(self, values: dict[str, Array]) -> None:
-        try:
-            self._drawn.show(values)
-            if self._twin is not None:
-                self._drawn.show_twin(self._twin.positions)
-        except RuntimeError:
-            if not has_failed(self._meshcat):
-                raise
-            cut_off(self.scene)  # a new one would take longer than hardware waits
-            self._has_scene, self._note = False, "the view failed; estimates and commands go on"
-
-    def _status(self, elapsed: float) -> dict[str, Any]:
-        results, is_zeroing = self._session.results, self._session.zeroing
+    def _status(self) -> dict[str, Any]:
+        results, is_zeroing = self._driver.results, self._driver.zeroing
         is_stale = bool(results.get("stale", 1.0))
-        waits = "waiting for readings" if self._session.counts.used == 0 else f"stale, {results.get('age', 0.0):.1f} s"
-        recent = [*islice(reversed(self._session.latencies), _LATENCIES)]
+        waits = "waiting for readings" if self._driver.counts.used == 0 else f"stale, {results.get('age', 0.0):.1f} s"
+        recent = [*islice(reversed(self._driver.latencies), _LATENCIES)]
         middle, most = 1e3 * np.percentile(recent, [50, 99]) if recent else (np.nan, np.nan)
         return {
-            "time": elapsed,
+            "time": self._clock() - self._began,
             "mode": waits if is_stale else "zeroing" if is_zeroing else "live",
-            "alarm": is_stale or self.recorder.is_recording,
+            "alarm": is_stale,
             "latency": f"reading to result {middle:.1f} ms, 99 % {most:.1f} ms" if recent else "",
             "zeroing": is_zeroing,
-            "recording": self.recorder.is_recording,
-            "note": self._note or self.recorder.note,
-            "sliders": {},
         }
 
 

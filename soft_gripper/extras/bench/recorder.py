@@ -70,7 +70,7 @@ class Recorder:
         Raises:
             InputError: if it cannot be written.
         """
-        self.path, self.problem, self.lost = path, "", 0
+        self.path, self.folder, self.problem, self.lost = path, path.parent, "", 0
         self._bench, self._layout, self._samples = bench, layout, 0
         try:
             self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666)
@@ -91,6 +91,11 @@ class Recorder:
         else:
             self._rows.append(row[self._layout.order].astype(_NUMBER).tobytes())
 
+    @property
+    def is_open(self) -> bool:
+        """Whether samples are recorded."""
+        return not self._ends.is_set()
+
     def end(self) -> None:
         """Writes what is left from now on, without waiting for it."""
         self._ends.set()
@@ -103,12 +108,13 @@ class Recorder:
             self.problem = "the disk is too slow"
             self.lost += len(self._rows)
 
+    @property
     def report(self) -> str:
         """Where the recording is, and what it lacks."""
         if self._thread.is_alive() and not self.problem:
             return "being written"
         lacks = f"; {self.lost} samples are missing: {self.problem or 'the disk is too slow'}" if self.lost else ""
-        return f"{self.path}{lacks}"
+        return f"written: {self.path}{lacks}"
 
     def _run(self) -> None:
         try:

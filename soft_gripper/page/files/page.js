@@ -99,8 +99,8 @@ function take({end, status, values}) {
     say("ended", "halted");
     return;
   }
-  const {time, mode = status.paused ? "paused" : "live", alarm = status.recording} = status;
-  say(`${mode}${status.recording ? ", recording" : ""}`, alarm ? "alarm" : status.paused ? "halted" : "");
+  const {time, mode = status.paused ? "paused" : "live", alarm} = status;
+  say(`${mode}${status.recording ? ", recording" : ""}`, alarm || status.recording ? "alarm" : status.paused ? "halted" : "");
   find("time").textContent = `${time.toFixed(1)} s`;
   find("pace").textContent = status.latency ?? `${status.factor.toFixed(2)} × real time`;
   find("pace").className = status.factor < SLOW ? "slow" : "";

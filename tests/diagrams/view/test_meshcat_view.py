@@ -16,7 +16,7 @@ from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.view.estimate_visualizer import ARCS, BAND, CONTACT, CURVE
 from soft_gripper.diagrams.view.meshcat_view import FIELD_OF_VIEW, upright_view, write_animation
-from soft_gripper.extras.play.session import open_scenario
+from soft_gripper.extras.play.open_scenario import open_scenario
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.schema import Scenario
 

@@ -11,11 +11,12 @@ import pytest
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.extras.bench.bench import Bench
+from soft_gripper.extras.bench.bench_driver import BenchDriver
 from soft_gripper.extras.bench.endpoints import Endpoints
 from soft_gripper.extras.bench.messages import encoded
-from soft_gripper.extras.bench.session import Session
 from soft_gripper.extras.bench.twin import Twin
 from soft_gripper.extras.hardware.bench_schema import described
+from soft_gripper.page.session import Session
 from soft_gripper.scenario.scenario_file import load_scenario
 
 PERIOD = 0.01
@@ -65,10 +66,10 @@ class Link:
 
 
 def live(link, bench, send, take=lambda found: None):
-    """A session over a link, which takes each result by name."""
+    """A driver over a link, which takes each result by name."""
     config = described(bench.inputs, "test")
     config.send = send
-    return Session(bench, config, link, lambda _, found: take(found), True, lambda: link.now)
+    return BenchDriver(bench, config, link, lambda _, found: take(found), True, lambda: link.now)
 
 
 @pytest.mark.slow
@@ -83,13 +84,13 @@ def test_shape_error_over_a_bad_link(estimator):
     for is_bad in (False, True):
         bench, found = Bench(scenario), []
         link = Link(messages_of(recording, bench), is_bad, (2.0, 3.0) if is_bad else (np.inf, np.inf))
-        session = live(link, bench, [TIP, STD], found.append)
+        driver = live(link, bench, [TIP, STD], found.append)
         while link.sent < recording.data.sizes["time"] - 1:
-            session.turn()
+            driver.turn()
         known = {int(each["count"]): each for each in found if each["age"] == 0}
         errors[is_bad] = {n: np.linalg.norm(each[TIP][:2] - true[n]) for n, each in known.items()}
         bands[is_bad] = [each[STD][-1] for each in found if each["age"] > 0.5]
-        counts[is_bad] = session.counts, link
+        counts[is_bad] = driver.counts, link
     both = sorted(errors[True])
     assert np.mean([errors[True][n] for n in both]) < WORST * np.mean([errors[False][n] for n in both])
     assert not bands[False]
@@ -145,11 +146,11 @@ def held_box(seconds, is_bad, seed, silence=(np.inf, np.inf)):
         twin.command(found)
 
     link = Link(messages(), is_bad, silence)
-    session = live(link, bench, ["grip.opening"], obey)
+    driver = live(link, bench, ["grip.opening"], obey)
     while link.now < seconds:
-        session.turn()
-    session.forces, session.commands = np.array(forces), np.array(commands)
-    return session
+        driver.turn()
+    driver.forces, driver.commands = np.array(forces), np.array(commands)
+    return driver
 
 
 @pytest.mark.slow
@@ -166,7 +167,7 @@ def test_hostile_datagrams_do_nothing_but_count():
         source = endpoints.source("udp://:0")
         place = ("127.0.0.1", source.port)
         config = described(bench.inputs, "test")
-        session = Session(bench, config, source, lambda _, results: found.append(results))
+        driver = BenchDriver(bench, config, source, lambda _, results: found.append(results))
         is_over = threading.Event()
 
         def flood():
@@ -179,16 +180,16 @@ def test_hostile_datagrams_do_nothing_but_count():
         attacker.start()
         began = time.monotonic()
         for i, message in enumerate(messages):
-            session.run(lambda due=began + 0.03 * i: time.monotonic() > due)
+            Session(driver).run(lambda due=began + 0.03 * i: time.monotonic() > due)
             sender.sendto(encoded(message, "json"), place)
         end = time.monotonic() + 20
-        session.run(lambda: session.counts.used + session.counts.lost >= 100 or time.monotonic() > end)
+        Session(driver).run(lambda: driver.counts.used + driver.counts.lost >= 100 or time.monotonic() > end)
         is_over.set()
         attacker.join()
     known = {int(each["count"]): each for each in found if TIP in each and each["age"] == 0}
-    assert session.counts.malformed > 1000
-    assert session.counts.used == len(known) > 80
-    assert session.counts.repeated == session.counts.restarts == 0
+    assert driver.counts.malformed > 1000
+    assert driver.counts.used == len(known) > 80
+    assert driver.counts.repeated == driver.counts.restarts == 0
     for message in messages:
         count = int(message["count"])
         alone.step({name: np.ravel(message[name]) for name in alone.inputs})

@@ -10,8 +10,8 @@ from refusals import refused
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.extras.bench import recorder as recorder_module
 from soft_gripper.extras.bench.bench import Bench
+from soft_gripper.extras.bench.bench_driver import recorded_signals
 from soft_gripper.extras.bench.recorder import Recorder, free_name, recording_layout
-from soft_gripper.extras.bench.session import recorded_signals
 from soft_gripper.extras.hardware.bench_schema import described
 from soft_gripper.scenario.scenario_file import load_scenario
 
@@ -46,7 +46,7 @@ def test_it_has_every_sample(bench, tmp_path):
         np.testing.assert_array_equal(data[name].values[-1].ravel(), bench.read([name])[name])
     assert data["left_finger.tip_pose"].dims == ("time", "pose")
     assert data["left_finger.strain"].attrs["units"] == "1"
-    assert found.report() == str(path)
+    assert found.report == f"written: {path}"
 
 
 def test_it_can_be_read_at_any_time_and_torn_anywhere(bench, tmp_path):
@@ -79,7 +79,7 @@ def test_a_full_disk_costs_what_follows_alone(bench, tmp_path, monkeypatch):
     feed(bench, found, 5, 8)
     found.close()
     assert Recording.load(path).data.sizes["time"] == 5
-    assert found.report() == f"{path}; 3 samples are missing: No space left on device"
+    assert found.report == f"written: {path}; 3 samples are missing: No space left on device"
 
 
 def test_no_recording_replaces_another(bench, tmp_path):

@@ -15,10 +15,10 @@ from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.extras.bench import endpoints as endpoints_module
 from soft_gripper.extras.bench.bench import Bench
+from soft_gripper.extras.bench.bench_driver import BenchDriver, Pace
 from soft_gripper.extras.bench.endpoints import Endpoints, LineSource, by_entry
 from soft_gripper.extras.bench.messages import MalformedError, decoded, encoded
 from soft_gripper.extras.bench.plausible import check_plausible
-from soft_gripper.extras.bench.session import Pace, Session
 from soft_gripper.extras.bench.tally import Tally
 from soft_gripper.extras.hardware.bench_schema import described
 from soft_gripper.scenario.scenario_file import load_scenario
@@ -46,19 +46,19 @@ def offline(messages):
     """The results of these readings, by number."""
     live = made(lambda timeout: [])
     for message in messages:
-        live.session._take(encoded(message, "json"), time.monotonic())
+        live.driver._take(encoded(message, "json"), time.monotonic())
     return by_count(live.results)
 
 
 def made(receive, is_live=False, clock=time.monotonic, **changes):
-    """A session, what it has sent, and what it has said."""
+    """A driver, what it has sent, and what it has said."""
     bench, results, said = Bench(SCENARIO), [], []
     config = described(bench.inputs, "test")
     for name, value in changes.items():
         setattr(config, name, value)
     source = receive if hasattr(receive, "receive") else SimpleNamespace(receive=receive, is_over=False)
-    session = Session(bench, config, source, lambda _, found: results.append(found), is_live, clock, said.append)
-    return SimpleNamespace(session=session, results=results, bench=bench, said=said)
+    driver = BenchDriver(bench, config, source, lambda _, found: results.append(found), is_live, clock, said.append)
+    return SimpleNamespace(driver=driver, results=results, bench=bench, said=said)
 
 
 def by_count(results):
@@ -77,19 +77,19 @@ def assert_as_offline(live, offline, counts, names=(TIP, STD, COMMAND)):
 def test_links_that_lose_nothing(link, messages, offline):
     with link() as (source, send):
         live = made(source, is_live=True)
-        feed(live.session, send, messages, 0.01)
-    is_busy = live.session.counts.silences > 1  # of this machine, so that control began anew; the last one is the end
+        feed(live.driver, send, messages, 0.01)
+    is_busy = live.driver.counts.silences > 1  # of this machine, so that control began anew; the last one is the end
     assert_as_offline(live, offline, range(1, len(messages) + 1), (TIP, STD) if is_busy else (TIP, STD, COMMAND))
-    assert live.session.counts.used == len(messages)
-    assert live.session.counts.lost == 0
+    assert live.driver.counts.used == len(messages)
+    assert live.driver.counts.lost == 0
 
 
 @pytest.mark.slow
 def test_lcm(messages, offline):
     with lcm() as (source, send):
         live = made(source, is_live=True)
-        feed(live.session, send, messages, 0.01)
-    found, counts = by_count(live.results), live.session.counts
+        feed(live.driver, send, messages, 0.01)
+    found, counts = by_count(live.results), live.driver.counts
     assert len(found) + counts.lost + counts.late == max(found)
     assert_as_offline(live, offline, found, (TIP, STD))  # a controller remembers what it missed
     if len(found) < len(messages) / 2:
@@ -100,7 +100,7 @@ def test_lcm(messages, offline):
 def test_formats_without_names(form, messages, offline):
     live = made(lambda timeout: [], format=form, fields=list(dict(by_entry(messages[0]))))
     for message in messages:
-        live.session._take(encoded(message, form), time.monotonic())
+        live.driver._take(encoded(message, form), time.monotonic())
     tolerance = 0 if form == "float64" else 1e-6
     for count, found in by_count(live.results).items():
         np.testing.assert_allclose(found[TIP], offline[count][TIP], rtol=tolerance, atol=tolerance)
@@ -117,7 +117,7 @@ def test_pressures_measured_against_vacuum(ambient, asks, messages, offline):
     live = made(lambda timeout: [], pressure_ambient=ambient)
     for message in messages:
         absolute = {name: 101.3e3 + message[name] for name in PRESSURES}
-        live.session._take(encoded(message | absolute, "json"), time.monotonic())
+        live.driver._take(encoded(message | absolute, "json"), time.monotonic())
         assert len(live.said) == (len(PRESSURES) if asks and len(live.results) >= 100 else 0)
     if asks:
         assert "left_finger.pressure[0]" in live.said[0]
@@ -131,7 +131,7 @@ def test_pressures_measured_against_vacuum(ambient, asks, messages, offline):
 def test_relative_pressures_are_not_questioned(messages):
     live = made(lambda timeout: [])
     for message in messages:
-        live.session._take(encoded(message, "json"), time.monotonic())
+        live.driver._take(encoded(message, "json"), time.monotonic())
     assert not live.said
 
 
@@ -143,8 +143,8 @@ def test_losses_and_disorder_are_counted_and_harmless(messages, offline):
         order[i], order[i + 1] = order[i + 1], order[i]
     live = made(lambda timeout: [])
     for message in order:
-        live.session._take(encoded(message, "json"), time.monotonic())
-    counts, sent = live.session.counts, {int(message["count"]) for message in order}
+        live.driver._take(encoded(message, "json"), time.monotonic())
+    counts, sent = live.driver.counts, {int(message["count"]) for message in order}
     assert counts.late > 5
     assert counts.used == len(order) - counts.late
     assert counts.lost == max(sent) - min(sent) + 1 - len(sent)
@@ -175,7 +175,7 @@ def test_silence_widens_bands_and_makes_commands_safe(messages, offline):
     source = Scripted(sent)
     live = made(source, is_live=True, clock=lambda: source.now, safe_command=-100.0)
     while source.now < 2.0:
-        live.session.turn()
+        live.driver.turn()
     aged = [found for found in live.results if found["age"] > 0 and found["count"] == last]
     ages = np.array([found["age"] for found in aged])
     np.testing.assert_allclose(ages, 0.015 + 0.01 * np.arange(len(ages)), atol=1e-9)
@@ -190,13 +190,13 @@ def test_silence_widens_bands_and_makes_commands_safe(messages, offline):
     assert widths[-1] > 10 * offline[last][STD][-1]
     again = by_count(live.results)[146]
     assert (again["lost"], again[STD][-1]) == (40, offline[146][STD][-1])
-    assert live.session.counts.silences == 2  # the other one at the end
+    assert live.driver.counts.silences == 2  # the other one at the end
 
 
 def test_before_the_first_reading_commands_are_safe():
     live = made(lambda timeout: time.sleep(timeout) or [], is_live=True, safe_command=-5.0)
     for _ in range(5):
-        live.session.turn()
+        live.driver.turn()
     assert all(found[COMMAND] == [-5.0] and found["stale"] for found in live.results)
     assert len(live.results) >= 4
 
@@ -208,39 +208,39 @@ def test_before_the_first_reading_commands_are_safe():
 )
 def test_malformed_datagrams_only_count(junk, messages):
     live = made(lambda timeout: [])
-    live.session._take(junk, 0.0)
-    assert live.session.counts.malformed == 1
+    live.driver._take(junk, 0.0)
+    assert live.driver.counts.malformed == 1
     assert not live.results
 
 
 def test_a_reading_that_is_not_finite_only_counts(messages):
     live = made(lambda timeout: [])
     bad = dict(by_entry(messages[0])) | {"left_finger.pressure[0]": None}
-    live.session._take(json.dumps(bad).encode(), 0.0)
-    assert live.session.counts.malformed == 1
+    live.driver._take(json.dumps(bad).encode(), 0.0)
+    assert live.driver.counts.malformed == 1
 
 
 def test_a_flood_only_counts(messages):
     """A thousand readings at once, where a bunch of half a second is allowed."""
     live = made(lambda timeout: [], is_live=True)
-    live.session._pace = Pace(0.01, clock=lambda: 0.0)
+    live.driver._pace = Pace(0.01, clock=lambda: 0.0)
     for i in range(1000):
-        live.session._take(encoded(messages[0] | {"count": float(i)}, "json"), time.monotonic())
-    assert (live.session.counts.used, live.session.counts.excess) == (50, 950)
+        live.driver._take(encoded(messages[0] | {"count": float(i)}, "json"), time.monotonic())
+    assert (live.driver.counts.used, live.driver.counts.excess) == (50, 950)
 
 
 def test_a_machine_that_is_too_slow_stays_close_behind(messages):
     """A result takes three periods: readings that cannot be used are counted, and the last is hardly late."""
     source = Waiting(encoded(messages[0] | {"count": float(i)}, "json") for i in range(1000))
     live = made(source, is_live=True, clock=lambda: source.now)
-    live.session._sink = source.take_long
+    live.driver._sink = source.take_long
     while source.arrived < 1000:
-        live.session.turn()
-    counts = live.session.counts
+        live.driver.turn()
+    counts = live.driver.counts
     assert counts.used + counts.lost == 1000
     assert counts.used == pytest.approx(333, abs=30)
     assert counts.excess == counts.lost
-    assert max(live.session.latencies) < 0.6
+    assert max(live.driver.latencies) < 0.6
 
 
 class Waiting:
@@ -268,13 +268,13 @@ def test_zeroing_removes_offsets(messages, offline):
     live = made(lambda timeout: [])
     shifted = [{n: v + 0.02 if n.endswith(".strain") else v for n, v in message.items()} for message in messages]
     for message in shifted[:60]:
-        live.session._take(encoded(message, "json"), 0.0)
-    live.session.zero()  # at rest
+        live.driver._take(encoded(message, "json"), 0.0)
+    live.driver.zero(60.0)  # at rest
     for message in shifted[60:100]:
-        live.session._take(encoded(message, "json"), 0.0)
-    live.session.zeroed()
+        live.driver._take(encoded(message, "json"), 0.0)
+    live.driver.zeroed()
     for message in shifted[100:]:
-        live.session._take(encoded(message, "json"), 0.0)
+        live.driver._take(encoded(message, "json"), 0.0)
     found = by_count(live.results)
     assert all(found[i][COMMAND] == 0.0 for i in range(61, 101))  # nothing moves meanwhile
     assert found[150][COMMAND] != 0.0
@@ -285,21 +285,21 @@ def test_zeroing_removes_offsets(messages, offline):
 
 def test_a_sensor_that_is_never_read_is_not_zeroed(messages):
     live = made(lambda timeout: [])
-    live.session.zero()
+    live.driver.zero(60.0)
     for message in messages[60:100]:
         silent = dict(by_entry(message)) | {"left_finger.strain[3]": None}
-        live.session._take(json.dumps(silent).encode(), 0.0)
-    live.session.zeroed()
-    offsets = live.session._offsets["left_finger.strain"]
+        live.driver._take(json.dumps(silent).encode(), 0.0)
+    live.driver.zeroed()
+    offsets = live.driver._offsets["left_finger.strain"]
     assert offsets[3] == 0.0
     assert np.isfinite(offsets).all()
 
 
 def test_zeroing_without_readings():
     live = made(lambda timeout: [])
-    live.session.zero()
+    live.driver.zero(60.0)
     with refused("--zero", "no reading"):
-        live.session.zeroed()
+        live.driver.zeroed()
 
 
 def test_lines_of_any_length():

@@ -6,12 +6,14 @@ import pytest
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.extras.bench import live_view
 from soft_gripper.extras.bench.bench import Bench
+from soft_gripper.extras.bench.bench_driver import BenchDriver, recorded_signals
 from soft_gripper.extras.bench.endpoints import by_entry
 from soft_gripper.extras.bench.live_view import LiveView
-from soft_gripper.extras.bench.session import Session, recorded_signals
+from soft_gripper.extras.bench.recorder import recording_layout
 from soft_gripper.extras.bench.twin import Twin
 from soft_gripper.extras.hardware.bench_schema import described
-from soft_gripper.extras.play.session import SignalFeed
+from soft_gripper.page.session import Session
+from soft_gripper.page.signal_feed import SignalFeed
 from soft_gripper.scenario.scenario_file import load_scenario
 
 SCENARIO = load_scenario("tip_distance_steps", ["estimator.type=gaussian", "sensor.sections=2"])
@@ -33,7 +35,7 @@ class Seen(SignalFeed):
 
 
 class Shown:
-    """A twin in the place of hardware, its session and its view, on a clock that runs while somebody waits."""
+    """A twin in the place of hardware, its driver, view and session, on a clock that runs while somebody waits."""
 
     is_over = False
 
@@ -41,12 +43,12 @@ class Shown:
         self.twin, self.bench = Twin(SCENARIO), Bench(SCENARIO)
         self.now, self.sent, self.is_silent = 0.0, 0, False
         config = described(self.bench.inputs, "twin")
-        self.session = Session(self.bench, config, self, self.obey, clock=lambda: self.now)
+        self.driver = BenchDriver(self.bench, config, self, self.obey, clock=lambda: self.now)
         twin = self.twin if with_twin else None
-        self.view = LiveView(
-            self.session, self.bench, folder, recorded_signals(self.bench, config), [], twin, clock=lambda: self.now
-        )
-        self.view.feed = self.feed = Seen()
+        layout = recording_layout(self.bench, recorded_signals(self.bench, config))
+        self.view = LiveView(self.driver, self.bench, layout, [], twin, clock=lambda: self.now)
+        self.session = Session(self.view, folder)
+        self.session.feed = self.feed = Seen()
 
     def obey(self, _, results):
         self.twin.command(results)
@@ -64,8 +66,7 @@ class Shown:
         """The last that the page was sent."""
         end = self.now + seconds
         while self.now < end - 1e-9:
-            self.session.turn()
-            self.view.refresh()
+            self.session.step()
         return self.feed.sent[-1]
 
     def click(self, button):
@@ -76,7 +77,7 @@ class Shown:
 def shown(tmp_path):
     found = Shown(tmp_path)
     yield found
-    found.view.recorder.close()
+    found.session.run(lambda: True)
 
 
 def test_it_shows_what_is_estimated_and_what_the_twin_reads(shown):
@@ -90,7 +91,7 @@ def test_it_shows_what_is_estimated_and_what_the_twin_reads(shown):
     assert estimates[1] == ["", "left_finger", "right_finger"]
     assert shown.sent - 6 < int(readings[2][1]) <= shown.sent
     assert f"twin.{STRAIN}" in shown.view.signals
-    assert shown.view.owners == ["left_finger", "right_finger", "twin.left_finger", "twin.right_finger"]
+    assert shown.view.fingers == ["left_finger", "right_finger", "twin.left_finger", "twin.right_finger"]
 
 
 def test_in_silence_it_is_stale_with_wider_bands(shown):
@@ -136,7 +137,7 @@ def test_a_recording_goes_from_click_to_click_and_has_what_was_estimated(shown, 
     shown.click("record")
     shown.run(0.1)
     at_end = shown.bench.read([OPENING])[OPENING]
-    shown.view.recorder.close()
+    shown.driver.recorder.close()
     status, _ = shown.run(0.1)
     assert status["note"] == f"written: {tmp_path / '1' / 'recording.nc'}"
     recording = Recording.load(tmp_path / "1" / "recording.nc")
@@ -145,13 +146,12 @@ def test_a_recording_goes_from_click_to_click_and_has_what_was_estimated(shown, 
     assert 30 < len(recording["time"]) < 50
     assert recording[OPENING].values[-1] == pytest.approx(float(at_end[0]), abs=2e-3)
     assert (tmp_path / "1" / "scenario.yaml").is_file()
-    assert shown.view.recorder.recordings == [tmp_path / "1"]
+    assert shown.session.recordings == [tmp_path / "1"]
 
 
 def test_stop_ends_it(shown):
     shown.click("stop")
-    shown.run(0.1)
-    assert shown.view.is_over
+    shown.session.run(lambda: False)
     assert not shown.view.panel.take({"button": "pause"}), "hardware cannot be stopped in time"
 
 
@@ -169,8 +169,8 @@ def test_a_view_that_fails_stops_nothing(shown, monkeypatch):
 def test_without_a_twin_there_are_the_signals_of_hardware_alone(tmp_path):
     found = Shown(tmp_path, with_twin=False)
     assert not any(name.startswith("twin.") for name in found.view.signals)
-    assert found.view.owners == ["left_finger", "right_finger"]
-    found.view.recorder.close()
+    assert found.view.fingers == ["left_finger", "right_finger"]
+    found.session.run(lambda: True)
 
 
 def test_a_twin_beside_hardware_is_driven_by_what_is_measured():

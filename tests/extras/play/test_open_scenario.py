@@ -2,7 +2,7 @@ from dataclasses import replace
 
 import pytest
 
-from soft_gripper.extras.play.session import open_scenario
+from soft_gripper.extras.play.open_scenario import open_scenario
 from soft_gripper.scenario.checks import check_scenario
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.shipped import scenario_names

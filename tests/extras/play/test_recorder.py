@@ -8,7 +8,7 @@ from live_station import played
 
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.simulation import make_simulator
-from soft_gripper.extras.play.session import Recorder
+from soft_gripper.extras.play.station_recorder import StationRecorder
 from soft_gripper.files.output import is_whole
 from soft_gripper.models import DIRECTORY
 from soft_gripper.scenario.scenario_file import load_scenario
@@ -21,7 +21,6 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> tuple[Recording, Recording
     """A whole run, one that is recorded from BEGIN on, and the folder of that."""
     folder = tmp_path_factory.mktemp("play")
     station, meshcat = played("free_bending")
-    recorder = Recorder(station, meshcat, folder)
     found = []
     for is_recorded in (False, True):
         simulator = make_simulator(station)
@@ -30,15 +29,13 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> tuple[Recording, Recording
             station.diagram.GetInputPort(port).FixValue(context, [80e3])
         simulator.AdvanceTo(BEGIN)
         if is_recorded:
-            recorder.forget(context)
-            recorder.begin(simulator)
+            recorder = StationRecorder(station, meshcat, simulator, folder / "1")
             simulator.AdvanceTo(END - BEGIN)
-            recorder.forget(context)
-            folder = recorder.end(context)
+            recorder.end()
         else:
             simulator.AdvanceTo(END)
             found.append(station.recording(context))
-    return found[0], Recording.load(folder / "recording.nc"), folder
+    return found[0], Recording.load(folder / "1" / "recording.nc"), folder / "1"
 
 
 def test_it_has_its_own_time(runs) -> None:
@@ -69,24 +66,9 @@ def test_a_scenario_of_ones_own_is_found_again_from_the_recording(tmp_path: Path
     (tmp_path / "own.urdf").write_text((DIRECTORY / "grippers" / "finger.urdf").read_text())
     (tmp_path / "own.yaml").write_text("models: [{name: only, file: own.urdf}]")
     station, meshcat = played(str(tmp_path / "own.yaml"))
-    recorder, simulator = Recorder(station, meshcat, tmp_path / "play"), make_simulator(station)
+    simulator = make_simulator(station)
     station.diagram.GetInputPort("only.pressure_command").FixValue(simulator.get_mutable_context(), [0.0])
-    recorder.begin(simulator)
+    recorder = StationRecorder(station, meshcat, simulator, tmp_path / "play" / "1")
     simulator.AdvanceTo(0.02)
-    folder = recorder.end(simulator.get_context())
-    assert "file: ../../own.urdf" in (folder / "scenario.yaml").read_text()
-
-
-def test_nothing_is_kept_of_what_is_not_recorded(tmp_path: Path) -> None:
-    station, meshcat = played("free_bending")
-    recorder, simulator = Recorder(station, meshcat, tmp_path), make_simulator(station)
-    context = simulator.get_mutable_context()
-    for port in station.parts.inputs:
-        station.diagram.GetInputPort(port).FixValue(context, [0.0])
-    for time in (0.1, 0.2):
-        simulator.AdvanceTo(time)
-        recorder.forget(context)
-    assert recorder.end(context) is None
-    simulator.AdvanceTo(0.25)
-    assert len(station.recording(context)["time"]) == 5
-    assert list(tmp_path.iterdir()) == []
+    recorder.end()
+    assert "file: ../../own.urdf" in (recorder.folder / "scenario.yaml").read_text()

@@ -17,10 +17,15 @@ from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.diagrams.view.meshcat_view import cut_off, has_failed
 from soft_gripper.errors import InputError, SimulationDivergedError
-from soft_gripper.extras.play import session as session_module
-from soft_gripper.extras.play.control_panel import ALL_FINGERS, Button
-from soft_gripper.extras.play.session import Pacer, Recorder, Session, SignalFeed, open_scenario
+from soft_gripper.extras.play import simulation_driver
+from soft_gripper.extras.play.open_scenario import open_scenario
+from soft_gripper.extras.play.pacer import Pacer
+from soft_gripper.extras.play.simulation_driver import SimulationDriver
+from soft_gripper.extras.play.station_recorder import StationRecorder
 from soft_gripper.interrupts import held_back
+from soft_gripper.page.panel import ALL_FINGERS, Button
+from soft_gripper.page.session import Session
+from soft_gripper.page.signal_feed import SignalFeed
 from soft_gripper.scenario.scenario_file import load_scenario
 
 PRESSURE = "left_finger.pressure"
@@ -52,11 +57,11 @@ def nothing(_: Session) -> None:
 
 
 def click(button: Button) -> User:
-    return lambda session: session.panel.take({"button": str(button)})
+    return lambda session: session.driver.panel.take({"button": str(button)})
 
 
 def move(slider: str, value: float) -> User:
-    return lambda session: session.panel.take({"slider": slider, "value": value})
+    return lambda session: session.driver.panel.take({"slider": slider, "value": value})
 
 
 pause, reset, record = click(Button.PAUSE), click(Button.RESET), click(Button.RECORD)
@@ -76,11 +81,11 @@ def shown() -> tuple[Station, Meshcat]:
 def play(shown, tmp_path: Path, monkeypatch) -> Play:
     """Plays until the last of what the user does, by the number of the message after which it is done."""
     station, meshcat = shown
-    monkeypatch.setattr(session_module, "_IDLE", 0.0)
-    monkeypatch.setattr(session_module, "hidden_meshcat", lambda: meshcat)
+    monkeypatch.setattr(simulation_driver, "_IDLE", 0.0)
+    monkeypatch.setattr(simulation_driver, "hidden_meshcat", lambda: meshcat)
 
     def play(is_over: Callable[[], bool] = lambda: False, **user: User) -> tuple[Session, list[dict]]:
-        session = Session(lambda _: station, tmp_path)
+        session = Session(SimulationDriver(lambda _: station), tmp_path)
         session.feed = feed = Watched(session, {int(number[1:]): action for number, action in user.items()})
         session.run(is_over)
         return session, feed.sent
@@ -93,8 +98,8 @@ def test_pressure_follows_the_slider_in_real_time(play: Play) -> None:
     assert [each["time"] for each in sent] == pytest.approx([0.05 * i for i in range(1, 13)])
     assert sent[1][PRESSURE] == 0
     assert 45e3 < sent[-1][PRESSURE] < 50e3
-    assert session.played == pytest.approx(0.6)
-    assert 0.3 < session.factor <= 1.05
+    assert session.driver.pacer.played == pytest.approx(0.6)
+    assert 0.3 < session.driver.pacer.whole_factor <= 1.05
 
 
 def test_time_stands_still_in_a_pause_and_is_not_made_up_for(play: Play, monkeypatch) -> None:
@@ -113,11 +118,10 @@ def test_reset_begins_again(play: Play) -> None:
     assert sent[4][PRESSURE] == sent[0][PRESSURE] == 0
 
 
-def test_what_is_played_for_hours_is_not_kept(play: Play, monkeypatch) -> None:
-    forgotten = []
-    monkeypatch.setattr(Recorder, "forget", lambda _, context: forgotten.append(context.get_time()))
-    _, sent = play(_8=nothing)
-    assert forgotten == [each["time"] for each in sent]
+def test_what_is_played_for_hours_is_not_kept(play: Play) -> None:
+    session, _ = play(_8=nothing)
+    driver = session.driver
+    assert len(driver.station.recording(driver._simulator.get_context())["time"]) == 5, "of the last frame"
 
 
 def test_a_recording_in_a_pause_is_of_the_sample_that_is_seen(play: Play, tmp_path: Path) -> None:
@@ -131,7 +135,7 @@ def test_a_recording_that_cannot_be_written_is_no_end(play: Play, monkeypatch, e
     def fail(*_: object) -> None:
         raise error
 
-    monkeypatch.setattr(Recorder, "end", fail)
+    monkeypatch.setattr(StationRecorder, "_write", fail)
     _, sent = play(_1=record, _2=record, _4=nothing)
     assert [each["note"] for each in sent] == ["", "", *[f"not written: {error}"] * 2]
 
@@ -175,7 +179,7 @@ def test_a_recording_is_written_whatever_ends_the_session(play: Play, tmp_path: 
 
 
 def test_ctrl_c_in_the_middle_of_a_frame_waits_for_its_end(play: Play, tmp_path: Path, monkeypatch) -> None:
-    real = session_module.advance
+    real = simulation_driver.advance
 
     def interrupted(simulator, station, time) -> None:
         real(simulator, station, time)
@@ -183,7 +187,7 @@ def test_ctrl_c_in_the_middle_of_a_frame_waits_for_its_end(play: Play, tmp_path:
             signal.raise_signal(signal.SIGINT)
             simulator.get_context()  # where Python would notice
 
-    monkeypatch.setattr(session_module, "advance", interrupted)
+    monkeypatch.setattr(simulation_driver, "advance", interrupted)
     before = signal.signal(signal.SIGINT, signal.default_int_handler)  # which a shell's background jobs do without
     try:
         with held_back() as is_interrupted:
@@ -200,23 +204,23 @@ def attacked(tmp_path: Path) -> Iterator[tuple[Session, User]]:
     with ExitStack() as clients:
 
         def send_junk(session: Session) -> None:
-            client = clients.enter_context(connect(session.scene.replace("http", "ws"), compression=None))
+            client = clients.enter_context(connect(session.driver.scene.replace("http", "ws"), compression=None))
             client.send(b"\xc1")
-            while not has_failed(session.meshcat):
+            while not has_failed(session.driver.meshcat):
                 sleep(0.01)
 
-        yield Session(lambda meshcat: make_station(scenario, meshcat), tmp_path), send_junk
+        yield Session(SimulationDriver(lambda meshcat: make_station(scenario, meshcat)), tmp_path), send_junk
 
 
 @pytest.mark.slow
 def test_a_meshcat_that_fails_is_no_end(attacked, tmp_path: Path) -> None:
     session, send_junk = attacked
-    first = session.meshcat
+    first = session.driver.meshcat
     user = {1: move(ALL_FINGERS, 50.0), 2: record, 8: send_junk, 14: nothing}
     session.feed = feed = Watched(session, user)
     session.run(lambda: False)
-    assert session.meshcat is not first
-    assert not has_failed(session.meshcat)
+    assert session.driver.meshcat is not first
+    assert not has_failed(session.driver.meshcat)
     times = [each["time"] for each in feed.sent[2:]]
     assert times[0] == pytest.approx(0.05)
     assert all(0.04 < later - earlier < 0.11 for earlier, later in pairwise(times)), "a frame is lost at most"
@@ -240,25 +244,25 @@ def test_a_meshcat_that_fails_before_a_click_is_no_end(attacked, then: User) -> 
 
 @pytest.mark.slow
 def test_a_meshcat_that_fails_again_and_again_is_an_end(attacked, monkeypatch) -> None:
-    monkeypatch.setattr(session_module, "_MOST_VIEWS", 1)
+    monkeypatch.setattr(simulation_driver, "_MOST_VIEWS", 1)
     session, send_junk = attacked
     session.feed = Watched(session, {1: record, 3: send_junk, 9: nothing})
     with pytest.raises(InputError) as error:
         session.run(lambda: False)
     assert error.value.field == "Meshcat"
     assert len(session.recordings) == 1
-    cut_off(session.scene)
+    cut_off(session.driver.scene)
 
 
 def test_divergence_is_reported_and_reset_goes_on(play: Play, monkeypatch) -> None:
-    real = session_module.advance
+    real = simulation_driver.advance
 
     def diverge(simulator, station, time) -> None:
         if time > 0.12:
             raise SimulationDivergedError("the simulation diverged")
         real(simulator, station, time)
 
-    monkeypatch.setattr(session_module, "advance", diverge)
+    monkeypatch.setattr(simulation_driver, "advance", diverge)
     _, sent = play(_4=reset, _5=nothing)
     assert [each["note"] for each in sent] == ["", "", "the simulation diverged", "the simulation diverged", ""]
     assert [each["paused"] for each in sent] == [False, False, True, True, False]

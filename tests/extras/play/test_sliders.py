@@ -5,7 +5,7 @@ from pydrake.math import RigidTransform, RollPitchYaw
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.extras.play.control_panel import NO_KEYS, Command, commands_of, pressure_slider, tool_pose
-from soft_gripper.extras.play.session import open_scenario
+from soft_gripper.extras.play.open_scenario import open_scenario
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.schema import PressureConfig
 

@@ -1,12 +1,10 @@
 """soft-gripper live: readings of hardware in, estimates and commands out, in real time, and a page that shows them."""
 
 import argparse
-import logging
 import sys
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -17,17 +15,17 @@ from soft_gripper.commands.chosen_station import chosen_scenario
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.errors import InputError
 from soft_gripper.extras.bench.bench import Bench, bench_scenario
+from soft_gripper.extras.bench.bench_driver import BenchDriver, recorded_signals
 from soft_gripper.extras.bench.endpoints import Endpoints, Sink, Source
 from soft_gripper.extras.bench.live_view import LiveView
-from soft_gripper.extras.bench.recorder import Recorder, free_name, recording_layout
-from soft_gripper.extras.bench.session import Session, recorded_signals
+from soft_gripper.extras.bench.recorder import Layout, Recorder, free_name, recording_layout
 from soft_gripper.extras.bench.tally import TerminalTable
 from soft_gripper.extras.bench.twin import Twin, TwinSource
 from soft_gripper.extras.hardware.bench_schema import BenchConfig, described, load_bench
 from soft_gripper.extras.hardware.table import Columns
 from soft_gripper.files.output import check_file, lock_folder
 from soft_gripper.interrupts import held_back
-from soft_gripper.page.page_server import LivePage, page_contents, page_server
+from soft_gripper.page.session import Session, run_on_page
 from soft_gripper.scenario.scenario_file import files_read
 from soft_gripper.scenario.schema import Scenario
 
@@ -60,30 +58,34 @@ def run(options: argparse.Namespace) -> None:
             live = _with_twin(scenario, endpoints, options)
         else:
             live = _with_hardware(scenario, file, endpoints, options)
-        session = _opened(live, recording, options)
+        driver = BenchDriver(live.bench, live.config, live.source, live.sink, is_live=not options.fast, say=_say)
+        if recording is not None:
+            driver.recorder = Recorder(live.bench, _layout(live), recording)
+        _say_pace(driver, live, options.fast)
+        if options.zero:
+            driver.zero(options.zero)
+        end = np.inf if options.seconds is None else time.monotonic() + options.zero + options.seconds
+
+        def is_over() -> bool:
+            return is_interrupted() or time.monotonic() >= end
+
         try:
             if folder is not None:
-                _show(session, live, folder, options, is_interrupted)
+                _show(driver, live, folder, options, is_over)
             else:
-                _run(session, options, is_interrupted)
+                Session(driver).run(is_over)
         finally:
-            _sum_up(session, endpoints.dropped)
+            _sum_up(driver, endpoints.dropped)
     for line in _followed(live.bench):
-        print(line, file=sys.stderr)
+        _say(line)
     if options.mcap is not None and recording is not None:
         Recording.load(recording).save(options.mcap)
-        print(f"Recording: {options.mcap}", file=sys.stderr)
+        _say(f"Recording written: {options.mcap}")
 
 
-def _opened(live: _Live, recording: Path | None, options: argparse.Namespace) -> Session:
-    """A session that is ready, and records."""
-    say = partial(print, file=sys.stderr)
-    session = Session(live.bench, live.config, live.source, live.sink, is_live=not options.fast, say=say)
-    if recording is not None:
-        layout = recording_layout(live.bench, recorded_signals(live.bench, live.config))
-        session.recorder = Recorder(live.bench, layout, recording)
-    _say_pace(session, live, options.fast)
-    return session
+def _layout(live: _Live) -> Layout:
+    """The layout of recordings."""
+    return recording_layout(live.bench, recorded_signals(live.bench, live.config))
 
 
 def _outputs(options: argparse.Namespace) -> tuple[Path | None, Path | None]:
@@ -97,67 +99,54 @@ def _outputs(options: argparse.Namespace) -> tuple[Path | None, Path | None]:
     return None, None if options.mcap is None else free_name(options.mcap.with_suffix(".nc"))
 
 
-def _say_pace(session: Session, live: _Live, is_fast: bool) -> None:
+def _say_pace(driver: BenchDriver, live: _Live, is_fast: bool) -> None:
     """Prints what a reading costs here, measured, and whether that can be kept up."""
     fingers, period = len(live.bench.quantities), live.bench.period
-    name, signals = live.bench.scenario.estimator.type, session.sent
+    name, signals = live.bench.scenario.estimator.type, driver.sent
     cost = live.bench.cost(signals)
     rate = f"a reading every {1e3 * period:g} ms"
     took = f"takes {1e3 * cost.processor:.1f} ms of processor time here"
-    print(f"{fingers} finger{'s' * (fingers != 1)}, {name}: {rate} {took}.", file=sys.stderr)
+    _say(f"{fingers} finger{'s' * (fingers != 1)}, {name}: {rate} {took}.")
     if is_fast:
         return
     if cost.processor > _BUSIEST * period:
         expected = f"choose a longer sensor.period, another estimator, or fewer signals in `send` than {len(signals)}"
-        print(f"note: this machine cannot keep that rate, and readings will be lost: {expected}", file=sys.stderr)
+        _say(f"note: this machine cannot keep that rate, and readings will be lost: {expected}")
     elif cost.elapsed > _BUSIEST * period:
         waits = f"with other programs running, it takes {1e3 * cost.elapsed:.1f} ms by the clock"
-        print(f"note: {waits}, and readings will be lost, which are counted: stop other programs", file=sys.stderr)
+        _say(f"note: {waits}, and readings will be lost, which are counted: stop other programs")
 
 
-def _sum_up(session: Session, dropped: int) -> None:
-    """Ends a recording, and says what the session came to."""
-    if session.recorder is not None:
-        session.recorder.close()
-        print(f"Recording: {session.recorder.report()}", file=sys.stderr)
-    for line in session.tally.lines():
-        print(line, file=sys.stderr)
-    print(f"Readings: {session.counts}; {dropped} results that nobody read in time.", file=sys.stderr)
-    if session.malformed:
-        print(f"The first malformed message {session.malformed}.", file=sys.stderr)
-    if session.latencies:
-        wall, cpu = (1e3 * np.percentile(times, [50, 99]) for times in (session.latencies, session.efforts))
+def _sum_up(driver: BenchDriver, dropped: int) -> None:
+    """Ends a recording, and prints what the session came to."""
+    if driver.recorder is not None:
+        driver.recorder.close()
+        _say(f"The last recording is {driver.recorder.report}.")
+    for line in driver.tally.lines():
+        _say(line)
+    _say(f"Readings: {driver.counts}; {dropped} results that nobody read in time.")
+    if driver.malformed:
+        _say(f"The first malformed message {driver.malformed}.")
+    if driver.latencies:
+        wall, cpu = (1e3 * np.percentile(times, [50, 99]) for times in (driver.latencies, driver.efforts))
         text = "From a reading to its result: {0:.2f} ms in the median, {1:.2f} ms at 99 %"
-        print(f"{text.format(*wall)}; processor time {cpu[0]:.2f} ms and {cpu[1]:.2f} ms.", file=sys.stderr)
+        _say(f"{text.format(*wall)}; processor time {cpu[0]:.2f} ms and {cpu[1]:.2f} ms.")
 
 
 def _show(
-    session: Session, live: _Live, folder: Path, options: argparse.Namespace, is_interrupted: Callable[[], bool]
+    driver: BenchDriver, live: _Live, folder: Path, options: argparse.Namespace, is_over: Callable[[], bool]
 ) -> None:
     """Runs a session with its page."""
+    view = LiveView(driver, live.bench, _layout(live), live.moving, live.twin, is_beside=options.twin)
+    session = Session(view, folder)
+    if options.out is not None:
+        session.record()
     name = Path(options.scenario).stem
-    logging.getLogger("drake").setLevel(logging.WARNING)  # suppress the "Meshcat listening" messages
-    recorded = recorded_signals(live.bench, live.config)
-    view = LiveView(session, live.bench, folder, recorded, live.moving, live.twin)
-    about = page_contents("live", name, live.bench.scenario, view.panel, view.signals, view.owners)
-    page, began = LivePage(about, view.panel, view.feed), time.monotonic()
+    run_on_page(session, "live", name, live.bench.scenario, options.host, is_over, _say)
 
-    def between() -> None:
-        view.refresh()
-        if options.twin and live.twin is not None:
-            live.twin.follow(session.results, live.bench, time.monotonic() - began)
 
-    with page_server(options.host, lambda: view.scene, page) as address:
-        print(f"Open {address} in a browser. The 'stop' button there, or Ctrl-C here, ends it.", file=sys.stderr)
-        if options.out is not None:
-            view.recorder.begin()
-        try:
-            _run(session, options, lambda: view.is_over or is_interrupted(), between)
-        finally:
-            view.recorder.close()
-            if page.refused:
-                print(f"Rejected {page.refused} messages that were not valid commands.", file=sys.stderr)
-            print("Recordings:", ", ".join(map(str, view.recorder.recordings)) or "none.", file=sys.stderr)
+def _say(line: str) -> None:
+    print(line, file=sys.stderr, flush=True)
 
 
 def _with_hardware(scenario: Scenario, file: Path, endpoints: Endpoints, options: argparse.Namespace) -> _Live:
@@ -245,18 +234,3 @@ def check_inputs(file: Path, config: BenchConfig, bench: Bench) -> None:
         names = [name for name in chosen or () if name not in bench.signals]
         if names:
             raise InputError(file, field, names, f"known signals: {', '.join(bench.signals)}")
-
-
-def _run(
-    session: Session,
-    options: argparse.Namespace,
-    is_over: Callable[[], bool],
-    between: Callable[[], object] = lambda: None,
-) -> None:
-    end = time.monotonic() + options.zero
-    if options.zero:
-        session.zero()
-        session.run(lambda: is_over() or time.monotonic() >= end, between)
-        session.zeroed()
-    end = time.monotonic() + (np.inf if options.seconds is None else options.seconds)
-    session.run(lambda: is_over() or time.monotonic() >= end, between)

@@ -1,7 +1,6 @@
 """soft-gripper replay: estimates shapes from recorded hardware readings; scored by motion capture."""
 
 import argparse
-import logging
 from pathlib import Path
 
 from soft_gripper.commands.viewing import viewed
@@ -78,7 +77,6 @@ def _write(out: Path, replay: ArmReplay) -> list[Path]:
 
 
 def _show(options: argparse.Namespace, replay: ArmReplay) -> None:
-    logging.getLogger("drake").setLevel(logging.WARNING)  # suppress the "Meshcat listening" messages
     meshcat = hidden_meshcat()
     show_replays(meshcat, [one.signals for one in replay.replayed], drawn_rows(replay.rows))
     if options.html is not None:

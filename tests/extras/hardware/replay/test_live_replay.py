@@ -8,7 +8,7 @@ from hardware_files import published
 from live_links import feed, lcm, pseudo_terminal, udp
 
 from soft_gripper.extras.bench.bench import Bench
-from soft_gripper.extras.bench.session import Session
+from soft_gripper.extras.bench.bench_driver import BenchDriver
 from soft_gripper.extras.hardware.bench_schema import described
 from soft_gripper.extras.hardware.recordings import find_recordings
 from soft_gripper.extras.hardware.replay.arm_estimation import PERIOD, arm_recording
@@ -53,11 +53,11 @@ def test_a_recorded_trial_over_every_link(trial, arms, arm_finger, tmp_path):
             bench = Bench(load_scenario(tmp_path / "arm.yaml"))
             pressures = {name: np.zeros(size) for name, size in bench.inputs.items() if name != "arm.strain"}
             config = replace(described(bench.inputs, "test"), send=[ANGLES])
-            session = Session(bench, config, source, lambda _, found: results.append(found))  # noqa: B023
-            feed(session, send, [message | pressures for message in messages], PERIOD)
+            driver = BenchDriver(bench, config, source, lambda _, found: results.append(found))  # noqa: B023
+            feed(driver, send, [message | pressures for message in messages], PERIOD)
         found = {int(each["count"]): each[ANGLES] for each in results if ANGLES in each and each["age"] == 0}
-        assert len(found) == session.counts.used
-        assert len(found) + session.counts.lost >= SAMPLES - 1
+        assert len(found) == driver.counts.used
+        assert len(found) + driver.counts.lost >= SAMPLES - 1
         assert link is lcm or len(found) == SAMPLES  # of several messages that arrive at once, LCM keeps the newest
         for count, angles in found.items():
             np.testing.assert_array_equal(angles, offline[count])

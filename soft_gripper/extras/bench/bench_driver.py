@@ -1,10 +1,9 @@
-"""The loop of a live session: readings in, estimates and commands out, in real time."""
+"""BenchDriver: the hardware of a scenario in real time: readings in, estimates and commands out."""
 
 import math
 import time
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -22,6 +21,7 @@ from soft_gripper.extras.bench.tally import Tally
 from soft_gripper.extras.bench.threads import Message
 from soft_gripper.extras.bench.watch import Counts, Watch
 from soft_gripper.extras.hardware.bench_schema import BenchConfig
+from soft_gripper.page.session import Driver
 
 SENT = (  # signals of a finger, and of a grip, that are sent unless the bench names others
     *("tip_pose", "position_std", "external_torque", "contact", "contact_force", "contact_force_std"),
@@ -110,7 +110,7 @@ class Pace:
         return True
 
 
-class Session:
+class BenchDriver(Driver):
     """Feeds readings to a bench as they arrive, and sends what it computes.
 
     A result has `count` and `time` of its reading, `age` (s since it arrived), `stale`, `lost` (readings so far), the
@@ -141,6 +141,7 @@ class Session:
         self._spread = _Spread(bench, self.sent)
         self._offsets: dict[str, Array] = {}
         self._zeroing: list[dict[str, Array]] | None = None
+        self._zeroed_at = math.inf
         self._last: Reading | None = None
         self._arrived = clock()
         self._due = self._arrived + 1.5 * bench.period
@@ -164,9 +165,9 @@ class Session:
         """Whether readings are being collected, to zero the sensors."""
         return self._zeroing is not None
 
-    def zero(self) -> None:
-        """From now on, readings are collected, until `zeroed`, and commands are safe; fingers are free and at rest."""
-        self._zeroing = []
+    def zero(self, seconds: float) -> None:
+        """For some seconds readings are collected, and commands are safe; fingers are free and at rest."""
+        self._zeroing, self._zeroed_at = [], self._clock() + seconds
 
     def zeroed(self) -> None:
         """Takes the mean of what was collected for readings of fingers that bend freely.
@@ -174,7 +175,7 @@ class Session:
         Raises:
             InputError: if nothing was collected.
         """
-        collected, self._zeroing = self._zeroing, None
+        collected, self._zeroing, self._zeroed_at = self._zeroing, None, math.inf
         self._bench.restart_control()
         if not collected:
             raise InputError(
@@ -186,26 +187,21 @@ class Session:
             # A sensor that was never read stays as it is.
             self._offsets[name] = self._offsets.get(name, 0.0) + np.nansum(found, axis=0) / np.maximum(number, 1)
 
-    def run(self, is_over: Callable[[], bool], between: Callable[[], object] = lambda: None) -> None:
-        """Runs until `is_over`, or until nothing will ever arrive again; `between` is called after every turn.
+    @property
+    def is_over(self) -> bool:
+        """Whether no reading will ever arrive again."""
+        return self._source.is_over
 
-        Whatever ends it, commands are safe in the last result.
-
-        Raises:
-            InputError: if the estimators fail, or an own source or sink does.
-        """
-        try:
-            while not is_over() and not self._source.is_over:
-                self.turn()
-                between()
-        except BaseException:
-            with suppress(Exception):  # the first error says more
-                self._send_last()
-            raise
+    def close(self) -> None:
+        """Sends the last results again, with safe commands."""
         self._send_last()
 
-    def turn(self) -> None:
-        """Waits for readings, until the next result is due at most."""
+    def turn(self) -> bool:
+        """Waits for readings, until the next result is due at most; there is nothing to be shown.
+
+        Raises:
+            InputError: if the estimators fail, an own source or sink does, or no reading came to zero the sensors.
+        """
         messages = self._source.receive(max(0.0, self._due - self._clock()))
         arrived = self._clock()
         for i, message in enumerate(messages, 1):
@@ -219,6 +215,9 @@ class Session:
         if self._pace is not None and (now := self._clock()) >= self._due:
             self._send_aged(now - self._arrived)
             self._due = now + self._bench.period
+        if self._clock() >= self._zeroed_at:
+            self.zeroed()
+        return False
 
     def _take(self, message: Message, arrived: float) -> None:
         try:
@@ -260,7 +259,7 @@ class Session:
             raise InputError("live", "reading", reading.count, f"the estimators failed: {described(error)}") from error
 
     def _record(self, count: float, device_time: float) -> None:
-        if self.recorder is not None:
+        if self.recorder is not None and self.recorder.is_open:
             self.recorder.take(count, device_time)
 
     def _use(self, reading: Reading) -> None:

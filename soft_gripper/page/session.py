@@ -1,0 +1,206 @@
+"""Session: the hardware of a scenario, simulated or real, in real time, until its user ends it.
+
+A `Driver` moves it on and knows how it is shown; the buttons, the messages to the page and the recordings are the same
+for every driver.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Collection, Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, Protocol
+
+from pydrake.systems.framework import OutputPort
+
+from soft_gripper.arrays import Array
+from soft_gripper.errors import InputError
+from soft_gripper.files.output import next_folder
+from soft_gripper.page.page_server import LivePage, page_contents, page_server
+from soft_gripper.page.panel import Button, Panel
+from soft_gripper.page.signal_feed import SignalFeed
+from soft_gripper.scenario.schema import Scenario
+
+
+class Recorder(Protocol):
+    """A recording in a folder of its own."""
+
+    @property
+    def folder(self) -> Path: ...
+
+    @property
+    def is_open(self) -> bool:
+        """Whether it goes on."""
+        ...
+
+    @property
+    def report(self) -> str:
+        """Where it is and what it lacks, once it has ended."""
+        ...
+
+    def end(self) -> None:
+        """Ends it, if it goes on."""
+
+    def close(self) -> None:
+        """Ends it, and waits until all is written."""
+
+
+class Driver(ABC):
+    """What a session drives."""
+
+    panel = Panel(())
+    signals: Mapping[str, OutputPort] = {}  # that can be plotted, by name
+    fingers: Collection[str] = ()  # whose signals share plots
+    scene = ""  # address of the Meshcat that is shown
+    note = ""  # what has happened since a button was pressed
+
+    @property
+    def is_over(self) -> bool:
+        """Whether nothing will ever happen again."""
+        return False
+
+    @abstractmethod
+    def turn(self) -> bool:
+        """Goes on for a moment of real time; returns whether a frame is due."""
+
+    def frame(self, wanted: Collection[str]) -> tuple[dict[str, Any], dict[str, Array]]:
+        """Draws a frame; returns its status, and the values of signals."""
+        raise NotImplementedError
+
+    def press(self, button: Button) -> None:
+        """Obeys a button other than *record* and *stop*."""
+        raise NotImplementedError
+
+    def record(self, folder: Path) -> Recorder:
+        """Begins a recording, whose time starts at 0.
+
+        Raises:
+            InputError, OSError: if it cannot be written.
+        """
+        raise NotImplementedError
+
+    def recovers(self) -> bool:
+        """Whether a RuntimeError came from a view that had failed, without which it now goes on."""
+        return False
+
+    @abstractmethod
+    def close(self) -> None:
+        """Leaves the hardware safe, whatever ends the session."""
+
+
+class Session:
+    """Runs a driver frame by frame; a recording in progress is kept however the session ends."""
+
+    def __init__(self, driver: Driver, folder: Path | None = None):
+        """`folder` takes the recordings, in folders 1, 2, 3 ...; None: there are none."""
+        self.driver, self.feed, self._folder = driver, SignalFeed(driver.signals), folder
+        self._recorders: list[Recorder] = []
+        self._problem, self._is_reported, self._is_stopped = "", False, False
+
+    @property
+    def is_recording(self) -> bool:
+        """Whether a recording is in progress."""
+        return bool(self._recorders) and self._recorders[-1].is_open
+
+    @property
+    def recordings(self) -> list[Path]:
+        """The folders of the recordings that have ended."""
+        return [each.folder for each in self._recorders if not each.is_open and each.folder.exists()]
+
+    def run(self, is_over: Callable[[], bool]) -> None:
+        """Runs until its user stops it, `is_over`, or nothing will ever happen again.
+
+        Whatever ends it, the recording is kept, and the hardware is left safe.
+        """
+        try:
+            while not (is_over() or self._is_stopped or self.driver.is_over):
+                self.step()
+        except BaseException:
+            with suppress(Exception):  # the first error says more
+                self._close()
+            raise
+        self._close()
+
+    def _close(self) -> None:
+        try:
+            self.driver.close()
+        finally:
+            for recorder in self._recorders:
+                recorder.close()
+
+    def step(self) -> None:
+        """Obeys the buttons, goes on for a moment, and shows a frame if one is due."""
+        try:
+            for button in self.driver.panel.pressed():
+                self._react(button)
+            if not self._is_stopped and self.driver.turn():
+                status, values = self.driver.frame(self.feed.wanted)
+                self.feed.send({**self._status(), **status}, values)
+        except RuntimeError:
+            if not self.driver.recovers():
+                raise
+
+    def _react(self, button: Button) -> None:
+        self.driver.note = self._problem = ""
+        if button == Button.STOP:
+            self._is_stopped = True
+        elif button != Button.RECORD:
+            self._is_reported = False
+            self.driver.press(button)
+        elif self.is_recording:
+            self._recorders[-1].end()
+        else:
+            self.record()
+
+    def record(self) -> None:
+        """Begins a recording."""
+        assert self._folder is not None
+        try:
+            self._recorders.append(self.driver.record(next_folder(self._folder)))
+            self._is_reported = True
+        except (InputError, OSError) as error:
+            self._problem = f"not recorded: {error}"
+
+    def _status(self) -> dict[str, Any]:
+        has_report = self._is_reported and not self.is_recording
+        notes = self.driver.note, self._problem, self._recorders[-1].report if has_report else ""
+        return {
+            "recording": self.is_recording,
+            "note": "; ".join(filter(None, notes)),
+            "sliders": self.driver.panel.values,
+        }
+
+
+def run_on_page(
+    session: Session,
+    command: str,
+    name: str,
+    scenario: Scenario,
+    host: str,
+    is_over: Callable[[], bool],
+    say: Callable[[str], object],
+) -> None:
+    """Runs a session behind its page.
+
+    Args:
+        session: what is run.
+        command: of the command line, whose page it is.
+        name: of the scenario.
+        scenario: what runs.
+        host: address at which the page is served.
+        is_over: whether the session ends, apart from its user.
+        say: takes lines for the terminal.
+
+    Raises:
+        InputError: if the page cannot be served there, or as `Session.run`.
+    """
+    driver = session.driver
+    about = page_contents(command, name, scenario, driver.panel, driver.signals, driver.fingers)
+    page = LivePage(about, driver.panel, session.feed)
+    with page_server(host, lambda: driver.scene, page) as address:
+        say(f"Open {address} in a browser. The 'stop' button there, or Ctrl-C here, ends the session.")
+        try:
+            session.run(is_over)
+        finally:
+            if page.refused:
+                say(f"Rejected {page.refused} messages that were not valid commands.")
+            say(f"Recordings: {', '.join(map(str, session.recordings)) or 'none.'}")
