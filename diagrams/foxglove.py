@@ -24,15 +24,24 @@ import xarray as xr
 from scipy.spatial.transform import Rotation
 
 from soft_gripper.arrays import Array
+from soft_gripper.diagrams.view.finger_drawing import (
+    LEAST_FORCE,
+    LENGTH,
+    drawn_signals,
+    estimated_contact,
+    estimated_corners,
+    in_world,
+    link_frames,
+    points_on_links,
+)
 from soft_gripper.errors import InputError
 from soft_gripper.files.output import atomic_file
+from soft_gripper.truth.poses import TRUE_JOINTS, TRUE_TIP, corners
 
 _SECOND = 10**9  # ns
 _COLORS = {"shape": (0.88, 0.62, 0.0), "true_shape": (0.45, 0.1, 0.5), "force": (0.8, 0.1, 0.1)}
 _THICKNESS = 4e-3  # m, of lines and arrows
-_LENGTH = 0.025  # m/N, of an arrow
 _MOST_NUMBERS = 100  # of a signal in a sample
-_LEAST = 0.02  # N, smallest force drawn
 _PLOTTED = (  # signals of a finger, a plot of each group
     ("strain", "curvature", "orientation"),
     ("pressure", "sampled_pressure", "pressure_command"),
@@ -151,54 +160,20 @@ def _named(values: Any, labels: list[list[Any]]) -> Any:
 def _drawn(data: xr.Dataset) -> Iterator[tuple[str, str, Make]]:
     """Topics that are drawn, their schemas, and their messages."""
     for name in _fingers(data):
-        X_WB = data[f"{name}.X_WB"].values
-        estimated, true = _estimated(data, name), _points(data, name, "true_joint_positions", "true_tip_position")
-        if estimated is not None:
-            xyzw = _quaternions(frames_along(X_WB, estimated)[:, -1])
-            yield f"/{name}/tip_in_world", "foxglove.PoseInFrame", _pose(estimated[:, -1], xyzw)
-            forces = _forces(data, name, estimated)
-            yield f"/{name}/shape", "foxglove.SceneUpdate", _scene(name, "shape", estimated, forces)
-        if true is not None:
-            yield f"/{name}/true_shape", "foxglove.SceneUpdate", _scene(name, "true_shape", true, None)
+        signals = {str(key).removeprefix(f"{name}."): value.values for key, value in data.items()}
+        X_WB = signals["X_WB"]
+        if drawn_signals(signals):
+            in_B = estimated_corners(signals)
+            points, turns = in_world(X_WB, in_B), X_WB[:, :, :3] @ link_frames(in_B)[:, -1]
+            yield f"/{name}/tip_in_world", "foxglove.PoseInFrame", _pose(points[:, -1], _quaternions(turns))
+            yield f"/{name}/shape", "foxglove.SceneUpdate", _scene(name, "shape", points, _force(signals, in_B))
+        if {TRUE_JOINTS, TRUE_TIP} <= signals.keys():
+            points = in_world(X_WB, corners(signals[TRUE_JOINTS], signals[TRUE_TIP]))
+            yield f"/{name}/true_shape", "foxglove.SceneUpdate", _scene(name, "true_shape", points, None)
     for key in data.data_vars:
         if str(key).endswith(".pose") and data[key].shape[1:] == (7,):
             pose, topic = data[key].values, f"/{str(key).removesuffix('.pose')}/in_world"
             yield topic, "foxglove.PoseInFrame", _pose(pose[:, 4:], np.roll(pose[:, :4], -1, axis=1))
-
-
-def _estimated(data: xr.Dataset, name: str) -> Array | None:
-    """Base, joints and tip in the world as estimated, (T, N + 2, 3) m; None if they are not."""
-    in_space = _points(data, name, "estimated_joint_positions", "estimated_tip_position")
-    if in_space is not None or not {f"{name}.joint_positions_world", f"{name}.tip_pose"} <= set(data.data_vars):
-        return in_space
-    joints, (x, z, _) = data[f"{name}.joint_positions_world"].values, data[f"{name}.tip_pose"].values.T
-    X_WB = data[f"{name}.X_WB"].values
-    return through_points(X_WB, joints, X_WB[:, :, 3] + x[:, None] * X_WB[:, :, 0] + z[:, None] * X_WB[:, :, 2])
-
-
-def _points(data: xr.Dataset, name: str, joints: str, tip: str) -> Array | None:
-    """Base, joints and tip in the world, (T, N + 2, 3) m, of signals in B; None if these are not recorded."""
-    if not {f"{name}.{joints}", f"{name}.{tip}"} <= set(data.data_vars):
-        return None
-    X_WB = data[f"{name}.X_WB"].values
-    in_B = np.concatenate([data[f"{name}.{joints}"].values, data[f"{name}.{tip}"].values[:, None]], axis=1)
-    in_W = in_B @ np.swapaxes(X_WB[:, :, :3], 1, 2) + X_WB[:, None, :, 3]
-    return through_points(X_WB, in_W[:, :-1], in_W[:, -1])
-
-
-def through_points(X_WB: Array, joints: Array, tip: Array) -> Array:
-    """Base, joints and tip in the world, (T, N + 2, 3) m."""
-    return np.concatenate([X_WB[:, None, :, 3], joints, tip[:, None]], axis=1)
-
-
-def frames_along(X_WB: Array, points: Array) -> Array:
-    """Rotations at base, joints and tip, (T, N + 2, 3, 3): z along the finger, y as near to the base's as can be."""
-    z = np.diff(points, axis=1)
-    z = np.concatenate([z, z[:, -1:]], axis=1)
-    z = z / np.linalg.norm(z, axis=-1, keepdims=True)
-    x = np.cross(X_WB[:, None, :, 1], z)
-    x = x / np.linalg.norm(x, axis=-1, keepdims=True)
-    return np.stack([x, np.cross(z, x), z], axis=-1)
 
 
 def _quaternions(R: Array) -> Array:
@@ -218,34 +193,13 @@ def _pose(p: Array, xyzw: Array) -> Make:
     return make
 
 
-def _forces(data: xr.Dataset, name: str, points: Array) -> tuple[Array, Array] | None:
+def _force(signals: Mapping[str, Array], corners: Array) -> tuple[Array, Array] | None:
     """Where the estimated contact force acts, (T, 3) m, and the force, (T, 3) N, in the world; None: not estimated."""
-    if f"{name}.contact_arc_length" not in data:
+    contact, X_WB = estimated_contact(signals, corners), signals["X_WB"]
+    if contact is None:
         return None
-    s, X_WB = data[f"{name}.contact_arc_length"].values, data[f"{name}.X_WB"].values
-    if f"{name}.contact_force_world" in data:  # of an estimate in space
-        return forces_in_world(X_WB, points, np.zeros(len(s)), s)[0], data[f"{name}.contact_force_world"].values
-    return forces_in_world(X_WB, points, data[f"{name}.contact_force"].values, s)
-
-
-def forces_in_world(X_WB: Array, points: Array, force: Array, s: Array) -> tuple[Array, Array]:
-    """Where contact forces act, (T, 3) m, and the forces in the world, (T, 3) N; NaN where they are.
-
-    Args:
-        X_WB: poses of the base [R | p], (T, 3, 4).
-        points: base, joints and tip in the world, (T, N + 2, 3) m.
-        force: across the finger, (T) N, positive on its inner side.
-        s: arc length from the base, (T) m.
-    """
-    at, along = np.zeros((2, len(force), 3))
-    for i, polyline in enumerate(points):
-        steps = np.diff(polyline, axis=0)
-        ends = np.append(0.0, np.linalg.norm(steps, axis=1).cumsum())
-        at[i] = [np.interp(s[i], ends, each) for each in polyline.T]
-        along[i] = steps[min(int(np.searchsorted(ends[1:], s[i])), len(steps) - 1)]
-    inward = np.cross(X_WB[:, :, 1], along)  # y of B and the axis: toward the inner side
-    inward /= np.maximum(np.linalg.norm(inward, axis=1, keepdims=True), 1e-12)
-    return at, -force[:, None] * inward
+    at = points_on_links(corners, contact.arc_length)[0]
+    return in_world(X_WB, at[:, None])[:, 0], (X_WB[:, :, :3] @ contact.force[:, :, None])[:, :, 0]
 
 
 def _scene(name: str, kind: str, points: Array, forces: tuple[Array, Array] | None) -> Make:
@@ -284,10 +238,10 @@ _IDENTITY = {"position": {"x": 0, "y": 0, "z": 0}, "orientation": {"x": 0, "y": 
 def _arrow(at: Array, force: Array) -> list[Any]:
     """An arrow whose tip is where a force acts; none if it is small or unknown."""
     size = float(np.linalg.norm(force))
-    if not size > _LEAST or not np.isfinite(at).all():
+    if not size > LEAST_FORCE or not np.isfinite(at).all():
         return []
     turn, _ = Rotation.align_vectors([force / size], [[1, 0, 0]])  # an arrow points along x
-    length, head = _LENGTH * size, 2 * _THICKNESS
+    length, head = LENGTH * size, 2 * _THICKNESS
     return [
         {
             "pose": {

@@ -142,7 +142,6 @@ def add_station(
                 station.signals,
                 meshcat,
                 scenario.pressure,
-                scenario.sensor,
                 scenario.models,
                 scenario.arm,
                 scenario.task,

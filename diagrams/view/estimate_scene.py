@@ -14,14 +14,12 @@ from pydrake.systems.primitives import PassThrough
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.scene import Scene, add_plant
-from soft_gripper.diagrams.view.estimate_visualizer import CONTACT_SIGNALS, PLACES
+from soft_gripper.diagrams.view.finger_drawing import drawn_signals
 from soft_gripper.diagrams.view.meshcat_view import PERIOD, add_estimates, geometry_paths, set_up_view
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.scenario.schema import ModelConfig, Scenario
 from soft_gripper.sensors.sensor_block import joints_port
 
-_CONTACT = dict.fromkeys(name for names in CONTACT_SIGNALS.values() for name in names)
-_DRAWN = ("arcs", "external_torque", "position_std", *PLACES, *_CONTACT)
 _ESTIMATES, _TWIN = "/drake", "/twin"  # Meshcat paths
 _OPACITY, _SCALE = 0.3, (1.04, 1.04, 1.0)  # of the twin's grippers, which are drawn a little thicker
 
@@ -48,10 +46,11 @@ class EstimateScene:
         models = _placed_models(scenario.models, whole.fingers, bool(moving))
         arm = None if moving else scenario.arm
         scene = add_plant(builder, scenario.plant_config, models, scenario.gravity, arm)
-        names = [f"{finger.name}.{kind}" for finger in scene.fingers for kind in _DRAWN]
-        self._sizes = {name: signals[name].size() for name in names if name in signals}
+        self._sizes = {
+            name: signals[name].size() for finger in scene.fingers for name in _drawn_of(finger.name, signals)
+        }
         held = {name: _add_held(builder, name, size) for name, size in self._sizes.items()}
-        add_estimates(builder, scene, held, meshcat, scenario.pressure, scenario.sensor)
+        add_estimates(builder, scene, held, meshcat, scenario.pressure)
         set_up_view(whole, meshcat, scenario.pressure, scenario.models, scenario.arm, scenario.task)
         self._positions = _estimated_positions(scene.fingers, signals)
         self._base = next((f for f in scene.fingers if f.name in moving), None)
@@ -135,6 +134,12 @@ def _placed_models(models: Sequence[ModelConfig], fingers: Sequence[PlantFinger]
     grippers = {finger.model_name for finger in fingers}
     kept = [model for model in models if model.name in grippers]
     return [m if m.parent.partition("::")[0] in grippers else replace(m, parent="world") for m in kept]
+
+
+def _drawn_of(finger: str, signals: Collection[str]) -> list[str]:
+    """The names of the signals of a finger that are drawn."""
+    own = [name.removeprefix(f"{finger}.") for name in signals if name.startswith(f"{finger}.")]
+    return [f"{finger}.{name}" for name in ("arcs", "external_torque", *drawn_signals(own))]
 
 
 def _estimated_positions(fingers: Sequence[PlantFinger], signals: Mapping[str, OutputPort]) -> dict[str, list[int]]:

@@ -31,7 +31,8 @@ from pydrake.systems.framework import Context, DiagramBuilder, OutputPort
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.scene import Scene
-from soft_gripper.diagrams.view.estimate_visualizer import CONTACT_SIGNALS, PLACES, DrawnFinger, EstimateVisualizer
+from soft_gripper.diagrams.view.estimate_visualizer import DrawnFinger, EstimateVisualizer
+from soft_gripper.diagrams.view.finger_drawing import drawn_signals
 from soft_gripper.diagrams.view.soft_visualizer import SoftVisualizer, drawn_bodies
 from soft_gripper.diagrams.view.torque_colors import draw_torque_legend, round_limit
 from soft_gripper.diagrams.wiring.named_wires import inputs
@@ -40,8 +41,7 @@ from soft_gripper.estimators.finger_shape import ARC
 from soft_gripper.files.output import atomic_file
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.plant_finger import PlantFinger
-from soft_gripper.scenario.schema import ArmConfig, ModelConfig, PressureConfig, SensorConfig, TaskConfig
-from soft_gripper.scenario.sensor_presets import sensor_layout
+from soft_gripper.scenario.schema import ArmConfig, ModelConfig, PressureConfig, TaskConfig
 
 LOOPBACK = "127.0.0.1"
 _MOST_DESCRIPTORS = 4096
@@ -179,7 +179,6 @@ def add_meshcat_view(
     signals: Mapping[str, OutputPort],
     meshcat: Meshcat,
     pressure: PressureConfig,
-    sensor: SensorConfig,
     models: Sequence[ModelConfig] = (),
     arm: ArmConfig | None = None,
     task: TaskConfig | None = None,
@@ -192,10 +191,9 @@ def add_meshcat_view(
         signals: see `add_estimates`.
         meshcat: the Meshcat to draw in.
         pressure: the `pressure` part, whose limits determine the torque scale.
-        sensor: the `sensor` part, whose sections determine the arcs, which may have unequal lengths.
         models, arm, task: parts of the scenario; their whole workspace is kept in view.
     """
-    add_estimates(builder, scene, signals, meshcat, pressure, sensor)
+    add_estimates(builder, scene, signals, meshcat, pressure)
     if scene.soft:
         _add_soft_objects(builder, scene, signals, meshcat)
     ContactVisualizer.AddToBuilder(builder, scene.plant, meshcat, _contact_arrows())
@@ -208,16 +206,15 @@ def add_estimates(
     signals: Mapping[str, OutputPort],
     meshcat: Meshcat,
     pressure: PressureConfig,
-    sensor: SensorConfig,
 ) -> None:
     """Adds the visualizers of bodies and of estimates.
 
-    `signals` must contain `{finger}.arcs` and `{finger}.external_torque`; contact, `position_std` and the places of an
-    estimate in space are drawn if present, see EstimateVisualizer. For the other arguments see `add_meshcat_view`.
+    `signals` must contain `{finger}.arcs`, `{finger}.external_torque`, joints and tip; contact and `position_std` are
+    drawn if present, see EstimateVisualizer. For the other arguments see `add_meshcat_view`.
     """
     plant, scene_graph, fingers, *_ = scene
     MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat, MeshcatVisualizerParams(publish_period=PERIOD))
-    drawn = [_drawn(scene_graph, finger, signals, sensor) for finger in fingers]
+    drawn = [_drawn(scene_graph, finger, signals) for finger in fingers]
     limit = torque_limit(pressure, fingers)
     # After the visualizer of the bodies, whose colours it sets.
     estimates = builder.AddNamedSystem("estimate_visualizer", EstimateVisualizer(meshcat, drawn, limit, PERIOD))
@@ -281,17 +278,11 @@ def _largest_torque(finger: Finger, pressure: float) -> float:
     return float(effective.max() * finger.pressure_gain.max())
 
 
-def _drawn(
-    scene_graph: SceneGraph, finger: PlantFinger, signals: Mapping[str, OutputPort], sensor: SensorConfig
-) -> DrawnFinger:
+def _drawn(scene_graph: SceneGraph, finger: PlantFinger, signals: Mapping[str, OutputPort]) -> DrawnFinger:
     skin = tuple(geometry_paths(finger.plant, scene_graph, link.index()) for link in finger.links)
-    arcs, layout = signals[f"{finger.name}.arcs"].size() // len(ARC), sensor_layout(finger.finger, sensor)
-    # An estimator has one arc per section, or else arcs of equal length.
-    ends = layout.section_ends if arcs == layout.sections else finger.finger.section_ends(arcs)
-    in_space = {f"{finger.name}.{name}" for name in PLACES} <= signals.keys()
-    has_contact = {f"{finger.name}.{name}" for name in CONTACT_SIGNALS[in_space]} <= signals.keys()
-    has_band = f"{finger.name}.position_std" in signals
-    return DrawnFinger(finger.name, finger.finger, ends, finger.base.index(), skin, has_contact, has_band, in_space)
+    own = {name.removeprefix(f"{finger.name}."): port.size() for name, port in signals.items()}
+    sizes = {name: own[name] for name in drawn_signals(own)}
+    return DrawnFinger(finger.name, finger.finger, own["arcs"] // len(ARC), finger.base.index(), skin, sizes)
 
 
 def geometry_paths(

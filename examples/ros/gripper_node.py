@@ -25,7 +25,14 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 import soft_gripper as sg
-from soft_gripper.diagrams.foxglove import forces_in_world, frames_along, through_points
+from soft_gripper.diagrams.view.finger_drawing import (
+    drawn_signals,
+    estimated_contact,
+    estimated_corners,
+    in_world,
+    link_frames,
+    points_on_links,
+)
 from soft_gripper.extras.bench.bench import Bench
 from soft_gripper.extras.bench.bench_driver import COMMANDS, BenchDriver
 from soft_gripper.extras.bench.commands.live import check_inputs
@@ -104,21 +111,17 @@ class RosSink:
 
 def known(bench, finger):
     """Poses of base, joints and tip in the world, angles, contact force and where it acts, NaN or None if unknown."""
-    read = {name: bench.read([f"{finger}.{name}"])[f"{finger}.{name}"] for name in SHAPE}
-    X_WB = read["X_WB"].reshape(1, 3, 4)
-    x, z, _ = read["tip_pose"]
-    tip = X_WB[:, :, 3] + x * X_WB[:, :, 0] + z * X_WB[:, :, 2]
-    points = through_points(X_WB, read["joint_positions_world"].reshape(1, -1, 3), tip)
-    poses = list(zip(points[0], frames_along(X_WB, points)[0], strict=True))
+    own = [name.removeprefix(f"{finger}.") for name in bench.signals if name.startswith(f"{finger}.")]
+    names = [*drawn_signals(own), "X_WB", "estimated_joint_angles"]
+    read = dict(zip(names, bench.read([f"{finger}.{name}" for name in names]).values(), strict=True))
+    X_WB, corners = read["X_WB"].reshape(3, 4), estimated_corners(read)
+    frames = X_WB[:, :3] @ link_frames(corners)
+    poses = list(zip(in_world(X_WB, corners), [*frames, frames[-1]], strict=True))
     at = force = None
-    if {f"{finger}.{name}" for name in CONTACT} <= bench.signals.keys():
-        contact = bench.read([f"{finger}.{name}" for name in CONTACT]).values()
-        (at,), (force,) = forces_in_world(X_WB, points, *contact)
+    if (contact := estimated_contact(read, corners)) is not None:
+        at = in_world(X_WB, points_on_links(corners, contact.arc_length)[0][None])[0]
+        force = X_WB[:, :3] @ contact.force
     return SimpleNamespace(poses=poses, angles=read["estimated_joint_angles"], at=at, force=force)
-
-
-SHAPE = ("X_WB", "tip_pose", "joint_positions_world", "estimated_joint_angles")
-CONTACT = ("contact_force", "contact_arc_length")
 
 
 def _point(p):

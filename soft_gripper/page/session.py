@@ -4,6 +4,7 @@ A `Driver` moves it on and knows how it is shown; the buttons, the messages to t
 for every driver.
 """
 
+import argparse
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Mapping
 from contextlib import suppress
@@ -22,24 +23,15 @@ from soft_gripper.scenario.schema import Scenario
 
 
 class Recorder(Protocol):
-    """A recording in a folder of its own."""
+    """A recording in a folder of its own; its report says where it is and what it lacks, once it has ended."""
 
     @property
     def folder(self) -> Path: ...
-
     @property
-    def is_open(self) -> bool:
-        """Whether it goes on."""
-        ...
-
+    def is_open(self) -> bool: ...
     @property
-    def report(self) -> str:
-        """Where it is and what it lacks, once it has ended."""
-        ...
-
-    def end(self) -> None:
-        """Ends it, if it goes on."""
-
+    def report(self) -> str: ...
+    def end(self) -> None: ...
     def close(self) -> None:
         """Ends it, and waits until all is written."""
 
@@ -173,30 +165,22 @@ class Session:
 def run_on_page(
     session: Session,
     command: str,
-    name: str,
+    options: argparse.Namespace,
     scenario: Scenario,
-    host: str,
     is_over: Callable[[], bool],
     say: Callable[[str], object],
 ) -> None:
-    """Runs a session behind its page.
+    """Runs the session of a command, whose options name the scenario and the host, behind its page.
 
-    Args:
-        session: what is run.
-        command: of the command line, whose page it is.
-        name: of the scenario.
-        scenario: what runs.
-        host: address at which the page is served.
-        is_over: whether the session ends, apart from its user.
-        say: takes lines for the terminal.
+    `say` takes lines for the terminal.
 
     Raises:
         InputError: if the page cannot be served there, or as `Session.run`.
     """
-    driver = session.driver
+    driver, name = session.driver, Path(options.scenario).stem
     about = page_contents(command, name, scenario, driver.panel, driver.signals, driver.fingers)
     page = LivePage(about, driver.panel, session.feed)
-    with page_server(host, lambda: driver.scene, page) as address:
+    with page_server(options.host, lambda: driver.scene, page) as address:
         say(f"Open {address} in a browser. The 'stop' button there, or Ctrl-C here, ends the session.")
         try:
             session.run(is_over)

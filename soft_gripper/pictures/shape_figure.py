@@ -19,7 +19,7 @@ from matplotlib.transforms import Affine2D
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.view.estimate_visualizer import arcs_of_table
-from soft_gripper.diagrams.view.links_in_space import pressed_point
+from soft_gripper.diagrams.view.finger_drawing import LEAST_FORCE, LENGTH, pressed_point
 from soft_gripper.diagrams.view.torque_colors import add_torque_bar, color
 from soft_gripper.estimators.arcs import Arcs, points_on_arcs, sites_on_arcs
 from soft_gripper.estimators.contact import face_offset
@@ -36,8 +36,6 @@ _STDS = 2  # standard deviations, on either side
 _STRAIGHT = 10.0  # m; an arc with a larger radius is labelled straight
 _TEXT_DISTANCE = 9e-3  # m, from the side of the finger to the label of its radius
 _EDGE = "0.35"
-_LENGTH = 0.025  # m/N
-_LEAST = 0.02  # N, smallest force drawn
 _IN_PLANE, _ASIDE = [0, 2], [1, 2]  # axes of B: as seen along y, and along x
 _OFF_PLANE = 1e-4  # m, beyond which a finger is drawn from the side as well
 
@@ -136,10 +134,10 @@ def arrow_of_force(finger: Finger, points_across: PointsAcross, force: float, ar
         force: N, positive on the inner side.
         arc_length: m.
     """
-    if not abs(force) >= _LEAST or not np.isfinite(arc_length):
+    if not abs(force) >= LEAST_FORCE or not np.isfinite(arc_length):
         return None
     face = float(face_offset(finger, np.array(arc_length), np.array(force)))
-    begin, end = points_across(arc_length, np.array([face, face - _LENGTH * force]))
+    begin, end = points_across(arc_length, np.array([face, face - LENGTH * force]))
     return Arrow(begin, end) if np.isfinite(begin).all() else None
 
 
@@ -261,8 +259,8 @@ def _estimated_in_space(
 
 def _seen(begin: Array, force: Array) -> tuple[Arrow | None, Arrow | None]:
     """The arrow of a force, (3) N in B, at a point, (3) m, as seen along y and along x."""
-    ends = np.array([begin, begin + _LENGTH * force])
-    if not np.isfinite(ends).all() or np.linalg.norm(force) < _LEAST:
+    ends = np.array([begin, begin + LENGTH * force])
+    if not np.isfinite(ends).all() or np.linalg.norm(force) < LEAST_FORCE:
         return None, None
     in_plane, aside = (Arrow(*ends[:, axes]) for axes in (_IN_PLANE, _ASIDE))
     return in_plane, aside

@@ -99,13 +99,14 @@ def source(link, messages, folder):
     os.close(descriptor)
 
 
-def begun(made, form, incoming, is_live):
+def begun(made, form, incoming, is_live, kind=BenchDriver):
     """A driver of a bench that begins anew, and its results."""
     bench, config, _ = made
     bench, config, results = copy(bench), copy(config), []
     bench._begin()
     config.format, config.fields, config.sink_format = form, FIELDS, "json"
-    return BenchDriver(bench, config, incoming, lambda _, found: results.append(found), is_live), bench, results
+    driver = kind(bench, config, incoming, lambda _, found: results.append(found), is_live=is_live)
+    return driver, bench, results
 
 
 def check_results(results):
@@ -170,11 +171,10 @@ def test_hostile_objects(made):
 def page(made, tmp_path_factory):
     """A page of a session that goes on, and what gives that a reading."""
     incoming = Datagrams([])
-    driver, bench, _ = begun(made, "text", incoming, False)
+    driver, *_ = begun(made, "text", incoming, False, LiveView)
     folder = tmp_path_factory.mktemp("page")
-    view = LiveView(driver, bench, made[2], [])
-    session = Session(view, folder)
-    return LivePage({}, view.panel, session.feed), session, driver, folder
+    session = Session(driver, folder)
+    return LivePage({}, driver.panel, session.feed), session, driver, folder
 
 
 def test_hostile_frames(page):

@@ -1,7 +1,6 @@
 """LiveView: a bench on the page: its scene, tables and plots, and the buttons that zero and record."""
 
-import time
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from contextlib import suppress
 from itertools import islice
 from pathlib import Path
@@ -15,12 +14,13 @@ from soft_gripper.diagrams.view.estimate_scene import EstimateScene
 from soft_gripper.diagrams.view.meshcat_view import PERIOD, cut_off, has_failed, hidden_meshcat
 from soft_gripper.errors import InputError
 from soft_gripper.extras.bench.bench import Bench
-from soft_gripper.extras.bench.bench_driver import BenchDriver
+from soft_gripper.extras.bench.bench_driver import BenchDriver, recorded_signals
+from soft_gripper.extras.bench.endpoints import Sink, Source
 from soft_gripper.extras.bench.live_tables import finger_table, needed_signals, readings_table
-from soft_gripper.extras.bench.recorder import Layout, Recorder
+from soft_gripper.extras.bench.recorder import Recorder, recording_layout
 from soft_gripper.extras.bench.twin import Twin
+from soft_gripper.extras.hardware.bench_schema import BenchConfig
 from soft_gripper.page.panel import Button, Panel
-from soft_gripper.page.session import Driver
 from soft_gripper.scenario.scenario_file import dump_scenario
 
 ZEROING = 2.0  # s for which `zero` collects readings
@@ -35,8 +35,8 @@ _OF_TWIN = {  # its signals, by the estimates and measurements that they are com
 }
 
 
-class LiveView(Driver):
-    """Shows a bench while it is driven, and obeys the buttons.
+class LiveView(BenchDriver):
+    """Drives a bench that is shown on a page.
 
     The scene has the fingers as they are estimated and, if there is one, the simulated twin, translucent. The tables
     and plots have what was sent last: while no reading arrives, the last estimates, whose bands widen.
@@ -44,72 +44,66 @@ class LiveView(Driver):
 
     def __init__(
         self,
-        driver: BenchDriver,
         bench: Bench,
-        layout: Layout,
-        moving: Sequence[str],
+        config: BenchConfig,
+        source: Source,
+        sink: Sink,
+        moving: Sequence[str] = (),
         twin: Twin | None = None,
         is_beside: bool = False,
-        clock: Callable[[], float] = time.monotonic,
+        **others: Any,
     ):
         """
         Args:
-            driver: of the bench.
-            bench: what is shown.
-            layout: of recordings.
+            bench, config, source, sink, others: as of BenchDriver.
             moving: names of the fingers whose base moves.
             twin: is shown beside.
             is_beside: the twin stands beside hardware, and follows it; otherwise, in its place.
-            clock: real time, s.
         """
-        self._driver, self._bench, self._twin, self._is_beside = driver, bench, twin, is_beside
-        self._layout, self._fingers = layout, list(bench.quantities)
+        super().__init__(bench, config, source, sink, **others)
+        self._layout, self._measured = recording_layout(bench, recorded_signals(bench, config)), list(bench.quantities)
+        self._twin, self._is_beside = twin, is_beside
         self._meshcat = hidden_meshcat()
         self.scene = self._meshcat.web_url()
         self._drawn = EstimateScene(bench.scenario, bench.signals, moving, self._meshcat)
-        self._of_twin = {} if twin is None else _compared(twin, bench, self._fingers)
+        self._of_twin = {} if twin is None else _compared(twin, bench, self._measured)
         of_twin = {} if twin is None else twin.station.parts.signals
         self.signals = {**bench.signals, **{name: of_twin[own] for name, own in self._of_twin.items()}}
-        self.fingers = [*self._fingers, *dict.fromkeys(name.rpartition(".")[0] for name in self._of_twin)]
+        self.fingers = [*self._measured, *dict.fromkeys(name.rpartition(".")[0] for name in self._of_twin)]
         self.panel = Panel((Button.ZERO, Button.RECORD, Button.STOP))
-        self._clock, self._has_scene = clock, True
-        self._began = self._due = clock()
-
-    @property
-    def is_over(self) -> bool:
-        """Whether no reading will ever arrive again."""
-        return self._driver.is_over
+        self._has_scene = True
+        self._began = self._next = self._clock()
 
     def turn(self) -> bool:
         """Lets the bench take its turn; a frame is due now and then."""
-        was_zeroing = self._driver.zeroing
+        was_zeroing = self.zeroing
         try:
-            self._driver.turn()
+            super().turn()
         except InputError as error:
             if error.field != "--zero":
                 raise
             self.note = f"not zeroed: {error.value} {error.expected}"
         else:
-            if was_zeroing and not self._driver.zeroing:
+            if was_zeroing and not self.zeroing:
                 self.note = "zeroed: the sensors now read those of fingers that hang free"
         now = self._clock()
         if self._twin is not None and self._is_beside:
-            self._twin.follow(self._driver.results, self._bench, now - self._began)
-        if now < self._due:
+            self._twin.follow(self.results, self._bench, now - self._began)
+        if now < self._next:
             return False
-        self._due = now + PERIOD
+        self._next = now + PERIOD
         return True
 
     def press(self, _: Button) -> None:
         """Zeroes the sensors."""
-        self._driver.zero(ZEROING)
+        self.zero(ZEROING)
 
     def record(self, folder: Path) -> Recorder:
         """Begins a recording, which is written while it goes on."""
         folder.mkdir(parents=True)
-        self._driver.recorder = Recorder(self._bench, self._layout, folder / "recording.nc")
+        self.recorder = Recorder(self._bench, self._layout, folder / "recording.nc")
         Thread(target=self._write_scenario, args=(folder,), daemon=True).start()  # it takes longer than a period
-        return self._driver.recorder
+        return self.recorder
 
     def _write_scenario(self, folder: Path) -> None:
         with suppress(OSError):  # whoever cannot write the recording says so
@@ -123,13 +117,9 @@ class LiveView(Driver):
         self._has_scene, self.note = False, "the view failed; estimates and commands go on"
         return True
 
-    def close(self) -> None:
-        """Leaves the hardware safe."""
-        self._driver.close()
-
     def frame(self, wanted: Collection[str]) -> tuple[dict[str, Any], dict[str, Array]]:
         """Draws the fingers, and fills the tables."""
-        tabled = needed_signals(self._fingers, self._bench.signals)
+        tabled = needed_signals(self._measured, self._bench.signals)
         values = self._sent({*tabled, *self._drawn.signals, *(wanted - self._of_twin.keys())})
         if self._has_scene:
             self._drawn.show({name: values[name] for name in self._drawn.signals if name in values})
@@ -138,21 +128,21 @@ class LiveView(Driver):
         if self._twin is not None:
             own = self._twin.read([self._of_twin[name] for name in wanted & self._of_twin.keys()])
             values |= {name: own[self._of_twin[name]] for name in wanted & self._of_twin.keys()}
-        tables = [finger_table(self._fingers, self._bench.signals, values), readings_table(self._driver.counts)]
+        tables = [finger_table(self._measured, self._bench.signals, values), readings_table(self.counts)]
         return {**self._status(), "tables": tables}, {name: v for name, v in values.items() if name in wanted}
 
     def _sent(self, names: Iterable[str]) -> dict[str, Array]:
         """Signals as they were sent last, with their wider bands, and those that are not sent; unknown at first."""
-        sent = self._driver.results
-        if self._driver.counts.used == 0:
+        sent = self.results
+        if self.counts.used == 0:
             return {}
         return {name: sent[name] if name in sent else self._bench.read([name])[name] for name in names}
 
     def _status(self) -> dict[str, Any]:
-        results, is_zeroing = self._driver.results, self._driver.zeroing
+        results, is_zeroing = self.results, self.zeroing
         is_stale = bool(results.get("stale", 1.0))
-        waits = "waiting for readings" if self._driver.counts.used == 0 else f"stale, {results.get('age', 0.0):.1f} s"
-        recent = [*islice(reversed(self._driver.latencies), _LATENCIES)]
+        waits = "waiting for readings" if self.counts.used == 0 else f"stale, {results.get('age', 0.0):.1f} s"
+        recent = [*islice(reversed(self.latencies), _LATENCIES)]
         middle, most = 1e3 * np.percentile(recent, [50, 99]) if recent else (np.nan, np.nan)
         return {
             "time": self._clock() - self._began,

@@ -27,7 +27,7 @@ def recording():
     X_WB = np.column_stack([TURN.as_matrix(), BASE])
     every = {
         "f.X_WB": (["time", "row", "column"], X_WB),
-        "f.joint_positions_world": (["time", "joint", "xyz"], TURN.apply(JOINTS) + BASE),
+        "f.joint_positions": (["time", "joint", "xz"], JOINTS[:, ::2]),
         "f.tip_pose": (["time", "pose"], np.array([0.0, 0.08, 0.0])),
         "f.true_joint_positions": (["time", "joint", "xyz"], JOINTS),
         "f.true_tip_position": (["time", "xyz"], np.array([0, 0, 0.08])),
@@ -139,14 +139,15 @@ def test_what_is_not_known_is_not_drawn(tmp_path):
 def test_an_estimate_in_space_is_drawn_there(tmp_path):
     made = recording()
     bent, force = np.array([[0, 0, 0.02], [0, 0.01, 0.06]]), np.array([0.0, 0.3, 0.4])
-    data = made.data.drop_vars(["f.joint_positions_world", "f.contact_force"])
+    data = made.data.drop_vars(["f.contact_force"])
     data["f.estimated_joint_positions"] = (["time", "joint", "xyz"], np.repeat(bent[None], 3, axis=0))
     data["f.estimated_tip_position"] = (["time", "xyz"], np.repeat([[0, 0.02, 0.08]], 3, axis=0))
-    data["f.contact_force_world"] = (["time", "xyz"], np.repeat(force[None], 3, axis=0))
+    data["f.contact_force_vector"] = (["time", "xyz"], np.repeat(force[None], 3, axis=0))
+    data["f.contact_side"] = (["time"], np.zeros(3))
     Recording(data).save(tmp_path / "a.mcap")
     (entity,) = messages(tmp_path / "a.mcap")[0]["/f/shape"][1]["entities"]
     expected = TURN.apply([[0, 0, 0], *bent, [0, 0.02, 0.08]]) + BASE
     np.testing.assert_allclose([list(p.values()) for p in entity["lines"][0]["points"]], expected, atol=1e-12)
     (arrow,) = entity["arrows"]
     points = Rotation.from_quat(list(arrow["pose"]["orientation"].values())).apply([1, 0, 0])
-    np.testing.assert_allclose(points, force / 0.5, atol=1e-9)
+    np.testing.assert_allclose(points, TURN.apply(force / 0.5), atol=1e-9)

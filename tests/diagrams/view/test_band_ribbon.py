@@ -5,18 +5,22 @@ from drawing import Drawing
 from pydrake.multibody.tree import BodyIndex
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.view.estimate_visualizer import BAND, DrawnFinger, draw_ribbon, place_ribbon
-from soft_gripper.estimators.arcs import join_arcs
+from soft_gripper.diagrams.view.estimate_visualizer import BAND, DrawnFinger, draw_links, place_ribbon, widen_ribbon
+from soft_gripper.diagrams.view.finger_drawing import estimated_corners
 from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.kinematics import as_points, forward_kinematics
 
 STD = np.linspace(0.1e-3, 2e-3, 13)  # m
 
 
 def drawn(finger: Finger, std: Array = STD, bend: float = 0.0) -> Drawing:
-    drawing, lengths = Drawing(), np.full(12, 0.01)
-    shown = DrawnFinger("finger", finger, np.arange(13), BodyIndex(0), (), has_band=True)
+    drawing, shown = Drawing(), DrawnFinger("finger", finger, 12, BodyIndex(0), ())
+    chain = forward_kinematics(np.full(12, bend), finger.segment_length)
+    tip = np.array([*as_points(chain.tip), 12 * bend])
+    corners = estimated_corners({"joint_positions": as_points(chain.joints).ravel(), "tip_pose": tip})
     place_ribbon(drawing, shown)  # type: ignore[arg-type]
-    draw_ribbon(drawing, shown, join_arcs(np.full(12, bend), lengths), std, 0.1)  # type: ignore[arg-type]
+    draw_links(drawing, f"{BAND}/finger", corners, 0.1)  # type: ignore[arg-type]
+    widen_ribbon(drawing, shown, std, 0.1)  # type: ignore[arg-type]
     return drawing
 
 
@@ -31,22 +35,21 @@ def test_is_two_standard_deviations_wide_on_either_side(shipped_finger: Finger) 
 
 
 def test_follows_the_curve_without_gaps(shipped_finger: Finger) -> None:
-    bend, kappa = 0.1, 10.0
-    seen, s = drawn(shipped_finger, bend=bend), shipped_finger.link_ends
-    middles = np.array([seen.in_world(f"{BAND}/finger/{i}", [0, 0, 0]) for i in range(13)])
-    heading = kappa * (s[:-1] + s[1:]) / 2
-    np.testing.assert_allclose(
-        middles[:, [0, 2]].T, [(1 - np.cos(heading)) / kappa, np.sin(heading) / kappa], atol=3e-6
-    )
-    lengths = [seen.objects[f"{BAND}/finger/{i}/left"].height() for i in range(13)]
-    assert np.all(lengths > np.diff(s))
+    seen, lengths = drawn(shipped_finger, bend=0.1), np.diff(shipped_finger.link_ends)
+    end = np.zeros(3)
+    for i, length in enumerate(lengths):
+        begin, next_end = (seen.in_world(f"{BAND}/finger/{i}", [0, 0, half]) for half in (-length / 2, length / 2))
+        np.testing.assert_allclose(begin, end, atol=3e-6)
+        end = next_end
+        assert seen.objects[f"{BAND}/finger/{i}/left"].height() > length
+    assert end[0] > 0.03
 
 
 def test_what_is_not_known_is_hidden(shipped_finger: Finger) -> None:
     seen = drawn(shipped_finger, np.where(np.arange(13) < 6, STD, np.nan))
-    assert [seen.properties[f"{BAND}/finger/{i}", "visible"] for i in range(13)] == [True] * 6 + [False] * 7
+    assert [seen.properties[f"{BAND}/finger/{i}/left", "visible"] for i in range(13)] == [True] * 6 + [False] * 7
 
 
 def test_no_uncertainty_leaves_something_that_can_be_drawn(shipped_finger: Finger) -> None:
     seen = drawn(shipped_finger, np.zeros(13))
-    assert all(seen.properties[f"{BAND}/finger/{i}", "scale"][0] > 0 for i in range(13))
+    assert all(seen.properties[f"{BAND}/finger/{i}/right", "scale"][0] > 0 for i in range(13))

@@ -5,25 +5,23 @@ import pytest
 from drawing import Drawing
 from pydrake.multibody.tree import BodyIndex
 
-from soft_gripper.diagrams.view.estimate_visualizer import CONTACT, LENGTH, DrawnFinger, draw_arrow, place_arrow
-from soft_gripper.estimators.arcs import Arcs, join_arcs
+from soft_gripper.diagrams.view.estimate_visualizer import CONTACT, DrawnFinger, draw_arrow, place_arrow
+from soft_gripper.diagrams.view.finger_drawing import LENGTH, estimated_contact, estimated_corners
 from soft_gripper.fingers.finger import Finger
 
 PATH = f"{CONTACT}/finger/arrow"
 ROUNDING = 3e-6  # m
 
 
-def arcs(bend: float = 0.9) -> Arcs:
-    """Two arcs of unequal length, bent by as much in a metre."""
-    lengths = np.array([0.04, 0.08])
-    return join_arcs(bend * lengths / 0.12, lengths)
-
-
-def drawn(finger: Finger, force: float, arc_length: float, bend: float = 0.9) -> Drawing:
-    drawing = Drawing()
-    shown = DrawnFinger("finger", finger, np.array([0, 4, 12]), BodyIndex(0), (), has_contact=True)
+def drawn(finger: Finger, force: float, arc_length: float, lean: float = 0.4) -> Drawing:
+    """Of a finger that leans by an angle, rad."""
+    drawing, along = Drawing(), np.outer(finger.link_ends[1:], [np.sin(lean), np.cos(lean)])
+    signals = {"joint_positions": along[:-1], "tip_pose": np.array([*along[-1], lean])}
+    corners = estimated_corners(signals)
+    contact = {"contact_force": np.array([force]), "contact_arc_length": np.array([arc_length])}
+    shown = DrawnFinger("finger", finger, 2, BodyIndex(0), (), {})
     place_arrow(drawing, shown)  # type: ignore[arg-type]
-    draw_arrow(drawing, shown, arcs(bend), force, arc_length, 0.1)  # type: ignore[arg-type]
+    draw_arrow(drawing, shown, corners, estimated_contact(contact, corners), 0.1)  # type: ignore[arg-type]
     return drawing
 
 
@@ -36,10 +34,8 @@ def ends(drawing: Drawing, side: str) -> np.ndarray:
 @pytest.mark.parametrize("force", [0.8, -1.3])
 @pytest.mark.parametrize("s", [0.02, 0.1])
 def test_begins_at_the_face_and_points_into_the_finger(shipped_finger: Finger, force: float, s: float) -> None:
-    """On an arc of constant curvature; a force that presses on the inner side pushes outward."""
-    heading, kappa = 0.9 * s / 0.12, 0.9 / 0.12
-    place = np.array([(1 - np.cos(heading)) / kappa, np.sin(heading) / kappa])
-    normal = np.array([np.cos(heading), -np.sin(heading)])  # toward the inner side, x and z
+    """A force that presses on the inner side pushes outward."""
+    place, normal = s * np.array([np.sin(0.4), np.cos(0.4)]), np.array([np.cos(0.4), -np.sin(0.4)])
     section = shipped_finger.section(s)
     face = float(section.inner_face if force > 0 else section.outer_face)
     seen = drawn(shipped_finger, force, s)
@@ -59,13 +55,13 @@ def test_shaft_and_head_join(shipped_finger: Finger) -> None:
 
 
 @pytest.mark.parametrize(
-    ("force", "arc_length", "bend"),
-    [(0.0, np.nan, 0.9), (np.nan, np.nan, 0.9), (0.01, 0.06, 0.9), (1.0, np.nan, 0.9), (1.0, 0.06, np.nan)],
+    ("force", "arc_length", "lean"),
+    [(0.0, np.nan, 0.4), (np.nan, np.nan, 0.4), (0.01, 0.06, 0.4), (1.0, np.nan, 0.4), (1.0, 0.06, np.nan)],
 )
 def test_is_hidden_where_there_is_no_contact(
-    shipped_finger: Finger, force: float, arc_length: float, bend: float
+    shipped_finger: Finger, force: float, arc_length: float, lean: float
 ) -> None:
-    seen = drawn(shipped_finger, force, arc_length, bend)
+    seen = drawn(shipped_finger, force, arc_length, lean)
     assert seen.properties[PATH, "visible"] is False
     assert np.isfinite(
         np.hstack([value for (_, name), value in seen.properties.items() if name != "visible"] + [0])

@@ -14,7 +14,8 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import ConstantValueSource, ConstantVectorSource
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.view.estimate_visualizer import ARCS, DrawnFinger, EstimateVisualizer
+from soft_gripper.diagrams.view.estimate_visualizer import ARCS, CURVE, DrawnFinger, EstimateVisualizer
+from soft_gripper.diagrams.view.finger_drawing import SHAPES
 from soft_gripper.diagrams.view.torque_colors import color
 from soft_gripper.estimators.arc_shapes import ArcShape
 from soft_gripper.estimators.plane import pose_entries
@@ -25,6 +26,7 @@ from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 X_WB = RigidTransform(RollPitchYaw(0.3, -0.4, 1.1), [0.1, -0.2, 0.3])
 LIMIT = 0.2
 NAME = "hand.finger"  # of blocks and signals; the finger itself is called otherwise
+IN_PLANE = SHAPES[1]
 ROUNDING = 3e-6  # m; poses are rounded to about a micrometre
 
 
@@ -35,7 +37,8 @@ class Scene:
         builder = DiagramBuilder()
         self.drawing, self.layout = Drawing(), layout
         skin = tuple((f"/link_{i}/box", f"/link_{i}/knuckle") for i in range(layout.finger.segments + 1))
-        drawn = DrawnFinger(NAME, layout.finger, layout.section_ends, BodyIndex(2), skin)
+        sizes = dict(zip(IN_PLANE, (2 * layout.finger.segments, 3), strict=True))
+        drawn = DrawnFinger(NAME, layout.finger, layout.sections, BodyIndex(2), skin, sizes)
         visualizer = builder.AddSystem(EstimateVisualizer(self.drawing, [drawn], LIMIT, period=0.05))
         pose = builder.AddSystem(ShapeEstimator(ArcShape(layout), layout, np.zeros(3)))
         other = RigidTransform([9.0, 9.0, 9.0])
@@ -48,7 +51,8 @@ class Scene:
             (torque, visualizer.GetInputPort(f"{NAME}.external_torque")),
         ):
             builder.Connect(builder.AddSystem(ConstantVectorSource(vector)).get_output_port(), port)
-        builder.Connect(pose.GetOutputPort("arcs"), visualizer.GetInputPort(f"{NAME}.arcs"))
+        for port in ("arcs", *IN_PLANE):
+            builder.Connect(pose.GetOutputPort(port), visualizer.GetInputPort(f"{NAME}.{port}"))
         self.pose, self.diagram = pose, builder.Build()
         self.simulator = Simulator(self.diagram)
         self.simulator.Initialize()
@@ -95,7 +99,7 @@ def in_finger(points: Array) -> Array:
 
 
 def test_ports(scene: MakeScene, layout: SensorLayout) -> None:
-    drawn = DrawnFinger(NAME, layout.finger, layout.section_ends, BodyIndex(0), ())
+    drawn = DrawnFinger(NAME, layout.finger, layout.sections, BodyIndex(0), ())
     system = EstimateVisualizer(Drawing(), [drawn], LIMIT, 0.05)
     ports = {system.get_input_port(i).get_name(): system.get_input_port(i).size() for i in range(3)}
     assert ports == {"body_poses": 0, f"{NAME}.arcs": 7 * layout.sections, f"{NAME}.external_torque": 12}
@@ -103,43 +107,25 @@ def test_ports(scene: MakeScene, layout: SensorLayout) -> None:
 
 
 def test_ports_of_what_else_is_estimated(layout: SensorLayout) -> None:
-    drawn = DrawnFinger(NAME, layout.finger, layout.section_ends, BodyIndex(0), (), has_contact=True, has_band=True)
+    sizes = {"joint_positions": 24, "tip_pose": 3, "contact_force": 1, "contact_arc_length": 1, "position_std": 13}
+    drawn = DrawnFinger(NAME, layout.finger, layout.sections, BodyIndex(0), (), sizes)
     system = EstimateVisualizer(Drawing(), [drawn], LIMIT, 0.05)
-    ports = {system.get_input_port(i).get_name(): system.get_input_port(i).size() for i in range(3, 6)}
-    assert ports == {f"{NAME}.contact_force": 1, f"{NAME}.contact_arc_length": 1, f"{NAME}.position_std": 13}
+    ports = {system.get_input_port(i).get_name(): system.get_input_port(i).size() for i in range(3, 8)}
+    assert ports == {f"{NAME}.{name}": size for name, size in sizes.items()}
 
 
-def test_pieces_are_chords_of_the_estimated_arcs(scene: MakeScene, layout: SensorLayout) -> None:
+def test_pieces_join_from_the_base_through_the_joints_to_the_tip(scene: MakeScene, layout: SensorLayout) -> None:
     seen = scene(layout)
-    per_arc = len(seen.pieces()) // layout.sections
-    assert len(seen.pieces()) == per_arc * layout.sections
-    for i, path in enumerate(seen.pieces()):
-        _, _, _, kappa, length, *center = seen.arcs[i // per_arc]
-        x, y, z = in_finger(seen.drawing.in_world(path, [0, 0, 0]))
-        direction = in_finger(seen.drawing.in_world(path, [0, 0, 1])) - (x, y, z)
-        from_center = np.array((x, z)) - center
-        assert y == pytest.approx(0, abs=ROUNDING)
-        # The middle of a chord lies nearer to the centre than the arc, and the chord at a right angle to it.
-        assert np.linalg.norm(from_center) == pytest.approx(
-            np.cos(kappa * length / per_arc / 2) / abs(kappa), abs=ROUNDING
-        )
-        assert direction[::2] @ from_center == pytest.approx(0, abs=ROUNDING)
-
-
-def test_pieces_join_from_the_base_to_the_estimated_tip(scene: MakeScene, layout: SensorLayout) -> None:
-    seen = scene(layout)
-    per_arc = len(seen.pieces()) // layout.sections
-    end = np.zeros(3)
-    for i, path in enumerate(seen.pieces()):
-        theta, length = np.prod(seen.arcs[i // per_arc, 3:5]) / per_arc, seen.arcs[i // per_arc, 4] / per_arc
-        half = length * np.sinc(theta / 2 / np.pi) / 2
-        begin, next_end = (in_finger(seen.drawing.in_world(path, [0, 0, side * half])) for side in (-1, 1))
-        np.testing.assert_allclose(begin, end, atol=ROUNDING)
-        end = next_end
+    joints, tip = seen.estimate("joint_positions").reshape(-1, 2), seen.estimate("tip_pose")[:2]
+    corners = np.concatenate([np.zeros((1, 2)), joints, tip[None]])
+    lengths = np.linalg.norm(np.diff(corners, axis=0), axis=1)
+    for i, (path, length) in enumerate(zip(seen.pieces(), lengths, strict=True)):
+        ends = [in_finger(seen.drawing.in_world(path, [0, 0, side * length / 2])) for side in (-1, 1)]
+        expected = np.insert(corners[i : i + 2], 1, 0.0, axis=1)
+        np.testing.assert_allclose(ends, expected, atol=ROUNDING)
         for side in ("left", "right"):
             height = seen.drawing.objects[f"{path}/{side}"].height()
             assert length < height < 1.3 * length, "no gaps where the curve is bent"
-    np.testing.assert_allclose(end[::2], seen.estimate("tip_pose")[:2], atol=ROUNDING)
 
 
 def test_the_curve_stands_out_of_both_sides(scene: MakeScene, tapered_finger: Finger) -> None:
@@ -177,24 +163,18 @@ def test_arcs_are_hidden_together_and_straight_ones_by_themselves(scene: MakeSce
 
 def test_behind_a_failed_sensor_nothing_is_drawn(scene: MakeScene, shipped_finger: Finger) -> None:
     seen = scene(SensorLayout(shipped_finger, 3), failed=1, torque=np.full(12, np.nan))
-    middles = np.array([seen.drawing.in_world(path, [0, 0, 0]) for path in seen.pieces()])
-    known = len(middles) // 3
-    assert len(np.unique(middles[:known].round(9), axis=0)) == known
-    np.testing.assert_array_equal(middles[known:], np.tile(middles[known - 1], (2 * known, 1)))
+    known = np.isfinite(seen.estimate("joint_positions").reshape(-1, 2)).all(axis=1).sum()
+    assert 0 < known < 12
+    shown = [seen.drawing.properties[path, "visible"] for path in seen.pieces()]
+    assert shown == [True] * known + [False] * (13 - known)
     assert [seen.drawing.properties[f"{ARCS}/{NAME}/{i}", "visible"] for i in range(3)] == [True, False, False]
     assert shown_colors(seen) == pytest.approx(np.tile(color(np.nan, LIMIT), (13, 1)), abs=1e-3)
 
 
 def test_a_finger_of_which_nothing_is_known_leaves_finite_poses(scene: MakeScene, layout: SensorLayout) -> None:
     seen = scene(layout, failed=0)
-    pieces = set(seen.pieces())
-    placing = [
-        value
-        for (path, name), value in seen.drawing.properties.items()
-        if path in pieces and name in ("position", "rotation[y]")
-    ]
-    assert len(placing) == 2 * len(pieces)
-    assert np.isfinite(np.hstack(placing)).all()
+    assert not any(seen.drawing.properties[path, "visible"] for path in seen.pieces())
+    assert not any(path.startswith(CURVE) and path != f"{CURVE}/{NAME}" for path in seen.drawing.poses)
 
 
 def shown_colors(seen: Scene) -> Array:

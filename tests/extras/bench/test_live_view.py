@@ -6,10 +6,8 @@ import pytest
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.extras.bench import live_view
 from soft_gripper.extras.bench.bench import Bench
-from soft_gripper.extras.bench.bench_driver import BenchDriver, recorded_signals
 from soft_gripper.extras.bench.endpoints import by_entry
 from soft_gripper.extras.bench.live_view import LiveView
-from soft_gripper.extras.bench.recorder import recording_layout
 from soft_gripper.extras.bench.twin import Twin
 from soft_gripper.extras.hardware.bench_schema import described
 from soft_gripper.page.session import Session
@@ -43,10 +41,8 @@ class Shown:
         self.twin, self.bench = Twin(SCENARIO), Bench(SCENARIO)
         self.now, self.sent, self.is_silent = 0.0, 0, False
         config = described(self.bench.inputs, "twin")
-        self.driver = BenchDriver(self.bench, config, self, self.obey, clock=lambda: self.now)
         twin = self.twin if with_twin else None
-        layout = recording_layout(self.bench, recorded_signals(self.bench, config))
-        self.view = LiveView(self.driver, self.bench, layout, [], twin, clock=lambda: self.now)
+        self.view = LiveView(self.bench, config, self, self.obey, (), twin, clock=lambda: self.now)
         self.session = Session(self.view, folder)
         self.session.feed = self.feed = Seen()
 
@@ -137,7 +133,7 @@ def test_a_recording_goes_from_click_to_click_and_has_what_was_estimated(shown, 
     shown.click("record")
     shown.run(0.1)
     at_end = shown.bench.read([OPENING])[OPENING]
-    shown.driver.recorder.close()
+    shown.view.recorder.close()
     status, _ = shown.run(0.1)
     assert status["note"] == f"written: {tmp_path / '1' / 'recording.nc'}"
     recording = Recording.load(tmp_path / "1" / "recording.nc")

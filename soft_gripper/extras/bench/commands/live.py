@@ -5,6 +5,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -18,7 +19,7 @@ from soft_gripper.extras.bench.bench import Bench, bench_scenario
 from soft_gripper.extras.bench.bench_driver import BenchDriver, recorded_signals
 from soft_gripper.extras.bench.endpoints import Endpoints, Sink, Source
 from soft_gripper.extras.bench.live_view import LiveView
-from soft_gripper.extras.bench.recorder import Layout, Recorder, free_name, recording_layout
+from soft_gripper.extras.bench.recorder import Recorder, free_name, recording_layout
 from soft_gripper.extras.bench.tally import TerminalTable
 from soft_gripper.extras.bench.twin import Twin, TwinSource
 from soft_gripper.extras.hardware.bench_schema import BenchConfig, described, load_bench
@@ -58,22 +59,29 @@ def run(options: argparse.Namespace) -> None:
             live = _with_twin(scenario, endpoints, options)
         else:
             live = _with_hardware(scenario, file, endpoints, options)
-        driver = BenchDriver(live.bench, live.config, live.source, live.sink, is_live=not options.fast, say=_say)
+        make: Callable[..., BenchDriver] = BenchDriver
+        if options.page:
+            make = partial(LiveView, moving=live.moving, twin=live.twin, is_beside=options.twin)
+        driver = make(live.bench, live.config, live.source, live.sink, is_live=not options.fast, say=_say)
         if recording is not None:
-            driver.recorder = Recorder(live.bench, _layout(live), recording)
+            layout = recording_layout(live.bench, recorded_signals(live.bench, live.config))
+            driver.recorder = Recorder(live.bench, layout, recording)
         _say_pace(driver, live, options.fast)
         if options.zero:
             driver.zero(options.zero)
         end = np.inf if options.seconds is None else time.monotonic() + options.zero + options.seconds
+        session = Session(driver, folder)
 
         def is_over() -> bool:
             return is_interrupted() or time.monotonic() >= end
 
         try:
-            if folder is not None:
-                _show(driver, live, folder, options, is_over)
+            if folder is None:
+                session.run(is_over)
             else:
-                Session(driver).run(is_over)
+                if options.out is not None:
+                    session.record()
+                run_on_page(session, "live", options, scenario, is_over, _say)
         finally:
             _sum_up(driver, endpoints.dropped)
     for line in _followed(live.bench):
@@ -81,11 +89,6 @@ def run(options: argparse.Namespace) -> None:
     if options.mcap is not None and recording is not None:
         Recording.load(recording).save(options.mcap)
         _say(f"Recording written: {options.mcap}")
-
-
-def _layout(live: _Live) -> Layout:
-    """The layout of recordings."""
-    return recording_layout(live.bench, recorded_signals(live.bench, live.config))
 
 
 def _outputs(options: argparse.Namespace) -> tuple[Path | None, Path | None]:
@@ -131,18 +134,6 @@ def _sum_up(driver: BenchDriver, dropped: int) -> None:
         wall, cpu = (1e3 * np.percentile(times, [50, 99]) for times in (driver.latencies, driver.efforts))
         text = "From a reading to its result: {0:.2f} ms in the median, {1:.2f} ms at 99 %"
         _say(f"{text.format(*wall)}; processor time {cpu[0]:.2f} ms and {cpu[1]:.2f} ms.")
-
-
-def _show(
-    driver: BenchDriver, live: _Live, folder: Path, options: argparse.Namespace, is_over: Callable[[], bool]
-) -> None:
-    """Runs a session with its page."""
-    view = LiveView(driver, live.bench, _layout(live), live.moving, live.twin, is_beside=options.twin)
-    session = Session(view, folder)
-    if options.out is not None:
-        session.record()
-    name = Path(options.scenario).stem
-    run_on_page(session, "live", name, live.bench.scenario, options.host, is_over, _say)
 
 
 def _say(line: str) -> None:

@@ -14,13 +14,12 @@ from soft_gripper.page.session import Session, run_on_page
 
 def run(options: argparse.Namespace) -> None:
     """Runs the command."""
-    name = Path(options.scenario).stem
     scenario = open_scenario(chosen_scenario(options), options.grip)
-    folder = lock_folder(options.out or Path("results") / "play" / name)
+    folder = lock_folder(options.out or Path("results") / "play" / Path(options.scenario).stem)
     driver = SimulationDriver(partial(station_of, options.scenario, scenario))
     with held_back() as is_interrupted:
         try:
-            run_on_page(Session(driver, folder), "play", name, scenario, options.host, is_interrupted, _say)
+            run_on_page(Session(driver, folder), "play", options, scenario, is_interrupted, _say)
         finally:
             _say(f"Played {driver.pacer.played:.1f} s at {driver.pacer.whole_factor:.2f} times real time.")
 

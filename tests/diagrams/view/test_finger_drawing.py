@@ -1,4 +1,4 @@
-"""Where the links of an estimate in space are, and the pieces that are drawn along them."""
+"""What is drawn of an estimated finger: from its signals, in the plane and in space, of a sample and of many."""
 
 import numpy as np
 import pytest
@@ -8,15 +8,27 @@ from pydrake.multibody.tree import BodyIndex
 from soft_gripper.diagrams.view.estimate_visualizer import (
     BAND,
     CONTACT,
-    LENGTH,
     DrawnFinger,
-    draw_arrow_in_space,
+    draw_arrow,
     draw_links,
     place_arrow,
     place_ribbon,
-    widen_links,
+    widen_ribbon,
 )
-from soft_gripper.diagrams.view.links_in_space import link_frames, pressed_point
+from soft_gripper.diagrams.view.finger_drawing import (
+    BAND_SIGNAL,
+    CONTACTS,
+    LENGTH,
+    SHAPES,
+    Contact,
+    drawn_signals,
+    estimated_contact,
+    estimated_corners,
+    in_world,
+    link_frames,
+    points_on_links,
+    pressed_point,
+)
 from soft_gripper.fingers.finger import Finger
 
 ARROW = f"{CONTACT}/finger/arrow"
@@ -38,7 +50,42 @@ def test_frames_point_along_the_links_and_are_rotations() -> None:
     )
     np.testing.assert_allclose(np.linalg.det(frames), 1)
     np.testing.assert_allclose(frames[..., 2] * np.linalg.norm(along, axis=-1, keepdims=True), along)
-    assert np.all(frames[..., 0, 0] >= 0)
+    assert np.all(frames[..., 1, 1] >= 0)
+
+
+def test_a_shape_in_space_is_drawn_where_it_is_estimated() -> None:
+    known = [*SHAPES[0], *SHAPES[1], *CONTACTS[0], *CONTACTS[1], BAND_SIGNAL, "theta"]
+    assert drawn_signals(known) == [*SHAPES[0], *CONTACTS[0], BAND_SIGNAL]
+    assert drawn_signals([*SHAPES[1], *CONTACTS[1]]) == [*SHAPES[1], *CONTACTS[1]]
+    assert drawn_signals([*SHAPES[0][:1], BAND_SIGNAL]) == []
+
+
+def test_many_samples_are_drawn_as_one() -> None:
+    random = np.random.default_rng(2)
+    joints, tips = random.normal(size=(7, 4, 2)), random.normal(size=(7, 3))
+    force, s = random.normal(size=7), random.uniform(0, 2, 7)
+    signals = {"joint_positions": joints, "tip_pose": tips, "contact_force": force, "contact_arc_length": s}
+    every = estimated_corners(signals)
+    found = estimated_contact(signals, every)
+    assert found is not None
+    X_WB = random.normal(size=(7, 3, 4))
+    for i in range(7):
+        one = {name: value[i].ravel() for name, value in signals.items()}
+        alone = estimated_corners(one)
+        np.testing.assert_array_equal(every[i], alone)
+        contact = estimated_contact(one, alone)
+        assert contact is not None
+        np.testing.assert_allclose([*found.force[i], found.side[i]], [*contact.force, contact.side], atol=1e-12)
+        np.testing.assert_allclose(points_on_links(every, s)[0][i], points_on_links(alone, s[i])[0], atol=1e-12)
+        np.testing.assert_allclose(in_world(X_WB, every)[i], alone @ X_WB[i, :, :3].T + X_WB[i, :, 3], atol=1e-12)
+
+
+def test_points_are_on_their_links() -> None:
+    corners = np.array([[0.0, 0, 0], [0, 0, 1], [2, 0, 1], [3, 3, 1]])
+    points, frames = points_on_links(corners, np.array(1.5))
+    np.testing.assert_allclose(points, [0.5, 0, 1])
+    np.testing.assert_allclose(frames[:, 2], [1, 0, 0])
+    assert np.isnan(points_on_links(corners, np.array(np.nan))[0]).all()
 
 
 @pytest.mark.parametrize(
@@ -59,13 +106,13 @@ def test_the_pressed_point_is_on_its_face(shipped_finger: Finger, side: float, a
 
 def drawn(finger: Finger, force: np.ndarray, sideways: float = 0.3) -> Drawing:
     drawing = Drawing()
-    shown = DrawnFinger("finger", finger, np.arange(13), BodyIndex(0), (), True, True, True)
+    shown = DrawnFinger("finger", finger, 12, BodyIndex(0), (), dict.fromkeys(SHAPES[0], 0))
     place_arrow(drawing, shown)  # type: ignore[arg-type]
     place_ribbon(drawing, shown)  # type: ignore[arg-type]
     corners = corners_of(finger, sideways)
-    draw_arrow_in_space(drawing, shown, corners, force, 0.07, np.pi / 2, 0.1)  # type: ignore[arg-type]
+    draw_arrow(drawing, shown, corners, Contact(force, np.array(0.07), np.array(np.pi / 2)), 0.1)  # type: ignore[arg-type]
     draw_links(drawing, f"{BAND}/finger", corners, 0.1)  # type: ignore[arg-type]
-    widen_links(drawing, f"{BAND}/finger", np.full(13, 1e-3), 0.1)  # type: ignore[arg-type]
+    widen_ribbon(drawing, shown, np.full(13, 1e-3), 0.1)  # type: ignore[arg-type]
     return drawing
 
 
@@ -89,7 +136,7 @@ def test_the_ribbon_lies_along_the_links(shipped_finger: Finger) -> None:
     seen, corners = drawn(shipped_finger, np.zeros(3)), corners_of(shipped_finger, 0.3)
     for i in (0, 6, 12):
         middle = (corners[i] + corners[i + 1]) / 2
-        np.testing.assert_allclose(seen.in_world(f"{BAND}/finger/{i}", [0, 0, 0]), middle, atol=1e-9)
+        np.testing.assert_allclose(seen.in_world(f"{BAND}/finger/{i}", [0, 0, 0]), middle, atol=3e-6)
         left, right = (seen.in_world(f"{BAND}/finger/{i}/left", [x, 0, 0]) for x in (-0.5, 0.5))
         wide = np.linalg.norm(right - left)
         assert wide == pytest.approx(2e-3 if i == 0 else 4e-3, abs=3e-6)

@@ -1,0 +1,116 @@
+"""What is drawn of an estimated finger: points, frames of links, and the force, computed once for every back end.
+
+Meshcat draws a sample of it, Foxglove a recording, and figures what they need; so leading axes are free. The corners of
+a finger are its base, N joints and tip, (..., N + 2, 3) m in B. Links are straight from corner to corner, without
+their twist.
+"""
+
+from collections.abc import Collection, Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from soft_gripper.arrays import Array
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.truth.poses import corners
+
+LENGTH = 0.025  # m/N, of the arrow of a force
+LEAST_FORCE = 0.02  # N, smallest that is drawn
+# Signals with joints and tip, and with the contact, in space and in the bending plane.
+SHAPES = ("estimated_joint_positions", "estimated_tip_position"), ("joint_positions", "tip_pose")
+CONTACTS = ("contact_force_vector", "contact_arc_length", "contact_side"), ("contact_force", "contact_arc_length")
+BAND_SIGNAL = "position_std"
+
+
+def drawn_signals(known: Collection[str]) -> list[str]:
+    """Those of the known signals of a finger from which it is drawn, with contact and band; none without a shape."""
+    shape, contact = (next((names for names in each if {*names} <= {*known}), ()) for each in (SHAPES, CONTACTS))
+    return [*shape, *contact, *[BAND_SIGNAL] * (BAND_SIGNAL in known)] if shape else []
+
+
+def is_in_space(signals: Collection[str]) -> bool:
+    """Whether the shape of these signals is one in space, and not in the bending plane."""
+    return {*SHAPES[0]} <= {*signals}
+
+
+def estimated_corners(signals: Mapping[str, Array]) -> Array:
+    """Corners of the shape among signals by name, a sample or more of each."""
+    joints, tip = (signals[name] for name in SHAPES[0 if is_in_space(signals) else 1])
+    if is_in_space(signals):
+        return corners(joints.reshape(*tip.shape[:-1], -1, 3), tip)
+    return corners(_out_of_plane(joints.reshape(*tip.shape[:-1], -1, 2)), _out_of_plane(tip[..., :2]))
+
+
+def _out_of_plane(points: Array) -> Array:
+    """Points x, z (..., 2) of the bending plane as (..., 3)."""
+    return points @ np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+
+
+class Contact(NamedTuple):
+    """An estimated contact force; NaN where it is not known."""
+
+    force: Array  # (..., 3) N in B
+    arc_length: Array  # (...) m
+    side: Array  # (...) rad around the section, 0 on the inner side, as `SpatialContact.side`
+
+
+def estimated_contact(signals: Mapping[str, Array], corners: Array) -> Contact | None:
+    """The contact of signals by name; None if it is not among them."""
+    lead = corners.shape[:-2]
+    in_space, in_plane = ({*names} <= signals.keys() for names in CONTACTS)
+    if not in_space and not in_plane:
+        return None
+    s = signals["contact_arc_length"].reshape(lead)
+    if in_space:
+        return Contact(signals["contact_force_vector"].reshape(*lead, 3), s, signals["contact_side"].reshape(lead))
+    force = signals["contact_force"].reshape(lead)
+    inward = points_on_links(corners, s)[1][..., 0]
+    return Contact(-force[..., None] * inward, s, np.where(force < 0, np.pi, 0.0))
+
+
+def link_frames(corners: Array) -> Array:
+    """Rotations in B, (..., N + 1, 3, 3), of the links.
+
+    Their z points along the link, and y is as near to the y of B as can be: in the bending plane, x points inward.
+    """
+    along = np.diff(corners, axis=-2)
+    z = along / np.linalg.norm(along, axis=-1, keepdims=True)
+    x = np.cross([0.0, 1.0, 0.0], z)
+    x /= np.linalg.norm(x, axis=-1, keepdims=True)
+    return np.stack([x, np.cross(z, x), z], axis=-1)
+
+
+def points_on_links(corners: Array, s: Array) -> tuple[Array, Array]:
+    """Points at arc lengths (...) m along the links, (..., 3) m, and the frames there, (..., 3, 3); NaN if unknown."""
+    steps = np.diff(corners, axis=-2)
+    ends = np.linalg.norm(steps, axis=-1).cumsum(axis=-1)
+    link = (np.asarray(s)[..., None] > ends[..., :-1]).sum(axis=-1)[..., None, None]
+    begin, step = (np.take_along_axis(each, link, axis=-2)[..., 0, :] for each in (corners[..., :-1, :], steps))
+    length = np.linalg.norm(step, axis=-1)
+    end = np.take_along_axis(ends, link[..., 0], axis=-1)[..., 0]
+    points = begin + ((s - end) / length + 1)[..., None] * step
+    return points, np.take_along_axis(link_frames(corners), link[..., None], axis=-3)[..., 0, :, :]
+
+
+def pressed_point(finger: Finger, corners: Array, s: float, side: float) -> Array:
+    """The point of the surface at an arc length, m, and an angle around the section, rad: (3) m in B.
+
+    Args:
+        finger: that is pressed.
+        corners: (N + 2, 3) m.
+        s: from the base.
+        side: as of a Contact.
+    """
+    section = finger.section(s)
+    half = np.array([section.inner_face - section.outer_face, section.width]) / 2
+    toward = np.array([np.cos(side), np.sin(side)])
+    across = toward * np.min(half / np.maximum(np.abs(toward), 1e-9))
+    across[0] += (section.inner_face + section.outer_face) / 2
+    point, frame = points_on_links(corners, np.asarray(s))
+    return np.asarray(point + frame[:, :2] @ across)
+
+
+def in_world(X_WB: Array, points: Array) -> Array:
+    """Points in B (..., M, 3) m in the world, of fingers whose base has the pose [R | p], (..., 3, 4)."""
+    placed: Array = points @ np.swapaxes(X_WB[..., :3], -1, -2) + X_WB[..., None, :, 3]
+    return placed
