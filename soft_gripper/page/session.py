@@ -44,6 +44,7 @@ class Driver(ABC):
     fingers: Collection[str] = ()  # whose signals share plots
     scene = ""  # address of the Meshcat that is shown
     note = ""  # what has happened since a button was pressed
+    summary = ""  # line for the terminal, at the end
 
     @property
     def is_over(self) -> bool:
@@ -185,6 +186,8 @@ def run_on_page(
         try:
             session.run(is_over)
         finally:
+            if driver.summary:
+                say(driver.summary)
             if page.refused:
                 say(f"Rejected {page.refused} messages that were not valid commands.")
             say(f"Recordings: {', '.join(map(str, session.recordings)) or 'none.'}")

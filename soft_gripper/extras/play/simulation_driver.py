@@ -112,6 +112,7 @@ class SimulationDriver(Driver):
     def close(self) -> None:
         """Ends the recording; a simulation is safe."""
         self._end_recording()
+        self.summary = f"Played {self.pacer.played:.1f} s at {self.pacer.whole_factor:.2f} times real time."
 
     def _show(self) -> None:
         self.meshcat = hidden_meshcat()

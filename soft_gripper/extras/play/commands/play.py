@@ -17,12 +17,6 @@ def run(options: argparse.Namespace) -> None:
     scenario = open_scenario(chosen_scenario(options), options.grip)
     folder = lock_folder(options.out or Path("results") / "play" / Path(options.scenario).stem)
     driver = SimulationDriver(partial(station_of, options.scenario, scenario))
+    say = partial(print, flush=True)
     with held_back() as is_interrupted:
-        try:
-            run_on_page(Session(driver, folder), "play", options, scenario, is_interrupted, _say)
-        finally:
-            _say(f"Played {driver.pacer.played:.1f} s at {driver.pacer.whole_factor:.2f} times real time.")
-
-
-def _say(line: str) -> None:
-    print(line, flush=True)
+        run_on_page(Session(driver, folder), "play", options, scenario, is_interrupted, say)
