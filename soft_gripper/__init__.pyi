@@ -3,7 +3,6 @@
 from . import control as control
 from . import diagrams as diagrams
 from . import estimators as estimators
-from . import evaluation as evaluation
 from . import extras as extras
 from . import fingers as fingers
 from . import load as load

@@ -7,34 +7,23 @@ from pathlib import Path
 
 from soft_gripper.commands.console import Console
 from soft_gripper.commands.tables import print_claims, print_table
-from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
 from soft_gripper.evaluation.paper.scenario_run import SCENARIOS, SECTIONS
 from soft_gripper.evaluation.report.bars import ARCS
 from soft_gripper.evaluation.report.evaluate import RUNS, run_scenarios, summarize, unfinished
 from soft_gripper.evaluation.report.page import Evaluation
-from soft_gripper.evaluation.robustness.claims import realistic, summarize_robustness
-from soft_gripper.evaluation.robustness.jobs import FOLDER, NOISE_JOBS, PLANT_JOBS, run_robustness
-from soft_gripper.evaluation.robustness.jobs import unfinished as unfinished_robustness
-from soft_gripper.evaluation.robustness.table import PlantRow, RobustnessRow
 from soft_gripper.files.output import lock_folder
 from soft_gripper.runs.executor import open_executor
 from soft_gripper.runs.scores.poses import PoseRow, mean_errors, of_estimator
-from soft_gripper.scenario.named_estimators import find_estimator
 from soft_gripper.scenario.scenario_file import load_scenario
 
 
 def run(options: argparse.Namespace) -> int:
     """Runs the command."""
     opened = open_executor(options.jobs, options.scheduler)
-    for name in options.estimator:
-        find_estimator(name, field="--estimator")
     out = lock_folder(options.out)
     with opened as executor:
         evaluation = _evaluate(out, options.resume, executor, options.console)
-        robust = not options.robustness or _robustness(
-            out, options.seeds, options.estimator, executor, options.resume, options.console
-        )
-    return 0 if robust and all(claim.holds for claim in evaluation.claims) else 1
+    return 0 if all(claim.holds for claim in evaluation.claims) else 1
 
 
 def _evaluate(out: Path, resume: bool, executor: Executor, console: Console) -> Evaluation:
@@ -57,59 +46,20 @@ def _evaluate(out: Path, resume: bool, executor: Executor, console: Console) -> 
     return evaluation
 
 
-def _robustness(out: Path, seeds: int, own: Sequence[str], executor: Executor, resume: bool, console: Console) -> bool:
-    """Runs the robustness evaluation; returns whether all its claims hold."""
-    estimators = [*SHAPE_FUNCTIONS, *own]
-    jobs = unfinished_robustness(out, seeds, estimators) if resume else [*NOISE_JOBS, *PLANT_JOBS]
-    kept = f"`soft-gripper evaluate --out {out} --robustness --seeds {seeds} --resume` runs the others"
-    with console.jobs(len(jobs), "robustness jobs", kept) as ended:
-        run_robustness(jobs, out, seeds, estimators, executor, ended)
-    found = summarize_robustness(out)
-    _print_robustness(found.rows)
-    _print_plants(found.plants)
-    print_claims(found.claims)
-    console.table("robustness_claims", found.claims)
-    console.wrote(*(out / FOLDER / file for file in ("robustness.csv", "plants.csv", "robustness.png")))
-    return all(claim.holds for claim in found.claims)
-
-
-def _print_by_sensors(title: str, what: Sequence[str], rows: Mapping[str, Sequence[float]], form: str) -> None:
+def print_by_sensors(title: str, what: Sequence[str], rows: Mapping[str, Sequence[float]], form: str) -> None:
     """Prints two errors with 1 to 4 sensors per side; rows by name."""
     columns = {"": ""} | {f"{name}, {n}": form for name in what for n in SECTIONS}
     print_table(columns, [(name, *errors) for name, errors in rows.items()], f"{title}, by sensors per side [mm]")
-
-
-def _print_robustness(rows: Sequence[RobustnessRow]) -> None:
-    """The nominal model that is worst for each number of sensors."""
-    names = dict.fromkeys(row.estimator for row in rows)
-    for scenario in SCENARIOS:
-        of_scenario = [row for row in rows if row.scenario == scenario]
-        errors = {name: _worst([realistic(of_scenario, name, n) for n in SECTIONS]) for name in names}
-        _print_by_sensors(f"realistic sensors, {scenario}: pose error", ("mean", "p95"), errors, ".2f")
-
-
-def _print_plants(rows: Sequence[PlantRow]) -> None:
-    """Prints the worst scenario for each number of sensors."""
-    errors = {}
-    for plant, name in dict.fromkeys((row.plant, row.estimator) for row in rows):
-        of_both = [row for row in rows if (row.plant, row.estimator) == (plant, name)]
-        errors[f"{plant}, {name}"] = _worst([[row for row in of_both if row.sections == n] for n in SECTIONS])
-    _print_by_sensors("other plants: pose error", ("mean", "p95"), errors, ".2f")
-
-
-def _worst(rows: Sequence[Sequence[RobustnessRow] | Sequence[PlantRow]]) -> list[float]:
-    """Largest mean and largest 95th percentile of each group of rows."""
-    return [max(getattr(row, key) for row in group) for key in ("mean_mm", "p95_mm") for group in rows]
 
 
 def _print_errors(rows: Sequence[PoseRow]) -> None:
     """Prints mean errors of the arcs by scenario, and of all estimators in each scenario."""
     arcs, names = of_estimator(rows, ARCS), dict.fromkeys(row.estimator for row in rows)
     by_scenario = {scenario: _means(arcs, scenario) for scenario in SCENARIOS}
-    _print_by_sensors(f"mean errors of {ARCS}", ("pose", "tip"), by_scenario, ".2f")
+    print_by_sensors(f"mean errors of {ARCS}", ("pose", "tip"), by_scenario, ".2f")
     for scenario in SCENARIOS:
         errors = {name: _means(of_estimator(rows, name), scenario) for name in names}
-        _print_by_sensors(f"{scenario}: mean errors", ("pose", "tip"), errors, ".3f")
+        print_by_sensors(f"{scenario}: mean errors", ("pose", "tip"), errors, ".3f")
 
 
 def _means(rows: Sequence[PoseRow], scenario: str) -> list[float]:

@@ -78,7 +78,6 @@ CORE = (
         "run the paper's evaluation with 1 to 4 sensors per side",
         (
             "                    write report.html, tables and figures, and check each claim",
-            "--robustness        include sensor errors, wrong nominal models and other plants",
             "--resume            finish an interrupted evaluation",
         ),
         (
@@ -86,15 +85,6 @@ CORE = (
             out("results/evaluation"),
             *EXECUTOR,
             RESUME,
-            flag("--robustness", "also evaluate with sensor errors, wrong nominal models and other plants"),
-            count("--seeds", "number of random seeds with --robustness", 20),
-            option(
-                "--estimator",
-                "with --robustness, your own estimator, as MODULE:FUNCTION; may be repeated",
-                "NAME",
-                action="append",
-                default=[],
-            ),
         ),
     ),
     Command(

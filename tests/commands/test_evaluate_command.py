@@ -21,7 +21,7 @@ from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
 from soft_gripper.evaluation.paper.claims import Claim
 from soft_gripper.evaluation.paper.contact_table import ContactRow, contact_summary
 from soft_gripper.evaluation.paper.scenario_run import evaluated_scenario
-from soft_gripper.evaluation.report.evaluate import CAPTIONS, CONTACT, FREE, GRIP, RUNS, SCENARIOS, TASK
+from soft_gripper.evaluation.report.evaluate import CAPTIONS, CONTACT, FREE, RUNS, SCENARIOS, TASK
 from soft_gripper.evaluation.report.page import Evaluation
 from soft_gripper.files.csv_table import read_csv
 from soft_gripper.files.output import atomic_folder
@@ -83,7 +83,6 @@ def test_writes_tables_figures_and_a_folder_for_every_scenario(evaluated: Evalua
     assert not [path for path in evaluated.folder.rglob("*") if path.name.startswith(".")]
     for scenario in SCENARIOS:
         assert {path.name for path in (evaluated.folder / scenario).iterdir()} >= OF_A_SCENARIO
-    assert (evaluated.folder / GRIP / "regimes.csv").is_file()
     assert {path.name for path in (evaluated.folder / TASK).iterdir()} >= {"phases.csv", "phases.png", "recording.nc"}
 
 

@@ -30,7 +30,6 @@ from soft_gripper.evaluation.paper.scenario_run import (
     is_finished,
     run_scenario,
 )
-from soft_gripper.evaluation.pid_regimes import RegimeRow, read_regimes, regimes_figure, run_regimes
 from soft_gripper.evaluation.report.bars import estimator_claims
 from soft_gripper.evaluation.report.page import Evaluation, difference_figure, estimators_figure, write_report
 from soft_gripper.files.csv_table import Row, read_csv, write_csv
@@ -47,8 +46,8 @@ from soft_gripper.scenario.scenario_file import dump_scenario
 from soft_gripper.scenario.schema import Scenario
 from soft_gripper.scenario.sensor_presets import sensor_layout
 
-GRIP, TASK = "tip_distance_steps", "pick_and_place_box"
-RUNS = (*SCENARIOS, GRIP, TASK)
+TASK = "pick_and_place_box"
+RUNS = (*SCENARIOS, TASK)
 CAPTIONS = {
     "fig8_scenarios": "The scenarios at the start and at their largest pressure (the paper's Fig. 8), the fingers"
     " coloured by the external torque at their joints.",
@@ -66,8 +65,6 @@ CAPTIONS = {
     "force_estimate": "External torque along a finger at the last step, and its mean error against pressure.",
     "contact_force": "Contact force across a finger and its location, estimated from strain and pressure only, with the"
     " true values.",
-    "pid_regimes": "A step of the gripper opening in three regimes of grip control: kp in kPa/m, ki in kPa/(m s), kd in"
-    " kPa s/m.",
 }
 Advance = Callable[[float], Any]
 
@@ -78,7 +75,7 @@ def unfinished(out: Path) -> list[str]:
 
 
 def run_scenarios(names: Sequence[str], out: Path, executor: Executor, advance: Advance) -> None:
-    """Runs scenarios, tasks and closed loops, each into its own folder below `out`.
+    """Runs scenarios and the task, each into its own folder below `out`.
 
     Args:
         executor: runs them.
@@ -95,18 +92,11 @@ def run_scenarios(names: Sequence[str], out: Path, executor: Executor, advance: 
 
 
 def files_of_run(name: str) -> dict[str, bytes]:
-    """Runs a scenario, task or closed loop; the files that it leaves, by their names."""
+    """Runs a scenario or the task; the files that it leaves, by their names."""
     with TemporaryDirectory(prefix="soft-gripper-") as temporary:
         folder = Path(temporary) / "run"
-        _runner(evaluated_scenario(name))(name, folder)
+        (run_task if name == TASK else run_scenario)(name, folder)
         return read_folder(folder)
-
-
-def _runner(scenario: Scenario) -> Callable[[str, Path], None]:
-    """The function that runs a scenario of this kind."""
-    if scenario.task is not None:
-        return run_task
-    return run_scenario if scenario.control.set_points is None else run_regimes
 
 
 def run_task(name: str, folder: Path) -> None:
@@ -161,7 +151,6 @@ def _evaluate(
         "estimators": estimators_figure(poses, SCENARIOS),
         "contact_force": contact_force_figure(pressing, CONTACT),
         "difference": difference_figure(bend, errors),
-        "pid_regimes": regimes_figure(evaluated_scenario(GRIP), read_regimes(out / GRIP)),
     }
     for name, figure in figures.items():
         save_figure(figure, out / name)
@@ -171,7 +160,6 @@ def _evaluate(
         claims(arcs, torques) + estimator_claims(poses),
         contacts,
         differences(arcs, FREE, CONTACT, errors),
-        read_csv(out / GRIP / "regimes.csv", RegimeRow),
         read_csv(out / TASK / "phases.csv", PhaseRow),
         outcome(Recording.load(out / TASK / "recording.nc")).words,
     )

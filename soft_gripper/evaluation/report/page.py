@@ -18,7 +18,6 @@ from soft_gripper.evaluation.paper.claims import Claim, verdict
 from soft_gripper.evaluation.paper.contact_table import ContactRow, contact_summary
 from soft_gripper.evaluation.paper.differences import Difference, TipErrors
 from soft_gripper.evaluation.paper.forces import ForceRow
-from soft_gripper.evaluation.pid_regimes import RegimeRow
 from soft_gripper.files.output import atomic_file
 from soft_gripper.pictures.style import STYLE, estimator_style, section_style
 from soft_gripper.runs.scores.poses import PoseRow, mean_errors, of_estimator
@@ -37,7 +36,6 @@ class Evaluation:
     claims: list[Claim]
     contacts: list[ContactRow] = field(default_factory=list)
     differences: list[Difference] = field(default_factory=list)
-    regimes: list[RegimeRow] = field(default_factory=list)
     phases: list[PhaseRow] = field(default_factory=list)  # of the task
     outcome: str = ""  # of the task, in words
 
@@ -60,7 +58,6 @@ def write_report(out: Path, scenarios: Sequence[str], found: Evaluation, figures
         "errors": "\n".join(_errors(title(name), name, of_estimator(found.poses, "arcs")) for name in scenarios),
         "estimator_errors": "\n".join(_estimators(name, found.poses) for name in scenarios),
         "contacts": "\n".join(_contact(*astuple(row)) for row in contact_summary(found.contacts)),
-        "regimes": "\n".join(map(_regime, found.regimes)),
         "outcome": escape(found.outcome),
         "phases": "\n".join(map(_phase, found.phases)),
         "task": _figure(task, "png", "The path of the box, the gripper at the end of every phase, and the signals."),
@@ -119,12 +116,6 @@ def _estimators(scenario: str, poses: Sequence[PoseRow]) -> str:
 
 def _contact(scenario: str, links: int, length: float, sign_changes: int) -> str:
     return _row(title(scenario), links, f"{length:.0f}", "yes" if sign_changes else "no")
-
-
-def _regime(row: RegimeRow) -> str:
-    gains = (f"{gain:.5g}" for gain in (row.kp_kpa, row.ki_kpa, row.kd_kpa))
-    follows = (f"{row.from_mm:.0f} to {row.to_mm:.0f}", f"{row.overshoot_percent:.0f}", row.crossings)
-    return _row(row.regime.capitalize(), *gains, *follows, f"{row.settling_s:.2f}")
 
 
 def _phase(row: PhaseRow) -> str:

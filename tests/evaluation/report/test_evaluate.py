@@ -23,12 +23,10 @@ from soft_gripper.diagrams.station import make_station
 from soft_gripper.evaluation.paper.contact_table import ContactRow
 from soft_gripper.evaluation.paper.forces import ContactForceRow, ForceRow
 from soft_gripper.evaluation.paper.scenario_run import evaluated_scenario, is_finished
-from soft_gripper.evaluation.pid_regimes import RegimeRow
 from soft_gripper.evaluation.report.evaluate import (
     CAPTIONS,
     CONTACT,
     FREE,
-    GRIP,
     RUNS,
     SCENARIOS,
     TASK,
@@ -131,10 +129,8 @@ def write_scenario(out: Path, ran: Path, name: str, poses: list[PoseRow], forces
     Recording(data.assign(forces_of)).save(out / name / "recording.nc")
 
 
-def write_grip_and_task(out: Path) -> None:
-    for name in (GRIP, TASK):
-        (out / name).mkdir()
-    write_csv(out / GRIP / "regimes.csv", [RegimeRow("slow", 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7, 8.0)])
+def write_task(out: Path) -> None:
+    (out / TASK).mkdir()
     write_csv(out / TASK / "phases.csv", [PhaseRow("close", 1.0, 2.0, 3.0, 4.0, 5.0)])
     (out / TASK / "phases.png").touch()
     Recording(xr.Dataset({"task.outcome": ("time", [0.0, float(Outcome.DONE)])})).save(out / TASK / "recording.nc")
@@ -146,16 +142,15 @@ def summarized(folder, tmp_path_factory) -> Summarized:
     forces = force_rows(poses)
     for name in SCENARIOS:
         write_scenario(out, folder, name, poses, forces)
-    write_grip_and_task(out)
+    write_task(out)
     figures, shapes = {}, []
     where = "soft_gripper.evaluation.report.evaluate."
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(where + "save_figure", lambda figure, stem: (figures.update({stem.name: figure}), save(stem)))
         patch.setattr(where + "shape_figure", lambda *given: shapes.append(given))
-        for drawn in ("scenes_figure", "read_regimes", "regimes_figure"):
-            patch.setattr(where + drawn, lambda *_: None)
+        patch.setattr(where + "scenes_figure", lambda *_: None)
         found = summarize(out)
-    assert (found.outcome, found.regimes[0].regime, found.phases[0].phase) == (Outcome.DONE.words, "slow", "close")
+    assert (found.outcome, found.phases[0].phase) == (Outcome.DONE.words, "close")
     assert {row.finger for row in (*found.poses, *found.forces)} == {"left"}
     return Summarized(poses, forces, figures, shapes, out)
 

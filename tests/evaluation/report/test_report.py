@@ -11,7 +11,6 @@ import pytest
 from soft_gripper.evaluation.paper.claims import Claim
 from soft_gripper.evaluation.paper.contact_table import ContactRow
 from soft_gripper.evaluation.paper.differences import Difference
-from soft_gripper.evaluation.pid_regimes import RegimeRow
 from soft_gripper.evaluation.report.evaluate import CAPTIONS
 from soft_gripper.evaluation.report.page import TEMPLATE, Evaluation, write_report
 from soft_gripper.runs.scores.poses import PoseRow
@@ -34,7 +33,6 @@ CONTACTS = [
     ContactRow("box_grasp", "right", 50.0, 1, 10.0, 1),
 ]
 DIFFERENCES = [Difference("Tip", "hardly depends", "falls to 0.13 mm", "joints & sensors")]
-REGIMES = [RegimeRow("under-damped", 62.0, 17400.0, 0.58, 60.2, 100.0, 72.6, 8, 1.394)]
 PHASES = [PhaseRow("close", 1.35, 1.113, 55.68, 139.39, 149.98), PhaseRow("lift", 2.0, 1.0, 55.0, -0.04, -9.0)]
 
 
@@ -44,7 +42,7 @@ def page_of(folder: Path, claims: list[Claim]) -> str:
     scene.mkdir()
     for name in ("scene.png", "animation.html", "../phases.png", *(f"../{figure}.svg" for figure in CAPTIONS)):
         (scene / name).write_text(name)
-    found = Evaluation(POSES, [], claims, CONTACTS, DIFFERENCES, REGIMES, PHASES, "done & well")
+    found = Evaluation(POSES, [], claims, CONTACTS, DIFFERENCES, PHASES, "done & well")
     write_report(folder, ["free_bending"], found, CAPTIONS, folder / "phases.png")
     return (folder / "report.html").read_text()
 
@@ -68,7 +66,7 @@ def test_names_and_descriptions_are_text_and_no_html(tmp_path: Path, monkeypatch
     differences = [Difference(hostile, hostile, hostile, hostile)]
     claims = [Claim(hostile, hostile, False, hostile)]
     phases = [replace(PHASES[0], phase=hostile)]
-    found = Evaluation(poses, [], claims, contacts, differences, [replace(REGIMES[0], regime=hostile)], phases, hostile)
+    found = Evaluation(poses, [], claims, contacts, differences, phases, hostile)
     write_report(tmp_path, [name], found, CAPTIONS, tmp_path / "phases.png")
     page = (tmp_path / "report.html").read_text()
     assert page.count("<script") == scripts
@@ -139,9 +137,8 @@ def test_contact_is_the_most_of_every_scenario(tmp_path: Path) -> None:
     assert ["Box grasp", "2", "15", "yes"] in rows
 
 
-def test_regimes_phases_and_outcome_are_shown(tmp_path: Path) -> None:
+def test_phases_and_outcome_are_shown(tmp_path: Path) -> None:
     page = page_of(tmp_path, [HOLDS])
-    assert ["Under-damped", "62", "17400", "0.58", "60 to 100", "73", "8", "1.39"] in rows_of(page)
     assert ["close", "1.35", "1.11", "55.7", "139.4", "150.0"] in rows_of(page)
     assert ["lift", "2.00", "1.00", "55.0", "0.0", "-9.0"] in rows_of(page)
     assert "Outcome, as estimated: <b>done &amp; well</b>" in page

@@ -64,4 +64,28 @@ COMMANDS = (
         ),
         package=__name__,
     ),
+    Command(
+        "robustness",
+        "repeat an evaluation with sensor errors, wrong nominal models and other plants",
+        (
+            "                after `soft-gripper evaluate`, in its folder",
+            "--seeds 50      more draws of the sensor errors",
+            "--resume        finish what was interrupted",
+        ),
+        (
+            *CONSOLE,
+            out("results/evaluation"),
+            *EXECUTOR,
+            RESUME,
+            count("--seeds", "number of random seeds", 20),
+            option(
+                "--estimator",
+                "your own estimator, as MODULE:FUNCTION; may be repeated",
+                "NAME",
+                action="append",
+                default=[],
+            ),
+        ),
+        package=__name__,
+    ),
 )

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from soft_gripper.evaluation.robustness.plants import EVERY, touched_fingers
+from soft_gripper.extras.studies.robustness.plants import EVERY, touched_fingers
 from soft_gripper.fingers.kinematics import forward_kinematics, in_space
 from soft_gripper.runs.scores.poses import held_samples
 from soft_gripper.runs.scores.readings import read_again

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from soft_gripper.evaluation.robustness.plants import rubber_moment
+from soft_gripper.extras.studies.robustness.plants import rubber_moment
 
 
 @pytest.mark.parametrize("end", ["base", "tip"])

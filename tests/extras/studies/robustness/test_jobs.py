@@ -3,8 +3,8 @@
 import pytest
 from here_executor import HereExecutor
 
-from soft_gripper.evaluation.robustness import jobs as module
-from soft_gripper.evaluation.robustness.jobs import (
+from soft_gripper.extras.studies.robustness import jobs as module
+from soft_gripper.extras.studies.robustness.jobs import (
     FOLDER,
     NOISE_JOBS,
     PLANT_JOBS,
@@ -13,7 +13,7 @@ from soft_gripper.evaluation.robustness.jobs import (
     run_robustness,
     unfinished,
 )
-from soft_gripper.evaluation.robustness.table import PlantRow, RobustnessRow
+from soft_gripper.extras.studies.robustness.table import PlantRow, RobustnessRow
 from soft_gripper.files.csv_table import read_csv, write_csv
 from soft_gripper.files.output import SUMS, atomic_folder
 

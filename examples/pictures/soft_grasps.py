@@ -1,6 +1,6 @@
 """How soft objects give way in a gripper that carries them: a sponge, a tomato, and a block of silicone rubber.
 
-    python -m soft_gripper.extras.studies.soft_grasps
+    python examples/pictures/soft_grasps.py
 
 runs the scenarios pick_and_place_sponge, _tomato and _silicone, prints a table, and draws results/soft_grasps.png.
 """

@@ -4,53 +4,21 @@ from functools import cache
 
 import numpy as np
 import pytest
-from matplotlib.patches import Polygon
 from scipy.optimize import minimize
 
-from soft_gripper.arrays import Array
-from soft_gripper.extras.studies.conforming import (
+from pictures.conforming_grasp import (
     CONFORMING,
     SHIPPED,
     Grasp,
-    conforming_figure,
     mean_pressure,
     run_grasp,
     scenarios,
 )
+from soft_gripper.arrays import Array
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.scenario.scenario_file import load_scenario
 
 WIDTH = 0.02  # m, of the fingers
-
-
-def grasp_of(finger: Finger) -> Grasp:
-    """A straight finger beside a box, which its last two links touch."""
-    s = finger.link_ends
-    corners = np.stack([0 * s, 0 * s, s], axis=-1)
-    area, force = (np.zeros((3, finger.segments + 1)) for _ in range(2))
-    area[1:, -2:], force[1:, -2:] = [[0, 5e-5], [2e-4, 1e-4]], [[0, 0.5], [1.0, 0.2]]
-    box = np.array([(0.01, 0.14), (0.05, 0.14), (0.05, 0.08), (0.01, 0.08)])
-    return Grasp(finger, np.array([0.0, 1e5, 2e5]), area, force, corners, box)
-
-
-def test_mean_pressure_is_force_over_area(shipped_finger: Finger) -> None:
-    np.testing.assert_allclose(mean_pressure(grasp_of(shipped_finger)), [np.nan, 1e4, 4e3])
-
-
-def test_the_figure_has_both_grasps_in_all_steps(shipped_finger: Finger) -> None:
-    figure = conforming_figure(dict.fromkeys((SHIPPED, CONFORMING), grasp_of(shipped_finger)))
-    first, second, area, pressure = figure.axes
-    for axes in (first, second):
-        assert axes.get_title().endswith("200 kPa: 1.20 N on 300 mm²")
-        box = next(patch for patch in axes.patches if type(patch) is Polygon)
-        assert box.get_xy()[:4].tolist() == pytest.approx(
-            1e3 * np.array([(10, 140), (50, 140), (50, 80), (10, 80)]) / 1e3
-        )
-        arrows = [text for text in axes.texts if text.get_text() == ""]
-        assert [arrow.xyann[0] for arrow in arrows] == [10, 10]
-        assert [arrow.xy[0] for arrow in arrows] == pytest.approx([22, 12.4])
-    assert [line.get_ydata().tolist() for line in area.lines] == [pytest.approx([0, 50, 300])] * 2
-    assert [line.get_ydata()[1:].tolist() for line in pressure.lines] == [pytest.approx([10, 4])] * 2
 
 
 @cache

@@ -8,9 +8,9 @@ import pytest
 
 from soft_gripper.evaluation.paper.scenario_run import SCENARIOS
 from soft_gripper.evaluation.report.bars import BARS
-from soft_gripper.evaluation.robustness.claims import realistic, robustness_claims
-from soft_gripper.evaluation.robustness.plants import PLANTS
-from soft_gripper.evaluation.robustness.table import NOMINAL_ERRORS, PlantRow, RobustnessRow
+from soft_gripper.extras.studies.robustness.claims import realistic, robustness_claims
+from soft_gripper.extras.studies.robustness.plants import PLANTS
+from soft_gripper.extras.studies.robustness.table import NOMINAL_ERRORS, PlantRow, RobustnessRow
 
 MEANS = {"arcs": 0.9, "gaussian": 0.8}
 ROWS = [

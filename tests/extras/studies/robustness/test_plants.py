@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from soft_gripper.diagrams.station import make_station
-from soft_gripper.evaluation.robustness.plants import FINE, PLANTS, RUBBER, TAPERED
+from soft_gripper.extras.studies.robustness.plants import FINE, PLANTS, RUBBER, TAPERED
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.models import DIRECTORY
 

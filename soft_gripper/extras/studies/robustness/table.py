@@ -22,7 +22,7 @@ from soft_gripper.estimators.estimate import ShapeEstimate
 from soft_gripper.estimators.recursive import RecursiveShape
 from soft_gripper.estimators.uncertainty import EXACT, Uncertainty, position_std, uncertainty_of
 from soft_gripper.evaluation.paper.scenario_run import SECTIONS
-from soft_gripper.evaluation.robustness.plants import FingerAtRest, Plant
+from soft_gripper.extras.studies.robustness.plants import FingerAtRest, Plant
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import forward_kinematics, in_space
 from soft_gripper.fingers.urdf import expand_urdf

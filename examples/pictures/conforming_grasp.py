@@ -1,6 +1,6 @@
 """How much of a flat face two kinds of fingers touch: with a chamber throughout, and in the first 40 % alone.
 
-    python -m soft_gripper.extras.studies.conforming
+    python examples/pictures/conforming_grasp.py
 
 runs the scenarios box_grasp, up to the same pressure, and conforming_grasp, and draws results/conforming_grasp.png.
 """

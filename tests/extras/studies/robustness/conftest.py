@@ -4,7 +4,7 @@ import pytest
 
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
-from soft_gripper.evaluation.robustness.plants import FingerAtRest
+from soft_gripper.extras.studies.robustness.plants import FingerAtRest
 from soft_gripper.scenario.scenario_file import load_scenario
 
 SHORT = ["pressure.steps.all=[0.0, 150e3]", "pressure.settle=0.3", "pressure.hold_samples=20"]

@@ -1,0 +1,53 @@
+"""soft-gripper robustness: what it runs, prints and ends with."""
+
+from itertools import product
+from pathlib import Path
+
+import pytest
+from command_line import soft_gripper
+from refusals import refusal
+
+from soft_gripper.evaluation.paper.claims import Claim
+from soft_gripper.evaluation.paper.scenario_run import SCENARIOS
+from soft_gripper.extras.studies.commands import robustness as command
+from soft_gripper.extras.studies.robustness.claims import Robustness
+from soft_gripper.extras.studies.robustness.jobs import NOISE_JOBS
+from soft_gripper.extras.studies.robustness.table import PlantRow, RobustnessRow
+
+SECTIONS = (1, 2, 3, 4)
+HOLDS = Claim("ours", "two sensors are within 1 mm", True, "0.52 mm")
+FAILS = Claim("ours", "two sensors are better than four", False, "1.04 times")
+ERRING = [
+    RobustnessRow(s, name, nominal, 1.0, n, 1.0 / n, 2.0 / n, 3.0, 0.9, 7)
+    for s, name, nominal, n in product(SCENARIOS, ("arcs", "gaussian"), ("as simulated", "wrong"), SECTIONS)
+]
+OTHER = [PlantRow("rubber", s, "arcs", n, 4.0 / n, 8.0 / n, 9.0, 5.0, 0.9, 7) for s, n in product(SCENARIOS, SECTIONS)]
+
+
+@pytest.fixture
+def run(monkeypatch: pytest.MonkeyPatch) -> dict[str, list[object]]:
+    """Collects the jobs that the command is about to run; those of box_grasp are finished."""
+    called: dict[str, list[object]] = {}
+    left = [job for job in NOISE_JOBS if not job.startswith("box_grasp")]
+    monkeypatch.setattr(command, "run_robustness", lambda jobs, *_: called.update(jobs=list(jobs)))
+    monkeypatch.setattr(command, "unfinished", lambda out, seeds, _: left if seeds == 7 else list(NOISE_JOBS))
+    monkeypatch.setattr(command, "is_finished", lambda *_: True)
+    return called
+
+
+@pytest.mark.parametrize(("claim", "code"), [(HOLDS, 0), (FAILS, 1)])
+def test_is_run_and_printed(
+    claim: Claim, code: int, run: dict[str, list[object]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(command, "summarize_robustness", lambda _: Robustness(ERRING, OTHER, [claim]))
+    outcome = soft_gripper("robustness", "--out", tmp_path, "--resume", "--seeds", "7")
+    assert outcome.code == code
+    assert run["jobs"] == [job for job in NOISE_JOBS if not job.startswith("box_grasp")]
+    lines = [line.split() for line in outcome.out.splitlines()]
+    assert ["gaussian", "1.00", "0.50", "0.33", "0.25", "2.00", "1.00", "0.67", "0.50"] in lines
+    assert ["rubber,", "arcs", "4.00", "2.00", "1.33", "1.00", "8.00", "4.00", "2.67", "2.00"] in lines
+    assert claim.text in outcome.out
+
+
+def test_without_an_evaluation_it_says_how_to_make_one(tmp_path: Path) -> None:
+    assert f"soft-gripper evaluate --out {tmp_path}" in refusal("robustness", "--out", tmp_path)
