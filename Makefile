@@ -121,7 +121,7 @@ verification: $(READY)
 	$(BIN)/python -m pip install -q -c constraints.txt pyelastica
 	PYTHONPATH=tests/helpers $(BIN)/python benchmarks/verify.py
 
-# Soft bodies between plates: the tables of docs/soft_objects.md, in a minute.
+# Soft bodies between plates: the tables of docs/extras/soft/soft_objects.md, in a minute.
 verification-soft: $(READY)
 	PYTHONPATH=tests/helpers $(BIN)/python benchmarks/verify_soft.py
 

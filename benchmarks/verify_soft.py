@@ -1,4 +1,4 @@
-"""Soft bodies between plates, against closed forms: the tables of docs/soft_objects.md.
+"""Soft bodies between plates, against closed forms: the tables of docs/extras/soft/soft_objects.md.
 
 make verification-soft
 """

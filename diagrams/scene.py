@@ -30,10 +30,10 @@ from soft_gripper.files.notes import collected
 from soft_gripper.fingers.finger_parts import SLIDES
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.library_messages import without_messages
+from soft_gripper.scenario.deformables import Deformable, deformable_body, deformable_kind
 from soft_gripper.scenario.drake_parsing import drake_reads
 from soft_gripper.scenario.model_files import LoadedModel, is_mjcf, load_model, model_path
 from soft_gripper.scenario.schema import ArmConfig, ModelConfig
-from soft_gripper.truth.soft_object import SoftBody, soft_bodies, soft_body
 
 _LOGGER = logging.getLogger(__name__)
 
@@ -91,9 +91,9 @@ def add_model(
     """
     loaded = load_model(plant, config, where, arm, visuals, points)
     X_PC = config.X_PC.GetDeterministicValue()
-    soft = soft_body(plant, loaded.model)
-    if soft is not None:
-        soft.set_default_pose(X_PC)
+    deformable = deformable_body(plant, loaded.model)
+    if deformable is not None:
+        deformable.set_default_pose(X_PC)
     elif is_mjcf(model_path(config.file)) and _is_joined(plant, loaded.model):
         _check_stays(config, where)
     elif stays_in_place(config):
@@ -167,7 +167,7 @@ class Scene(NamedTuple):
     plant: MultibodyPlant
     scene_graph: SceneGraph
     fingers: list[PlantFinger]
-    soft: dict[str, SoftBody]  # the soft objects, by the names of their models
+    deformables: Mapping[str, Deformable]  # objects of finite elements, by the names of their models
     couplings: Couplings | None  # of the joints of the arm, if there is one
     mimics: Mapping[str, Sequence[Mimic]]  # joints that follow others, by the names of their models
 
@@ -200,45 +200,31 @@ def add_plant(
     plant.mutable_gravity_field().set_gravity_vector(gravity)
     fingers: list[PlantFinger] = []
     mimics: dict[str, Sequence[Mimic]] = {}
-    if config.time_step == 0 and any(model.mesh.youngs_modulus is not None for model in models):
-        raise InputError("plant_config", "time_step", 0, "must be above 0: soft objects are simulated in steps")
+    kind = deformable_kind()
+    if kind is not None:
+        kind.check_config(config, models)
     for i, model in enumerate(models):
         where = f"models[{i}]"
         own = arm if arm is not None and model.name == arm.model else None
-        _, found, mimics[model.name] = add_model(plant, model, where, own, visuals, points)
+        _, of_model, mimics[model.name] = add_model(plant, model, where, own, visuals, points)
         if model.half_space:
             make_half_space(plant, scene_graph, model, where)
-        if model.free and found:
+        if model.free and of_model:
             raise InputError(where, "free", True, "fingers need a welded base")
-        fingers += found
-    if plant.deformable_model().num_bodies():
-        _check_soft(config, models, points)
+        fingers += of_model
+    if kind is not None and plant.deformable_model().num_bodies():
+        kind.check_scene(config, models, points)
     with drake_reads("models", "file", [model.file for model in models]):
         if points is not None:
             skins = (plant.GetCollisionGeometriesForBody(link) for finger in fingers for link in finger.links)
             prepare_point_contact(plant, scene_graph, {geometry for of_link in skins for geometry in of_link})
         plant.Finalize()
     coupled = None if arm is None else set_home_posture(plant, arm, mimics.get(arm.model, ()))
-    soft = soft_bodies(plant, scene_graph.model_inspector(), [model.name for model in models])
-    scene = Scene(plant, scene_graph, fingers, soft, coupled, mimics)
+    names = [model.name for model in models]
+    found = {} if kind is None else kind.objects(plant, scene_graph.model_inspector(), names)
+    scene = Scene(plant, scene_graph, fingers, found, coupled, mimics)
     remove_idle_skins(scene)
     return scene
-
-
-def _check_soft(config: MultibodyPlantConfig, models: Sequence[ModelConfig], points: int | None) -> None:
-    """Checks what Drake simulates beside soft objects; some of it would fall through them without an error.
-
-    Raises:
-        InputError: for a part of the scenario that does not go with them.
-    """
-    if points is not None:
-        raise InputError("scenario", "contact", "points", "must be surface: soft objects touch surfaces only")
-    for i, model in enumerate(models):
-        if model.half_space:
-            raise InputError(f"models[{i}]", "half_space", True, "leave it out: soft objects fall through half spaces")
-    if config.discrete_contact_approximation != "sap":
-        expected = "plant_config.discrete_contact_approximation: %s lets soft objects jitter at rest; sap does not"
-        _LOGGER.warning(expected, config.discrete_contact_approximation)
 
 
 def make_half_space(plant: MultibodyPlant, scene_graph: SceneGraph, config: ModelConfig, where: str) -> None:
@@ -287,10 +273,10 @@ def remove_idle_skins(scene: Scene) -> None:
     That is known only where nothing moves but the joints of fingers, and these only turn: then a link cannot leave a
     ball about the base of its finger, whose radius is the length of the finger up to the end of the link.
     """
-    plant, scene_graph, fingers, soft, *_ = scene
+    plant, scene_graph, fingers, deformables, *_ = scene
     turning = sum(len(finger.joints_of(way)) for finger in fingers for way in finger.finger.yields if way not in SLIDES)
     other_joints = plant.num_positions() > turning
-    if other_joints or soft or not all(finger.is_anchored for finger in fingers):
+    if other_joints or deformables or not all(finger.is_anchored for finger in fingers):
         return
     reaches = _reaches(scene)
     pairs = scene_graph.model_inspector().GetCollisionCandidates()

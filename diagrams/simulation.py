@@ -33,10 +33,9 @@ from soft_gripper.errors import InputError, SimulationDivergedError
 from soft_gripper.models import DIRECTORY
 from soft_gripper.scenario.checks import checked_scenario
 from soft_gripper.scenario.drake_values import plain_values
-from soft_gripper.scenario.mesh_object import MESH_SUFFIXES
+from soft_gripper.scenario.mesh_object import mesh_suffixes
 from soft_gripper.scenario.model_files import model_path
 from soft_gripper.scenario.schema import Scenario, default_simulator_config
-from soft_gripper.truth.soft_object import element_volumes
 
 MOST = 4  # cached stations, 8 to 20 MB each
 _NAMES_OTHERS = (
@@ -88,7 +87,7 @@ def _content(file: str) -> str | None:
     if not path.is_file() or path.suffix.lower() == ".gltf":
         return None
     content = path.read_bytes()
-    is_mesh = path.suffix.lower() in MESH_SUFFIXES
+    is_mesh = path.suffix.lower() in mesh_suffixes()
     return None if not is_mesh and any(mark in content for mark in _NAMES_OTHERS) else sha256(content).hexdigest()
 
 
@@ -238,7 +237,8 @@ def advance(simulator: Simulator, station: Station, time: float) -> None:
     state = station.plant.GetPositionsAndVelocities(plant_context)
     bad = np.flatnonzero(~np.isfinite(state))
     if failure is None and not len(bad):
-        _check_elements(station, plant_context, context.get_time())
+        for deformable in station.parts.deformables.values():
+            deformable.check(plant_context)
         return
     _blame(station, context, failure, has_diverged=len(bad) > 0)
     if failure is not None and not isinstance(failure, RuntimeError):
@@ -253,16 +253,6 @@ def advance(simulator: Simulator, station: Station, time: float) -> None:
         f"the simulation diverged before t = {context.get_time():.4g} s in state {worst}; likely cause:"
         f" a time step too long, or a contact or spring too stiff for the solver{drake}"
     ) from failure
-
-
-def _check_elements(station: Station, plant_context: Context, time: float) -> None:
-    """Raises a SimulationDivergedError if an element of a soft object is inside out: Drake goes on without an error."""
-    for name, soft in station.parts.soft.items():
-        if not element_volumes(soft.rest, soft.vertices(plant_context)).min() > 0:  # or NaN
-            raise SimulationDivergedError(
-                f"the soft object '{name}' was crushed before t = {time:.4g} s: an element is inside out; likely cause:"
-                " a force that its modulus does not bear, or friction below 0.2"
-            )
 
 
 def _blame(station: Station, context: Context, failure: BaseException | None, has_diverged: bool) -> None:

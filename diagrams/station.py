@@ -120,8 +120,8 @@ def add_station(
         )
         made_by = (name_of(make_sensor, scenario.sensor.type), name_of(make_estimator, scenario.estimator.type))
         check_finger_names("scenario", (finger.finger.name for finger in scene.fingers))
-        plant, scene_graph, fingers, soft, _, mimics = scene
-        station = StationParts(scenario, plant, scene_graph, tuple(fingers), soft, mimics, *made_by)
+        plant, scene_graph, fingers, deformables, _, mimics = scene
+        station = StationParts(scenario, plant, scene_graph, tuple(fingers), deformables, mimics, *made_by)
         drive = add_pressure_drive(builder, scene.fingers, scenario.pressure, scenario.tendons)
         station.signals |= {f"{model}.actuation": torque for model, torque in drive.actuations.items()}
         sensing = SensingConfig(

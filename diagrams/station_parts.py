@@ -17,8 +17,8 @@ from soft_gripper.diagrams.wiring.external import External
 from soft_gripper.errors import InputError
 from soft_gripper.files.notes import Note
 from soft_gripper.fingers.plant_finger import PlantFinger
+from soft_gripper.scenario.deformables import Deformable
 from soft_gripper.scenario.schema import Scenario
-from soft_gripper.truth.soft_object import SoftBody
 
 
 @dataclass
@@ -33,7 +33,7 @@ class StationParts:
     plant: MultibodyPlant
     scene_graph: SceneGraph
     fingers: tuple[PlantFinger, ...]
-    soft: Mapping[str, SoftBody]  # soft objects, by the names of their models
+    deformables: Mapping[str, Deformable]  # objects of finite elements, by the names of their models
     mimics: Mapping[str, Sequence[Mimic]]  # joints that follow others, by the names of their models
     sensor: str  # name of the block in tables and recordings
     estimator: str
@@ -57,13 +57,13 @@ class StationParts:
         """Checks, in the built diagram, the initial state and the paths of a task for collisions.
 
         Raises:
-            InputError: if bodies initially penetrate each other, a motion of a task collides, or a rigid object has a
-                limit of its squeeze.
+            InputError: if bodies initially penetrate each other, a motion of a task collides, or an object that
+                does not give way has a limit of its squeeze.
         """
         check_starts_apart(diagram, self.scene_graph)
         task, models = self.scenario.task, self.scenario.models
-        if task is not None and task.squeeze_limit is not None and task.object not in self.soft:
-            expected = f"leave it out: '{task.object}' is not soft, see mesh.youngs_modulus"
+        if task is not None and task.squeeze_limit is not None and task.object not in self.deformables:
+            expected = f"leave it out: '{task.object}' is rigid"
             raise InputError("task", "squeeze_limit", task.squeeze_limit, expected)
         if task is not None and self.task is not None and self.arm is not None:
             check_paths(diagram, self.plant, self.scene_graph, models, self.arm, task, self.task.phases)

@@ -39,7 +39,6 @@ from soft_gripper.diagrams.scene import first_body, own_frame
 from soft_gripper.diagrams.wiring.external import External
 from soft_gripper.errors import InputError
 from soft_gripper.scenario.schema import ModelConfig, PhaseConfig, TaskConfig
-from soft_gripper.truth.soft_object import soft_body
 
 TOUCH_DEPTH = 1e-3  # m, penetration that counts as a touch
 
@@ -150,8 +149,8 @@ def check_paths(
 
 
 def _object_bodies(plant: MultibodyPlant, task: TaskConfig) -> list[RigidBody]:
-    """The first link of the object; none if there is no object, or a soft one."""
-    if task.object is None or soft_body(plant, plant.GetModelInstanceByName(task.object)):
+    """The first link of the object; none if there is no object, or one without links."""
+    if task.object is None or not plant.GetBodyIndices(plant.GetModelInstanceByName(task.object)):
         return []
     return [first_body(plant, task.object)]
 

@@ -4,12 +4,15 @@ from pathlib import Path
 
 from pydrake.multibody.parsing import PackageMap
 
+from soft_gripper import extras
+
 PACKAGE = "soft_gripper"
 DIRECTORY = Path(__file__).parent
 
 
 def package_map() -> PackageMap:
-    """Where package:// URIs lead: the shipped models, and the packages that Drake knows."""
+    """Where package:// URIs lead: the shipped models, those of extras, and the packages that Drake knows."""
     packages = PackageMap()
-    packages.AddPackageXml(str(DIRECTORY / "package.xml"))
+    for file in (DIRECTORY / "package.xml", *Path(extras.__path__[0]).glob("*/package.xml")):
+        packages.AddPackageXml(str(file))
     return packages

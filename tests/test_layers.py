@@ -42,7 +42,8 @@ EXTRAS: dict[str, set[str]] = {
     "placement": {"studies"},
     "play": set(),
     "recognition": {"grasps"},
-    "studies": {"grasps", "recognition"},
+    "soft": set(),
+    "studies": set(),
 }
 FRONT_DOOR = PACKAGE / "__init__.py"
 CORE = sorted(path for part in PARTS for path in (PACKAGE / part).resolve().rglob("*.py"))
@@ -117,6 +118,12 @@ def _left_out(folder, names, skipped):
     return {name for name in names if name == "__pycache__" or f"{folder}/{name}" in skipped}
 
 
+def test_what_extras_add_is_light():
+    """It is imported whenever a scenario is read: it takes no part of the package but the files that all know."""
+    for path in (PACKAGE / "extras").glob("*/adds.py"):
+        assert [module for module in imports(path) if part_of(module) >= 0 or extra_of(module)] == [], path
+
+
 @pytest.mark.parametrize("removed", [*EXTRAS, "all"])
 def test_the_rest_goes_on_without_an_extra(tmp_path, removed):
     """The command line lists and runs what is left; those that use what is removed are removed with it."""
@@ -135,17 +142,36 @@ def test_the_rest_goes_on_without_an_extra(tmp_path, removed):
     assert found.stdout.startswith(str(sorted({*EXTRAS} - gone)))
 
 
-def test_an_extra_of_ones_own_is_one_file(tmp_path):
-    """As the how-to page has it, in a tree without other extras."""
+@pytest.fixture(scope="module")
+def own(tmp_path_factory):
+    """A tree whose only extras are those of the how-to page; the text of the page."""
+    folder = tmp_path_factory.mktemp("own")
     others = {str(PACKAGE / "extras" / name) for name in EXTRAS}
-    shutil.copytree(PACKAGE, tmp_path / "soft_gripper", ignore=lambda folder, names: _left_out(folder, names, others))
+    shutil.copytree(PACKAGE, folder / "soft_gripper", ignore=lambda place, names: _left_out(place, names, others))
     page = (ROOT / "docs" / "howto" / "own_extra.md").read_text(encoding="utf-8")
-    ((name, text),) = re.findall(r"^```python\n# (soft_gripper/\S+)\n(.*?)^```$", page, re.MULTILINE | re.DOTALL)
-    (tmp_path / name).write_text(text, encoding="utf-8")
-    (command,) = re.findall(r"^    soft-gripper (closing.*)$", page, re.MULTILINE)
+    for name, text in re.findall(r"^```python\n# (soft_gripper/\S+)\n(.*?)^```$", page, re.MULTILINE | re.DOTALL):
+        (folder / name).parent.mkdir(exist_ok=True)
+        (folder / name).write_text(text, encoding="utf-8")
+    (folder / "soft_gripper/extras/ripeness/__init__.py").touch()
+    return folder, page
+
+
+def _command(folder, line):
+    """Runs a command of the package in a folder."""
     run = "import sys; from soft_gripper.commands import main; sys.exit(main(sys.argv[1:]))"
-    found = subprocess.run(
-        [sys.executable, "-c", run, *command.split()], cwd=tmp_path, capture_output=True, text=True, check=False
-    )
+    return subprocess.run([sys.executable, "-c", run, *line], cwd=folder, capture_output=True, text=True, check=False)
+
+
+def test_an_extra_of_ones_own_is_one_file(own):
+    folder, page = own
+    (command,) = re.findall(r"^    soft-gripper (closing.*)$", page, re.MULTILINE)
+    found = _command(folder, command.split())
     assert found.returncode == 0, found.stderr
     assert [float(angle) > 5 for angle in re.findall(r"finger +(-?[\d.]+)", found.stdout)] == [True, True]
+
+
+def test_fields_that_an_extra_adds_are_fields_of_scenarios(own):
+    set_to = [["show", "pick_and_place_box", "--set", f"models.3.mesh.ripeness={value}"] for value in (0.7, 7)]
+    shown, refused = (_command(own[0], line) for line in set_to)
+    assert "ripeness: 0.7" in shown.stdout, shown.stderr
+    assert (refused.returncode, "ripeness = 7" in refused.stderr) == (2, True), refused.stderr

@@ -19,11 +19,11 @@ from pydrake.systems.framework import Context, DiagramBuilder
 from scipy.special import eval_legendre
 
 from soft_gripper.arrays import Array
-from soft_gripper.files.tetrahedra import Tetrahedra, oriented
-from soft_gripper.models.objects.make_soft import block
+from soft_gripper.extras.soft.objects.make_soft import block
+from soft_gripper.extras.soft.soft_kind import SoftKind
+from soft_gripper.extras.soft.tetrahedra import Tetrahedra, oriented
 from soft_gripper.scenario.model_files import load_model
 from soft_gripper.scenario.schema import MeshConfig, ModelConfig
-from soft_gripper.truth.soft_object import soft_bodies
 from verification.tables import Row, Table
 
 STEP = 0.005  # s
@@ -61,7 +61,7 @@ def pressed(mesh: Tetrahedra, material: Material, force: float) -> Pressed:
     _add_body(plant, mesh, material)
     _add_plates(plant, mesh.vertices[:, 2].min(), mesh.vertices[:, 2].max(), material.friction)
     plant.Finalize()
-    soft = soft_bodies(plant, scene_graph.model_inspector(), ["body"])["body"]
+    soft = SoftKind().objects(plant, scene_graph.model_inspector(), ["body"])["body"]
     simulator = Simulator(builder.Build())
     context = plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
     for part in range(1, PARTS + 1):

@@ -33,7 +33,6 @@ from soft_gripper.arrays import Array
 from soft_gripper.diagrams.scene import Scene
 from soft_gripper.diagrams.view.estimate_visualizer import DrawnFinger, EstimateVisualizer
 from soft_gripper.diagrams.view.finger_drawing import drawn_signals
-from soft_gripper.diagrams.view.soft_visualizer import SoftVisualizer, drawn_bodies
 from soft_gripper.diagrams.view.torque_colors import draw_torque_legend, round_limit
 from soft_gripper.diagrams.wiring.named_wires import inputs
 from soft_gripper.errors import InputError, first_line
@@ -41,6 +40,7 @@ from soft_gripper.estimators.finger_shape import ARC
 from soft_gripper.files.output import atomic_file
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.plant_finger import PlantFinger
+from soft_gripper.scenario.deformables import deformable_kind
 from soft_gripper.scenario.schema import ArmConfig, ModelConfig, PressureConfig, TaskConfig
 
 LOOPBACK = "127.0.0.1"
@@ -194,8 +194,9 @@ def add_meshcat_view(
         models, arm, task: parts of the scenario; their whole workspace is kept in view.
     """
     add_estimates(builder, scene, signals, meshcat, pressure)
-    if scene.soft:
-        _add_soft_objects(builder, scene, signals, meshcat)
+    kind = deformable_kind()
+    if kind is not None and scene.deformables:
+        kind.add_view(builder, scene.plant, scene.scene_graph, scene.deformables, signals, meshcat, PERIOD)
     ContactVisualizer.AddToBuilder(builder, scene.plant, meshcat, _contact_arrows())
     set_up_view(scene, meshcat, pressure, models, arm, task)
 
@@ -222,15 +223,6 @@ def add_estimates(
     for name, port in inputs(estimates).items():
         if name != "body_poses":
             builder.Connect(signals[name], port)
-
-
-def _add_soft_objects(
-    builder: DiagramBuilder, scene: Scene, signals: Mapping[str, OutputPort], meshcat: Meshcat
-) -> None:
-    bodies = drawn_bodies(scene.plant, scene.scene_graph, scene.soft)
-    drawing = builder.AddNamedSystem("soft_visualizer", SoftVisualizer(meshcat, bodies, PERIOD))
-    for name, port in inputs(drawing).items():
-        builder.Connect(signals[name], port)
 
 
 def set_up_view(
@@ -306,7 +298,7 @@ def _set_scene(meshcat: Meshcat) -> None:
 
 def _landmarks(scene: Scene, models: Sequence[ModelConfig], arm: ArmConfig | None, task: TaskConfig | None) -> Array:
     """Points to keep in view, (M, 3) m: the reach of the fingers, the arm, the object handled, and its goal."""
-    plant, scene_graph, fingers, soft, couplings, _ = scene
+    plant, scene_graph, fingers, deformables, couplings, _ = scene
     points = [finger.X_WB @ (finger.finger.length * corner) for finger in fingers for corner in _REACH]
     if arm is not None and couplings is not None:
         model, context = plant.GetModelInstanceByName(arm.model), plant.CreateDefaultContext()
@@ -317,7 +309,7 @@ def _landmarks(scene: Scene, models: Sequence[ModelConfig], arm: ArmConfig | Non
     free = [plant.GetModelInstanceByName(model.name) for model in models if model.free]
     context = plant.CreateDefaultContext()
     points += [*box_corners(plant, scene_graph, context, free, Role.kIllustration)]
-    points += [vertex for each in soft.values() for vertex in each.vertices(context)]
+    points += [vertex for each in deformables.values() for vertex in each.vertices(context)]
     if task is not None and task.object is not None:
         points.append(task.X_WGoal.GetDeterministicValue().translation())
     return np.array(points)

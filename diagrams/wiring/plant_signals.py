@@ -9,9 +9,11 @@ from pydrake.systems.framework import DiagramBuilder, OutputPort
 from pydrake.systems.primitives import MatrixGain
 
 from soft_gripper.diagrams.scene import Scene, arm_joints
-from soft_gripper.diagrams.wiring.named_wires import vector_outputs
 from soft_gripper.signals import describe
-from soft_gripper.truth.soft_object import POSE, POSE_UNITS, WRENCH, WRENCH_UNITS, SoftObject
+
+POSE, POSE_UNITS = ("q_w", "q_x", "q_y", "q_z", "x", "y", "z"), ("1", "1", "1", "1", "m", "m", "m")
+WRENCH = ("torque_x", "torque_y", "torque_z", "force_x", "force_y", "force_z")
+WRENCH_UNITS = ("N m", "N m", "N m", "N", "N", "N")
 
 
 def add_plant_signals(
@@ -23,8 +25,8 @@ def add_plant_signals(
 ) -> dict[str, OutputPort]:
     """Adds blocks that select signals from the plant's state; returns the signals.
 
-    They are `plant.state`; for each free model `{object}.pose` and `{object}.contact_wrench`, or, if it is soft, what
-    `SoftObject` puts out; and for the arm `{arm}.joint_positions`, `{arm}.joint_velocities` and `{arm}.joint_torques`.
+    They are `plant.state`; for each free model `{object}.pose` and `{object}.contact_wrench`, and what else a
+    deformable one adds; and for the arm `{arm}.joint_positions`, `{arm}.joint_velocities` and `{arm}.joint_torques`.
 
     Args:
         builder: builder of a diagram with the plant.
@@ -38,8 +40,8 @@ def add_plant_signals(
     signals = {"plant.state": describe(plant.get_state_output_port(), units, state=names)}
     for name in free:
         model = plant.GetModelInstanceByName(name)
-        if name in scene.soft:
-            found = _add_soft_object(builder, scene, name)
+        if name in scene.deformables:
+            found = scene.deformables[name].add_signals(builder, plant)
             signals |= {s: port for s, port in found.items() if wrenches or s != f"{name}.contact_wrench"}
             continue
         first = plant.get_body(plant.GetBodyIndices(model)[0]).floating_positions_start()
@@ -64,14 +66,6 @@ def _contact_wrench(builder: DiagramBuilder, plant: MultibodyPlant, model: Model
     )
     builder.Connect(forces, selector.get_input_port())
     return selector.get_output_port()
-
-
-def _add_soft_object(builder: DiagramBuilder, scene: Scene, name: str) -> dict[str, OutputPort]:
-    block = builder.AddNamedSystem(f"{name}.shape", SoftObject(scene.soft[name]))
-    configurations = scene.plant.get_deformable_body_configuration_output_port()
-    builder.Connect(configurations, block.GetInputPort("configurations"))
-    builder.Connect(scene.plant.get_contact_results_output_port(), block.GetInputPort("contact_results"))
-    return {f"{name}.{signal}": port for signal, port in vector_outputs(block).items()}
 
 
 def _arm_signals(builder: DiagramBuilder, plant: MultibodyPlant, arm: str) -> dict[str, OutputPort]:

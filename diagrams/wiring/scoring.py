@@ -16,6 +16,7 @@ from soft_gripper.estimators.spatial_estimator import TIP
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.load.force_estimator import DELAY
+from soft_gripper.scenario.deformables import deformable_body
 from soft_gripper.scenario.named_estimators import find_estimator
 from soft_gripper.scenario.own_functions import label, make_block, seen_from
 from soft_gripper.scenario.schema import EstimatorConfig, SensorConfig
@@ -24,7 +25,6 @@ from soft_gripper.sensors.measurement import MeasurementModel
 from soft_gripper.sensors.sensor_block import Hold
 from soft_gripper.truth.contact import TouchedLinks, TrueContact
 from soft_gripper.truth.poses import TRUE_JOINTS, Difference, PoseError, TruePoses, ways_out_of_plane
-from soft_gripper.truth.soft_object import soft_body
 
 _DELAYED = "delayed_torque"  # not a signal: the true torque at the sample to which the estimate belongs
 
@@ -131,8 +131,8 @@ def _objects(plant: MultibodyPlant, fingers: Sequence[PlantFinger]) -> dict[str,
         geometries = [geometry for body in bodies for geometry in plant.GetCollisionGeometriesForBody(body)]
         found[str(plant.GetModelInstanceName(model))] = [geometry.get_value() for geometry in geometries]
     for model in map(ModelInstanceIndex, range(plant.num_model_instances())):
-        if soft := soft_body(plant, model):
-            found[str(plant.GetModelInstanceName(model))] = [soft.geometry_id().get_value()]
+        if deformable := deformable_body(plant, model):
+            found[str(plant.GetModelInstanceName(model))] = [deformable.geometry_id().get_value()]
     return found
 
 

@@ -7,6 +7,7 @@ import textwrap
 from dataclasses import dataclass
 from typing import Any
 
+from soft_gripper.extras import added
 from soft_gripper.quantity import Rule, rules
 
 _TRAILING = re.compile(r"(?<!\S)#\s*(.*)$")
@@ -24,11 +25,14 @@ class FieldText:
 
 
 def field_texts(of: type) -> list[FieldText]:
-    """The fields of a dataclass or NamedTuple in their order, those of its base classes first."""
+    """The fields of a dataclass or NamedTuple in their order, base classes first, those of extras last."""
     found: dict[str, FieldText] = {}
     for base in reversed(of.__mro__):
         if base.__module__.startswith("soft_gripper"):
             found |= {text.name: text for text in _own_fields(base)}
+    for declared in added("FIELDS"):
+        if of.__name__ in declared:
+            found |= {text.name: text for text in _own_fields(declared[of.__name__])}
     return list(found.values())
 
 

@@ -24,6 +24,16 @@ def command_modules() -> list[Any]:
     return [import_module(f"{__name__}.{module}") for module in (*of_folders, *of_files)]
 
 
+def added(name: str) -> list[Any]:
+    """What extras add to the core under a name of their modules `adds`; see docs/howto/own_extra.md.
+
+    These modules are imported whenever a scenario is read, and so import nothing that takes long.
+    """
+    adding = (extra for extra in names() if Path(__path__[0], extra, "adds.py").is_file())
+    modules = (import_module(f"{__name__}.{extra}.adds") for extra in adding)
+    return [getattr(module, name) for module in modules if hasattr(module, name)]
+
+
 __all__ = names()
 
 
@@ -34,4 +44,4 @@ def __getattr__(name: str) -> ModuleType:
 
 
 def __dir__() -> list[str]:
-    return [*names(), "command_modules", "names"]
+    return [*names(), "added", "command_modules", "names"]

@@ -66,7 +66,7 @@ class RecordedScene:
     def __init__(self, scenario: Scenario, recording: Recording):
         builder = DiagramBuilder()
         scene = add_plant(builder, scenario.plant_config, scenario.models, scenario.gravity, scenario.arm)
-        self.plant, self.scene_graph, self.fingers, self._soft, *_ = scene
+        self.plant, self.scene_graph, self.fingers, self._deformables, *_ = scene
         give_normals(self.scene_graph, self.plant.get_source_id())
         self._diagram = builder.Build()
         self._context = self._diagram.CreateDefaultContext()
@@ -93,9 +93,9 @@ class RecordedScene:
         return self.scene_graph.get_query_output_port().Eval(self.scene_graph_context)
 
     def object_position(self, name: str, time: float) -> Array:
-        """Position of a free model at a time, s; (3) m in the world: of its first link, or the middle of a soft one."""
-        if name in self._soft:
-            middle: Array = self._soft[name].vertices(self._go_to(time)).mean(axis=0)
+        """Position of a free model at a time, s; (3) m in the world: its first link's, or its middle if it has none."""
+        if name in self._deformables:
+            middle: Array = self._deformables[name].vertices(self._go_to(time)).mean(axis=0)
             return middle
         return self._position(self.plant.GetBodyIndices(self.plant.GetModelInstanceByName(name))[0], time)
 
@@ -117,8 +117,8 @@ class RecordedScene:
         moving = self._corners((model for model in models if self.plant.num_positions(model) > 0), time)
         fixed = [self._corners([model], time) for model in models if self.plant.num_positions(model) == 0]
         small = [corners for corners in fixed if len(corners) and _extent(corners) < _extent(moving) / 2]
-        soft = [each.vertices(self._go_to(time)) for each in self._soft.values()]
-        return np.concatenate([moving, *small, *soft])
+        deformed = [each.vertices(self._go_to(time)) for each in self._deformables.values()]
+        return np.concatenate([moving, *small, *deformed])
 
     def geometries(self, body: BodyIndex) -> list[GeometryId]:
         """The visible geometries of a body."""
@@ -137,8 +137,8 @@ class RecordedScene:
         context = self.plant.GetMyMutableContextFromRoot(self._context)
         signals = self.signals(time)
         self.plant.SetPositionsAndVelocities(context, signals["plant.state"].values)
-        for name, soft in self._soft.items():
-            soft.body.SetPositions(context, signals[f"{name}.vertices"].values.T)
+        for deformable in self._deformables.values():
+            deformable.restore(context, signals)
         return context
 
 

@@ -11,7 +11,6 @@ from .schema import NominalConfig as NominalConfig
 from .schema import PhaseConfig as PhaseConfig
 from .schema import PoseErrorConfig as PoseErrorConfig
 from .schema import StrainErrorsConfig as StrainErrorsConfig
-from .schema import TrialsConfig as TrialsConfig
 from .schema import UncertaintyConfig as UncertaintyConfig
 from .sensor_presets import sensor_layout as sensor_layout
 from .sensor_presets import strain_errors as strain_errors

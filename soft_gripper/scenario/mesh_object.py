@@ -18,9 +18,9 @@ from trimesh.visual.material import SimpleMaterial
 from soft_gripper.errors import InputError, first_line
 from soft_gripper.files.notes import MENDED, READ, Note, kept, note
 from soft_gripper.files.output import atomic_file, writable_folder
-from soft_gripper.files.tetrahedra import SUFFIX, Tetrahedra, read_tetrahedra
 from soft_gripper.files.text import read_text
 from soft_gripper.files.xml_text import DRAKE
+from soft_gripper.scenario.deformables import deformable_kind
 from soft_gripper.scenario.msh_file import read_msh
 from soft_gripper.scenario.schema import MeshConfig
 from soft_gripper.scenario.solid_mesh import closed_parts, solid, together
@@ -51,8 +51,9 @@ def read_scene(path: Path) -> trimesh.Scene:
         InputError: if the file is missing, too large, cannot be read, or has no faces.
     """
     check_mesh_file(path)
-    if path.suffix.lower() == SUFFIX:
-        return trimesh.Scene([_surface(read_tetrahedra(path))])
+    kind = deformable_kind()
+    if kind is not None and path.suffix.lower() == kind.suffix:
+        return trimesh.Scene([kind.surface(path)])
     if path.suffix.lower() == ".msh":
         return trimesh.Scene([read_msh(path)])
     try:
@@ -73,13 +74,6 @@ def read_scene(path: Path) -> trimesh.Scene:
 
 def _has_faces(scene: trimesh.Scene) -> bool:
     return any(len(getattr(part, "faces", ())) for part in scene.geometry.values())
-
-
-def _surface(tetrahedra: Tetrahedra) -> trimesh.Trimesh:
-    """The surface of a mesh of tetrahedra."""
-    mesh = trimesh.Trimesh(tetrahedra.vertices, tetrahedra.boundary, process=False)
-    mesh.remove_unreferenced_vertices()
-    return mesh
 
 
 def converted(path: Path) -> Path:
@@ -141,7 +135,7 @@ def _turned(path: Path, origin: Path, modified: int) -> tuple[Path, list[Note], 
     except InputError:
         return path, [], True
     turned = [each for each in notes if each.outcome == MENDED]
-    return (keep_by_content(_obj(together(parts).smooth_shaded, normals=True)) if turned else path), turned, False
+    return (keep_by_content(obj_text(together(parts).smooth_shaded, normals=True)) if turned else path), turned, False
 
 
 def keep(name: str, text: str) -> Path:
@@ -201,80 +195,57 @@ def _color(part: trimesh.Trimesh) -> NDArray[np.uint8] | None:
     return part.visual.material.main_color if part.visual.kind == "texture" else part.visual.main_color
 
 
-MESH_SUFFIXES = (".obj", ".stl", ".ply", ".off", ".glb", ".gltf", SUFFIX)
+_SUFFIXES = (".obj", ".stl", ".ply", ".off", ".glb", ".gltf")
 _DIGITS = 12  # of coordinates in metres
-_INWARD = 1e-6  # share of the way to the middle of an element
 MAX_SIZE = 1.0  # m; a gripper of this size grasps nothing larger
 
 
+def mesh_suffixes() -> tuple[str, ...]:
+    """Suffixes of the files of objects that are bare meshes."""
+    kind = deformable_kind()
+    return _SUFFIXES if kind is None else (*_SUFFIXES, kind.suffix)
+
+
 def mesh_to_sdf(path: Path, config: MeshConfig, name: str) -> str:
-    """SDFormat text of an object: rigid, or soft if the config has a modulus.
+    """SDFormat text of an object: rigid, or of finite elements if the config means that.
 
     A rigid object touches compliant fingers with its true surface, not with its hull. Meshes are kept as scaled files
     in the user's cache folder, whatever their format was.
 
     Raises:
-        InputError: if the mesh is missing, empty, not watertight, or of an implausible size, or that of a soft object
-            is not of tetrahedra.
+        InputError: if the mesh is missing, empty, not watertight, or of an implausible size, or has no finite
+            elements where they are meant.
     """
     mesh = solid(path, read_scene(path).to_mesh())
     mesh.apply_scale(config.scale)
     _check(path, mesh, config)
     root = ET.Element("sdf", version="1.7")
     link = ET.SubElement(ET.SubElement(root, "model", name=name), "link", name=name)
-    add = _add_rigid if config.youngs_modulus is None else _add_soft
-    add(link, path, mesh, config)
+    kind = deformable_kind()
+    if kind is not None and kind.is_meant(config):
+        kind.add_to_link(link, path, config, mesh.volume)
+    else:
+        _add_rigid(link, mesh, config)
     return ET.tostring(root, encoding="unicode")
 
 
-def _add_rigid(link: ET.Element, path: Path, mesh: trimesh.Trimesh, config: MeshConfig) -> None:
+def _add_rigid(link: ET.Element, mesh: trimesh.Trimesh, config: MeshConfig) -> None:
     mesh.density = config.mass / mesh.volume
     _add_inertia(link, mesh)
-    uri = f"file://{keep_by_content(_obj(mesh))}"
-    _add_visual(link, uri, config)
-    contact = ET.SubElement(_add_geometry(link, "collision", uri), DRAKE + "proximity_properties")
+    uri = f"file://{keep_by_content(obj_text(mesh))}"
+    add_visual(link, uri, config)
+    contact = ET.SubElement(add_geometry(link, "collision", uri), DRAKE + "proximity_properties")
     ET.SubElement(contact, DRAKE + "rigid_hydroelastic")
     friction = {"mu_static": config.friction, "mu_dynamic": config.friction}
-    _add_values(contact, {**friction, "hunt_crossley_dissipation": 2.0})
+    add_values(contact, {**friction, "hunt_crossley_dissipation": 2.0})
 
 
-def _add_soft(link: ET.Element, path: Path, mesh: trimesh.Trimesh, config: MeshConfig) -> None:
-    """A link of finite elements, drawn as their surface."""
-    if path.suffix.lower() != SUFFIX:
-        expected = (
-            f"is for a mesh of tetrahedra, a {SUFFIX} file; meshers such as Gmsh and fTetWild make one of a surface"
-        )
-        raise InputError(path, "mesh.youngs_modulus", config.youngs_modulus, expected)
-    elements = read_tetrahedra(path).scaled(config.scale)
-    drawn = _obj(_surface(_inside(elements)).smooth_shaded, normals=True)
-    _add_visual(link, f"file://{keep_by_content(drawn)}", config)
-    body = _add_geometry(link, "collision", f"file://{keep_by_content(elements.as_vtk(), SUFFIX)}")
-    _add_values(ET.SubElement(body, DRAKE + "proximity_properties"), {"mu_dynamic": config.friction})
-    material = {
-        "youngs_modulus": config.youngs_modulus,
-        "poissons_ratio": config.poissons_ratio,
-        "stiffness_damping": config.relaxation_time,
-        "mass_density": config.mass / mesh.volume,
-    }
-    _add_values(ET.SubElement(link, DRAKE + "deformable_properties"), material)
-
-
-def _inside(mesh: Tetrahedra) -> Tetrahedra:
-    """The mesh with each vertex a little further inside one of its elements.
-
-    Drake draws a point by the element in which it finds it, and may find none for a point on a face.
-    """
-    middles, owner = mesh.vertices[mesh.cells].mean(axis=1), np.empty(len(mesh.vertices), dtype=int)
-    owner[mesh.cells] = np.arange(len(mesh.cells))[:, None]
-    return Tetrahedra(mesh.vertices + _INWARD * (middles[owner] - mesh.vertices), mesh.cells)
-
-
-def _add_visual(link: ET.Element, uri: str, config: MeshConfig) -> None:
-    visual = _add_geometry(link, "visual", uri)
+def add_visual(link: ET.Element, uri: str, config: MeshConfig) -> None:
+    visual = add_geometry(link, "visual", uri)
     ET.SubElement(ET.SubElement(visual, "material"), "diffuse").text = _text(config.color)
 
 
-def _add_values(element: ET.Element, values: Mapping[str, object]) -> None:
+def add_values(element: ET.Element, values: Mapping[str, object]) -> None:
     for key, value in values.items():
         ET.SubElement(element, DRAKE + key).text = str(value)
 
@@ -296,13 +267,13 @@ def _add_inertia(link: ET.Element, mesh: trimesh.Trimesh) -> None:
         ET.SubElement(inertia, "i" + "xyz"[i] + "xyz"[j]).text = repr(float(moments[i, j]))
 
 
-def _add_geometry(link: ET.Element, kind: str, uri: str) -> ET.Element:
+def add_geometry(link: ET.Element, kind: str, uri: str) -> ET.Element:
     element = ET.SubElement(link, kind, name=kind)
     ET.SubElement(ET.SubElement(ET.SubElement(element, "geometry"), "mesh"), "uri").text = uri
     return element
 
 
-def _obj(mesh: trimesh.Trimesh, normals: bool = False) -> str:
+def obj_text(mesh: trimesh.Trimesh, normals: bool = False) -> str:
     text: str = trimesh.exchange.obj.export_obj(
         mesh, include_texture=False, include_normals=normals, header=None, digits=_DIGITS
     )

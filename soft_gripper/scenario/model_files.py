@@ -30,13 +30,13 @@ from soft_gripper.fingers.plant_finger import PlantFinger, add_torsion_springs
 from soft_gripper.fingers.urdf import ExpandedUrdf, expand_urdf, read_fingers
 from soft_gripper.models import DIRECTORY, PACKAGE, package_map
 from soft_gripper.scenario.arm_joints import couple, exclude_self_contact, set_limits
+from soft_gripper.scenario.deformables import deformable_body, deformable_kind
 from soft_gripper.scenario.drake_parsing import add_file, add_text, check_inside, drake_reads
 from soft_gripper.scenario.link_inertia import note_spread
-from soft_gripper.scenario.mesh_object import MESH_SUFFIXES, mesh_to_sdf
+from soft_gripper.scenario.mesh_object import mesh_suffixes, mesh_to_sdf
 from soft_gripper.scenario.mjcf_xml import ready_mjcf
 from soft_gripper.scenario.model_xml import ready
 from soft_gripper.scenario.schema import ArmConfig, FingerChanges, FingerConfig, ModelConfig
-from soft_gripper.truth.soft_object import soft_body
 
 _LOGGER = logging.getLogger(__name__)
 OF_SECTION = tuple(field.name for field in fields(CrossSection))
@@ -206,7 +206,9 @@ def _expanded(
 
 def _check_contents(plant: MultibodyPlant, model: ModelInstanceIndex, config: ModelConfig, where: str) -> None:
     """Checks that a model has links, or is one soft object that is free."""
-    soft = soft_body(plant, model)
+    soft = deformable_body(plant, model)
+    if soft is not None and deformable_kind() is None:
+        raise InputError(where, "file", config.file, "holds a body of finite elements; give a model with rigid links")
     if soft is None and not plant.GetBodyIndices(model):
         raise InputError(where, "file", config.file, "holds a model without links")
     if soft is not None and plant.GetBodyIndices(model):
@@ -247,7 +249,7 @@ def _prepared(
     if kind == "mujoco":
         found = ready_mjcf(path, read_xml(path))
         return _Prepared(found.text, ".xml", mimics=found.mimics)
-    if kind in MESH_SUFFIXES:
+    if kind in mesh_suffixes():
         return _Prepared(mesh_to_sdf(path, config.mesh, config.name), ".sdf")
     return _Prepared(None)
 

@@ -20,6 +20,7 @@ from soft_gripper.control.pid_controller import PidGains
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.fingers.finger_links import SPRINGS
 from soft_gripper.quantity import Misfit, Rule, like, quantity, valid
+from soft_gripper.scenario.added_fields import with_added_fields
 from soft_gripper.scenario.drake_values import ByValue
 from soft_gripper.scenario.shipped import PRESETS
 from soft_gripper.sensors.path_sensors import LAYOUTS, STEEPEST
@@ -30,6 +31,7 @@ ATMOSPHERE = 101325.0  # Pa; no vacuum is deeper
 
 
 @dataclass
+@with_added_fields
 class MeshConfig:
     """Properties of a model that is a bare mesh file; its inertia follows from its shape."""
 
@@ -37,10 +39,6 @@ class MeshConfig:
     mass: float = quantity(0.05, "kg", above=0)  # uniform density over the volume
     friction: float = quantity(0.8, least=0)  # Coulomb, equal static and dynamic
     color: list[float] = quantity([0.45, 0.62, 0.36, 1.0], least=0, most=1, length=4)  # red, green, blue, opacity
-    # Of a soft object, whose file is a mesh of tetrahedra (.vtk); None: it is rigid.
-    youngs_modulus: float | None = quantity(None, "Pa", above=0)
-    poissons_ratio: float = quantity(0.3, least=0, below=0.5)  # of a soft object
-    relaxation_time: float = quantity(0.02, "s", least=0)  # of a soft object: damping over stiffness
 
 
 @dataclass
@@ -244,21 +242,8 @@ class PoseErrorConfig:
     yaw: float = quantity(0.0, "rad")  # about the vertical through the origin of its first link
 
 
-@dataclass
-class TrialsConfig:
-    """Random variations in trials of a task, uniformly distributed, symmetric or from least to most."""
-
-    offset: float = quantity(0.03, "m", least=0)  # of the initial position of the object, along x and y
-    yaw: float = quantity(math.radians(45), "rad", least=0)  # of the object about its own z axis
-    mass: list[float] = quantity([0.02, 0.06], "kg", least=1e-9, span=True)
-    friction: list[float] = quantity([0.5, 0.9], least=0, span=True)
-    size: float = quantity(0.1, least=0, below=1)  # fraction of the object size
-    # Of the reported position along x and y: typical of a depth camera.
-    offset_error: float = quantity(3e-3, "m", least=0)
-    yaw_error: float = quantity(math.radians(3), "rad", least=0)  # of the reported pose about the vertical
-
-
 @dataclass(eq=False)
+@with_added_fields
 class TaskConfig(ByValue):
     """The phases of the arm's motion; phases with an opening also command the gripper, in closed loop."""
 
@@ -273,10 +258,9 @@ class TaskConfig(ByValue):
     time_limit: float = quantity(60.0, "s", above=0)  # for the whole task
     # Normal force of a finger that the object withstands; used to judge trials.
     force_limit: float | None = quantity(None, "N", above=0)
-    # Squeeze that a soft object withstands; used to judge trials.
+    # Squeeze that an object withstands which gives way; used to judge trials.
     squeeze_limit: float | None = quantity(None, "m", above=0)
     pose_error: PoseErrorConfig = field(default_factory=PoseErrorConfig)  # of the pose that motions are planned for
-    trials: TrialsConfig = field(default_factory=TrialsConfig)  # of `soft-gripper grasp-trials`
 
     @property
     def grips(self) -> bool:
@@ -419,6 +403,7 @@ class UncertaintyConfig:
 
 
 @dataclass
+@with_added_fields
 class EstimatorConfig:
     """The estimators of every finger."""
 

@@ -8,12 +8,13 @@ import yaml
 from soft_gripper.errors import InputError
 
 SHIPPED = Path(__file__).parents[1] / "diagrams" / "scenarios"
+_OF_EXTRAS = Path(__file__).parents[1] / "extras"
 PRESETS = Path(__file__).with_name("sensor_presets.yaml")
 
 
 def scenario_names() -> list[str]:
     """Names of the shipped scenarios."""
-    return sorted(path.stem for path in SHIPPED.glob("*.yaml"))
+    return sorted(_files())
 
 
 def scenario_path(name_or_path: str) -> Path:
@@ -26,7 +27,12 @@ def scenario_path(name_or_path: str) -> Path:
         return Path(name_or_path)
     if name_or_path not in scenario_names():
         raise InputError("scenario", "name", name_or_path, f"not shipped; known: {', '.join(scenario_names())}")
-    return SHIPPED / f"{name_or_path}.yaml"
+    return _files()[name_or_path]
+
+
+def _files() -> dict[str, Path]:
+    """The shipped scenarios by name, those of extras among them."""
+    return {path.stem: path for path in (*SHIPPED.glob("*.yaml"), *_OF_EXTRAS.glob("*/scenarios/*.yaml"))}
 
 
 def descriptions() -> dict[str, str]:

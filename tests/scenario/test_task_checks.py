@@ -144,21 +144,6 @@ def test_postures_beyond_the_limits_are_refused():
 
 
 @pytest.mark.parametrize(
-    ("override", "field"),
-    [
-        ("offset=-0.1", "task.trials.offset"),
-        ("yaw=.nan", "task.trials.yaw"),
-        ("size=1", "task.trials.size"),
-        ("mass=[0.1, 0.05]", "task.trials.mass"),
-        ("mass=[0, 0.05]", "task.trials.mass"),
-        ("friction=[0.5]", "task.trials.friction"),
-    ],
-)
-def test_ranges_of_trials_are_ranges(override, field):
-    assert field in str(complaint(f"task.trials.{override}").value)
-
-
-@pytest.mark.parametrize(
     ("name", "override", "field"),
     [
         (TASK, f"task.X_WGoal.translation=[{NAN}, 0, 0]", "task.X_WGoal"),

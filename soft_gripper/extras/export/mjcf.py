@@ -54,6 +54,7 @@ from soft_gripper.extras.export.tree import (
     text,
 )
 from soft_gripper.fingers.plant_finger import PlantFinger
+from soft_gripper.scenario.deformables import is_deformable
 from soft_gripper.scenario.schema import Scenario
 
 # s, longest step of the integrator implicitfast, for which contacts act by the state at the begin of a step: half of
@@ -88,7 +89,7 @@ def to_mjcf(scenario: Scenario, time_step: float | None = None) -> Mjcf:
     if time_step is not None and not 0 < time_step < np.inf:
         raise InputError("export", "time_step", time_step, "give a number of seconds above 0")
     for model in scenario.models:
-        if model.mesh.youngs_modulus is not None:
+        if is_deformable(model.mesh):
             raise InputError("export", "models", model.name, SOFT)
     models = [replace(model, self_contact=False) for model in scenario.models]
     step = time_step or scenario.plant_config.time_step or EXPLICIT_STEP

@@ -27,7 +27,6 @@ from soft_gripper.extras.export.tree import (
     text,
 )
 from soft_gripper.scenario.schema import Scenario
-from soft_gripper.truth.soft_object import soft_body
 
 _NO_MASS = 1e-9  # kg and kg m^2, of links without mass
 _INERTIA = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
@@ -49,7 +48,7 @@ def to_sdf(scenario: Scenario) -> Sdf:
     """
     station = make_station(scenario)
     for model in scenario.models:
-        if soft_body(station.plant, station.plant.GetModelInstanceByName(model.name)):
+        if model.name in station.parts.deformables:
             raise InputError("export", "models", model.name, SOFT)
     return _Writer(station).write()
 

@@ -189,7 +189,7 @@ class Settled:
     def of(cls, scenario: Scenario, held: str) -> "Settled":
         """Runs a scenario, takes everything but the gripper away from the object, and lets it rest."""
         station = kept_station(scenario)
-        if held in station.parts.soft:
+        if held in station.parts.deformables:
             raise InputError(
                 "grasp strength", "--object", held, "is soft; give a rigid object, which a load moves whole"
             )

@@ -2,6 +2,7 @@
 
 from copy import deepcopy
 from dataclasses import asdict, dataclass
+from typing import cast
 
 import numpy as np
 from pydrake.common.schema import Transform
@@ -11,11 +12,12 @@ from soft_gripper.arrays import Array
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.errors import InputError
+from soft_gripper.extras.grasps.adds import TrialsConfig, Varied
 from soft_gripper.runs.scores.grasp import UNKNOWN, Grasp
 from soft_gripper.runs.scores.recorded_task import Judged, judged
-from soft_gripper.scenario.mesh_object import MESH_SUFFIXES, read_scene
+from soft_gripper.scenario.mesh_object import mesh_suffixes, read_scene
 from soft_gripper.scenario.model_files import model_path
-from soft_gripper.scenario.schema import ModelConfig, PoseErrorConfig, Scenario, TrialsConfig
+from soft_gripper.scenario.schema import ModelConfig, PoseErrorConfig, Scenario
 
 
 @dataclass(frozen=True)
@@ -57,8 +59,7 @@ def draw(rng: np.random.Generator, ranges: TrialsConfig) -> Variation:
 def vary(scenario: Scenario, rng: np.random.Generator) -> tuple[Scenario, Variation]:
     """A random variation of a scenario, and the draw; see `varied`. Sensor errors are redrawn as well."""
     _object(scenario)
-    assert scenario.task is not None
-    variation = draw(rng, scenario.task.trials)
+    variation = draw(rng, cast(Varied, scenario.task).trials)
     found = varied(scenario, variation)
     found.sensor.seed = int(rng.integers(2**31))
     return found, variation
@@ -89,9 +90,10 @@ def _object(scenario: Scenario) -> ModelConfig:
     """The model handled by the task."""
     name = None if scenario.task is None else scenario.task.object
     for model in scenario.models:
-        if model.name == name and model_path(model.file).suffix.lower() in MESH_SUFFIXES:
+        if model.name == name and model_path(model.file).suffix.lower() in mesh_suffixes():
             return model
-    raise InputError("grasp trials", "task.object", name, f"give the model of a bare mesh ({', '.join(MESH_SUFFIXES)})")
+    expected = f"give the model of a bare mesh ({', '.join(mesh_suffixes())})"
+    raise InputError("grasp trials", "task.object", name, expected)
 
 
 def _lifted(X_WO: RigidTransform, vertices: Array, growth: float) -> RigidTransform:

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import matplotlib as mpl
 import numpy as np
@@ -18,6 +18,7 @@ from soft_gripper.diagrams.simulation import Progress, run_station
 from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.errors import InputError
+from soft_gripper.extras.grasps.adds import Varied
 from soft_gripper.extras.grasps.trial import (
     DetailRow,
     GraspRow,
@@ -235,7 +236,7 @@ def _details(file: str, seed: int, trial: int) -> DetailRow:
     """The random draw of a trial."""
     name, task = Path(file).stem, load_scenario(file).task
     assert task is not None
-    drawn = draw(random_numbers(seed, name, trial), task.trials)
+    drawn = draw(random_numbers(seed, name, trial), cast(Varied, task).trials)
     return DetailRow(
         name,
         trial,

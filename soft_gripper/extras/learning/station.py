@@ -374,7 +374,7 @@ def make_learning_station(
     parts.check(diagram)
     if handled is None:
         return LearningStation(diagram, parts, forces, seen, target=target)
-    if handled.object in parts.soft:
+    if handled.object in parts.deformables:
         raise InputError("environment", "object", handled.object, "is soft; give a rigid object")
     body = first_body(parts.plant, handled.object)
     return LearningStation(diagram, parts, forces, seen, body, _height(parts, body), goal=goal)

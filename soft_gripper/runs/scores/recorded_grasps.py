@@ -125,8 +125,8 @@ def _signals(station: Station, recording: Recording, held: str, samples: NDArray
 
 
 def _mass(station: Station, held: str) -> float:
-    if held in station.parts.soft:
-        return station.parts.soft[held].mass
+    if held in station.parts.deformables:
+        return station.parts.deformables[held].mass
     plant = station.plant
     bodies = plant.GetBodyIndices(plant.GetModelInstanceByName(held))
     return float(sum(plant.get_body(index).default_mass() for index in bodies))
@@ -150,8 +150,8 @@ def friction_coefficient(station: Station, finger: PlantFinger, held: str) -> fl
 
 def _touched(station: Station, held: str) -> list[GeometryId]:
     """The collision geometries of the first link of an object."""
-    if held in station.parts.soft:
-        return [station.parts.soft[held].geometry]
+    if held in station.parts.deformables:
+        return [station.parts.deformables[held].geometry]
     return list(station.plant.GetCollisionGeometriesForBody(first_body(station.plant, held)))
 
 

@@ -241,3 +241,9 @@ def test_an_object_is_lost_once_it_has_turned_in_every_finger_or_slid_on_average
     )
     assert _HeldBody._lost(held, {"finger": (np.zeros(3), 1.0)}) == ended
     assert _HeldBody._lost(held, {"finger": (np.zeros(3), 0.0)}) == "let go"
+
+
+def test_a_soft_object_is_refused():
+    pytest.importorskip("soft_gripper.extras.soft")
+    with refused("--object", "sponge"):
+        module.grasp_strength(load_scenario("pick_and_place_sponge"), HereExecutor())

@@ -10,10 +10,10 @@ from refusals import refused
 
 from soft_gripper.errors import InputError, SimulationDivergedError, WorkerDiedError
 from soft_gripper.extras.grasps import trials
+from soft_gripper.extras.grasps.adds import TrialsConfig
 from soft_gripper.extras.grasps.trial import DetailRow, Trial, TrialRow, draw, failed_row, random_numbers
 from soft_gripper.extras.grasps.trials import run_trials
 from soft_gripper.runs.scores.grasp import Grasp
-from soft_gripper.scenario.schema import TrialsConfig
 
 NAMES = ("pick_and_place_irregular", "pick_and_place_box")
 COLUMNS = (

@@ -17,11 +17,11 @@ from pydrake.math import RigidTransform, RotationMatrix
 from refusals import refusal
 
 from soft_gripper.diagrams.recording import Recording
+from soft_gripper.extras.grasps.adds import TrialsConfig
 from soft_gripper.extras.grasps.trial import draw, random_numbers
 from soft_gripper.extras.grasps.trials import run_trial
 from soft_gripper.files.csv_table import write_csv
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
-from soft_gripper.scenario.schema import TrialsConfig
 
 COMMAND = [*LISTENING, "grasp-trials"]
 BOX = (["qw", "qx", "qy", "qz"], ["x", "y", "z"])  # in the state of the plant

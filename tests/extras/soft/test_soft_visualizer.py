@@ -1,5 +1,6 @@
 """SoftVisualizer: draws soft objects where their vertices are, and a new shape only when they have been deformed."""
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -9,11 +10,11 @@ from pydrake.geometry import Rgba
 from scipy.spatial.transform import Rotation
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.view.soft_visualizer import LEAST_CHANGE, SOFT, DrawnBody, SoftVisualizer
-from soft_gripper.files.tetrahedra import read_tetrahedra
-from soft_gripper.models import DIRECTORY
+from soft_gripper.extras import soft
+from soft_gripper.extras.soft.soft_visualizer import LEAST_CHANGE, SOFT, DrawnBody, SoftVisualizer
+from soft_gripper.extras.soft.tetrahedra import read_tetrahedra
 
-REST = read_tetrahedra(DIRECTORY / "objects" / "soft_block.vtk")
+REST = read_tetrahedra(Path(soft.__path__[0]) / "objects" / "soft_block.vtk")
 MOVED = Rotation.from_rotvec([0.3, -0.5, 0.8]).apply(REST.vertices) + np.array([0.1, 0.2, 0.3])
 SQUEEZED = REST.vertices * [0.95, 1.0, 1.0]
 

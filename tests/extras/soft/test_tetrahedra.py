@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from refusals import refused
 
-from soft_gripper.files import tetrahedra
-from soft_gripper.files.tetrahedra import Tetrahedra, oriented, read_tetrahedra
-from soft_gripper.models import DIRECTORY
+from soft_gripper.extras import soft
+from soft_gripper.extras.soft import tetrahedra
+from soft_gripper.extras.soft.tetrahedra import Tetrahedra, oriented, read_tetrahedra
 
 CORNER = Tetrahedra(np.array([[0, 0, 0], [2, 0, 0], [0, 3, 0], [0, 0, 4]], dtype=float), np.array([[0, 1, 2, 3]]))
 GOOD = CORNER.as_vtk()
@@ -45,7 +45,7 @@ def test_tetrahedra_that_are_inside_out_are_turned():
 @pytest.mark.parametrize(("name", "extent"), [("soft_block", (44, 40, 60)), ("tomato", (46, 46, 39.48))])
 def test_shipped_meshes_are_solid(name, extent):
     """A closed surface has no net area, and encloses the volume of what it is the surface of (divergence theorem)."""
-    mesh = read_tetrahedra(DIRECTORY / "objects" / f"{name}.vtk")
+    mesh = read_tetrahedra(Path(soft.__path__[0]) / "objects" / f"{name}.vtk")
     np.testing.assert_allclose(1e3 * np.ptp(mesh.vertices, axis=0), extent, rtol=0.01)
     areas, centers = outward(mesh), mesh.vertices[mesh.boundary].mean(axis=1)
     np.testing.assert_allclose(areas.sum(axis=0), 0, atol=1e-12)
@@ -101,6 +101,6 @@ def test_a_mesh_that_is_not_a_solid_is_refused(tmp_path, old, new, field, value)
 
 def test_a_mesh_of_too_many_tetrahedra_is_refused(tmp_path, monkeypatch):
     monkeypatch.setattr(tetrahedra, "MOST", 100)
-    path = DIRECTORY / "objects" / "soft_block.vtk"
+    path = Path(soft.__path__[0]) / "objects" / "soft_block.vtk"
     with refused("cells", 216):
         read_tetrahedra(path)

@@ -8,7 +8,7 @@ from scipy.spatial import Delaunay
 from trimesh.creation import icosphere
 
 from soft_gripper.arrays import Array
-from soft_gripper.files.tetrahedra import Tetrahedra, oriented
+from soft_gripper.extras.soft.tetrahedra import Tetrahedra, oriented
 
 BLOCK, CELLS = (0.044, 0.04, 0.06), (3, 3, 4)  # m: as box.sdf
 TOMATO = (0.046, 0.046, 0.042)  # m: diameters

@@ -1,6 +1,6 @@
 """How soft is what is held: blocks of four materials, told apart by what the sensors of two fingers estimate.
 
-    python -m soft_gripper.extras.studies.softness
+    python examples/softness.py
 
 Two fingers close on a block, and press harder. The narrowest gap between their estimated inner surfaces becomes smaller
 as the estimated force grows; the ratio is the compliance of the grasp. Some grasps show which compliances a material
@@ -40,7 +40,7 @@ SETS = ("train", "test")
 SENSORS = 1  # separates the random numbers of the sensors from those of the object
 _LEAST_SHARE = 0.5  # %, of those that are listed
 SECTIONS = (2, 4)
-BLOCK = "package://soft_gripper/objects/soft_block.vtk"
+BLOCK = "package://soft_objects/objects/soft_block.vtk"
 PRESSURES = [50e3, 200e3]  # Pa
 _SCENARIO = "probing_grasp"
 _CHANGES = (

@@ -1,17 +1,18 @@
 """Pose, squeeze and strain of a soft object, against motions and deformations that are put in."""
 
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from soft_gripper.files.tetrahedra import read_tetrahedra
-from soft_gripper.models import DIRECTORY
-from soft_gripper.truth import soft_object as module
-from soft_gripper.truth.soft_object import element_volumes, fitted_pose, largest_strain, squeeze, wrench_at
+from soft_gripper.extras import soft
+from soft_gripper.extras.soft import soft_object as module
+from soft_gripper.extras.soft.soft_object import element_volumes, fitted_pose, largest_strain, squeeze, wrench_at
+from soft_gripper.extras.soft.tetrahedra import read_tetrahedra
 
-REST = read_tetrahedra(DIRECTORY / "objects" / "soft_block.vtk")  # 44 x 40 x 60 mm
+REST = read_tetrahedra(Path(soft.__path__[0]) / "objects" / "soft_block.vtk")  # 44 x 40 x 60 mm
 TURNS = Rotation.from_rotvec([[0.0, 0.0, 0.0], [0.4, -1.1, 0.7], [0.0, 3.0, 0.0]])
 PLACES = np.array([[0.0, 0.0, 0.0], [0.3, -0.2, 0.5], [1.0, 2.0, 3.0]])
 

@@ -3,67 +3,68 @@
 All follow from the vertices of its finite elements. T samples of V vertices are computed at once, after the run.
 """
 
-from collections.abc import Iterable, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+import xarray as xr
 from pydrake.common.value import Value
-from pydrake.geometry import GeometryConfigurationVector, GeometryId, SceneGraphInspector
+from pydrake.geometry import GeometryConfigurationVector, GeometryId
 from pydrake.multibody.plant import ContactResults, MultibodyPlant
-from pydrake.multibody.tree import DeformableBody, ModelInstanceIndex
-from pydrake.systems.framework import Context
+from pydrake.multibody.tree import DeformableBody
+from pydrake.systems.framework import Context, DiagramBuilder, OutputPort
 from scipy.spatial.distance import pdist
 from scipy.spatial.transform import Rotation
 
 from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array
-from soft_gripper.files.tetrahedra import Tetrahedra
+from soft_gripper.diagrams.wiring.named_wires import vector_outputs
+from soft_gripper.diagrams.wiring.plant_signals import POSE, POSE_UNITS, WRENCH, WRENCH_UNITS
+from soft_gripper.errors import SimulationDivergedError
+from soft_gripper.extras.soft.tetrahedra import Tetrahedra
+from soft_gripper.scenario.deformables import Deformable
 from soft_gripper.signals import XYZ
 from soft_gripper.truth.contact import patches
 
-POSE, POSE_UNITS = ("q_w", "q_x", "q_y", "q_z", "x", "y", "z"), ("1", "1", "1", "1", "m", "m", "m")
-WRENCH = ("torque_x", "torque_y", "torque_z", "force_x", "force_y", "force_z")
-WRENCH_UNITS = ("N m", "N m", "N m", "N", "N", "N")
 
-
-class SoftBody(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class SoftBody(Deformable):
     """A soft object of a finalized plant."""
 
+    name: str
     body: DeformableBody
     rest: Tetrahedra  # undeformed, in the frame of its file
 
     @property
     def geometry(self) -> GeometryId:
-        """Geometry that touches, and is drawn."""
         return self.body.geometry_id()
 
     @property
     def mass(self) -> float:
-        """In kg."""
         return float(self.body.config().mass_density() * self.rest.volumes.sum())
 
     def vertices(self, context: Context) -> Array:
-        """Vertices of its elements, in the context of the plant, (V, 3) m in the world."""
         found: Array = self.body.GetPositions(context).T
         return found
 
+    def restore(self, context: Context, signals: xr.Dataset) -> None:
+        self.body.SetPositions(context, signals[f"{self.name}.vertices"].values.T)
 
-def soft_body(plant: MultibodyPlant, model: ModelInstanceIndex) -> DeformableBody | None:
-    """The soft body of a model instance, if it is one."""
-    bodies = plant.deformable_model().GetBodyIds(model)
-    return plant.deformable_model().GetBody(bodies[0]) if bodies else None
+    def check(self, context: Context) -> None:
+        """Drake goes on without an error when an element is inside out."""
+        if not element_volumes(self.rest, self.vertices(context)).min() > 0:  # or NaN
+            raise SimulationDivergedError(
+                f"the soft object '{self.name}' was crushed before t = {context.get_time():.4g} s: an element is inside"
+                " out; likely cause: a force that its modulus does not bear, or friction below 0.2"
+            )
 
-
-def soft_bodies(plant: MultibodyPlant, inspector: SceneGraphInspector, names: Iterable[str]) -> dict[str, SoftBody]:
-    """The soft objects of a finalized plant, among the models with these names."""
-    found = {}
-    for name in names:
-        if body := soft_body(plant, plant.GetModelInstanceByName(name)):
-            vertices = body.get_default_pose().inverse() @ body.GetPositions(plant.CreateDefaultContext())
-            elements = inspector.GetReferenceMesh(body.geometry_id()).tetrahedra()
-            cells = np.array([[element.vertex(i) for i in range(4)] for element in elements])
-            found[name] = SoftBody(body, Tetrahedra(vertices.T, cells))
-    return found
+    def add_signals(self, builder: DiagramBuilder, plant: MultibodyPlant) -> dict[str, OutputPort]:
+        block = builder.AddNamedSystem(f"{self.name}.shape", SoftObject(self))
+        configurations = plant.get_deformable_body_configuration_output_port()
+        builder.Connect(configurations, block.GetInputPort("configurations"))
+        builder.Connect(plant.get_contact_results_output_port(), block.GetInputPort("contact_results"))
+        return {f"{self.name}.{signal}": port for signal, port in vector_outputs(block).items()}
 
 
 def element_volumes(rest: Tetrahedra, vertices: Array) -> Array:

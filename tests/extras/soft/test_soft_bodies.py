@@ -24,9 +24,9 @@ from verification.soft_bodies import (
 )
 from verification.tables import Row
 
-from soft_gripper.models.objects.make_soft import block
+from soft_gripper.extras.soft.objects.make_soft import block
 
-PAGE = (Path(__file__).parents[2] / "docs" / "soft_objects.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).parents[3] / "docs/extras/soft/soft_objects.md").read_text(encoding="utf-8")
 MATERIAL = Material()
 
 

@@ -11,12 +11,13 @@ from pydrake.multibody.tree import ModelInstanceIndex
 from pydrake.systems.framework import DiagramBuilder
 from refusals import refused
 
-from soft_gripper.models import DIRECTORY
+from soft_gripper.extras import soft
+from soft_gripper.extras.soft.soft_kind import SoftKind
 from soft_gripper.scenario.mesh_object import mesh_to_sdf
 from soft_gripper.scenario.schema import MeshConfig
-from soft_gripper.truth.soft_object import soft_bodies
 
-BLOCK = DIRECTORY / "objects" / "soft_block.vtk"
+OBJECTS = Path(soft.__path__[0]) / "objects"
+BLOCK = OBJECTS / "soft_block.vtk"
 SOFT = MeshConfig(scale=0.5, mass=0.02, friction=0.6, youngs_modulus=3e4, poissons_ratio=0.4, relaxation_time=0.01)
 
 
@@ -34,7 +35,7 @@ def parsed(config: MeshConfig):
 
 def test_drake_reads_the_material_the_mass_and_the_scale():
     plant, inspector = parsed(SOFT)
-    soft = soft_bodies(plant, inspector, ["thing"])["thing"]
+    soft = SoftKind().objects(plant, inspector, ["thing"])["thing"]
     material = soft.body.config()
     found = material.youngs_modulus(), material.poissons_ratio(), material.stiffness_damping_coefficient()
     assert found == (3e4, 0.4, 0.01)
@@ -46,7 +47,7 @@ def test_drake_reads_the_material_the_mass_and_the_scale():
 
 def test_without_a_modulus_it_is_rigid():
     plant, inspector = parsed(MeshConfig(mass=0.02))
-    assert soft_bodies(plant, inspector, ["thing"]) == {}
+    assert SoftKind().objects(plant, inspector, ["thing"]) == {}
     assert plant.GetBodyByName("thing").default_mass() == pytest.approx(0.02)
     assert plant.deformable_model().GetBodyIds(ModelInstanceIndex(2)) == []
 
@@ -67,6 +68,6 @@ def test_a_mesh_in_millimetres_is_refused():
 @pytest.mark.parametrize("scale", [0.976463, 1.039179, 0.9104042602128819, 0.9643738782151885])
 def test_a_mesh_of_any_scale_is_drawn(scale):
     """Rounding put drawn vertices of the tomato outside its elements, which Drake refuses."""
-    text = mesh_to_sdf(DIRECTORY / "objects" / "tomato.vtk", MeshConfig(scale=scale, youngs_modulus=1e5), "thing")
+    text = mesh_to_sdf(OBJECTS / "tomato.vtk", MeshConfig(scale=scale, youngs_modulus=1e5), "thing")
     plant, _ = AddMultibodyPlantSceneGraph(DiagramBuilder(), 0.01)
     assert len(Parser(plant).AddModelsFromString(text, "sdf")) == 1

@@ -11,8 +11,8 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Context, EventStatus, LeafSystem
 
 from soft_gripper.arrays import Array
-from soft_gripper.files.tetrahedra import Tetrahedra
-from soft_gripper.truth.soft_object import SoftBody, fitted_pose
+from soft_gripper.extras.soft.soft_object import SoftBody, fitted_pose
+from soft_gripper.extras.soft.tetrahedra import Tetrahedra
 
 SOFT = "/drake/soft"
 LEAST_CHANGE = 1e-4  # m, of a vertex relative to the body, for which its shape is drawn anew

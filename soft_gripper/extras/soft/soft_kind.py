@@ -1,0 +1,124 @@
+"""Soft objects as scenarios have them: read from a mesh of tetrahedra, checked, and drawn."""
+
+import logging
+import xml.etree.ElementTree as ET
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import cast
+
+import numpy as np
+import trimesh
+from pydrake.geometry import Meshcat, SceneGraph, SceneGraphInspector
+from pydrake.multibody.plant import MultibodyPlant, MultibodyPlantConfig
+from pydrake.systems.framework import DiagramBuilder, OutputPort
+
+from soft_gripper.diagrams.wiring.named_wires import inputs
+from soft_gripper.errors import InputError
+from soft_gripper.extras.soft.adds import SoftMesh
+from soft_gripper.extras.soft.soft_object import SoftBody
+from soft_gripper.extras.soft.soft_visualizer import SoftVisualizer, drawn_bodies
+from soft_gripper.extras.soft.tetrahedra import SUFFIX, Tetrahedra, read_tetrahedra
+from soft_gripper.files.xml_text import DRAKE
+from soft_gripper.scenario.deformables import Deformable, DeformableKind, deformable_body
+from soft_gripper.scenario.mesh_object import add_geometry, add_values, add_visual, keep_by_content, obj_text
+from soft_gripper.scenario.schema import MeshConfig, ModelConfig
+
+_LOGGER = logging.getLogger(__name__)
+_INWARD = 1e-6  # share of the way to the middle of an element
+
+
+class SoftKind(DeformableKind):
+    """Objects whose mesh has a modulus, and files of finite elements."""
+
+    suffix = SUFFIX
+
+    def is_meant(self, config: MeshConfig) -> bool:
+        return cast(SoftMesh, config).youngs_modulus is not None
+
+    def surface(self, path: Path) -> trimesh.Trimesh:
+        return surface(read_tetrahedra(path))
+
+    def add_to_link(self, link: ET.Element, path: Path, config: MeshConfig, volume: float) -> None:
+        """Adds finite elements, drawn as their surface."""
+        soft = cast(SoftMesh, config)
+        if path.suffix.lower() != SUFFIX:
+            expected = (
+                f"is for a mesh of tetrahedra, a {SUFFIX} file; meshers such as Gmsh and fTetWild make one of a surface"
+            )
+            raise InputError(path, "mesh.youngs_modulus", soft.youngs_modulus, expected)
+        elements = read_tetrahedra(path).scaled(config.scale)
+        drawn = obj_text(surface(_inside(elements)).smooth_shaded, normals=True)
+        add_visual(link, f"file://{keep_by_content(drawn)}", config)
+        body = add_geometry(link, "collision", f"file://{keep_by_content(elements.as_vtk(), SUFFIX)}")
+        add_values(ET.SubElement(body, DRAKE + "proximity_properties"), {"mu_dynamic": config.friction})
+        material = {
+            "youngs_modulus": soft.youngs_modulus,
+            "poissons_ratio": soft.poissons_ratio,
+            "stiffness_damping": soft.relaxation_time,
+            "mass_density": config.mass / volume,
+        }
+        add_values(ET.SubElement(link, DRAKE + "deformable_properties"), material)
+
+    def check_config(self, config: MultibodyPlantConfig, models: Sequence[ModelConfig]) -> None:
+        if config.time_step == 0 and any(self.is_meant(model.mesh) for model in models):
+            raise InputError("plant_config", "time_step", 0, "must be above 0: soft objects are simulated in steps")
+
+    def check_scene(self, config: MultibodyPlantConfig, models: Sequence[ModelConfig], points: int | None) -> None:
+        """Checks what Drake simulates beside soft objects; some of it would fall through them without an error.
+
+        Raises:
+            InputError: for a part of the scenario that does not go with them.
+        """
+        if points is not None:
+            raise InputError("scenario", "contact", "points", "must be surface: soft objects touch surfaces only")
+        for i, model in enumerate(models):
+            if model.half_space:
+                expected = "leave it out: soft objects fall through half spaces"
+                raise InputError(f"models[{i}]", "half_space", True, expected)
+        if config.discrete_contact_approximation != "sap":
+            expected = "plant_config.discrete_contact_approximation: %s lets soft objects jitter at rest; sap does not"
+            _LOGGER.warning(expected, config.discrete_contact_approximation)
+
+    def objects(
+        self, plant: MultibodyPlant, inspector: SceneGraphInspector, names: Iterable[str]
+    ) -> dict[str, SoftBody]:
+        found = {}
+        for name in names:
+            if body := deformable_body(plant, plant.GetModelInstanceByName(name)):
+                vertices = body.get_default_pose().inverse() @ body.GetPositions(plant.CreateDefaultContext())
+                elements = inspector.GetReferenceMesh(body.geometry_id()).tetrahedra()
+                cells = np.array([[element.vertex(i) for i in range(4)] for element in elements])
+                found[name] = SoftBody(name, body, Tetrahedra(vertices.T, cells))
+        return found
+
+    def add_view(
+        self,
+        builder: DiagramBuilder,
+        plant: MultibodyPlant,
+        scene_graph: SceneGraph,
+        objects: Mapping[str, Deformable],
+        signals: Mapping[str, OutputPort],
+        meshcat: Meshcat,
+        period: float,
+    ) -> None:
+        bodies = drawn_bodies(plant, scene_graph, cast(Mapping[str, SoftBody], objects))
+        drawing = builder.AddNamedSystem("soft_visualizer", SoftVisualizer(meshcat, bodies, period))
+        for name, port in inputs(drawing).items():
+            builder.Connect(signals[name], port)
+
+
+def surface(tetrahedra: Tetrahedra) -> trimesh.Trimesh:
+    """The surface of a mesh of tetrahedra."""
+    mesh = trimesh.Trimesh(tetrahedra.vertices, tetrahedra.boundary, process=False)
+    mesh.remove_unreferenced_vertices()
+    return mesh
+
+
+def _inside(mesh: Tetrahedra) -> Tetrahedra:
+    """The mesh with each vertex a little further inside one of its elements.
+
+    Drake draws a point by the element in which it finds it, and may find none for a point on a face.
+    """
+    middles, owner = mesh.vertices[mesh.cells].mean(axis=1), np.empty(len(mesh.vertices), dtype=int)
+    owner[mesh.cells] = np.arange(len(mesh.cells))[:, None]
+    return Tetrahedra(mesh.vertices + _INWARD * (middles[owner] - mesh.vertices), mesh.cells)

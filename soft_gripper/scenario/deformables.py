@@ -1,0 +1,122 @@
+"""Objects of finite elements: what Drake has of them, and what an extra adds, which alone knows their files and truth.
+
+An extra adds them by the name of a subclass of `DeformableKind`, as `DEFORMABLES = "module:Class"` in its `adds`.
+"""
+
+import xml.etree.ElementTree as ET
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Mapping, Sequence
+from functools import cache
+from importlib import import_module
+from pathlib import Path
+
+import trimesh
+import xarray as xr
+from pydrake.geometry import GeometryId, Meshcat, SceneGraph, SceneGraphInspector
+from pydrake.multibody.plant import MultibodyPlant, MultibodyPlantConfig
+from pydrake.multibody.tree import DeformableBody, ModelInstanceIndex
+from pydrake.systems.framework import Context, DiagramBuilder, OutputPort
+
+from soft_gripper.arrays import Array
+from soft_gripper.extras import added
+from soft_gripper.scenario.schema import MeshConfig, ModelConfig
+
+
+class Deformable(ABC):
+    """An object of finite elements in a finalized plant."""
+
+    @property
+    @abstractmethod
+    def geometry(self) -> GeometryId:
+        """Geometry that touches, and is drawn."""
+
+    @property
+    @abstractmethod
+    def mass(self) -> float:
+        """In kg."""
+
+    @abstractmethod
+    def vertices(self, context: Context) -> Array:
+        """Vertices of its elements, in the context of the plant, (V, 3) m in the world."""
+
+    @abstractmethod
+    def restore(self, context: Context, signals: xr.Dataset) -> None:
+        """Gives it, in the context of the plant, the shape that one sample of a recording has."""
+
+    @abstractmethod
+    def check(self, context: Context) -> None:
+        """Raises a SimulationDivergedError if its shape in the context of the plant is impossible."""
+
+    @abstractmethod
+    def add_signals(self, builder: DiagramBuilder, plant: MultibodyPlant) -> dict[str, OutputPort]:
+        """Adds its ground truth to a diagram; returns its signals, `{object}.pose` and `{object}.contact_wrench` first.
+
+        They may have `{object}.squeeze`, m, which a task can limit.
+        """
+
+
+class DeformableKind(ABC):
+    """How objects of finite elements are read, checked and drawn."""
+
+    suffix: str  # of their mesh files
+
+    @abstractmethod
+    def is_meant(self, config: MeshConfig) -> bool:
+        """Whether the mesh of a model is to be one."""
+
+    @abstractmethod
+    def surface(self, path: Path) -> trimesh.Trimesh:
+        """The surface of a mesh file with this suffix."""
+
+    @abstractmethod
+    def add_to_link(self, link: ET.Element, path: Path, config: MeshConfig, volume: float) -> None:
+        """Describes an object of a volume, m^3, as the link of an SDFormat file."""
+
+    @abstractmethod
+    def check_config(self, config: MultibodyPlantConfig, models: Sequence[ModelConfig]) -> None:
+        """Checks, before models are read, that a plant can have those of them that are of this kind."""
+
+    @abstractmethod
+    def check_scene(self, config: MultibodyPlantConfig, models: Sequence[ModelConfig], points: int | None) -> None:
+        """Checks the rest of a scene that has one; `points` as of `add_plant`."""
+
+    @abstractmethod
+    def objects(
+        self, plant: MultibodyPlant, inspector: SceneGraphInspector, names: Iterable[str]
+    ) -> Mapping[str, Deformable]:
+        """The objects of a finalized plant among the models with these names."""
+
+    @abstractmethod
+    def add_view(
+        self,
+        builder: DiagramBuilder,
+        plant: MultibodyPlant,
+        scene_graph: SceneGraph,
+        objects: Mapping[str, Deformable],
+        signals: Mapping[str, OutputPort],
+        meshcat: Meshcat,
+        period: float,
+    ) -> None:
+        """Adds a visualizer of objects; period, s."""
+
+
+@cache
+def deformable_kind() -> DeformableKind | None:
+    """The kind that an extra adds; None if there is none."""
+    for name in added("DEFORMABLES"):
+        module, _, kind = name.partition(":")
+        found: DeformableKind = getattr(import_module(module), kind)()
+        return found
+    return None
+
+
+def is_deformable(config: MeshConfig) -> bool:
+    """Whether the mesh of a model is of finite elements."""
+    kind = deformable_kind()
+    return kind is not None and kind.is_meant(config)
+
+
+def deformable_body(plant: MultibodyPlant, model: ModelInstanceIndex) -> DeformableBody | None:
+    """The body of finite elements of a model instance, if it is one."""
+    bodies = plant.deformable_model().GetBodyIds(model)
+    return plant.deformable_model().GetBody(bodies[0]) if bodies else None
