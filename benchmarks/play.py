@@ -18,11 +18,11 @@ from typing import Any
 
 from soft_gripper import load_scenario, make_station
 from soft_gripper.diagrams.view.meshcat_view import PERIOD
+from soft_gripper.extras.page.session import Session
+from soft_gripper.extras.page.signal_feed import SignalFeed
 from soft_gripper.extras.play.control_panel import Slider
 from soft_gripper.extras.play.open_scenario import open_scenario
 from soft_gripper.extras.play.simulation_driver import SimulationDriver
-from soft_gripper.page.session import Session
-from soft_gripper.page.signal_feed import SignalFeed
 from soft_gripper.scenario.shipped import scenario_names
 
 TIME, CLOSE, OPEN, LOWER = 12.0, 2.0, 7.0, 4.0  # s, how long, and when what begins

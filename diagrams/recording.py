@@ -35,9 +35,9 @@ from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array
 from soft_gripper.cached import Cached
 from soft_gripper.control.task import Phase
-from soft_gripper.diagrams.foxglove import write_mcap
 from soft_gripper.diagrams.wires import Level
 from soft_gripper.errors import InputError, first_line, shortened
+from soft_gripper.extras import added, named
 from soft_gripper.files.document import require
 from soft_gripper.files.notes import Note, as_text
 from soft_gripper.files.output import atomic_file
@@ -311,12 +311,14 @@ class Recording:
     def save(self, path: Path | str) -> None:
         """Writes one netCDF file, which xarray, MATLAB (ncread) and Julia (NCDatasets) open.
 
-        A name that ends in .mcap gives an MCAP file, and a layout for Foxglove beside it (`foxglove`).
+        Extras may write other forms, by the ending of the name.
         """
-        if Path(path).suffix == ".mcap":
-            write_mcap(self.data, Path(path))
-            return
-        with atomic_file(Path(path)) as partial:
+        file = Path(path)
+        for writers in added("RECORDINGS"):
+            if file.suffix in writers:
+                named(writers[file.suffix])(self.data, file)
+                return
+        with atomic_file(file) as partial:
             self.data.to_netcdf(partial, engine="scipy")
 
     @staticmethod

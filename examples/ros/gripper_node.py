@@ -37,8 +37,8 @@ from soft_gripper.extras.bench.bench import Bench
 from soft_gripper.extras.bench.bench_driver import COMMANDS, BenchDriver
 from soft_gripper.extras.bench.commands.live import check_inputs
 from soft_gripper.extras.hardware.bench_schema import load_bench
+from soft_gripper.extras.page.session import Session
 from soft_gripper.fingers.finger_links import joint_name
-from soft_gripper.page.session import Session
 
 try:
     import rclpy

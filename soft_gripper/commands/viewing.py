@@ -6,7 +6,7 @@ from contextlib import contextmanager, suppress
 
 from pydrake.geometry import Meshcat
 
-from soft_gripper.page.page_server import page_server
+from soft_gripper.commands.page_server import page_server
 
 _ASKS = "The animation is in Meshcat. Press Enter to end. "
 _ENDS = "There is no terminal to wait at, so Meshcat closes now; use --html FILE to keep the animation."

@@ -34,6 +34,12 @@ def added(name: str) -> list[Any]:
     return [getattr(module, name) for module in modules if hasattr(module, name)]
 
 
+def named(name: str) -> Any:
+    """What "module:name" stands for."""
+    module, _, found = name.partition(":")
+    return getattr(import_module(module), found)
+
+
 __all__ = names()
 
 
@@ -44,4 +50,4 @@ def __getattr__(name: str) -> ModuleType:
 
 
 def __dir__() -> list[str]:
-    return [*names(), "added", "command_modules", "names"]
+    return [*names(), "added", "command_modules", "named", "names"]

@@ -7,7 +7,6 @@ import xml.etree.ElementTree as ET
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
-from importlib import import_module
 from pathlib import Path
 
 import trimesh
@@ -18,7 +17,7 @@ from pydrake.multibody.tree import DeformableBody, ModelInstanceIndex
 from pydrake.systems.framework import Context, DiagramBuilder, OutputPort
 
 from soft_gripper.arrays import Array
-from soft_gripper.extras import added
+from soft_gripper.extras import added, named
 from soft_gripper.scenario.schema import MeshConfig, ModelConfig
 
 
@@ -104,8 +103,7 @@ class DeformableKind(ABC):
 def deformable_kind() -> DeformableKind | None:
     """The kind that an extra adds; None if there is none."""
     for name in added("DEFORMABLES"):
-        module, _, kind = name.partition(":")
-        found: DeformableKind = getattr(import_module(module), kind)()
+        found: DeformableKind = named(name)()
         return found
     return None
 

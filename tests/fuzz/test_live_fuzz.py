@@ -28,8 +28,8 @@ from soft_gripper.extras.bench.live_view import LiveView
 from soft_gripper.extras.bench.messages import encoded
 from soft_gripper.extras.bench.recorder import Recorder, recording_layout
 from soft_gripper.extras.hardware.bench_schema import load_bench
-from soft_gripper.page.page_server import LivePage
-from soft_gripper.page.session import Session
+from soft_gripper.extras.page.live_page import SessionPage
+from soft_gripper.extras.page.session import Session
 from soft_gripper.scenario.scenario_file import load_scenario
 
 pytestmark = [pytest.mark.slow, pytest.mark.filterwarnings("error::RuntimeWarning")]
@@ -174,7 +174,7 @@ def page(made, tmp_path_factory):
     driver, *_ = begun(made, "text", incoming, False, LiveView)
     folder = tmp_path_factory.mktemp("page")
     session = Session(driver, folder)
-    return LivePage({}, driver.panel, session.feed), session, driver, folder
+    return SessionPage({}, driver.panel, session.feed), session, driver, folder
 
 
 def test_hostile_frames(page):

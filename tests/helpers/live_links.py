@@ -11,7 +11,7 @@ import pytest
 
 from soft_gripper.extras.bench.endpoints import Endpoints
 from soft_gripper.extras.bench.messages import encoded
-from soft_gripper.page.session import Session
+from soft_gripper.extras.page.session import Session
 
 BUSY = 30.0  # s that a busy machine may take
 

@@ -21,7 +21,7 @@ from soft_gripper.extras.bench.tally import Tally
 from soft_gripper.extras.bench.threads import Message
 from soft_gripper.extras.bench.watch import Counts, Watch
 from soft_gripper.extras.hardware.bench_schema import BenchConfig
-from soft_gripper.page.session import Driver
+from soft_gripper.extras.page.session import Driver
 
 SENT = (  # signals of a finger, and of a grip, that are sent unless the bench names others
     *("tip_pose", "position_std", "external_torque", "contact", "contact_force", "contact_force_std"),

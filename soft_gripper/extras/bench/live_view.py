@@ -20,7 +20,7 @@ from soft_gripper.extras.bench.live_tables import finger_table, needed_signals, 
 from soft_gripper.extras.bench.recorder import Recorder, recording_layout
 from soft_gripper.extras.bench.twin import Twin
 from soft_gripper.extras.hardware.bench_schema import BenchConfig
-from soft_gripper.page.panel import Button, Panel
+from soft_gripper.extras.page.panel import Button, Panel
 from soft_gripper.scenario.scenario_file import dump_scenario
 
 ZEROING = 2.0  # s for which `zero` collects readings

@@ -13,7 +13,7 @@ from pydrake.systems.framework import Context
 from soft_gripper.diagrams.arm import Arm
 from soft_gripper.diagrams.station_parts import Station, StationParts
 from soft_gripper.diagrams.wiring.grip_control import find_gripper
-from soft_gripper.page.panel import ALL_FINGERS, ALL_KEYS, NO_KEYS, Button, Keys, Panel, Slider
+from soft_gripper.extras.page.panel import ALL_FINGERS, ALL_KEYS, NO_KEYS, Button, Keys, Panel, Slider
 from soft_gripper.scenario.schema import PressureConfig, TendonConfig
 
 FINGER_KEYS: tuple[Keys, ...] = (("KeyA", "KeyQ"), ("KeyS", "KeyW"), ("KeyD", "KeyE"), ("KeyF", "KeyR"))

@@ -14,11 +14,11 @@ from soft_gripper.diagrams.simulation import advance, make_simulator
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.diagrams.view.meshcat_view import PERIOD, cut_off, has_failed, hidden_meshcat
 from soft_gripper.errors import InputError, SimulationDivergedError
+from soft_gripper.extras.page.panel import Button
+from soft_gripper.extras.page.session import Driver
 from soft_gripper.extras.play.control_panel import ControlPanel
 from soft_gripper.extras.play.pacer import Pacer
 from soft_gripper.extras.play.station_recorder import StationRecorder, import_writers
-from soft_gripper.page.panel import Button
-from soft_gripper.page.session import Driver
 
 _IDLE = 0.1  # s between looks at the buttons while nothing runs
 _MOST_VIEWS = 5  # that may fail; Drake 1.51 keeps the memory of each

@@ -16,7 +16,7 @@ from soft_gripper.extras.bench.endpoints import Endpoints
 from soft_gripper.extras.bench.messages import encoded
 from soft_gripper.extras.bench.twin import Twin
 from soft_gripper.extras.hardware.bench_schema import described
-from soft_gripper.page.session import Session
+from soft_gripper.extras.page.session import Session
 from soft_gripper.scenario.scenario_file import load_scenario
 
 PERIOD = 0.01

@@ -10,8 +10,8 @@ from soft_gripper.extras.bench.endpoints import by_entry
 from soft_gripper.extras.bench.live_view import LiveView
 from soft_gripper.extras.bench.twin import Twin
 from soft_gripper.extras.hardware.bench_schema import described
-from soft_gripper.page.session import Session
-from soft_gripper.page.signal_feed import SignalFeed
+from soft_gripper.extras.page.session import Session
+from soft_gripper.extras.page.signal_feed import SignalFeed
 from soft_gripper.scenario.scenario_file import load_scenario
 
 SCENARIO = load_scenario("tip_distance_steps", ["estimator.type=gaussian", "sensor.sections=2"])

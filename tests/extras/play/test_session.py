@@ -17,15 +17,15 @@ from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.diagrams.view.meshcat_view import cut_off, has_failed
 from soft_gripper.errors import InputError, SimulationDivergedError
+from soft_gripper.extras.page.panel import ALL_FINGERS, Button
+from soft_gripper.extras.page.session import Session
+from soft_gripper.extras.page.signal_feed import SignalFeed
 from soft_gripper.extras.play import simulation_driver
 from soft_gripper.extras.play.open_scenario import open_scenario
 from soft_gripper.extras.play.pacer import Pacer
 from soft_gripper.extras.play.simulation_driver import SimulationDriver
 from soft_gripper.extras.play.station_recorder import StationRecorder
 from soft_gripper.interrupts import held_back
-from soft_gripper.page.panel import ALL_FINGERS, Button
-from soft_gripper.page.session import Session
-from soft_gripper.page.signal_feed import SignalFeed
 from soft_gripper.scenario.scenario_file import load_scenario
 
 PRESSURE = "left_finger.pressure"

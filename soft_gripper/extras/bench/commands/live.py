@@ -24,9 +24,9 @@ from soft_gripper.extras.bench.tally import TerminalTable
 from soft_gripper.extras.bench.twin import Twin, TwinSource
 from soft_gripper.extras.hardware.bench_schema import BenchConfig, described, load_bench
 from soft_gripper.extras.hardware.table import Columns
+from soft_gripper.extras.page.session import Session, run_on_page
 from soft_gripper.files.output import check_file, lock_folder
 from soft_gripper.interrupts import held_back
-from soft_gripper.page.session import Session, run_on_page
 from soft_gripper.scenario.scenario_file import files_read
 from soft_gripper.scenario.schema import Scenario
 

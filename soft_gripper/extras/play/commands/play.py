@@ -5,11 +5,11 @@ from functools import partial
 from pathlib import Path
 
 from soft_gripper.commands.chosen_station import chosen_scenario, station_of
+from soft_gripper.extras.page.session import Session, run_on_page
 from soft_gripper.extras.play.open_scenario import open_scenario
 from soft_gripper.extras.play.simulation_driver import SimulationDriver
 from soft_gripper.files.output import lock_folder
 from soft_gripper.interrupts import held_back
-from soft_gripper.page.session import Session, run_on_page
 
 
 def run(options: argparse.Namespace) -> None:

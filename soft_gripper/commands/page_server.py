@@ -16,34 +16,25 @@ import hmac
 import ipaddress
 import json
 import logging
-import math
 import re
 import secrets
 import socket
 import time
-from collections.abc import AsyncIterator, Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import asdict
 from functools import partial
 from http import HTTPStatus
 from http.client import HTTPConnection, HTTPException
-from itertools import product
-from pathlib import Path
 from threading import Thread
-from typing import Any
+from typing import Any, Protocol
 from urllib.parse import urlsplit
 
-from pydrake.systems.framework import OutputPort
 from websockets.asyncio.server import ServerConnection, broadcast, serve
 from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
 
 from soft_gripper.diagrams.view.meshcat_view import LOOPBACK
 from soft_gripper.errors import InputError
-from soft_gripper.page.panel import Panel
-from soft_gripper.page.signal_feed import SignalFeed
-from soft_gripper.scenario.schema import Scenario
-from soft_gripper.signals import signal_of
 
 PORTS = range(7100, 7200)  # after those of Meshcat
 MOST_CONNECTIONS = 150
@@ -55,15 +46,7 @@ _STALLED_TIME = 60.0  # s for which a browser may accept no data of a scene
 _END_TIME = 0.3  # s that connections have to close at the end
 _MOST_BYTES = 4096  # of an incoming message
 _MOST_WAITING = 2**20  # maximum backlog of a browser, bytes
-_PAGE = Path(__file__).parent / "files"
 _HTML = "text/html; charset=utf-8"
-_FILES = {
-    "": ("index.html", _HTML),
-    "page.js": ("page.js", "text/javascript; charset=utf-8"),
-    "controls.js": ("controls.js", "text/javascript; charset=utf-8"),
-    "plot.js": ("plot.js", "text/javascript; charset=utf-8"),
-    "page.css": ("page.css", "text/css; charset=utf-8"),
-}
 _LIVE, _SCENE = "live", "scene/"
 _AUTHORITY = re.compile(r"(?:\[([\da-f:.]+)\]|([\w.-]+))(?::\d{1,5})?", re.ASCII | re.IGNORECASE)
 _OF_MESHCAT = re.compile(r"(cas-v1/[0-9a-f]{1,128}|[\w-]+\.js)?")  # its page, and the files that belong to it
@@ -86,25 +69,20 @@ _QUIET.addHandler(logging.NullHandler())
 Answer = tuple[HTTPStatus, str, bytes]  # and the type of its body, and the body
 
 
-class LivePage:
-    """The data that the page of a session shows, and the commands it accepts."""
+class LivePage(Protocol):
+    """What surrounds a scene: files, and the messages that a page is sent and sends."""
 
-    def __init__(self, about: Mapping[str, Any], panel: Panel, feed: SignalFeed):
-        """`about` is sent to the page once, as JSON; `feed`, as it comes; what is commanded goes to `panel`."""
-        self.about, self.panel, self.feed = about, panel, feed
-        self.refused = 0  # messages that were not valid commands
+    def file(self, path: str) -> tuple[str, bytes] | None:
+        """Type and content of a file; None if there is no such file."""
+
+    def listen(self, listener: Callable[[str], None]) -> None:
+        """From now on `listener`, which does not wait, takes what the page is sent."""
 
     def take(self, message: str | bytes, listener: Callable[[str], None]) -> None:
-        """Takes a command, or `{"signals": [NAME, ...]}`, the signals that are sent from now on."""
-        try:
-            found = json.loads(message)
-        except (ValueError, RecursionError):
-            found = None
-        match found:
-            case {"signals": [*names]} if all(isinstance(name, str) and name in self.feed.known for name in names):
-                self.feed.listen(listener, names)
-            case _:
-                self.refused += not self.panel.take(found)
+        """Takes a message from the page of a listener."""
+
+    def leave(self, listener: Callable[[str], None]) -> None:
+        """Ends what `listen` began."""
 
 
 @contextmanager
@@ -246,14 +224,8 @@ class _PageServer:
     async def _file(self, path: str) -> Answer:
         if path.startswith(_SCENE):
             return await self._of_meshcat(path.removeprefix(_SCENE))
-        if self._live is None:
-            return _refusal(HTTPStatus.NOT_FOUND)
-        if path == "about.json":
-            return HTTPStatus.OK, "application/json", json.dumps(self._live.about).encode()
-        if path not in _FILES:
-            return _refusal(HTTPStatus.NOT_FOUND)
-        name, kind = _FILES[path]
-        return HTTPStatus.OK, kind, (_PAGE / name).read_bytes()
+        found = None if self._live is None else self._live.file(path)
+        return _refusal(HTTPStatus.NOT_FOUND) if found is None else (HTTPStatus.OK, *found)
 
     async def _of_meshcat(self, path: str) -> Answer:
         if not _OF_MESHCAT.fullmatch(path):
@@ -277,12 +249,12 @@ class _PageServer:
         def listener(message: str) -> None:
             self._loop.call_soon_threadsafe(self._say, connection, message)
 
-        self._live.feed.listen(listener)
+        self._live.listen(listener)
         try:
             async for message in _bounded(connection):
                 self._live.take(message, listener)
         finally:
-            self._live.feed.leave(listener)
+            self._live.leave(listener)
 
     def _say(self, connection: ServerConnection, message: str) -> None:
         """Sends a message, or drops it if the browser is far behind."""
@@ -385,66 +357,3 @@ async def _hand_on(reader: asyncio.StreamReader, writer: asyncio.StreamWriter, c
 async def _ignore(connection: ServerConnection) -> None:
     async for _ in _bounded(connection):
         pass
-
-
-MOST_LINES = 16  # of a signal
-# Shown at first, of those that there are.
-SHOWN = ("pressure", "tension", "grip.opening", "contact_force", "external_torque", "theta", "strain")
-_SHOWN_AT_FIRST = 3
-_SIGNS = {"ArrowUp": "\N{UPWARDS ARROW}", "ArrowDown": "\N{DOWNWARDS ARROW}", "Comma": ",", "Period": "."}
-_READABLE = {"Pa": (1e-3, "kPa"), "m": (1e3, "mm"), "rad": (180 / math.pi, "deg"), "N m": (1e3, "mN m")}
-
-
-def page_contents(
-    command: str,
-    name: str,
-    scenario: Scenario,
-    panel: Panel,
-    signals: Mapping[str, OutputPort],
-    fingers: Collection[str],
-) -> dict[str, Any]:
-    """The data sent to the page of a command when it is opened; for `signals` and `fingers` see `plots_of`."""
-    plots = plots_of(signals, fingers)
-    return {
-        "command": command,
-        "name": name,
-        "description": scenario.description,
-        "plots": plots,
-        "shown": first_plots(plots),
-        "sliders": [{**asdict(slider), "signs": [*map(_sign, slider.keys)]} for slider in panel.sliders],
-        "buttons": [{"name": button, "key": key, "sign": _sign(key)} for button, key in panel.buttons.items()],
-    }
-
-
-def plots_of(signals: Mapping[str, OutputPort], fingers: Collection[str]) -> dict[str, dict[str, Any]]:
-    """The plots that can be chosen, by title; signals of the fingers share one.
-
-    Returns:
-        `unit`, `scale` from the port's unit to it, and `signals`, the labels of their entries by their names.
-    """
-    found: dict[str, dict[str, Any]] = {}
-    for name, port in signals.items():
-        owner, _, own = name.rpartition(".")
-        if port.size() <= MOST_LINES:
-            scale, unit = _readable(signal_of(port).unit)
-            kind = own if owner in fingers else name
-            plot = found.setdefault(kind, {"unit": unit, "scale": scale, "signals": {}})
-            plot["signals"][name] = [" ".join(map(str, entry)) for entry in product(*signal_of(port).axes.values())]
-    return dict(sorted(found.items(), key=lambda item: ("." in item[0], item[0])))
-
-
-def first_plots(plots: Iterable[str]) -> list[str]:
-    """The plots shown by default."""
-    return [name for name in SHOWN if name in set(plots)][:_SHOWN_AT_FIRST]
-
-
-def _readable(unit: str | tuple[str, ...]) -> tuple[float, str]:
-    """A display unit and the conversion factor to it; several units are listed."""
-    if isinstance(unit, tuple):
-        return 1.0, ", ".join(dict.fromkeys(unit))
-    return _READABLE.get(unit, (1.0, unit))
-
-
-def _sign(key: str) -> str:
-    """The label of a key."""
-    return _SIGNS.get(key, key.removeprefix("Key"))

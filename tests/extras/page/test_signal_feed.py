@@ -2,7 +2,7 @@ import json
 import math
 from typing import Any
 
-from soft_gripper.page.signal_feed import SignalFeed
+from soft_gripper.extras.page.signal_feed import SignalFeed
 
 KNOWN = ("a", "b")
 

@@ -12,8 +12,8 @@ from scipy.spatial.transform import Rotation
 pytest.importorskip("mcap", reason="MCAP takes mcap: pip install 'soft-gripper[ros]'")
 from mcap.reader import make_reader
 
-from soft_gripper.diagrams.foxglove import layout
 from soft_gripper.diagrams.recording import Recording
+from soft_gripper.extras.foxglove.write_mcap import layout
 from soft_gripper.extras.hardware.tables import Columns, read_table
 
 TIME = np.array([0.0, 0.01, 0.02])

@@ -14,11 +14,12 @@ from typing import Any, Protocol
 from pydrake.systems.framework import OutputPort
 
 from soft_gripper.arrays import Array
+from soft_gripper.commands.page_server import page_server
 from soft_gripper.errors import InputError
+from soft_gripper.extras.page.live_page import SessionPage, page_contents
+from soft_gripper.extras.page.panel import Button, Panel
+from soft_gripper.extras.page.signal_feed import SignalFeed
 from soft_gripper.files.output import next_folder
-from soft_gripper.page.page_server import LivePage, page_contents, page_server
-from soft_gripper.page.panel import Button, Panel
-from soft_gripper.page.signal_feed import SignalFeed
 from soft_gripper.scenario.schema import Scenario
 
 
@@ -180,7 +181,7 @@ def run_on_page(
     """
     driver, name = session.driver, Path(options.scenario).stem
     about = page_contents(command, name, scenario, driver.panel, driver.signals, driver.fingers)
-    page = LivePage(about, driver.panel, session.feed)
+    page = SessionPage(about, driver.panel, session.feed)
     with page_server(options.host, lambda: driver.scene, page) as address:
         say(f"Open {address} in a browser. The 'stop' button there, or Ctrl-C here, ends the session.")
         try:

@@ -2,7 +2,7 @@ import math
 
 from pydrake.systems.primitives import PassThrough
 
-from soft_gripper.page.page_server import MOST_LINES, first_plots, plots_of
+from soft_gripper.extras.page.live_page import MOST_LINES, first_plots, plots_of
 from soft_gripper.signals import describe
 
 

@@ -17,11 +17,12 @@ from pydrake.geometry import Box, Meshcat, Rgba
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 
+from soft_gripper.commands import page_server as module
+from soft_gripper.commands.page_server import page_server
 from soft_gripper.diagrams.view.meshcat_view import has_failed, hidden_meshcat
 from soft_gripper.errors import InputError
-from soft_gripper.page import page_server as module
-from soft_gripper.page.page_server import LivePage, page_server
-from soft_gripper.page.signal_feed import SignalFeed
+from soft_gripper.extras.page.live_page import SessionPage
+from soft_gripper.extras.page.signal_feed import SignalFeed
 
 HOST = "127.0.0.1"
 STOP = {"button": "stop"}
@@ -44,7 +45,7 @@ class Served:
     """A page that is served."""
 
     address: str
-    live: LivePage
+    live: SessionPage
     panel: Taken
     feed: SignalFeed
 
@@ -92,7 +93,7 @@ def meshcat() -> Meshcat:
 @pytest.fixture
 def served(meshcat: Meshcat) -> Iterator[Served]:
     panel, feed, scene = Taken(), SignalFeed(("a", "b", "c")), meshcat.web_url()
-    live = LivePage({"name": "a"}, panel, feed)  # type: ignore[arg-type]
+    live = SessionPage({"name": "a"}, panel, feed)  # type: ignore[arg-type]
     with page_server(HOST, lambda: scene, live) as address:
         yield Served(address, live, panel, feed)
     assert not has_failed(meshcat)
@@ -334,7 +335,7 @@ def test_a_browser_that_does_not_read_holds_nothing_up(served: Served) -> None:
 @pytest.mark.slow
 def test_no_thread_and_no_port_is_left_whatever_clients_do(meshcat: Meshcat) -> None:
     before, scene, feed = set(threading.enumerate()), meshcat.web_url(), SignalFeed(("a",))
-    live = LivePage({}, Taken(), feed)  # type: ignore[arg-type]
+    live = SessionPage({}, Taken(), feed)  # type: ignore[arg-type]
     with ExitStack() as clients:
         with page_server(HOST, lambda: scene, live) as address:
             served = Served(address, live, Taken(), feed)

@@ -1,0 +1,123 @@
+"""The page of a session: its files, what it shows, and the commands that it accepts."""
+
+import json
+import math
+from collections.abc import Callable, Collection, Iterable, Mapping
+from dataclasses import asdict
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+from pydrake.systems.framework import OutputPort
+
+from soft_gripper.extras.page.panel import Panel
+from soft_gripper.extras.page.signal_feed import SignalFeed
+from soft_gripper.scenario.schema import Scenario
+from soft_gripper.signals import signal_of
+
+_FOLDER = Path(__file__).parent / "files"
+_FILES = {
+    "": ("index.html", "text/html; charset=utf-8"),
+    "page.js": ("page.js", "text/javascript; charset=utf-8"),
+    "controls.js": ("controls.js", "text/javascript; charset=utf-8"),
+    "plot.js": ("plot.js", "text/javascript; charset=utf-8"),
+    "page.css": ("page.css", "text/css; charset=utf-8"),
+}
+
+
+class SessionPage:
+    """The data that the page of a session shows, and the commands it accepts."""
+
+    def __init__(self, about: Mapping[str, Any], panel: Panel, feed: SignalFeed):
+        """`about` is sent to the page once, as JSON; `feed`, as it comes; what is commanded goes to `panel`."""
+        self.about, self.panel, self.feed = about, panel, feed
+        self.refused = 0  # messages that were not valid commands
+
+    def file(self, path: str) -> tuple[str, bytes] | None:
+        if path == "about.json":
+            return "application/json", json.dumps(self.about).encode()
+        if path not in _FILES:
+            return None
+        name, kind = _FILES[path]
+        return kind, (_FOLDER / name).read_bytes()
+
+    def listen(self, listener: Callable[[str], None]) -> None:
+        self.feed.listen(listener)
+
+    def take(self, message: str | bytes, listener: Callable[[str], None]) -> None:
+        """Takes a command, or `{"signals": [NAME, ...]}`, the signals that are sent from now on."""
+        try:
+            found = json.loads(message)
+        except (ValueError, RecursionError):
+            found = None
+        match found:
+            case {"signals": [*names]} if all(isinstance(name, str) and name in self.feed.known for name in names):
+                self.feed.listen(listener, names)
+            case _:
+                self.refused += not self.panel.take(found)
+
+    def leave(self, listener: Callable[[str], None]) -> None:
+        self.feed.leave(listener)
+
+
+MOST_LINES = 16  # of a signal
+# Shown at first, of those that there are.
+SHOWN = ("pressure", "tension", "grip.opening", "contact_force", "external_torque", "theta", "strain")
+_SHOWN_AT_FIRST = 3
+_SIGNS = {"ArrowUp": "\N{UPWARDS ARROW}", "ArrowDown": "\N{DOWNWARDS ARROW}", "Comma": ",", "Period": "."}
+_READABLE = {"Pa": (1e-3, "kPa"), "m": (1e3, "mm"), "rad": (180 / math.pi, "deg"), "N m": (1e3, "mN m")}
+
+
+def page_contents(
+    command: str,
+    name: str,
+    scenario: Scenario,
+    panel: Panel,
+    signals: Mapping[str, OutputPort],
+    fingers: Collection[str],
+) -> dict[str, Any]:
+    """The data sent to the page of a command when it is opened; for `signals` and `fingers` see `plots_of`."""
+    plots = plots_of(signals, fingers)
+    return {
+        "command": command,
+        "name": name,
+        "description": scenario.description,
+        "plots": plots,
+        "shown": first_plots(plots),
+        "sliders": [{**asdict(slider), "signs": [*map(_sign, slider.keys)]} for slider in panel.sliders],
+        "buttons": [{"name": button, "key": key, "sign": _sign(key)} for button, key in panel.buttons.items()],
+    }
+
+
+def plots_of(signals: Mapping[str, OutputPort], fingers: Collection[str]) -> dict[str, dict[str, Any]]:
+    """The plots that can be chosen, by title; signals of the fingers share one.
+
+    Returns:
+        `unit`, `scale` from the port's unit to it, and `signals`, the labels of their entries by their names.
+    """
+    found: dict[str, dict[str, Any]] = {}
+    for name, port in signals.items():
+        owner, _, own = name.rpartition(".")
+        if port.size() <= MOST_LINES:
+            scale, unit = _readable(signal_of(port).unit)
+            kind = own if owner in fingers else name
+            plot = found.setdefault(kind, {"unit": unit, "scale": scale, "signals": {}})
+            plot["signals"][name] = [" ".join(map(str, entry)) for entry in product(*signal_of(port).axes.values())]
+    return dict(sorted(found.items(), key=lambda item: ("." in item[0], item[0])))
+
+
+def first_plots(plots: Iterable[str]) -> list[str]:
+    """The plots shown by default."""
+    return [name for name in SHOWN if name in set(plots)][:_SHOWN_AT_FIRST]
+
+
+def _readable(unit: str | tuple[str, ...]) -> tuple[float, str]:
+    """A display unit and the conversion factor to it; several units are listed."""
+    if isinstance(unit, tuple):
+        return 1.0, ", ".join(dict.fromkeys(unit))
+    return _READABLE.get(unit, (1.0, unit))
+
+
+def _sign(key: str) -> str:
+    """The label of a key."""
+    return _SIGNS.get(key, key.removeprefix("Key"))

@@ -1,1 +1,0 @@
-"""The live page: its server, its files, and what the thread behind it shares with it."""
