@@ -32,7 +32,7 @@ PARTS = (
 # Each extra may import from all of the core, and from these extras.
 EXTRAS: dict[str, set[str]] = {
     "bench": {"hardware", "page"},
-    "benchmark": {"hardware", "recognition", "studies"},
+    "benchmark": {"grasps", "hardware", "studies"},
     "design": {"grasps"},
     "export": set(),
     "foxglove": set(),
@@ -42,7 +42,6 @@ EXTRAS: dict[str, set[str]] = {
     "page": set(),
     "placement": {"studies"},
     "play": {"page"},
-    "recognition": {"grasps"},
     "soft": set(),
     "studies": set(),
 }

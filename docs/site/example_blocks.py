@@ -65,10 +65,8 @@ def _all_systems() -> Iterator[Placed]:
     yield from _inside(Placed(_creeping_finger().diagram))
     yield from _inside(Placed(make_private_station(sg.load_scenario("tip_distance_steps")).diagram))
     yield from _inside(Placed(Bench(sg.load_scenario("tip_distance_steps")).diagram))
-    model = sg.extras.recognition.load_object_classifier("package://soft_gripper/grippers/two_finger_objects.json")
     yield Placed(Measured(0.01, 8, "1"))
     yield Placed(GripForce(["left_finger", "right_finger"]))
-    yield Placed(sg.extras.recognition.ObjectRecognizer(model, ["left_finger", "right_finger"], 0.01))
     yield from _inside(Placed(_arm_estimation()))
     yield Placed(LogSource("strain", np.zeros((2, 8)), 0.01, "1", path=("inner", "outer"), section=range(4)))
 

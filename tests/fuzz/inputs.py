@@ -195,7 +195,7 @@ def command_lines() -> st.SearchStrategy[Input]:
     )
     numbers = st.builds(
         lambda command, option, value: [command, option, value, "--jobs", "0", "--out", "folder"],
-        st.sampled_from(("grasp-trials", "evaluate", "contact-trials", "recognition", "hardware")),
+        st.sampled_from(("grasp-trials", "evaluate", "contact-trials", "hardware")),
         st.sampled_from(("--trials", "--seed", "--seeds", "--friction", "--scenario", "--train", "--data")),
         _choice("1", "free_bending"),
     )

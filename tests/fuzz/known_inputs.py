@@ -70,8 +70,6 @@ CASES: dict[tuple[str, ...], Said] = {
     ("grasp-trials", "--scenario", "nowhere"): "name = 'nowhere': not shipped",
     ("grasp-trials", "--scenario", "box_grasp"): "task = None: give a task for the trials",
     ("grasp-trials", "--scenario", "box_grasp", "--scenario", "box_grasp"): "--scenario = 'box_grasp'",
-    ("recognition", "nowhere"): "name = 'nowhere': not shipped",
-    ("recognition", "free_bending"): "pressure.steps",
     ("tune", "free_bending"): "control.set_points = ",
     ("tune", "tip_distance_steps", "--set", "control.hold=-1"): "control.hold = -1",
     ("tune", "tip_distance_steps", "--evaluations=-5"): "--evaluations = '-5'",
@@ -102,10 +100,6 @@ _NUMBERS = {
     ("place-sensors", "--count", "2", "--sensors"): ("perfect",),
     ("place-sensors", "--count", "2", "--nominal-error"): ("much", "100"),
     ("place-sensors", "--count", "2", "--seed"): ("-1",),
-    ("recognition", "--train"): ("1",),
-    ("recognition", "--test"): ("none",),
-    ("recognition", "--seed"): ("-1",),
-    ("recognition", "--jobs"): ("0",),
     ("sweep", "free_bending", "--out", "x", "--vary", "sensor.seed=1,2", "--jobs"): ("0",),
     ("sweep", "free_bending", "--out", "x", "--vary"): ("sensor.sections",),
     ("tune", "tip_distance_steps", "--evaluations"): ("many", "4", "7.5", "²"),
@@ -140,7 +134,7 @@ CASES |= {
     **{
         (*line, "--out", "file/below"): "output: folder = 'file/below': cannot be written to"
         for line in (
-            *(_RUN, ("evaluate",), ("place-sensors", "--count", "2"), ("recognition", "probing_grasp")),
+            *(_RUN, ("evaluate",), ("place-sensors", "--count", "2")),
             ("sweep", "free_bending", "--vary", "sensor.seed=1,2"),
         )
     },

@@ -1,6 +1,6 @@
 """Simulated grasps of objects of four shapes, which ship with the package.
 
-Two fingers close on an object, and press harder twice (`probing_grasp`, see `recognition.random_grasps`). A row has the
+Two fingers close on an object, and press harder twice (`probing_grasp`, see `random_objects`). A row has the
 mean readings at the end of every pressure, by realistic sensors drawn anew for every grasp.
 
     python -m soft_gripper.extras.benchmark.grasps       writes the files again, to the last digit
@@ -16,8 +16,15 @@ from tqdm import tqdm
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_private_station
-from soft_gripper.extras.recognition.random_grasps import SENSORS, SETS, SHAPES, draw, with_errors, with_object
-from soft_gripper.extras.recognition.recognizer import SAMPLES
+from soft_gripper.extras.benchmark.random_objects import (
+    SAMPLES,
+    SENSORS,
+    SETS,
+    SHAPES,
+    draw,
+    with_errors,
+    with_object,
+)
 from soft_gripper.files.output import atomic_file
 from soft_gripper.runs.executor import open_executor
 from soft_gripper.runs.scores.poses import held_samples

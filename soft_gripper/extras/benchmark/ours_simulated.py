@@ -10,9 +10,9 @@ from soft_gripper.estimators.estimate import ShapeEstimate
 from soft_gripper.estimators.uncertainty import EXACT, Uncertainty, position_std
 from soft_gripper.extras.benchmark.baselines import Estimator, Predict
 from soft_gripper.extras.benchmark.contacts import layout
+from soft_gripper.extras.benchmark.discriminant import train_object_classifier
 from soft_gripper.extras.benchmark.grasps import FINGERS, PRESSURES, READINGS, SECTIONS
 from soft_gripper.extras.benchmark.task import Recorded, Task
-from soft_gripper.extras.recognition.object_classifier import train_object_classifier
 from soft_gripper.extras.studies.contacts import estimators
 from soft_gripper.extras.studies.contacts.contacts import G
 from soft_gripper.fingers.finger import Finger
@@ -101,10 +101,10 @@ def _grasp_estimates(inputs: Array) -> tuple[Array, Array]:
 
 
 def grasp_shape(task: Task, train: Sequence[Recorded]) -> Predict:
-    """The discriminant of `recognition`, trained on the estimates of the training grasps."""
+    """The discriminant, trained on the estimates of the training grasps."""
     angles, torques = _grasp_estimates(np.vstack([recorded.inputs for recorded in train]))
     held = np.vstack([recorded.outputs for recorded in train]).argmax(axis=1)
     labels = [task.outputs[shape].name for shape in held]
-    model = train_object_classifier(labels, angles, torques, PRESSURES, SECTIONS)
+    model = train_object_classifier(labels, angles, torques)
     order = [model.shapes.index(channel.name) for channel in task.outputs]
     return lambda inputs: model.probabilities(*_grasp_estimates(inputs))[:, order]

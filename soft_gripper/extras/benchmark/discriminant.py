@@ -1,23 +1,14 @@
-"""Which object is held: the features of a grasp, the discriminant of object shapes, its training and its file.
+"""Which object is held: regularised quadratic discriminant analysis of a grasp, on principal components."""
 
-The model is regularised quadratic discriminant analysis on principal components; its file is JSON.
-"""
-
-import json
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
-from soft_gripper.files.output import atomic_file
-from soft_gripper.files.text import read_text
-from soft_gripper.scenario.model_files import model_path
 
 
 def grasp_features(angles: Array, torques: Array) -> Array:
@@ -39,17 +30,10 @@ class ObjectClassifier:
     The features are projected onto D components; in those the grasps of each shape are normally distributed. An object
     of no known shape has the same density everywhere, that of the most compact shape where its squared distance from
     the mean is `limit`.
-
-    Raises:
-        InputError: if sizes do not fit, or a number is not finite.
     """
 
     shapes: tuple[str, ...]  # of the objects, names, (C)
-    fingers: int
-    joints: int  # of each finger, N
-    sections: int  # of the sensors that it was trained with
-    pressures: Array  # at which it takes samples, Pa, (L)
-    center: Array  # of the features, (K) with K = 4 L N
+    center: Array  # of the features, (K)
     components: Array  # (D, K)
     means: Array  # of the shapes, (C, D)
     covariances: Array  # of the shapes, (C, D, D)
@@ -59,29 +43,6 @@ class ObjectClassifier:
     def answers(self) -> tuple[str, ...]:
         """Answers that are possible: the shapes, and then `UNKNOWN`."""
         return (*self.shapes, UNKNOWN)
-
-    def __post_init__(self) -> None:
-        levels, shapes, size = self.pressures.size, len(self.shapes), len(self.components)
-        features = 4 * levels * self.joints
-        expected = {
-            "pressures": (levels,),
-            "center": (features,),
-            "components": (size, features),
-            "means": (shapes, size),
-            "covariances": (shapes, size, size),
-        }
-        for name, shape in expected.items():
-            found = getattr(self, name)
-            if found.shape != shape:
-                raise InputError("object classifier", name, f"an array {found.shape}", f"give one of {shape}")
-            if not np.isfinite(found).all():
-                raise InputError("object classifier", name, "NaN or infinite", "give finite numbers")
-        if not (self.pressures > 0).all():
-            raise InputError("object classifier", "pressures", self.pressures.tolist(), "give pressures above 0, Pa")
-        if not (np.isfinite(self.limit) and self.limit > 0):
-            raise InputError("object classifier", "limit", self.limit, "give a number above 0")
-        if not (np.linalg.eigvalsh(self.covariances) > 0).all():
-            raise InputError("object classifier", "covariances", "...", "give matrices that are positive definite")
 
     def probabilities(self, angles: Array, torques: Array) -> Array:
         """Probabilities of the `answers`, (..., C + 1), from the arguments of `grasp_features`; NaN if one is."""
@@ -125,8 +86,6 @@ def train_object_classifier(
     labels: Sequence[str],
     angles: Array,
     torques: Array,
-    pressures: Sequence[float],
-    sections: int,
     grasps: Sequence[int] | None = None,
 ) -> ObjectClassifier:
     """The quadratic discriminant of M samples of grasps.
@@ -137,8 +96,6 @@ def train_object_classifier(
         labels: the shape of each sample, (M).
         angles: estimated joint angles at every level of pressure, rad, (M, L, F, N).
         torques: estimated external torques, N m, (M, L, F, N).
-        pressures: of the levels, Pa, (L).
-        sections: of the sensors behind the estimates.
         grasps: number of the grasp of each sample, (M); None: each is another one.
 
     Raises:
@@ -155,12 +112,10 @@ def train_object_classifier(
         bad = int(np.argmin(np.isfinite(features).all(axis=-1)))
         raise InputError("object classifier", f"grasps[{bad}]", "NaN or infinite", "give finite angles and torques")
     folds = np.asarray(range(len(angles)) if grasps is None else grasps) % _FOLDS
-    levels = np.array(pressures, dtype=float)
 
     def trained(chosen: NDArray[np.bool_], limit: float) -> ObjectClassifier:
         discriminant = _discriminant(features[chosen], names[chosen], shapes)
-        fingers, joints = angles.shape[-2:]
-        return ObjectClassifier(shapes, fingers, joints, sections, levels, *discriminant, limit)
+        return ObjectClassifier(shapes, *discriminant, limit)
 
     outside = np.full(len(angles), np.nan)
     for fold in range(_FOLDS):
@@ -200,61 +155,3 @@ def _covariance(residuals: Array) -> Array:
     """Covariance of residuals (M, D) about a mean, (D, D)."""
     found: Array = residuals.T @ residuals / len(residuals)
     return found
-
-
-_DIGITS = 9  # of a weight
-
-
-def save_object_classifier(model: ObjectClassifier, path: Path) -> None:
-    """Writes a model, one line per field."""
-    content = {
-        name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in asdict(model).items()
-    }
-    lines = (f"  {json.dumps(name)}: {json.dumps(_rounded(value))}" for name, value in content.items())
-    with atomic_file(path) as partial:
-        partial.write_text("{\n" + ",\n".join(lines) + "\n}\n", encoding="utf-8")
-
-
-def load_object_classifier(file: Path | str) -> ObjectClassifier:
-    """Reads what `save_object_classifier` wrote.
-
-    Args:
-        file: a path or package://soft_gripper/... URI.
-
-    Raises:
-        InputError: if the file is missing, is not an object classifier, or its contents do not fit.
-    """
-    path = model_path(str(file))
-    text = read_text(path)
-    try:
-        content = json.loads(text)
-    except (ValueError, RecursionError):
-        raise InputError(path, "file", path.name, "is not JSON") from None
-    names = [field.name for field in fields(ObjectClassifier)]
-    if not isinstance(content, dict) or sorted(content) != sorted(names):
-        found = list(content) if isinstance(content, dict) else type(content).__name__
-        raise InputError(path, "fields", found, f"an object classifier has: {', '.join(names)}")
-    try:
-        return ObjectClassifier(**{name: _value(name, content[name]) for name in names})
-    except InputError as error:
-        raise error.inside(path) from None
-
-
-def _value(name: str, value: Any) -> Any:
-    """A field from its JSON value."""
-    try:
-        if name in ("fingers", "joints", "sections"):
-            return int(value)
-        if name == "limit":
-            return float(value)
-        return tuple(map(str, value)) if name == "shapes" else np.array(value, dtype=float)
-    except (TypeError, ValueError):
-        whole = "give a whole number" if name in ("fingers", "joints", "sections") else "give a list, as it was saved"
-        expected = "give a number" if name == "limit" else whole
-        raise InputError("object classifier", name, value, expected) from None
-
-
-def _rounded(value: Any) -> Any:
-    if isinstance(value, list):
-        return [_rounded(entry) for entry in value]
-    return float(f"{value:.{_DIGITS}g}") if isinstance(value, float) else value
