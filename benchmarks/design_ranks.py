@@ -16,7 +16,7 @@ import numpy as np
 from scipy.stats import spearmanr
 
 from soft_gripper.arrays import Array
-from soft_gripper.extras.design.run import DESIGN
+from soft_gripper.extras.design.run_design import DESIGN
 from soft_gripper.extras.design.study_file import DesignStudy, load_design_study
 from soft_gripper.extras.design.tables import DESIGNS
 from soft_gripper.extras.export.folder import export_mjcf

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from soft_gripper.pictures.style import save_figure
 from soft_gripper.runs.executor import open_executor
-from soft_gripper.runs.sweep.run import (
+from soft_gripper.runs.sweep.run_sweep import (
     DEPENDS,
     ERROR,
     NUMBER,

@@ -15,7 +15,7 @@ from soft_gripper.commands.options import number, whole
 from soft_gripper.commands.parser import command_parser, commands, parsed
 from soft_gripper.errors import InputError
 from soft_gripper.extras.studies.contacts.peg import PEG_FRICTION
-from soft_gripper.runs.sweep.run import METHODS
+from soft_gripper.runs.sweep.run_sweep import METHODS
 
 HELP = command_parser().format_help()
 NAMES = re.findall(r"^    ([a-z-]+)(?:  |$)", HELP, re.MULTILINE)

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from soft_gripper.runs.sweep.run import run_and_measure
+from soft_gripper.runs.sweep.run_sweep import run_and_measure
 from soft_gripper.truth.contact import combined_friction
 
 PAGE = (Path(__file__).parents[2] / "docs" / "grasp_quality.md").read_text(encoding="utf-8")

@@ -10,11 +10,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from soft_gripper.arrays import Array
-from soft_gripper.extras.design.run import Design, Designed
+from soft_gripper.extras.design.run_design import Design, Designed
 from soft_gripper.extras.design.sensitivity import Sensitivity
 from soft_gripper.extras.design.tables import SHARE_HELD, sensitivity_rows, short_names
 from soft_gripper.pictures.style import ESTIMATOR_COLORS, STYLE
-from soft_gripper.runs.sweep.run import Range
+from soft_gripper.runs.sweep.run_sweep import Range
 
 ALLOWED, LOST, BEST, SHIPPED = "#2166ac", "#b9b9b9", "#b2182b", "#111111"
 _WIDTH, _ROW, _COLUMNS = 10.0, 3.0, 4  # inches, and panels of variables side by side

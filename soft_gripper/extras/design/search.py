@@ -14,7 +14,7 @@ import numpy as np
 from soft_gripper.errors import InputError
 from soft_gripper.extras.design.ranking import Score
 from soft_gripper.extras.design.study_file import LEAST, EndConfig
-from soft_gripper.runs.sweep.run import Axis, Range
+from soft_gripper.runs.sweep.run_sweep import Axis, Range
 
 STARTS = 4  # random designs for each variable, before the search learns
 

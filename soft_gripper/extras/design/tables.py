@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 
 from soft_gripper.extras.design.ranking import GRASP, number, over
-from soft_gripper.extras.design.run import DESIGN, Designed
+from soft_gripper.extras.design.run_design import DESIGN, Designed
 from soft_gripper.extras.design.sensitivity import Sensitivity, sensitivities
 from soft_gripper.extras.design.study_file import EndConfig
 from soft_gripper.files.csv_table import write_rows
 from soft_gripper.runs.scores.grasp import HELD
-from soft_gripper.runs.sweep.run import cell
+from soft_gripper.runs.sweep.run_sweep import cell
 
 DESIGNS, SENSITIVITY, TESTS = "designs.csv", "sensitivity.csv", "tests.csv"
 _SHORT = 5  # letters of a word that says too little by itself

@@ -10,7 +10,7 @@ from refusals import refused
 from stand_in import FRICTION, GAIN, LENGTH, PRESSURE, WEIGHT, grasped
 
 from soft_gripper.errors import InputError
-from soft_gripper.extras.design.run import TABLE, most_runs, run_design
+from soft_gripper.extras.design.run_design import TABLE, most_runs, run_design
 from soft_gripper.extras.design.study_file import load_design_study
 from soft_gripper.files.output import release_folders
 from soft_gripper.models import DIRECTORY

@@ -8,10 +8,10 @@ from matplotlib.figure import Figure
 
 from soft_gripper.extras.design.figure import BEST, design_figure
 from soft_gripper.extras.design.ranking import Score
-from soft_gripper.extras.design.run import Design, Designed, DesignTest
+from soft_gripper.extras.design.run_design import Design, Designed, DesignTest
 from soft_gripper.extras.design.study_file import DesignConfig, DesignStudy, EndConfig
 from soft_gripper.extras.design.tables import DESIGNS, SENSITIVITY, TESTS, short_names, write_tables
-from soft_gripper.runs.sweep.run import Range, Values
+from soft_gripper.runs.sweep.run_sweep import Range, Values
 
 FORCE, ENERGY = EndConfig("force"), EndConfig("energy")
 AXES = [Range("models.gripper.fingers.all.length", 0.1, 0.2), Values("sensor.layout", ("sides", "faces"))]

@@ -12,7 +12,7 @@ from soft_gripper.evaluation.paper.scenario_run import SCENARIOS
 from soft_gripper.extras.studies.commands import robustness as command
 from soft_gripper.extras.studies.robustness.claims import Robustness
 from soft_gripper.extras.studies.robustness.jobs import NOISE_JOBS
-from soft_gripper.extras.studies.robustness.table import PlantRow, RobustnessRow
+from soft_gripper.extras.studies.robustness.rows import PlantRow, RobustnessRow
 
 SECTIONS = (1, 2, 3, 4)
 HOLDS = Claim("ours", "two sensors are within 1 mm", True, "0.52 mm")

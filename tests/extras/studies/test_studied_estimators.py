@@ -11,7 +11,7 @@ from soft_gripper.errors import InputError
 from soft_gripper.extras.studies.contacts import estimates
 from soft_gripper.extras.studies.contacts.contacts import Contacts, read_finger
 from soft_gripper.extras.studies.robustness.plants import FINE, FingerAtRest
-from soft_gripper.extras.studies.robustness.table import NominalError, plant_table, robustness_table
+from soft_gripper.extras.studies.robustness.rows import NominalError, plant_table, robustness_table
 from soft_gripper.fingers.statics import resting_angles
 from soft_gripper.scenario.scenario_file import load_scenario
 

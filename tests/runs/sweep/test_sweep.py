@@ -10,8 +10,8 @@ from refusals import refused
 
 from soft_gripper.errors import InputError, SimulationDivergedError
 from soft_gripper.files.output import release_folders
-from soft_gripper.runs.sweep import run as sweep
-from soft_gripper.runs.sweep.run import ABOUT, TABLE, cell, depends_on_step, run_sweep
+from soft_gripper.runs.sweep import run_sweep as sweep
+from soft_gripper.runs.sweep.run_sweep import ABOUT, TABLE, cell, depends_on_step, run_sweep
 
 MEASURES = {
     "mean_pose_error_mm": 1.0,

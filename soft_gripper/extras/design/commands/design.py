@@ -9,7 +9,7 @@ from scipy.stats import binomtest
 from soft_gripper.commands.tables import print_table
 from soft_gripper.extras.design.figure import design_figure
 from soft_gripper.extras.design.files import design_files, write_design
-from soft_gripper.extras.design.run import TABLE, Designed, most_runs, run_design
+from soft_gripper.extras.design.run_design import TABLE, Designed, most_runs, run_design
 from soft_gripper.extras.design.sensitivity import Sensitivity
 from soft_gripper.extras.design.study_file import load_design_study
 from soft_gripper.extras.design.tables import TestRow, reason, sensitivity_rows, short_names, test_rows, write_tables

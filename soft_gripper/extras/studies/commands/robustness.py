@@ -10,7 +10,7 @@ from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
 from soft_gripper.evaluation.paper.scenario_run import SCENARIOS, SECTIONS, evaluated_scenario, is_finished
 from soft_gripper.extras.studies.robustness.claims import realistic, summarize_robustness
 from soft_gripper.extras.studies.robustness.jobs import FOLDER, NOISE_JOBS, PLANT_JOBS, run_robustness, unfinished
-from soft_gripper.extras.studies.robustness.table import PlantRow, RobustnessRow
+from soft_gripper.extras.studies.robustness.rows import PlantRow, RobustnessRow
 from soft_gripper.files.output import lock_folder
 from soft_gripper.runs.executor import open_executor
 from soft_gripper.scenario.named_estimators import find_estimator

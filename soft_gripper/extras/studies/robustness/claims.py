@@ -16,7 +16,7 @@ from soft_gripper.evaluation.paper.claims import Claim
 from soft_gripper.evaluation.report.bars import ARCS, BARS, BEST, Bar
 from soft_gripper.extras.studies.robustness.jobs import FOLDER, NOISE_JOBS, PLANT_JOBS, gather
 from soft_gripper.extras.studies.robustness.plants import RUBBER
-from soft_gripper.extras.studies.robustness.table import PRESET, PlantRow, RobustnessRow
+from soft_gripper.extras.studies.robustness.rows import PRESET, PlantRow, RobustnessRow
 from soft_gripper.pictures.style import STYLE, save_figure
 
 LEAST, MOST = 0.03, 10.0  # mm, of the colours

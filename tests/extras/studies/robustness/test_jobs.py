@@ -13,7 +13,7 @@ from soft_gripper.extras.studies.robustness.jobs import (
     run_robustness,
     unfinished,
 )
-from soft_gripper.extras.studies.robustness.table import PlantRow, RobustnessRow
+from soft_gripper.extras.studies.robustness.rows import PlantRow, RobustnessRow
 from soft_gripper.files.csv_table import read_csv, write_csv
 from soft_gripper.files.output import SUMS, atomic_folder
 

@@ -5,7 +5,7 @@ from itertools import product
 import numpy as np
 
 from soft_gripper.extras.studies.robustness.claims import map_figure
-from soft_gripper.extras.studies.robustness.table import RobustnessRow
+from soft_gripper.extras.studies.robustness.rows import RobustnessRow
 
 ESTIMATORS, NOISES, SCENARIOS = ("arcs", "gaussian"), (0.0, 1.0, 4.0), ("free_bending", "box_grasp")
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from soft_gripper.extras.studies.robustness.table import NOMINAL_ERRORS, NominalError, errors_at
+from soft_gripper.extras.studies.robustness.rows import NOMINAL_ERRORS, NominalError, errors_at
 from soft_gripper.scenario.nominal_model import read_nominal_model
 from soft_gripper.sensors.strain_errors import StrainErrors
 
@@ -22,7 +22,7 @@ def test_every_error_grows_with_the_noise_whatever_the_preset_has(monkeypatch) -
     """All sizes of errors; neither times nor steps."""
     sizes = ("creep", "hysteresis", "gain_error", "offset", "drift", "low_frequency_noise", "noise")
     preset = StrainErrors(**dict.fromkeys(sizes, 0.01))
-    monkeypatch.setattr("soft_gripper.extras.studies.robustness.table.strain_errors", lambda _: preset)
+    monkeypatch.setattr("soft_gripper.extras.studies.robustness.rows.strain_errors", lambda _: preset)
     assert errors_at(2.0) == StrainErrors(**dict.fromkeys(sizes, 0.02))
 
 

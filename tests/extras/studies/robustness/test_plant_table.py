@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from soft_gripper.extras.studies.robustness import table as module
+from soft_gripper.extras.studies.robustness import rows as module
 from soft_gripper.extras.studies.robustness.plants import FINE, RUBBER
-from soft_gripper.extras.studies.robustness.table import Errors, plant_table, shipped_finger
+from soft_gripper.extras.studies.robustness.rows import Errors, plant_table, shipped_finger
 from soft_gripper.fingers.statics import softened
 
 

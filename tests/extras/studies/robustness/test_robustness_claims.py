@@ -10,7 +10,7 @@ from soft_gripper.evaluation.paper.scenario_run import SCENARIOS
 from soft_gripper.evaluation.report.bars import BARS
 from soft_gripper.extras.studies.robustness.claims import realistic, robustness_claims
 from soft_gripper.extras.studies.robustness.plants import PLANTS
-from soft_gripper.extras.studies.robustness.table import NOMINAL_ERRORS, PlantRow, RobustnessRow
+from soft_gripper.extras.studies.robustness.rows import NOMINAL_ERRORS, PlantRow, RobustnessRow
 
 MEANS = {"arcs": 0.9, "gaussian": 0.8}
 ROWS = [

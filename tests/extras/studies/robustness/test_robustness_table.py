@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from soft_gripper.extras.studies.robustness import table as module
-from soft_gripper.extras.studies.robustness.table import NominalError, estimated, robustness_table
+from soft_gripper.extras.studies.robustness import rows as module
+from soft_gripper.extras.studies.robustness.rows import NominalError, estimated, robustness_table
 
 NAMES = ("arcs", "gaussian")
 NOMINAL_ERRORS = (NominalError(), NominalError(-0.1, 0.01))

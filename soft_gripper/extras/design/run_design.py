@@ -28,7 +28,7 @@ from soft_gripper.extras.design.walls import least_wall
 from soft_gripper.files.output import lock_folder
 from soft_gripper.runs.study import StudyTables, describe, run_study
 from soft_gripper.runs.sweep.measures import kind_of, names_of
-from soft_gripper.runs.sweep.run import ERROR, Axis, cell, run_and_measure
+from soft_gripper.runs.sweep.run_sweep import ERROR, Axis, cell, run_and_measure
 from soft_gripper.scenario.model_files import mounted_fingers
 from soft_gripper.scenario.scenario_file import changed_scenario, dump_scenario
 
