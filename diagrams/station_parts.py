@@ -12,7 +12,7 @@ from soft_gripper.control.task import TaskMachine
 from soft_gripper.diagrams.arm import Arm
 from soft_gripper.diagrams.recording import Recording, SignalLogs, provenance, read_logs
 from soft_gripper.diagrams.scene import check_starts_apart
-from soft_gripper.diagrams.task import check_paths
+from soft_gripper.diagrams.task_plan import check_paths
 from soft_gripper.diagrams.wiring.external import External
 from soft_gripper.errors import InputError
 from soft_gripper.files.notes import Note

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from soft_gripper.arrays import Array
-from soft_gripper.extras.benchmark.task import Recorded, Task
+from soft_gripper.extras.benchmark.benchmark_task import Recorded, Task
 
 Predict = Callable[[Array], Array | tuple[Array, Array]]  # (T, n) -> mean (T, m), or mean and std
 Estimator = Callable[[Task, Sequence[Recorded]], Predict]

@@ -15,7 +15,7 @@ from soft_gripper.estimators.driving_torque import driving_torque, internal_angl
 from soft_gripper.estimators.estimate import ShapeEstimate
 from soft_gripper.estimators.uncertainty import Uncertainty, position_std
 from soft_gripper.extras.benchmark.baselines import Estimator, Predict
-from soft_gripper.extras.benchmark.task import Recorded, Task
+from soft_gripper.extras.benchmark.benchmark_task import Recorded, Task
 from soft_gripper.extras.benchmark.tasks import tip_motion
 from soft_gripper.extras.hardware.identification.free_parameters import Model, free_parameters
 from soft_gripper.extras.hardware.identification.identified_finger import read_finger

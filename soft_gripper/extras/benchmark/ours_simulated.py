@@ -9,10 +9,10 @@ from soft_gripper.arrays import Array
 from soft_gripper.estimators.estimate import ShapeEstimate
 from soft_gripper.estimators.uncertainty import EXACT, Uncertainty, position_std
 from soft_gripper.extras.benchmark.baselines import Estimator, Predict
+from soft_gripper.extras.benchmark.benchmark_task import Recorded, Task
 from soft_gripper.extras.benchmark.contacts import layout
 from soft_gripper.extras.benchmark.discriminant import train_object_classifier
 from soft_gripper.extras.benchmark.grasps import FINGERS, PRESSURES, READINGS, SECTIONS
-from soft_gripper.extras.benchmark.task import Recorded, Task
 from soft_gripper.extras.studies.contacts import estimators
 from soft_gripper.extras.studies.contacts.contacts import G
 from soft_gripper.fingers.finger import Finger

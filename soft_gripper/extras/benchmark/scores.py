@@ -9,7 +9,7 @@ import numpy as np
 from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError, described
 from soft_gripper.extras.benchmark.baselines import Estimator, Predict
-from soft_gripper.extras.benchmark.task import Recorded, Task
+from soft_gripper.extras.benchmark.benchmark_task import Recorded, Task
 
 _BAND = 1.959964  # standard deviations to either side that hold 95 % of normal errors
 _SET = 0.95  # of the probability, that a set of answers holds

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from soft_gripper.extras.benchmark import grasps
+from soft_gripper.extras.benchmark.benchmark_task import Channel, Part, Recorded, Task
 from soft_gripper.extras.benchmark.contacts import FOLDER, ContactSample
 from soft_gripper.extras.benchmark.random_objects import SHAPES
-from soft_gripper.extras.benchmark.task import Channel, Part, Recorded, Task
 from soft_gripper.extras.hardware.identification.simulated_motion import MeasuredMotion, measured_motion, turned
 from soft_gripper.extras.hardware.recording_schema import load_description
 from soft_gripper.extras.hardware.recordings import read_recording

@@ -6,7 +6,7 @@ from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.framework import DiagramBuilder
 
-from soft_gripper.diagrams.task import first_collision
+from soft_gripper.diagrams.task_plan import first_collision
 
 # A sled, 0.2 m long, slides along x, through a post of the same robot; a ball of radius 50 mm floats freely; a wall
 # begins at x = 1 m.

@@ -14,8 +14,8 @@ from scenario_plants import add_scene, arm_of
 
 from soft_gripper.control.arm_motion import joint_path
 from soft_gripper.control.task import Phase
-from soft_gripper.diagrams import task as path_check
-from soft_gripper.diagrams.task import POSTURE_SPACING, TOUCH_DEPTH, check_paths
+from soft_gripper.diagrams import task_plan as path_check
+from soft_gripper.diagrams.task_plan import POSTURE_SPACING, TOUCH_DEPTH, check_paths
 from soft_gripper.errors import InputError
 from soft_gripper.scenario.schema import ModelConfig, PhaseConfig, PoseErrorConfig, TaskConfig
 

@@ -5,7 +5,7 @@ import pytest
 from pydrake.common.schema import Transform
 from pydrake.math import RigidTransform, RollPitchYaw
 
-from soft_gripper.diagrams.task import reported_pose
+from soft_gripper.diagrams.task_plan import reported_pose
 from soft_gripper.scenario.schema import ModelConfig, PoseErrorConfig, TaskConfig
 
 X_WO = RigidTransform(RollPitchYaw(0.3, -0.2, 0.5), [0.4, -0.1, 0.03])

@@ -12,7 +12,7 @@ from pydrake.systems.framework import DiagramBuilder
 from scenario_plants import add_scene, arm_of
 
 from soft_gripper.control.arm_motion import tool_pose
-from soft_gripper.diagrams.task import RESCUE, end_of, plan_phases
+from soft_gripper.diagrams.task_plan import RESCUE, end_of, plan_phases
 from soft_gripper.errors import InputError
 from soft_gripper.scenario.schema import ModelConfig, PhaseConfig, PoseErrorConfig, TaskConfig
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
+from soft_gripper.extras.benchmark.benchmark_task import Recorded, missing_files, read_task
 from soft_gripper.extras.benchmark.scores import score_task
-from soft_gripper.extras.benchmark.task import Recorded, missing_files, read_task
 from soft_gripper.extras.benchmark.tasks import TASKS
 
 RECORDINGS = Path(os.environ.get("SOFT_GRIPPER_DATA", "nowhere"))

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from soft_gripper.commands import main
+from soft_gripper.extras.benchmark.benchmark_task import missing_files
 from soft_gripper.extras.benchmark.report import SHOWN
-from soft_gripper.extras.benchmark.task import missing_files
 from soft_gripper.extras.benchmark.tasks import TASKS
 
 EXAMPLES = Path(__file__).parents[3] / "examples"

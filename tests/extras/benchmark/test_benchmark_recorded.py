@@ -10,9 +10,9 @@ from synthetic_hardware import write_arm, write_beam, write_segment
 
 from soft_gripper.extras.benchmark import ours_recorded
 from soft_gripper.extras.benchmark.baselines import baselines
+from soft_gripper.extras.benchmark.benchmark_task import read_task
 from soft_gripper.extras.benchmark.ours import OURS
 from soft_gripper.extras.benchmark.scores import score_task
-from soft_gripper.extras.benchmark.task import read_task
 from soft_gripper.extras.benchmark.tasks import TASKS
 from soft_gripper.extras.hardware.identification.free_parameters import Model
 from soft_gripper.extras.hardware.identification.identified_finger import read_finger

@@ -14,10 +14,10 @@ import pytest
 
 from soft_gripper.errors import InputError
 from soft_gripper.extras.benchmark.baselines import _PENALTY, _fit_linear, nearest, recurrent, ridge
+from soft_gripper.extras.benchmark.benchmark_task import Channel, Part, Recorded, Task, missing_files, read_task
 from soft_gripper.extras.benchmark.contacts import FOLDER
 from soft_gripper.extras.benchmark.report import document, load_scores
 from soft_gripper.extras.benchmark.scores import Score, score_task, with_unknown
-from soft_gripper.extras.benchmark.task import Channel, Part, Recorded, Task, missing_files, read_task
 from soft_gripper.extras.benchmark.tasks import TASKS
 
 NOISE = 0.1

@@ -7,7 +7,7 @@ import pytest
 import trimesh
 from refusals import refused
 
-from soft_gripper.diagrams.task import reported_pose
+from soft_gripper.diagrams.task_plan import reported_pose
 from soft_gripper.errors import InputError
 from soft_gripper.extras.grasps.adds import TrialsConfig
 from soft_gripper.extras.grasps.trial import Variation, draw, random_numbers, varied, vary

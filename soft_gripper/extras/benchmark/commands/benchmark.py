@@ -13,11 +13,11 @@ from tqdm import tqdm
 
 from soft_gripper.errors import InputError
 from soft_gripper.extras.benchmark.baselines import Estimator, baselines
+from soft_gripper.extras.benchmark.benchmark_task import Task, missing_files, read_task
 from soft_gripper.extras.benchmark.ours import OURS
 from soft_gripper.extras.benchmark.published import published_beside
 from soft_gripper.extras.benchmark.report import by_region, document, figure, load_scores
 from soft_gripper.extras.benchmark.scores import Score, score_task
-from soft_gripper.extras.benchmark.task import Task, missing_files, read_task
 from soft_gripper.extras.benchmark.tasks import TASKS
 from soft_gripper.extras.hardware.recordings import DATA_FOLDER
 from soft_gripper.files.output import atomic_file, check_file
