@@ -40,7 +40,7 @@ EXTRAS: dict[str, set[str]] = {
     "hardware": set(),
     "learning": set(),
     "page": set(),
-    "placement": {"studies"},
+    "placement": {"hardware", "studies"},
     "play": {"page"},
     "soft": set(),
     "studies": set(),

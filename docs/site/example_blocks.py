@@ -15,7 +15,7 @@ from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.extras.bench.bench import Bench, Measured
 from soft_gripper.extras.hardware.replay.arm_estimation import ArmEstimation, LogSource, NominalArm, RigidParts
-from soft_gripper.sensors.wire_lengths import WireGeometry
+from soft_gripper.extras.hardware.replay.wire_lengths import WireGeometry
 
 _SCENARIOS = {
     "pick_and_place_delicate": ["estimator.alongside=[arcs, gaussian]", "sensor.pressure_errors={noise: 20}"],

@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.view.estimate_scene import EstimateScene
 from soft_gripper.diagrams.view.meshcat_view import PERIOD, cut_off, has_failed, hidden_meshcat
 from soft_gripper.errors import InputError
 from soft_gripper.extras.bench.bench import Bench
 from soft_gripper.extras.bench.bench_driver import BenchDriver, recorded_signals
 from soft_gripper.extras.bench.endpoints import Sink, Source
+from soft_gripper.extras.bench.estimate_scene import EstimateScene
 from soft_gripper.extras.bench.live_tables import finger_table, needed_signals, readings_table
 from soft_gripper.extras.bench.recorder import Recorder, recording_layout
 from soft_gripper.extras.bench.twin import Twin

@@ -23,13 +23,13 @@ from soft_gripper.estimators.driving_torque import driving_torques
 from soft_gripper.estimators.estimate import ShapeEstimate
 from soft_gripper.estimators.plane import planar_gravity
 from soft_gripper.estimators.uncertainty import EXACT, Uncertainty
+from soft_gripper.extras.hardware.recorded_run import RecordedRun, read_signal
 from soft_gripper.extras.placement.placements import Placement, as_borders
 from soft_gripper.extras.studies.contacts.contacts import Contacts
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import as_planar
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.runs.scores.poses import held_rows, held_samples
-from soft_gripper.runs.scores.recorded_run import RecordedRun, read_signal
 from soft_gripper.scenario.named_estimators import estimator_function, find_estimator
 from soft_gripper.scenario.nominal_model import NominalModel
 from soft_gripper.scenario.schema import NominalConfig

@@ -12,13 +12,13 @@ from matplotlib.patches import Polygon
 
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.errors import InputError
+from soft_gripper.extras.hardware.recorded_run import RecordedRun
 from soft_gripper.extras.placement.place_sensors import PlacedSensors
 from soft_gripper.extras.placement.placements import Placement, as_borders, equal_placement
 from soft_gripper.extras.placement.samples import Assumptions
 from soft_gripper.extras.studies.contacts.contacts import Contacts
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.pictures.style import STYLE
-from soft_gripper.runs.scores.recorded_run import RecordedRun
 from soft_gripper.scenario.named_estimators import estimator_function
 from soft_gripper.scenario.schema import Scenario
 from soft_gripper.sensors.sensor_layout import SensorLayout

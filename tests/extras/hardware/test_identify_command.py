@@ -24,8 +24,8 @@ from refusals import refusal
 
 from soft_gripper.extras.hardware.identification import fit as fit_module
 from soft_gripper.extras.hardware.identification.identified_finger import read_finger
+from soft_gripper.extras.hardware.identification.tendon_balance import pulled_positions
 from soft_gripper.fingers.spatial_chain import posture, spatial_chain
-from soft_gripper.fingers.tendon_balance import pulled_positions
 
 WRITTEN = {"fitted.urdf", "fitted.setup.yaml", "fitted.csv", "fitted.png", "fitted.svg"}
 

@@ -5,8 +5,8 @@ import pytest
 
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
+from soft_gripper.extras.hardware.recorded_run import RecordedRun
 from soft_gripper.extras.placement.samples import held_fingers
-from soft_gripper.runs.scores.recorded_run import RecordedRun
 from soft_gripper.scenario.scenario_file import load_scenario
 
 STEPS = ["pressure.steps.all=[0, 60e3]", "pressure.settle=0.5", "pressure.hold_samples=5"]

@@ -5,9 +5,9 @@ import pytest
 
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
+from soft_gripper.extras.hardware.recorded_run import RecordedRun
 from soft_gripper.extras.placement.place_sensors import place_sensors
 from soft_gripper.extras.placement.samples import Assumptions, held_fingers
-from soft_gripper.runs.scores.recorded_run import RecordedRun
 from soft_gripper.scenario.scenario_file import load_scenario
 
 OWN, THEIRS = "own_blocks:contact_again", "contact"

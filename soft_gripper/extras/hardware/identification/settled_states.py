@@ -34,12 +34,12 @@ from soft_gripper.extras.hardware.identification.fit import (
 )
 from soft_gripper.extras.hardware.identification.free_parameters import FreeParameters, Model, free_parameters
 from soft_gripper.extras.hardware.identification.simulated_motion import Setup
+from soft_gripper.extras.hardware.identification.tendon_balance import pulled_positions
 from soft_gripper.extras.hardware.recordings import HardwareRecording
 from soft_gripper.files.document import given, require
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import TipLoad
 from soft_gripper.fingers.spatial_chain import posture, spatial_chain
-from soft_gripper.fingers.tendon_balance import pulled_positions
 from soft_gripper.pictures.style import ESTIMATOR_COLORS, STYLE
 
 _OF_SCALE = 0.02  # step of the finite differences, in typical changes

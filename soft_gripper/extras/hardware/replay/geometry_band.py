@@ -11,9 +11,9 @@ import numpy as np
 from soft_gripper.arrays import Array
 from soft_gripper.extras.hardware.replay.arm_estimation import ArmRecording
 from soft_gripper.extras.hardware.replay.geometry_fit import FittedGeometry, places
+from soft_gripper.extras.hardware.replay.wire_lengths import Sections
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import as_points
-from soft_gripper.sensors.wire_lengths import Sections
 
 _LASTING = 2.0  # deviations of the geometry, over those of samples that are as independent as the fit takes them to be
 _SCALE = 0.02  # standard deviation of the scale of a wire beyond what was fitted

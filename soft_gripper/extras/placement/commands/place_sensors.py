@@ -11,6 +11,7 @@ from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.errors import InputError
 from soft_gripper.evaluation.paper.scenario_run import SCENARIOS
+from soft_gripper.extras.hardware.recorded_run import RecordedRun, load_run
 from soft_gripper.extras.placement.commands import sensors_in_space
 from soft_gripper.extras.placement.commands.printing import print_left_out, print_ranking, print_snippet
 from soft_gripper.extras.placement.place_sensors import PlacedSensors, place_sensors
@@ -29,7 +30,6 @@ from soft_gripper.files.csv_table import write_csv
 from soft_gripper.files.output import lock_folder
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.pictures.style import save_figure
-from soft_gripper.runs.scores.recorded_run import RecordedRun, load_run
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.schema import SensorConfig, StrainErrorsConfig
 from soft_gripper.scenario.sensor_presets import strain_errors

@@ -23,12 +23,12 @@ from soft_gripper.extras.hardware.identification.settled_states import (
     states_figure,
 )
 from soft_gripper.extras.hardware.identification.simulated_motion import Setup
+from soft_gripper.extras.hardware.identification.tendon_balance import pulled_positions
 from soft_gripper.extras.hardware.recording_schema import load_description
 from soft_gripper.extras.hardware.recordings import find_recordings
 from soft_gripper.fingers.cross_section import CrossSection
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.paths import Tendon
-from soft_gripper.fingers.tendon_balance import pulled_positions
 from soft_gripper.scenario.model_files import model_path
 
 SECTION = CrossSection(0.012, 0.012, 2e6, 1100.0)

@@ -7,9 +7,9 @@ import pytest
 
 from soft_gripper.extras.hardware.replay.arm_estimation import PERIOD, ArmRecording, RigidParts, stretched_arm
 from soft_gripper.extras.hardware.replay.geometry_fit import ArmGeometry, bend_under, fit_drive, fit_geometry, measured
+from soft_gripper.extras.hardware.replay.wire_lengths import WireGeometry
 from soft_gripper.fingers.finger_parts import CreepBranch
 from soft_gripper.fingers.statics import gravity_torque
-from soft_gripper.sensors.wire_lengths import WireGeometry
 
 DOWN = np.array([0.0, 0.0, 9.81])
 

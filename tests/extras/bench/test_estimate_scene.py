@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from pydrake.math import RigidTransform, RollPitchYaw
 
-from soft_gripper.diagrams.view.estimate_scene import EstimateScene
 from soft_gripper.diagrams.view.meshcat_view import hidden_meshcat
 from soft_gripper.extras.bench.bench import Bench
+from soft_gripper.extras.bench.estimate_scene import EstimateScene
 from soft_gripper.extras.bench.twin import Twin
 from soft_gripper.scenario.scenario_file import load_scenario
 

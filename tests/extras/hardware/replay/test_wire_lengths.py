@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from soft_gripper.sensors.wire_lengths import WireGeometry, as_strain
+from soft_gripper.extras.hardware.replay.wire_lengths import WireGeometry, as_strain
 
 SPACING = 0.04
 
