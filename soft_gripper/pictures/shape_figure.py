@@ -3,9 +3,8 @@
 A finger that leaves this plane is drawn from the side as well, and so is its estimate if it is one in space.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from functools import partial
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -19,16 +18,23 @@ from matplotlib.transforms import Affine2D
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.view.estimate_visualizer import arcs_of_table
-from soft_gripper.diagrams.view.finger_drawing import LEAST_FORCE, LENGTH, pressed_point
+from soft_gripper.diagrams.view.finger_drawing import (
+    CONTACTS,
+    LEAST_FORCE,
+    LENGTH,
+    Contact,
+    estimated_contact,
+    estimated_corners,
+    is_in_space,
+    pressed_point,
+)
 from soft_gripper.diagrams.view.torque_colors import add_torque_bar, color
-from soft_gripper.estimators.arcs import Arcs, points_on_arcs, sites_on_arcs
-from soft_gripper.estimators.contact import face_offset
-from soft_gripper.estimators.spatial_estimator import TIP
+from soft_gripper.estimators.arcs import Arcs, points_on_arcs
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import as_planar, as_points
 from soft_gripper.pictures.torque_bar import torque_limit
 from soft_gripper.sensors.measurement import MeasurementModel
-from soft_gripper.truth.poses import TRUE_JOINTS, TRUE_TIP, corners, points_along
+from soft_gripper.truth.poses import TRUE_JOINTS, TRUE_TIP, corners
 
 SECTION_COLORS = ("#33608c", "#d1663b", "#3d8f5f", "#a9489c")
 TRUE_COLOR, ESTIMATED_COLOR, BAND_COLOR = "#731a80", "#e09f00", "#009999"  # as in Meshcat, darker on white
@@ -114,10 +120,6 @@ def _write_radius(axes: Axes, layout: MeasurementModel, arcs: Arcs, section: int
     axes.text(x, z, text, ha="center", va="center", fontsize="small", **look)
 
 
-# Points at an arc length, m, and at distances (M,) m from the axis, positive on the inner side: (M, 2) x, z m in B.
-PointsAcross = Callable[[float, Array], Array]
-
-
 class Arrow(NamedTuple):
     """A force on a finger: from the face that it presses on to where it pushes, (x, z) m in B."""
 
@@ -125,33 +127,20 @@ class Arrow(NamedTuple):
     end: Array
 
 
-def arrow_of_force(finger: Finger, points_across: PointsAcross, force: float, arc_length: float) -> Arrow | None:
-    """The arrow of a force across the finger; None where it is not known, or next to none.
-
-    Args:
-        finger: that is pressed.
-        points_across: where its points are.
-        force: N, positive on the inner side.
-        arc_length: m.
-    """
-    if not abs(force) >= LEAST_FORCE or not np.isfinite(arc_length):
-        return None
-    face = float(face_offset(finger, np.array(arc_length), np.array(force)))
-    begin, end = points_across(arc_length, np.array([face, face - LENGTH * force]))
-    return Arrow(begin, end) if np.isfinite(begin).all() else None
+def arrows(begin: Array, force: Array) -> tuple[Arrow | None, Arrow | None]:
+    """The arrow of a force, (3) N in B, at a point, (3) m, as seen along y and along x; None where it is not known."""
+    ends = np.array([begin, begin + LENGTH * force])
+    if not np.isfinite(ends).all() or np.linalg.norm(force) < LEAST_FORCE:
+        return None, None
+    in_plane, aside = (Arrow(*ends[:, axes]) for axes in (_IN_PLANE, _ASIDE))
+    return in_plane, aside
 
 
-def across_arcs(arcs: Arcs, s: float, offset: Array) -> Array:
-    """Points across a curve of arcs, as `PointsAcross`."""
-    return as_points(sites_on_arcs(arcs, np.full(len(offset), s), offset)[0])
-
-
-def across_links(finger: Finger, corners: Array, s: float, offset: Array) -> Array:
-    """Points across links from corner to corner, (N + 2, 3) m in B, as `PointsAcross`."""
-    link = int(np.searchsorted(finger.joint_arc_lengths, s))
-    x, z = (corners[link + 1] - corners[link])[::2]
-    points: Array = points_along(finger, corners, np.array([s]))[:, ::2] + np.outer(offset / np.hypot(x, z), [z, -x])
-    return points
+def arrows_of_contact(finger: Finger, corners: Array, contact: Contact | None) -> tuple[Arrow | None, Arrow | None]:
+    """The arrows of a contact of a finger with these corners; None: there is none."""
+    if contact is None:
+        return None, None
+    return arrows(pressed_point(finger, corners, float(contact.arc_length), float(contact.side)), contact.force)
 
 
 def draw_force(axes: Axes, arrow: Arrow, color: str, label: str, width: float = 1.4) -> None:
@@ -193,7 +182,8 @@ class Snapshot(NamedTuple):
     pose_error: float  # m
     true_contact: Arrow | None
     true_contact_aside: Arrow | None  # as seen along x: (y, z)
-    estimated: Array | None  # (N + 2, 3) m, the estimated base, joints and tip, if in space
+    curve: Array  # (N + 2, 3) m, the estimated base, joints and tip
+    estimated: Array | None  # likewise, if in space
     contact: Arrow | None  # estimated, if available
     contact_aside: Arrow | None  # likewise, as seen along x
     std: Array | None  # (N + 1) m, of the estimated joints and tip across the finger, if available
@@ -204,32 +194,23 @@ def read_snapshot(layout: MeasurementModel, recording: Recording, time: float) -
     name, now = layout.finger.name, recording.data.sel(time=time, method="nearest")
     signals = {str(kind).removeprefix(f"{name}."): signal.values for kind, signal in now.data_vars.items()}
     true = corners(signals[TRUE_JOINTS], signals[TRUE_TIP])
-    in_plane = _arrow(layout.finger, partial(across_links, layout.finger, true), signals, "true_contact")
-    in_plane, aside = _true_in_space(signals) if leaves_plane(true) else (in_plane, None)
-    arcs, estimated = arcs_of_table(signals["arcs"]), None
-    contact, contact_aside = _arrow(layout.finger, partial(across_arcs, arcs), signals, "contact"), None
-    if _ESTIMATED_JOINTS in signals:
-        estimated = corners(signals[_ESTIMATED_JOINTS], signals[TIP])
-        contact, contact_aside = _estimated_in_space(layout.finger, estimated, signals)
+    of_true = {name: signals[f"true_{name}"] for name in CONTACTS[1] if f"true_{name}" in signals}
+    in_plane, aside = arrows_of_contact(layout.finger, true, estimated_contact(of_true, true))[0], None
+    if leaves_plane(true):
+        in_plane, aside = _true_in_space(signals)
+    curve = estimated_corners(signals)
+    contact, contact_aside = arrows_of_contact(layout.finger, curve, estimated_contact(signals, curve))
     return Snapshot(
         true,
-        arcs,
+        arcs_of_table(signals["arcs"]),
         as_planar(signals["joint_positions"]),
         signals["external_torque"],
         signals["true_external_torque"],
         float(signals["pose_error"].item()),
         in_plane,
         aside,
-        *(estimated, contact, contact_aside, signals.get("position_std")),
+        *(curve, curve if is_in_space(signals) else None, contact, contact_aside, signals.get("position_std")),
     )
-
-
-def _arrow(finger: Finger, points_across: PointsAcross, signals: Mapping[str, Array], which: str) -> Arrow | None:
-    """The arrow of the true or the estimated contact; None if there is none, or it is not recorded."""
-    if f"{which}_force" not in signals:
-        return None
-    force, s = (float(signals[f"{which}_{name}"].item()) for name in ("force", "arc_length"))
-    return arrow_of_force(finger, points_across, force, s)
 
 
 def leaves_plane(corners: Array) -> bool:
@@ -243,27 +224,7 @@ def _true_in_space(signals: Mapping[str, Array]) -> tuple[Arrow | None, Arrow | 
     if force is None:
         return None, None
     X_WB = signals["X_WB"]
-    return _seen(X_WB[:, :3].T @ (signals["contact_center"] - X_WB[:, 3]), X_WB[:, :3].T @ force)
-
-
-def _estimated_in_space(
-    finger: Finger, estimated: Array, signals: Mapping[str, Array]
-) -> tuple[Arrow | None, Arrow | None]:
-    """Arrows of the estimated force, as of the true one; None where it is not known."""
-    if "contact_force_vector" not in signals:
-        return None, None
-    s, side = (float(signals[f"contact_{name}"].item()) for name in ("arc_length", "side"))
-    begin = pressed_point(finger, estimated, s, side) if np.isfinite([s, side]).all() else np.full(3, np.nan)
-    return _seen(begin, signals["contact_force_vector"])
-
-
-def _seen(begin: Array, force: Array) -> tuple[Arrow | None, Arrow | None]:
-    """The arrow of a force, (3) N in B, at a point, (3) m, as seen along y and along x."""
-    ends = np.array([begin, begin + LENGTH * force])
-    if not np.isfinite(ends).all() or np.linalg.norm(force) < LEAST_FORCE:
-        return None, None
-    in_plane, aside = (Arrow(*ends[:, axes]) for axes in (_IN_PLANE, _ASIDE))
-    return in_plane, aside
+    return arrows(X_WB[:, :3].T @ (signals["contact_center"] - X_WB[:, 3]), X_WB[:, :3].T @ force)
 
 
 def shape_figure(layout: MeasurementModel, recording: Recording, time: float) -> Figure:
@@ -298,7 +259,7 @@ def shape_figure(layout: MeasurementModel, recording: Recording, time: float) ->
             draw_tube(panels[2], layout, snapshot.arcs, colors)
         else:
             draw_segments(panels[2], finger, snapshot.estimated, colors)
-        _draw_contact(panels, finger, snapshot)
+        _draw_contact(panels, snapshot)
         for axes, limits, title in zip(panels, x_limits, TITLES, strict=False):
             draw_base(axes, finger)
             axes.set(title=title, xlabel="x [mm]", aspect="equal", xlim=limits, ylim=z_limits)
@@ -357,12 +318,10 @@ def _limits(layout: MeasurementModel, snapshot: Snapshot) -> tuple[list[Array], 
     return [finger, with_centers, finger], np.array([max(*z + free, 0.9e3 * layout.finger.length), -0.7 * free])
 
 
-def _draw_contact(panels: Sequence[Axes], finger: Finger, snapshot: Snapshot) -> None:
+def _draw_contact(panels: Sequence[Axes], snapshot: Snapshot) -> None:
     """Draws the true force in the first and last panels, and the estimate in the last."""
     if snapshot.std is not None:
-        curve, ends = snapshot.estimated, finger.link_ends
-        points = as_points(sites_on_arcs(snapshot.arcs, ends)[0]) if curve is None else curve[:, _IN_PLANE]
-        draw_band(panels[2], points, snapshot.std)
+        draw_band(panels[2], snapshot.curve[:, _IN_PLANE], snapshot.std)
     if snapshot.true_contact is not None:
         draw_force(panels[0], snapshot.true_contact, TRUE_COLOR, "true contact force", _TRUE_WIDTH)
     if snapshot.contact is not None:

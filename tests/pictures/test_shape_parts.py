@@ -1,25 +1,27 @@
 """Arrows and bands of a drawn finger: where they lie."""
 
-from functools import partial
-
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
-from soft_gripper.estimators.arcs import join_arcs
+from soft_gripper.diagrams.view.finger_drawing import estimated_contact, pressed_point
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import as_points, forward_kinematics, in_space
-from soft_gripper.pictures.shape_figure import across_arcs, across_links, arrow_of_force, draw_band
+from soft_gripper.pictures.shape_figure import Arrow, arrows_of_contact, draw_band
 from soft_gripper.truth.poses import corners
 
-STRAIGHT = partial(across_arcs, join_arcs(np.zeros(12), np.full(12, 0.01)))
+
+def arrow_of(finger: Finger, force: float, s: float) -> Arrow | None:
+    """Of a straight finger: across it is x."""
+    ends = np.outer(finger.link_ends, [0.0, 0.0, 1.0])
+    signals = {"contact_force": np.array([force]), "contact_arc_length": np.array([s])}
+    return arrows_of_contact(finger, ends, estimated_contact(signals, ends))[0]
 
 
 @pytest.mark.parametrize(("force", "face"), [(0.5, "inner_face"), (-0.5, "outer_face")])
 def test_an_arrow_begins_at_the_face_and_is_25_mm_a_newton(shipped_finger: Finger, force: float, face: str) -> None:
-    """Of a straight finger: across it is x."""
-    arrow = arrow_of_force(shipped_finger, STRAIGHT, force, 0.08)
+    arrow = arrow_of(shipped_finger, force, 0.08)
     assert arrow is not None
     np.testing.assert_allclose(arrow.begin, [float(getattr(shipped_finger.section(0.08), face)), 0.08])
     np.testing.assert_allclose(arrow.end - arrow.begin, [-0.025 * force, 0.0])
@@ -27,16 +29,17 @@ def test_an_arrow_begins_at_the_face_and_is_25_mm_a_newton(shipped_finger: Finge
 
 @pytest.mark.parametrize(("force", "s"), [(0.0, 0.08), (0.01, 0.08), (np.nan, 0.08), (1.0, np.nan)])
 def test_what_is_no_force_has_no_arrow(shipped_finger: Finger, force: float, s: float) -> None:
-    assert arrow_of_force(shipped_finger, STRAIGHT, force, s) is None
+    assert arrow_of(shipped_finger, force, s) is None
 
 
 def test_points_beside_a_chain_are_those_of_its_links(shipped_finger: Finger) -> None:
     chain = forward_kinematics(np.linspace(0, 0.2, 12), shipped_finger.segment_length)
     ends = corners(in_space(chain.joints), in_space(chain.tip))
-    offset = np.array([-0.01, 0.0, 0.02])
     for s in (*shipped_finger.joint_arc_lengths, 0.053, shipped_finger.length):
-        expected = as_points(chain.at(np.full(3, s), offset).points)
-        np.testing.assert_allclose(across_links(shipped_finger, ends, s, offset), expected, atol=1e-15)
+        faces = shipped_finger.section(s).inner_face, shipped_finger.section(s).outer_face
+        found = [pressed_point(shipped_finger, ends, s, side)[::2] for side in (0.0, np.pi)]
+        expected = as_points(chain.at(np.full(2, s - 1e-9), np.array(faces)).points)
+        np.testing.assert_allclose(found, expected, atol=1e-6)
 
 
 def test_a_band_is_two_standard_deviations_wide_on_either_side(shipped_finger: Finger) -> None:
