@@ -126,15 +126,6 @@ def test_walls_are_of_silicone(section):
     assert section.walls == pytest.approx({name: CELL * count for name, count in counts.items()}, abs=1e-12)
 
 
-def test_solid_block():
-    w, t = 0.022, 0.018
-    assert (SOLID.neutral_axis, SOLID.mass_center, SOLID.chamber_area) == (0, 0, 0)
-    assert pytest.approx(w * t, rel=1e-14) == SOLID.area
-    assert pytest.approx(3e5 * w * t**3 / 12, rel=1e-14) == SOLID.bending_stiffness
-    assert pytest.approx((t**2 / 12, w**2 / 12), rel=1e-14) == SOLID.gyration
-    assert (SOLID.outer_face, SOLID.inner_face) == (-t / 2, t / 2)
-
-
 @pytest.mark.parametrize("center", [-4e-3, -1e-3, 0.0, 3e-3])
 def test_mass_centre_of_a_homogeneous_section_is_on_its_neutral_axis(center):
     section = replace(CHAMBER, chamber_center=center)

@@ -1,10 +1,20 @@
-"""The plant of a scenario, and the arm in it, without a station."""
+"""Scenarios of a few models, and the plant of a scenario, and the arm in it, without a station."""
+
+from pathlib import Path
 
 from pydrake.systems.framework import DiagramBuilder
 
 from soft_gripper.diagrams.arm import Arm, make_arm
 from soft_gripper.diagrams.scene import Scene, add_plant
+from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.schema import Scenario
+
+
+def scenario_of(folder: Path, *models: str) -> Scenario:
+    """A scenario of models, each written as a line of YAML."""
+    path = folder / "scenario.yaml"
+    path.write_text("models:\n" + "".join(f"- {{{model}}}\n" for model in models), encoding="utf-8")
+    return load_scenario(str(path))
 
 
 def add_scene(builder: DiagramBuilder, scenario: Scenario) -> Scene:

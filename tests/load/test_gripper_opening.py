@@ -37,12 +37,6 @@ def around(count, radius):
     return Gripper.of_bases([turn @ RigidTransform(RollPitchYaw(0, 0, np.pi), [radius, 0, 0]) for turn in turns])
 
 
-@BASES
-def test_opening_is_the_one_in_the_world(bases):
-    for tips in random_tips(50, len(bases)):
-        assert Gripper.of_bases(bases).opening(tips) == pytest.approx(world_opening(bases, tips), abs=1e-15)
-
-
 def test_of_two_fingers_it_is_the_distance_of_their_tips():
     """Negative against the line from base to base."""
     gripper, along = Gripper.of_bases(X_WB[:2]), X_WB[1].translation() - X_WB[0].translation()

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from pydrake.geometry import Role
 from pydrake.systems.framework import DiagramBuilder
-from scenario_plants import add_scene
+from scenario_plants import add_scene, scenario_of
 
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.scenario.scenario_file import load_scenario
@@ -12,13 +12,6 @@ from soft_gripper.scenario.scenario_file import load_scenario
 FINGER, PEG = (f"package://soft_gripper/{file}" for file in ("grippers/finger.urdf", "objects/peg.sdf"))
 BOX = "package://soft_gripper/objects/box.sdf"
 ALL = [*range(13)]
-
-
-def scenario_of(tmp_path, *models):
-    """A scenario of models, each written as a line of YAML."""
-    path = tmp_path / "scenario.yaml"
-    path.write_text("models:\n" + "".join(f"- {{{model}}}\n" for model in models))
-    return load_scenario(str(path))
 
 
 def facing(apart):

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from pydrake.math import RigidTransform, RollPitchYaw
 from refusals import refused
+from scenario_plants import scenario_of
 
 from soft_gripper.diagrams.simulation import make_simulator
 from soft_gripper.diagrams.station import make_station
@@ -16,10 +17,7 @@ BOX = "package://soft_gripper/objects/box.sdf"
 
 
 def station(tmp_path, *models):
-    """A station of models, each written as a line of YAML."""
-    path = tmp_path / "scenario.yaml"
-    path.write_text("models:\n" + "".join(f"- {{{model}}}\n" for model in models))
-    return make_station(load_scenario(str(path)))
+    return make_station(scenario_of(tmp_path, *models))
 
 
 def test_two_models_of_one_file_are_two_fingers_in_two_places():

@@ -1,12 +1,12 @@
 """soft-gripper design: from a study to files of the best design, resumed, and what it refuses."""
 
-import csv
 from pathlib import Path
 
 import pytest
 import trimesh
 import yaml
 from command_line import soft_gripper
+from csv_rows import csv_rows
 from refusals import refusal
 
 from soft_gripper.fingers.urdf import expand_urdf
@@ -35,18 +35,13 @@ def written(folder: Path, **changes: object) -> Path:
     return file
 
 
-def table(folder: Path, name: str) -> list[dict[str, str]]:
-    with (folder / name).open(newline="") as file:
-        return list(csv.DictReader(file))
-
-
 @pytest.mark.slow
 def test_from_a_study_to_files_of_the_best_design(tmp_path):
     study, out = written(tmp_path), tmp_path / "out"
     done = soft_gripper("design", study, "--jobs", 1, "--out", out)
     assert done.code == 0
     assert "3 designs in" in done.out
-    designs, runs = table(out, "designs.csv"), table(out, "runs.csv")
+    designs, runs = csv_rows(out / "designs.csv"), csv_rows(out / "runs.csv")
     assert [row["design"] for row in designs] == ["0", "1", "2", "3"]
     allowed = [row for row in designs[1:] if row["allowed"] == "True"]
     best = min(allowed, key=lambda row: float(row["normal_force_n"]))

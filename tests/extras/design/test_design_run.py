@@ -1,10 +1,9 @@
 """A study over an analytic stand-in: its known optimum and front; the same table after an interruption; refusals."""
 
-import csv
-
 import numpy as np
 import pytest
 import yaml
+from csv_rows import csv_rows
 from here_executor import HereExecutor
 from refusals import refused
 from stand_in import FRICTION, GAIN, LENGTH, PRESSURE, WEIGHT, grasped
@@ -45,8 +44,7 @@ def designed(folder, out="out", executor=None, **changes):
 
 
 def rows(folder, out="out"):
-    with (folder / out / TABLE).open(newline="") as file:
-        return list(csv.DictReader(file))
+    return csv_rows(folder / out / TABLE)
 
 
 @pytest.fixture(scope="module")

@@ -1,9 +1,8 @@
 """The figure and the tables of a study, also where nothing holds, with one end, and with choices."""
 
-import csv
-
 import numpy as np
 import pytest
+from csv_rows import csv_rows
 from matplotlib.figure import Figure
 
 from soft_gripper.extras.design.figure import BEST, design_figure
@@ -46,10 +45,7 @@ def test_figure(ends, allowed):
 
 def test_tables(tmp_path):
     assert write_tables(found([FORCE, ENERGY]), tmp_path) == [DESIGNS, TESTS, SENSITIVITY]
-    rows = {}
-    for name in (DESIGNS, TESTS, SENSITIVITY):
-        with (tmp_path / name).open(newline="") as file:
-            rows[name] = list(csv.DictReader(file))
+    rows = {name: csv_rows(tmp_path / name) for name in (DESIGNS, TESTS, SENSITIVITY)}
     assert [row["design"] for row in rows[DESIGNS]] == [str(i) for i in range(13)]
     assert rows[DESIGNS][3]["reason"] == "a wall of 1.00 mm, below 2 mm"
     assert [row["front"] for row in rows[DESIGNS]].count("True") == 2

@@ -1,6 +1,5 @@
 """soft-gripper hardware as a user calls it, on recordings that an independent script made up."""
 
-import csv
 import re
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
@@ -9,6 +8,7 @@ from unittest.mock import MagicMock
 
 import pytest
 from command_line import Outcome, soft_gripper
+from csv_rows import csv_rows
 from here_executor import HereExecutor
 from synthetic_hardware import (
     BEAM,
@@ -85,14 +85,9 @@ def write_guess(file):
     file.write_text(re.sub('segments="[0-9]+"', 'segments="4"', text))
 
 
-def rows_of(file):
-    with file.open() as text:
-        return list(csv.DictReader(text))
-
-
 @pytest.mark.slow
 def test_every_claim_holds(run):
-    claims = rows_of(run.out / "claims.csv")
+    claims = csv_rows(run.out / "claims.csv")
     assert [row["text"] for row in claims if row["holds"] != "True"] == []
     assert (len(claims), run.outcome.code) == (25, 0)
     assert run.outcome.out.count(" holds: ") == 25

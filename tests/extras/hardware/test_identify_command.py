@@ -1,12 +1,12 @@
 """soft-gripper identify as a user calls it."""
 
-import csv
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from command_line import soft_gripper
+from csv_rows import csv_rows
 from identified import (
     BEAM,
     CLOSES,
@@ -63,8 +63,8 @@ def test_same_files_from_one_process_and_from_two(files):
     assert written[0] == written[1]
     assert {path.name for path in (files / "out").iterdir()} == WRITTEN
     assert read_finger(files / "out/fitted.urdf").base.youngs_modulus == pytest.approx(2.64e5, rel=0.01)
-    with (files / "out/fitted.csv").open() as file:
-        assert [(row["recording"], row["role"]) for row in csv.DictReader(file)] == [("run", "fit"), ("again", "test")]
+    roles = [(row["recording"], row["role"]) for row in csv_rows(files / "out/fitted.csv")]
+    assert roles == [("run", "fit"), ("again", "test")]
     assert "youngs_modulus" in outcome.out
     assert "out/fitted.urdf" in outcome.out
 
@@ -78,8 +78,7 @@ def test_a_fitted_finger_is_tested_without_a_fit(files):
     outcome = soft_gripper("identify", *arguments, "--out", "out/tested.urdf")
     assert outcome.code == 0, outcome.err
     assert {path.name for path in (files / "out").iterdir()} == {"tested.csv", "tested.png", "tested.svg"}
-    with (files / "out/tested.csv").open() as file:
-        row, unheld = csv.DictReader(file)
+    row, unheld = csv_rows(files / "out/tested.csv")
     assert (row["recording"], row["role"], unheld["role"]) == ("run", "test", "test, hold unknown")
     assert float(row["motion_error_mm"]) < 0.05
     assert "run: held" in outcome.out
@@ -225,8 +224,8 @@ def test_settled_states_of_a_tendon(settled):
     (tendon,) = read_finger(settled / "out/fitted.urdf").tendons
     assert (tendon.slack, tendon.stiffness) == pytest.approx((1e-3, 5e4), rel=1e-3)
     assert {path.name for path in (settled / "out").iterdir()} == WRITTEN
-    with (settled / "out/fitted.csv").open() as file:
-        rows = {(row["role"], row["family"]): float(row["rms_mm"]) for row in csv.DictReader(file)}
+    table = csv_rows(settled / "out/fitted.csv")
+    rows = {(row["role"], row["family"]): float(row["rms_mm"]) for row in table}
     assert set(rows) == {("fit", "all"), ("test", "all"), *(("left out", name) for name in ("all", "in", "out"))}
     assert max(rows.values()) < 1e-2
     assert "left out" in outcome.out

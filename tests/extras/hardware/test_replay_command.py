@@ -1,9 +1,8 @@
 """soft-gripper replay as a user calls it."""
 
-import csv
-
 import pytest
 from command_line import soft_gripper
+from csv_rows import csv_rows
 from hardware_files import DESCRIPTION, published, swinging, write_csv
 from refusals import refusal
 
@@ -15,9 +14,7 @@ def test_files_and_table(tmp_path):
     outcome = soft_gripper("replay", "trial_5.txt", "--fit", "trial_1.txt", "trial_3.txt", *files)
     assert outcome.code == 0, outcome.err
     assert "trial_5      fitted to trial_1, trial_3" in outcome.out
-    with (tmp_path / "replay.csv").open() as file:
-        rows = list(csv.DictReader(file))
-    assert {row["recording"] for row in rows} == {"trial_5", "all"}
+    assert {row["recording"] for row in csv_rows(tmp_path / "replay.csv")} == {"trial_5", "all"}
     assert {path.name for path in tmp_path.iterdir()} == {"replay.csv", "replay.png", "replay.svg", "trial_5.nc"}
 
 

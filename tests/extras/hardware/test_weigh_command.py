@@ -1,10 +1,9 @@
 """soft-gripper weigh as a user calls it: files like those of the published trunk, made by its model."""
 
-import csv
-
 import numpy as np
 import pytest
 from command_line import soft_gripper
+from csv_rows import csv_rows
 from hardware_files import DESCRIPTION, swinging, write_csv
 from refusals import refusal
 
@@ -54,8 +53,7 @@ def test_files_and_table(tmp_path):
     out = tmp_path / "out"
     outcome = soft_gripper("weigh", file, "--as", "soft_trunk", "--finger", FINGER, "--out", out)
     assert outcome.code == 0, outcome.err
-    with (out / "weigh.csv").open() as table:
-        rows = list(csv.DictReader(table))
+    rows = csv_rows(out / "weigh.csv")
     assert [int(row["rows"]) for row in rows] == [50, 50, 100]
     np.testing.assert_allclose([float(row["load_g"]) for row in rows], 1e3 * LOAD, atol=0.1)
     assert {float(row["named_g"]) for row in rows} == {400.0}

@@ -65,6 +65,7 @@ def swings(time, along):
     """Frequency and logarithmic decrement by the first extrema of a finely sampled motion, from peak to peak."""
     steps = np.diff(along)
     k = np.flatnonzero(steps[1:] * steps[:-1] < 0) + 1
+    k = k[time[k] > 0.01]  # up to the release there is rounding alone
     k = k[np.append(True, np.abs(np.diff(along[k])) > 0.04)][:9]
     half = np.polyfit(range(len(k)), time[k], 1)[0]
     return 0.5 / half, -2 * np.polyfit(range(len(k) - 1), np.log(np.abs(np.diff(along[k]))), 1)[0]

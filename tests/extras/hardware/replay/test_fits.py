@@ -1,7 +1,5 @@
 """What is fitted of an arm, against one that is known."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -25,18 +23,6 @@ def test_geometry_holds_on_a_recording_that_it_never_saw(arms, arm_finger, geome
     _, bodies, _ = stretched_arm(geometry.parts, q, length, arm_finger.section_ends(2))
     assert np.abs(bodies - measured(arms[3], geometry.delay)[0]).mean() < 1e-3
     assert abs(geometry.delay) < 0.01
-
-
-def test_late_wires_are_noticed(arms, arm_finger):
-    late = [replace(a, inner=np.roll(a.inner, 4, axis=0), outer=np.roll(a.outer, 4, axis=0)) for a in arms]
-    late = [replace(a, inner=_held(a.inner), outer=_held(a.outer)) for a in late]
-    assert fit_geometry(late, arm_finger).delay == pytest.approx(0.08, abs=0.01)
-
-
-def _held(wires):
-    wires = wires.copy()
-    wires[:4] = wires[4]
-    return wires
 
 
 def test_a_delay_shows_bodies_where_they_were_before(arms):
@@ -107,11 +93,3 @@ def test_the_drive_of_an_arm_that_follows_the_balance_is_found(arm_finger):
     np.testing.assert_allclose(drive.gains[0], [*GAINS[:2], 0, 0], rtol=0.15)
     np.testing.assert_allclose(drive.gains[-1], [0, 0, *GAINS[2:]], rtol=0.15)
     np.testing.assert_allclose(drive.rest[[0, -1]], REST, atol=0.02)
-
-
-def test_what_a_drive_leaves_unexplained_is_a_standard_deviation(arm_finger):
-    """Noise of both sides of the first section, which the second does not see."""
-    noise = 1e-3  # m
-    drive = fit_drive([driven_arm(i, arm_finger, noise) for i in range(2)], STRAIGHT, arm_finger, ASIDE)
-    of_joint = np.sqrt(2) * noise / 0.04 / 6
-    assert drive.angle_std == pytest.approx(of_joint / np.sqrt(2), rel=0.2)  # of two sections one has it
