@@ -68,12 +68,13 @@ def test_a_parallel_path_of_a_bent_finger_is_an_arc():
     np.testing.assert_allclose(length, LENGTH - 8e-3 * 1.5, rtol=1e-14)
 
 
-@pytest.mark.parametrize("path", [SLANTED, tendon(5e-3, 4e-3, (0.0, 0.5))])
-def test_gradients_are_the_derivatives_of_lengths(path):
+@pytest.mark.parametrize("ways", [YIELDS, ("bending", "stretch")], ids=["in space", "in the plane"])
+@pytest.mark.parametrize("path", [SLANTED, tendon(5e-3, 0.0, (0.0, 0.5)), tendon([8e-3, -6e-3], 0.0)])
+def test_gradients_are_the_derivatives_of_lengths(path, ways):
     built, rng, step = finger(path), np.random.default_rng(1), 1e-6
-    q = {way: 0.2 * rng.standard_normal(12) * (1e-2 if way == "stretch" else 1) for way in YIELDS}
-    found = length_gradients(built.tendon_paths, q)
-    for way in YIELDS:
+    q = {way: 0.2 * rng.standard_normal(12) * (1e-2 if way == "stretch" else 1) for way in ways}
+    found = {way: np.broadcast_to(each, (1, 12)) for way, each in length_gradients(built.tendon_paths, q).items()}
+    for way in ways:
         for joint in range(12):
             moved = [q | {way: q[way] + sign * step * (np.arange(12) == joint)} for sign in (1, -1)]
             ahead, behind = (path_lengths(built.tendon_paths, each)[0] for each in moved)
