@@ -16,8 +16,11 @@ from pydrake.systems.framework import Context
 from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array
 from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.finger_parts import SLIDES
 from soft_gripper.fingers.kinematics import as_planar, in_space
 from soft_gripper.fingers.plant_finger import PlantFinger
+from soft_gripper.sensors.measurement import ways_in_space
+from soft_gripper.sensors.sensor_block import joints_port
 from soft_gripper.signals import XYZ
 
 TRUE_JOINTS, TRUE_TIP = "true_joint_positions", "true_tip_position"
@@ -108,10 +111,11 @@ class TruePoses(ArrayBlock):
         sampled_state (nq + nv) ---> +-----------+ ---> {finger}.true_joint_positions (N x 3) x, y, z; m in B
                                      | TruePoses | ---> {finger}.true_tip_position    (3) m in B
                                      |           | ---> {finger}.true_sideways_angles (N) rad
-                                     +-----------+ ---> {finger}.true_twist_angles    (N) rad
+                                     |           | ---> {finger}.true_twist_angles    (N) rad
+                                     +-----------+ ---> {finger}.true_stretch_lengths (N) m
 
     Positions follow from the poses of bodies, in three dimensions, and so from every joint that the plant has. Angles
-    are those of fingers that yield that way.
+    and lengths are those of fingers that yield that way.
     """
 
     def __init__(self, fingers: Sequence[PlantFinger]):
@@ -135,13 +139,13 @@ class TruePoses(ArrayBlock):
             joint=numbers,
             xyz=XYZ,
         )
-        for way in ways_out_of_plane(finger.finger):
+        for way in ways_in_space(finger.finger)[1:]:
             starts = [joint.position_start() for joint in finger.joints_of(way)]
             self.put_out(
-                f"{finger.name}.true_{way}_angles",
+                f"{finger.name}.true_{joints_port(way)}",
                 lambda state, starts=starts: state[..., starts],
                 "sampled_state",
-                unit="rad",
+                unit="m" if way in SLIDES else "rad",
                 joint=numbers,
             )
         self.put_out(f"{finger.name}.{TRUE_TIP}", lambda points: points[..., tip, :], "points", unit="m", xyz=XYZ)

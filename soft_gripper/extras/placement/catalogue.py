@@ -1,19 +1,18 @@
-"""The sensors that a finger in space could have, and designs made of them.
+"""The sensors that a finger could have, and designs made of them.
 
-A design is of one kind, as a scenario's sensors are: strain along some of the paths of `PATHS`, gratings on the neutral
-axis, or inertial sensors. One sensor is one reading of strain, or one place where a grating or an inertial sensor sits,
-which gives a reading for every way in which the finger turns, or three.
+A finger that stays in its plane has strain sensors on its sides, as the scenario says, whose sections end anywhere. For
+one that leaves it a design is of one kind, as a scenario's sensors are: strain along some of the paths of `PATHS`,
+gratings on the neutral axis, or inertial sensors. One sensor is one reading of strain, or one place where a grating or
+an inertial sensor sits, which gives a reading for every way in which the finger turns, or three.
 
 The errors of strain sensors are those of a preset. Those of the other kinds are rounded choices of ours.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.scenario.schema import SensorConfig, SensorPathConfig, StrainErrorsConfig
-from soft_gripper.scenario.sensor_presets import sensor_layout
-from soft_gripper.sensors.measurement import MeasurementModel
 from soft_gripper.sensors.path_sensors import outermost
 
 STRAIN, CURVATURE, ORIENTATION = KINDS = ("strain", "curvature", "orientation")
@@ -75,29 +74,30 @@ class Design:
 
     kind: str
     borders: tuple[float, ...]  # between sections, as shares of the length
-    paths: tuple[str, ...] = ()  # of strain
-
-    @property
-    def sections(self) -> int:
-        return len(self.borders) + 1
+    paths: tuple[str, ...] = ()  # of strain; none: those on the sides
 
     @property
     def sensors(self) -> int:
-        """How many there are."""
-        return self.sections * max(len(self.paths), 1)
+        """How many there are; of those on the sides, on each."""
+        return (len(self.borders) + 1) * max(len(self.paths), 1)
 
-    def config(self, finger: Finger, errors: StrainErrorsConfig | None = None) -> SensorConfig:
-        """As a scenario describes it."""
+    def config(self, finger: Finger, like: SensorConfig, errors: StrainErrorsConfig | None = None) -> SensorConfig:
+        """As a scenario describes it, whose sensors are otherwise `like` these if they are on the sides."""
+        sections, borders = len(self.borders) + 1, list(self.borders) or None
+        if not leaves_its_plane(finger):
+            return replace(like, sections=sections, borders=borders, errors=errors)
         paths = [_path(name, finger) for name in self.paths]
-        return SensorConfig(self.kind, self.sections, list(self.borders) or None, paths=paths, errors=errors)
+        return SensorConfig(self.kind, sections, borders, paths=paths, errors=errors)
 
-    def layout(self, finger: Finger) -> MeasurementModel:
-        """The sensors on a finger."""
-        return sensor_layout(finger, self.config(finger))
+    @property
+    def where(self) -> str:
+        """The borders as text for tables."""
+        return " ".join(f"{border:.4g}" for border in self.borders) or "none"
 
-    def __str__(self) -> str:
-        where = " ".join(f"{border:.4g}" for border in self.borders) or "one section"
-        return f"{self.kind}: {', '.join(self.paths)}; {where}" if self.paths else f"{self.kind}; {where}"
+
+def leaves_its_plane(finger: Finger) -> bool:
+    """Whether it twists, as all do that bend sideways."""
+    return "twist" in finger.yields
 
 
 def _path(name: str, finger: Finger) -> SensorPathConfig:
@@ -115,12 +115,17 @@ def _path(name: str, finger: Finger) -> SensorPathConfig:
     )
 
 
-def divisions(finger: Finger, most: int) -> list[tuple[float, ...]]:
-    """Borders of 1 to `most` sections: equal ones, and such that are shorter toward the base, where it bends most."""
+def as_borders(ends: tuple[int, ...], finger: Finger) -> tuple[float, ...]:
+    """Shares of the length, of ends of segments, to four digits."""
+    return tuple(round(end / finger.segments, 4) for end in ends)
+
+
+def divisions(finger: Finger, most: int) -> list[tuple[int, ...]]:
+    """Ends of 1 to `most` sections but the last: equal ones, and such that are shorter toward the base."""
     found: dict[tuple[int, ...], None] = {}
     for sections in range(1, min(most, finger.segments) + 1):
         for power in (1.0, 1.5):
             ends = tuple(round((i / sections) ** power * finger.segments) for i in range(1, sections))
             if len({0, *ends, finger.segments}) == sections + 1:
                 found[ends] = None
-    return [tuple(round(end / finger.segments, 4) for end in ends) for ends in found]
+    return list(found)

@@ -1,197 +1,129 @@
-"""Runs, an estimator and its errors -> all placements ranked, and the gain of the best one on held-out runs.
-
-The search for the best placement: exhaustive where there are few, otherwise by exchange of one border at a time.
-
-Up to EXHAUSTIVE placements, all are tried: of 12 segments there are 462 at most. For finer fingers the search begins
-at a given placement and goes through the borders in turn; each goes to the best of all places between its neighbours.
-It ends when no border moves: the placement is then the best of all that differ from it in one border, though perhaps
-not of all. (Coordinate exchange, as for designs of experiments: Meyer and Nachtsheim 1995, doi
-10.1080/00401706.1995.10485889.)
-"""
+"""Runs and the errors of sensors -> designs of sensors by the errors they leave, the best of each number verified."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
-from itertools import count as numbers
+from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from soft_gripper.arrays import Array
-from soft_gripper.extras.placement.placements import Placement, all_placements, equal_placement, number_of_placements
-from soft_gripper.extras.placement.samples import Assumptions, HeldFinger, Samples, read_contacts, read_held
-from soft_gripper.extras.studies.contacts.contacts import Contacts
+from soft_gripper.extras.placement.catalogue import (
+    KINDS,
+    PATHS,
+    STRAIN,
+    Design,
+    as_borders,
+    divisions,
+    leaves_its_plane,
+)
+from soft_gripper.extras.placement.errors import Assumptions, Errors, Judge
+from soft_gripper.extras.placement.samples import Samples
+from soft_gripper.extras.placement.search import search_borders, search_sets
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.fingers.kinematics import forward_kinematics, in_space
-from soft_gripper.truth.poses import pose_error
-
-EXHAUSTIVE = 500
-Objective = Callable[[Placement], float]
-
-
-def ranked(objective: Objective, segments: int, begin: Placement) -> list[Placement]:
-    """The placements tried, sorted by objective.
-
-    `begin` is where the exchange begins; it has as many borders as all others, and is among those tried.
-    """
-    tried: dict[Placement, float] = {}
-
-    def score(placement: Placement) -> float:
-        if placement not in tried:
-            tried[placement] = objective(placement)
-        return tried[placement]
-
-    if number_of_placements(segments, len(begin) + 1) <= EXHAUSTIVE:
-        for placement in all_placements(segments, len(begin) + 1):
-            score(placement)
-    else:
-        _exchange(score, segments, begin)
-    return sorted(tried, key=lambda placement: (tried[placement], placement))
-
-
-def _exchange(score: Objective, segments: int, begin: Placement) -> None:
-    """Moves the borders in turn to their best places, until none moves."""
-    now, before = begin, None
-    while now != before:
-        before = now
-        for i in range(len(now)):
-            now = min(_moved(now, i, segments), key=score)
-
-
-def _moved(placement: Placement, i: int, segments: int) -> list[Placement]:
-    """All placements that differ from one in border i alone, itself included."""
-    low, _, high = (0, *placement, segments)[i : i + 3]
-    return [(*placement[:i], end, *placement[i + 1 :]) for end in range(low + 1, high)]
 
 
 @dataclass(frozen=True)
-class LeftOut:
-    """A held-out run, and sensors placed using the other runs only."""
+class Verified:
+    """A design, and the errors that it leaves."""
 
-    run: str
-    placement: Placement
-    equal: float  # m, mean pose error with equal sections
-    placed: float  # m, with the placement
-
-
-def leave_one_out(
-    errors: Callable[[Placement], Array], runs: Sequence[str], segments: int, equal: Placement
-) -> list[LeftOut]:
-    """One for every run; none for a single run, which leaves no others to place by.
-
-    `errors` are mean pose errors of a placement in all runs, (R) m.
-    """
-    if len(runs) < 2:
-        return []
-    left_out = []
-    for i, run in enumerate(runs):
-        best = best_placement(errors, np.arange(len(runs)) != i, segments, equal)
-        left_out.append(LeftOut(run, best, float(errors(equal)[i]), float(errors(best)[i])))
-    return left_out
-
-
-def best_placement(
-    errors: Callable[[Placement], Array], by: NDArray[np.bool_], segments: int, begin: Placement
-) -> Placement:
-    """The best in the mean over the runs `by`, (R)."""
-    return ranked(lambda placement: float(errors(placement)[by].mean()), segments, begin)[0]
-
-
-@dataclass(frozen=True)
-class ContactErrors:
-    """Errors of random single contacts."""
-
-    force: float  # N, mean; a missed contact counts with its whole force across the finger
-    place: float  # m, mean over the detected contacts
-    missed: float  # share of the contacts
-
-
-def mean_pose_error(fingers: Sequence[Samples], placement: Placement, assumptions: Assumptions) -> float:
-    """Mean pose error of the fingers of a scenario, m; each finger counts alike."""
-    return float(np.mean([_pose_error(finger, placement, assumptions) for finger in fingers]))
-
-
-def _pose_error(samples: Samples, placement: Placement, assumptions: Assumptions) -> float:
-    finger = samples.layout.finger
-    true = forward_kinematics(samples.q, finger.segment_length).joints[:, None]
-    estimates = samples.estimates(placement, assumptions)
-    found = (in_space(estimate.points(finger)[..., :-1]) for estimate in estimates)
-    return float(np.mean([pose_error(in_space(true), joints) for joints in found]))
-
-
-def contact_errors(
-    contacts: Contacts, samples: Samples, placement: Placement, assumptions: Assumptions
-) -> ContactErrors:
-    """Errors of force and place of contacts, of which `samples` are the readings, by an estimator of these."""
-    found: list[tuple[Array, Array]] = []
-    for estimate in samples.estimates(placement, assumptions):
-        assert estimate.contact is not None
-        force = np.nan_to_num(estimate.contact.force)
-        true = np.where(contacts.is_inside, contacts.normal_force, -contacts.normal_force)
-        found.append((force - true[:, None], estimate.contact.arc_length - contacts.arc_length[:, None]))
-    force_error, place_error = (np.abs(errors) for errors in zip(*found, strict=True))
-    missed = np.isnan(place_error)
-    place = float(place_error[~missed].mean()) if not missed.all() else float("nan")
-    return ContactErrors(float(force_error.mean()), place, float(missed.mean()))
+    design: Design
+    predicted: Errors
+    made: dict[str, Errors]  # by run
 
 
 @dataclass(frozen=True, eq=False)
-class PlacedSensors:
-    """The results of all P placements tried, in R runs."""
+class Placed:
+    """The results of a search."""
 
     finger: Finger
-    runs: list[str]
-    placements: list[Placement]  # the best first
-    pose_errors: Array  # (P, R) m, means
-    equal: int  # which of the placements has equal sections
-    contacts: list[ContactErrors] | None  # of every placement; None without contacts
-    left_out: list[LeftOut]
+    tried: Mapping[Design, Errors]  # as predicted
+    best: list[Verified]  # by number of sensors; none that is worse than one with fewer sensors of its kind
+    equal: list[Verified]  # the same with equal sections, where they are other ones
+
+    def best_of(self, kind: str) -> Design:
+        """The best design of a kind."""
+        return min((one for one in self.best if one.design.kind == kind), key=lambda one: one.predicted.score).design
 
     @property
-    def mean_pose_errors(self) -> Array:
-        """The ranking criterion: every run counts alike, (P) m."""
-        means: Array = self.pose_errors.mean(axis=-1)
-        return means
+    def kinds(self) -> list[str]:
+        """The kinds of sensors that were tried."""
+        return list(dict.fromkeys(design.kind for design in self.tried))
 
 
 def place_sensors(
     count: int,
-    runs: Mapping[str, Sequence[HeldFinger]],
+    samples: Sequence[Samples],
     assumptions: Assumptions,
-    contacts: Contacts | None = None,
+    estimator: str = "contact",
     progress: Callable[[], Any] = lambda: None,
-) -> PlacedSensors:
-    """Tries placements of `count` sections per side.
+) -> Placed:
+    """Tries designs of at most `count` sensors; on a finger in its plane, at most so many sections of each side.
 
     Args:
-        count: of sections.
-        runs: by which sensors are placed: the fingers of each run by its name, all with as many segments.
-        assumptions: the estimator, and the errors of sensors and nominal model.
-        contacts: single contacts, whose errors are also reported; they do not affect the choice.
-        progress: called after every placement that was tried.
+        count: most sensors.
+        samples: by which they are judged, of fingers with as many segments that yield alike.
+        assumptions: errors of sensors and nominal finger.
+        estimator: whose errors are verified.
+        progress: called after every design that was tried, and every one that was verified.
 
     Raises:
-        InputError: if the fingers have fewer segments than that.
+        InputError: if the estimator is not for such fingers.
     """
-    number = numbers()
-    read = [[read_held(finger, assumptions, next(number)) for finger in fingers] for fingers in runs.values()]
-    layout = read[0][0].layout
-    segments, equal = layout.finger.segments, equal_placement(layout.finger, count)
+    finger, judge, tried = samples[0].finger, Judge(samples, assumptions), dict[Design, Errors]()
+    judge.check(estimator)
 
-    @cache
-    def errors(placement: Placement) -> Array:
-        found = np.array([mean_pose_error(fingers, placement, assumptions) for fingers in read])
+    def score(design: Design) -> float:
+        if design not in tried:
+            tried[design] = judge.predicted(design)
+            progress()
+        return tried[design].score
+
+    if leaves_its_plane(finger):
+        _try_in_space(score, finger, count)
+    else:
+        for sections in range(1, count + 1):
+            equal = tuple(map(int, finger.section_ends(sections)[1:-1]))
+            search_borders(lambda ends: score(Design(STRAIN, as_borders(ends, finger))), finger.segments, equal)
+
+    def verified(number: int, design: Design) -> Verified:
+        score(design)
+        made = judge.made(design, estimator, number)
         progress()
-        return found
+        return Verified(design, tried[design], made)
 
-    placements = ranked(lambda placement: float(errors(placement).mean()), segments, equal)
-    left_out = leave_one_out(errors, list(runs), segments, equal)
-    of_contacts = None
-    if contacts is not None:
-        samples = read_contacts(contacts, layout, assumptions, next(number))
-        of_contacts = [contact_errors(contacts, samples, placement, assumptions) for placement in placements]
-    pose_errors = np.array([errors(placement) for placement in placements])
-    return PlacedSensors(
-        layout.finger, list(runs), placements, pose_errors, placements.index(equal), of_contacts, left_out
+    best = best_designs(tried)
+    with_equal = [_with_equal_sections(design, finger) for design in best]
+    return Placed(
+        finger,
+        tried,
+        [verified(number, design) for number, design in enumerate(best)],
+        [verified(number, design) for number, design in enumerate(with_equal) if design != best[number]],
     )
+
+
+def _try_in_space(score: Callable[[Design], float], finger: Finger, count: int) -> None:
+    for ends in divisions(finger, count):
+        borders = as_borders(ends, finger)
+        search_sets(partial(_score_paths, score, borders), list(PATHS), count // (len(borders) + 1))
+        for kind in KINDS:
+            if kind != STRAIN:
+                score(Design(kind, borders))
+
+
+def _score_paths(score: Callable[[Design], float], borders: tuple[float, ...], paths: tuple[str, ...]) -> float:
+    return score(Design(STRAIN, borders, paths))
+
+
+def _with_equal_sections(design: Design, finger: Finger) -> Design:
+    ends = tuple(map(int, finger.section_ends(len(design.borders) + 1)[1:-1]))
+    return Design(design.kind, as_borders(ends, finger), design.paths)
+
+
+def best_designs(tried: Mapping[Design, Errors]) -> list[Design]:
+    """The best of every kind and number of sensors, unless one with fewer sensors is as good."""
+    best, least = list[Design](), dict.fromkeys(KINDS, np.inf)
+    for design in sorted(tried, key=lambda design: (design.sensors, tried[design].score, design)):
+        if tried[design].score < least[design.kind]:
+            least[design.kind] = tried[design].score
+            best.append(design)
+    return best

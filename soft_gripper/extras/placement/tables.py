@@ -1,186 +1,155 @@
-"""Placements as rows of tables."""
+"""Designs of sensors as rows of tables, as a figure, and as part of a scenario."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from itertools import pairwise
+from dataclasses import asdict, dataclass
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
+import yaml
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Polygon
+from matplotlib.lines import Line2D
+from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 
-from soft_gripper.diagrams.station_parts import Station
-from soft_gripper.errors import InputError
-from soft_gripper.extras.hardware.recorded_run import RecordedRun
-from soft_gripper.extras.placement.place_sensors import PlacedSensors
-from soft_gripper.extras.placement.placements import Placement, as_borders, equal_placement
-from soft_gripper.extras.placement.samples import Assumptions
-from soft_gripper.extras.studies.contacts.contacts import Contacts
-from soft_gripper.fingers.finger import Finger
+from soft_gripper.extras.placement.catalogue import KINDS, Design
+from soft_gripper.extras.placement.errors import RANKING, Assumptions, Errors
+from soft_gripper.extras.placement.place_sensors import Placed, Verified
 from soft_gripper.pictures.style import STYLE
-from soft_gripper.scenario.named_estimators import estimator_function
-from soft_gripper.scenario.schema import Scenario
-from soft_gripper.sensors.sensor_layout import SensorLayout
+from soft_gripper.scenario.schema import SensorConfig
+
+UNITS = np.array([1e3, 180 / np.pi, 1.0, 1e3])  # of `Errors`: mm, degrees, N, mm
 
 
 @dataclass(frozen=True)
-class PlacementRow:
-    """One placement; NaN where no contacts were given."""
+class DesignRow:
+    """One design, and the errors that are predicted; NaN where nothing is touched, and of a twist in the plane."""
 
-    rank: int
+    sensors: int
+    kind: str
     borders: str  # shares of the length
-    pose_error_mm: float  # the mean over all runs, by which it is ranked
-    force_error_n: float
-    place_error_mm: float
-    missed_percent: float
+    paths: str
+    pose_mm: float
+    twist_deg: float
+    force_n: float
+    place_mm: float
+    score: float  # geometric mean of the errors in SI units
 
 
 @dataclass(frozen=True)
-class RunRow:
-    """One placement in one run."""
+class MadeRow:
+    """One design in one run, and the errors that an estimator makes."""
 
-    rank: int
+    sections: str  # "best" or "equal"
+    sensors: int
+    kind: str
     borders: str
-    run: str
-    pose_error_mm: float
+    paths: str
+    run: str  # or the mean over all
+    pose_mm: float
+    twist_deg: float
+    force_n: float
+    place_mm: float
 
 
-@dataclass(frozen=True)
-class LeftOutRow:
-    """A run, with equal sections and with the placement found without it."""
-
-    run: str
-    borders: str
-    equal_mm: float
-    placed_mm: float
-    gain_percent: float  # positive where the placement is better
+MEAN = "mean"
 
 
-def placement_rows(placed: PlacedSensors) -> list[PlacementRow]:
-    """A row for every placement, the best first."""
-    rows = []
-    for i, (placement, error) in enumerate(zip(placed.placements, placed.mean_pose_errors, strict=True)):
-        contact = (np.nan,) * 3
-        if placed.contacts is not None:
-            found = placed.contacts[i]
-            contact = found.force, 1e3 * found.place, 100 * found.missed
-        rows.append(PlacementRow(i + 1, describe(placement, placed.finger), 1e3 * float(error), *contact))
-    return rows
+def design_rows(placed: Placed) -> list[DesignRow]:
+    """All designs that were tried, by number of sensors and score."""
+    tried = placed.tried
+    order = sorted(tried, key=lambda design: (design.sensors, tried[design].score, design))
+    return [design_row(design, tried[design]) for design in order]
 
 
-def run_rows(placed: PlacedSensors) -> list[RunRow]:
-    """A row for every placement and run, in this order."""
+def design_row(design: Design, errors: Errors) -> DesignRow:
+    """The row of a design."""
+    pose, twist, force, place = _in_units(errors)
+    return DesignRow(*_named(design), pose, twist, force, place, errors.score)
+
+
+def made_rows(placed: Placed) -> list[MadeRow]:
+    """The best of every number of sensors, and equal sections, in every run and in the mean."""
     return [
-        RunRow(i + 1, describe(placement, placed.finger), run, 1e3 * float(error))
-        for i, (placement, errors) in enumerate(zip(placed.placements, placed.pose_errors, strict=True))
-        for run, error in zip(placed.runs, errors, strict=True)
+        MadeRow(sections, *_named(one.design), run, *_in_units(errors))
+        for sections, verified in (("best", placed.best), ("equal", placed.equal))
+        for one in verified
+        for run, errors in {**one.made, MEAN: mean_errors(one)}.items()
     ]
 
 
-def left_out_rows(placed: PlacedSensors) -> list[LeftOutRow]:
-    """A row for every run that was left out."""
-    return [
-        LeftOutRow(
-            row.run,
-            describe(row.placement, placed.finger),
-            1e3 * row.equal,
-            1e3 * row.placed,
-            100 * (1 - row.placed / row.equal),
-        )
-        for row in placed.left_out
-    ]
+def mean_errors(verified: Verified) -> Errors:
+    """The errors made, every run counting alike."""
+    each = np.array(list(verified.made.values()))
+    known = np.isfinite(each).any(axis=0)
+    return Errors(*(float(np.nanmean(values)) if some else np.nan for values, some in zip(each.T, known, strict=True)))
 
 
-def describe(placement: Placement, finger: Finger) -> str:
-    """Borders as shares of the length, as text for tables."""
-    return " ".join(f"{border:.4g}" for border in as_borders(placement, finger.segments)) or "none"
+def _named(design: Design) -> tuple[int, str, str, str]:
+    return design.sensors, design.kind, design.where, " ".join(design.paths)
 
 
-_SHADES = "#9ecae1", "#deebf7"
-_MEAN, _EQUAL = "#b2182b", "0.35"
+def _in_units(errors: Errors) -> list[float]:
+    return [float(value) for value in UNITS * errors]
 
 
-def placement_figure(placed: PlacedSensors) -> Figure:
-    """Best, equal and worst sections along the finger, its base to the left; below, errors against the rank."""
+def scenario_part(placed: Placed, kind: str, like: SensorConfig, assumptions: Assumptions) -> str:
+    """The part of a scenario that has the best design of a kind, and an estimator with these assumptions."""
+    config = placed.best_of(kind).config(placed.finger, like, assumptions.errors(kind))
+    sensor: dict[str, Any] = {"type": config.type, "sections": config.sections} | _given(config)
+    sensor["paths"] = [_given(path, "name", "x", "y", "at") for path in config.paths]
+    if config.errors is not None:
+        sensor["errors"] = _given(config.errors)
+    sensor = {name: value for name, value in sensor.items() if value != []}
+    assumed = _given(assumptions.uncertainty(kind)).items()
+    estimator = {"type": RANKING, "uncertainty": {name: float(f"{value:.3g}") for name, value in assumed}}
+    return yaml.safe_dump({"sensor": sensor, "estimator": estimator}, sort_keys=False, default_flow_style=None)
+
+
+def _given(config: Any, *always: str) -> dict[str, Any]:
+    """The fields that differ from their defaults."""
+    default = asdict(type(config)())
+    return {name: value for name, value in asdict(config).items() if name in always or value != default[name]}
+
+
+_COLORS = dict(zip(KINDS, ("#0072b2", "#d55e00", "#009e73"), strict=True))
+_MARKERS = dict(zip(KINDS, "osD", strict=True))
+_LABELS = ("joints and tip [mm]", "twist [degrees]", "force [N]", "place of the force [mm]")
+
+
+def placement_figure(placed: Placed) -> Figure:
+    """Errors against the number of sensors: of the best designs, as predicted and as made, and of equal sections."""
+    shown = [i for i in range(len(_LABELS)) if np.isfinite([errors[i] for errors in placed.tried.values()]).any()]
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(7.5, 5.8), layout="constrained")
-        *fingers, errors = figure.subplots(4, 1, gridspec_kw={"height_ratios": [1, 1, 1, 4.5]})
-        drawn = {"best": 0, "equal": placed.equal, "worst": len(placed.placements) - 1}
-        for axes, (name, i) in zip(fingers, drawn.items(), strict=True):
-            error = 1e3 * placed.mean_pose_errors[i]
-            axes.set_title(f"{name}: {error:.3f} mm, rank {i + 1}", loc="left", fontsize=9)
-            _draw_finger(axes, placed.finger, placed.placements[i])
-        fingers[-1].set_xlabel("from the base [mm]")
-        _draw_errors(errors, placed)
+        figure = Figure(figsize=(3.5 * len(shown), 3.6), layout="constrained")
+        for i, axes in zip(shown, figure.subplots(1, len(shown), squeeze=False)[0], strict=True):
+            for kind in placed.kinds:
+                _draw_kind(axes, placed, kind, i)
+            axes.set_title(_LABELS[i], loc="left", fontsize=9)
+            axes.set(yscale="log", xlabel="sensors")
+            axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+            axes.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+            axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+            axes.yaxis.set_minor_formatter(NullFormatter())
+        figure.legend(handles=_legend(placed.kinds), loc="outside lower center", ncols=6, frameon=False)
     return figure
 
 
-def _draw_finger(axes: Axes, finger: Finger, placement: Placement) -> None:
-    """A side view, with a shade for every section and a line for every segment."""
-    ends = np.array([0, *placement, finger.segments]) * 1e3 * finger.segment_length
-    for i, (begin, end) in enumerate(pairwise(ends)):
-        low, high = (_half_thickness(finger, s) for s in (begin, end))
-        corners = [(begin, -low), (end, -high), (end, high), (begin, low)]
-        axes.add_patch(Polygon(corners, fc=_SHADES[i % 2], ec="0.2", lw=1.2))
-    for s in np.arange(1, finger.segments) * 1e3 * finger.segment_length:
-        axes.plot([s, s], [-2, 2], color="0.5", lw=0.6)
-    most = 1.05 * max(_half_thickness(finger, s) for s in (0.0, 1e3 * finger.length))
-    axes.set(xlim=(-2, 1e3 * finger.length + 2), ylim=(-most, most), aspect="equal", yticks=[])
-    axes.set_xticks(ends, [f"{end:.0f}" for end in ends], fontsize=7)
-    axes.grid(visible=False)
-    axes.spines["left"].set_visible(False)
+def _draw_kind(axes: Axes, placed: Placed, kind: str, quantity: int) -> None:
+    looks: tuple[dict[str, Any], ...] = {"lw": 1.5, "mfc": "none"}, {"lw": 0, "mfc": "0.8"}
+    for verified, look in zip((placed.best, placed.equal), looks, strict=True):
+        some = [one for one in verified if one.design.kind == kind]
+        sensors = [one.design.sensors for one in some]
+        if verified is placed.best:
+            predicted = [UNITS[quantity] * one.predicted[quantity] for one in some]
+            axes.plot(sensors, predicted, color=_COLORS[kind], lw=0.8, ls=":")
+        made = [UNITS[quantity] * mean_errors(one)[quantity] for one in some]
+        axes.plot(sensors, made, color=_COLORS[kind], marker=_MARKERS[kind], ms=5, **look)
 
 
-def _half_thickness(finger: Finger, s: float) -> float:
-    """At s mm from the base, mm."""
-    return float(500 * finger.section(1e-3 * s).thickness)
-
-
-def _draw_errors(axes: Axes, placed: PlacedSensors) -> None:
-    ranks = np.arange(1, len(placed.placements) + 1)
-    marker = "o" if len(ranks) < 30 else None
-    for run, errors in zip(placed.runs, placed.pose_errors.T, strict=True):
-        axes.plot(ranks, 1e3 * errors, lw=0.9, marker=marker, ms=2.5, label=run.replace("_", " "))
-    axes.plot(ranks, 1e3 * placed.mean_pose_errors, color=_MEAN, lw=2.2, marker=marker, ms=4, label="mean")
-    axes.axvline(placed.equal + 1, color=_EQUAL, ls="--", lw=1, label="equal sections")
-    axes.set(xlabel="rank of the placement", ylabel="mean pose error [mm]", ylim=(0, None))
-    axes.legend(fontsize=8, loc="center left", bbox_to_anchor=(1, 0.5), frameon=False)
-
-
-_WHERE = "place-sensors"
-
-
-def check_runs(count: int, runs: Mapping[str, Station | RecordedRun], others: Sequence[Finger] = ()) -> None:
-    """Checks the runs by which sensors are placed, before they are simulated or read.
-
-    Raises:
-        InputError: unless all runs, by name, have pressure steps, and all their fingers and `others` have equally many
-            segments, at least `count`.
-    """
-    for name, run in runs.items():
-        check_has_held_steps(name, run.scenario)
-    fingers = [*others, *(finger.finger for run in runs.values() for finger in run.fingers)]
-    for finger in fingers:
-        equal_placement(finger, count)
-    segments = sorted({finger.segments for finger in fingers})
-    if len(segments) > 1:
-        expected = "choose runs and contacts whose fingers have equally many; borders are between segments"
-        raise InputError(_WHERE, "segments", segments, expected)
-
-
-def check_has_held_steps(name: str, scenario: Scenario) -> None:
-    """Raises an InputError for a scenario of that name that is not one of pressure steps."""
-    others = {"task": scenario.task, "control.set_points": scenario.control.set_points, "external": scenario.external}
-    for field, value in others.items():
-        if value:
-            raise InputError(name, field, "given", "sensors are placed by scenarios with steps of pressure alone")
-
-
-def check_contacts(contacts: Contacts, assumptions: Assumptions) -> None:
-    """Raises an InputError unless the estimator estimates contacts."""
-    layout = SensorLayout(contacts.finger, 1)
-    estimate = estimator_function(assumptions.estimator, layout, assumptions.uncertainty)
-    if estimate(np.zeros(layout.readings), np.zeros(contacts.finger.segments), 0j).contact is None:
-        expected = "does not estimate contact; omit --contacts, or give --estimator contact"
-        raise InputError(_WHERE, "--estimator", assumptions.estimator, expected)
+def _legend(kinds: list[str]) -> list[Line2D]:
+    lines = [Line2D([], [], color=_COLORS[kind], marker=_MARKERS[kind], mfc="none", label=kind) for kind in kinds]
+    return [
+        *lines,
+        Line2D([], [], color="0.3", marker="o", mfc="0.8", lw=0, label="equal sections"),
+        Line2D([], [], color="0.3", lw=0.8, ls=":", label="predicted"),
+    ]

@@ -40,7 +40,7 @@ def recorded():
 
 
 def placed(file):
-    return [(finger.q, finger.pressure, finger.gravity) for finger in held_fingers("file", load_run(file))]
+    return [(each.way, each.pressures, each.contacts.gravity) for each in held_fingers("file", load_run(file))]
 
 
 def calibrated(file):

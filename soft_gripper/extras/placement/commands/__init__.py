@@ -36,16 +36,16 @@ COMMANDS = (
             *CONSOLE,
             option(
                 "--count",
-                "sections along each side of a finger; in space, sensors of a finger at most",
+                "sections along each side of a finger, at most; in space, its sensors, at most",
                 "N",
                 whole(1),
                 required=True,
             ),
             option(
                 "--estimator",
-                "built-in, or your own as MODULE:FUNCTION (default: %(default)s)",
+                "whose errors are reported: built-in, or your own as MODULE:FUNCTION (default: %(default)s)",
                 "NAME",
-                default="gaussian",
+                default="contact",
             ),
             option(
                 "--scenarios", "scenarios to place sensors for (default: those of `evaluate`)", "A,B", scenario_list
@@ -73,7 +73,7 @@ COMMANDS = (
             ),
             option(
                 "--contacts",
-                "contacts.nc of `contact-trials`: also report errors of contact force and location",
+                "contacts.nc of `contact-trials`: place sensors for these as well",
                 "FILE",
                 path,
             ),

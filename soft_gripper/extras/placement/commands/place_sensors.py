@@ -1,92 +1,118 @@
-"""soft-gripper place-sensors: finds the best sensors of a finger, or the best boundaries between its sections."""
+"""soft-gripper place-sensors: finds the best sensors of a finger, and boundaries between their sections."""
 
 import argparse
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import astuple
 from pathlib import Path
-from typing import Any
 
 from soft_gripper.commands.console import Console
+from soft_gripper.commands.tables import print_table
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.errors import InputError
 from soft_gripper.evaluation.paper.scenario_run import SCENARIOS
 from soft_gripper.extras.hardware.recorded_run import RecordedRun, load_run
-from soft_gripper.extras.placement.commands import sensors_in_space
-from soft_gripper.extras.placement.commands.printing import print_left_out, print_ranking, print_snippet
-from soft_gripper.extras.placement.place_sensors import PlacedSensors, place_sensors
-from soft_gripper.extras.placement.samples import Assumptions, HeldFinger, held_fingers
-from soft_gripper.extras.placement.spatial_tasks import leaves_its_plane
+from soft_gripper.extras.placement.catalogue import leaves_its_plane
+from soft_gripper.extras.placement.errors import Assumptions
+from soft_gripper.extras.placement.place_sensors import place_sensors
+from soft_gripper.extras.placement.samples import Samples, held_fingers, single_contacts
 from soft_gripper.extras.placement.tables import (
-    check_contacts,
-    check_runs,
-    left_out_rows,
+    MEAN,
+    MadeRow,
+    design_row,
+    design_rows,
+    made_rows,
     placement_figure,
-    placement_rows,
-    run_rows,
+    scenario_part,
 )
-from soft_gripper.extras.studies.contacts.contacts import load_contacts
 from soft_gripper.files.csv_table import write_csv
-from soft_gripper.files.output import lock_folder
-from soft_gripper.fingers.finger import Finger
+from soft_gripper.files.output import atomic_file, lock_folder
 from soft_gripper.pictures.style import save_figure
+from soft_gripper.scenario.named_estimators import find_estimator
 from soft_gripper.scenario.scenario_file import load_scenario
-from soft_gripper.scenario.schema import SensorConfig, StrainErrorsConfig
-from soft_gripper.scenario.sensor_presets import strain_errors
+from soft_gripper.scenario.schema import Scenario
 
-TABLE, RUN_TABLE, LEFT_OUT_TABLE, FIGURE = "placements.csv", "runs.csv", "left_out.csv", "placement"
+TABLE, MADE_TABLE, FIGURE = "designs.csv", "made.csv", "placement"
+_WHERE = "place-sensors"
 
 
 def run(options: argparse.Namespace) -> None:
-    """Runs the command, in the plane or, for fingers that leave it, in space."""
-    stations = {name: _station(name) for name in options.scenarios or ()}
-    if any(leaves_its_plane(finger.finger) for station in stations.values() for finger in station.fingers):
-        sensors_in_space.run(options, stations)
-    else:
-        _run_in_plane(options, stations)
-
-
-def _run_in_plane(options: argparse.Namespace, stations: Mapping[str, Station]) -> None:
-    assumptions = _assumptions(options)
-    contacts = None if options.contacts is None else load_contacts(options.contacts)
-    if contacts is not None:
-        check_contacts(contacts, assumptions)
-    out = lock_folder(options.out)
+    """Runs the command."""
+    find_estimator(options.estimator, field="--estimator")
+    assumptions, out = Assumptions(options.sensors, options.nominal_error, options.seed), lock_folder(options.out)
     try:
-        runs = _runs(options, stations, [] if contacts is None else [contacts.finger])
-        with options.console.counter(None, "placements") as bar:
-            placed = place_sensors(options.count, runs, assumptions, contacts, bar.update)
+        samples = list(_samples(options))
+        with options.console.counter(None, "designs") as bar:
+            placed = place_sensors(options.count, samples, assumptions, options.estimator, bar.update)
     except KeyboardInterrupt:
-        print("\nnothing is written until the last placement")
+        print("\nnothing is written until the last design")
         raise
-    files = _write(placed, out)
-    ranking = placement_rows(placed)
-    print_ranking(ranking, placed.equal)
-    print_left_out(left_out_rows(placed))
-    print_snippet(placed, assumptions)
-    options.console.table("placements", ranking)
+    made = made_rows(placed)
+    write_csv(out / TABLE, design_rows(placed))
+    write_csv(out / MADE_TABLE, made)
+    save_figure(placement_figure(placed), out / FIGURE)
+    parts = {kind: scenario_part(placed, kind, samples[0].sensor, assumptions) for kind in placed.kinds}
+    for kind, part in parts.items():
+        with atomic_file(out / f"{kind}.yaml") as partial:
+            partial.write_text(part, encoding="utf-8")
+    best = [design_row(one.design, one.predicted) for one in placed.best]
+    errors = {"joints and tip [mm]": ".2f", "twist [degrees]": ".2f", "force [N]": ".3f", "place [mm]": ".1f"}
+    columns = {"sensors": "d", "kind": "", "borders": "", "paths": "", **errors}
+    print_table(columns, [astuple(row)[:-1] for row in best], "the best designs, as predicted")
+    title = f"errors of {options.estimator} in the runs (root mean squares), of the best designs and of equal sections"
+    print_table({"sections": "", **columns}, [_without_run(row) for row in made if row.run == MEAN], title)
+    print("\n" + parts[min(best, key=lambda row: row.score).kind], end="")
+    options.console.table("designs", best)
+    options.console.table("made", made)
+    files = TABLE, MADE_TABLE, f"{FIGURE}.png", f"{FIGURE}.svg", *(f"{kind}.yaml" for kind in placed.kinds)
     options.console.wrote(*(out / file for file in files))
 
 
-def _assumptions(options: argparse.Namespace) -> Assumptions:
-    errors = None if options.sensors is None else StrainErrorsConfig(preset=options.sensors)
-    return Assumptions(
-        options.estimator, strain_errors(SensorConfig(errors=errors)), options.nominal_error, options.seed
-    )
+def _without_run(row: MadeRow) -> list[object]:
+    cells = list(astuple(row))
+    return [*cells[:5], *cells[6:]]
 
 
-def _runs(
-    options: argparse.Namespace, stations: Mapping[str, Station], others: Sequence[Finger]
-) -> dict[str, list[HeldFinger]]:
-    """The fingers of every run, loaded or simulated; all must have as many segments as `others`."""
+def _samples(options: argparse.Namespace) -> Iterator[Samples]:
+    """Fingers of every run, loaded or simulated, and single contacts."""
+    runs: Mapping[str, Station | RecordedRun]
     if options.recordings is not None:
         runs = {name: load_run(file) for name, file in _named(options.recordings).items()}
-        check_runs(options.count, runs, others)
     else:
-        stations = stations or {name: _station(name) for name in SCENARIOS}
-        check_runs(options.count, stations, others)
-        runs = {name: _simulate(name, station, options.console) for name, station in stations.items()}
-    return {name: held_fingers(name, run) for name, run in runs.items()}
+        runs = {name: _station(name) for name in options.scenarios or SCENARIOS}
+    sensor = next(iter(runs.values())).scenario.sensor
+    contacts = [] if options.contacts is None else [single_contacts(options.contacts, sensor)]
+    check_runs(options.count, runs, contacts)
+    for name, found in runs.items():
+        yield from held_fingers(name, _simulate(name, found, options.console) if isinstance(found, Station) else found)
+    yield from contacts
+
+
+def check_runs(count: int, runs: Mapping[str, Station | RecordedRun], contacts: Sequence[Samples] = ()) -> None:
+    """Checks the runs by which sensors are placed, before they are simulated.
+
+    Raises:
+        InputError: unless all runs, by name, have pressure steps, and all their fingers, and those of contacts, have
+            equally many segments, at least `count` of them in the plane, and yield alike.
+    """
+    for name, each in runs.items():
+        _check_has_held_steps(name, each.scenario)
+    fingers = [*(one.finger for one in contacts), *(each.finger for one in runs.values() for each in one.fingers)]
+    for field in ("segments", "yields"):
+        found = sorted({getattr(finger, field) for finger in fingers})
+        if len(found) > 1:
+            raise InputError(_WHERE, field, found, "choose runs and contacts whose fingers are alike in this")
+    if count > fingers[0].segments and not leaves_its_plane(fingers[0]):
+        expected = f"give 1 to {fingers[0].segments}, the number of segments of a finger"
+        raise InputError(_WHERE, "count", count, expected)
+
+
+def _check_has_held_steps(name: str, scenario: Scenario) -> None:
+    others = {"task": scenario.task, "control.set_points": scenario.control.set_points, "external": scenario.external}
+    for field, value in others.items():
+        if value:
+            raise InputError(name, field, "given", "sensors are placed by scenarios with steps of pressure alone")
 
 
 def _named(files: Sequence[Path]) -> dict[str, Path]:
@@ -108,17 +134,3 @@ def _station(name: str) -> Station:
 def _simulate(name: str, station: Station, console: Console) -> RecordedRun:
     with console.progress(name, station.scenario.duration) as progress:
         return RecordedRun(run_station(station, progress=progress), station.scenario, station.fingers)
-
-
-def _write(placed: PlacedSensors, out: Path) -> list[str]:
-    """Writes tables and figure; returns the files. A single run has no cross-validation, as none can be left out."""
-    tables: dict[str, Sequence[Any]] = {
-        TABLE: placement_rows(placed),
-        RUN_TABLE: run_rows(placed),
-        LEFT_OUT_TABLE: left_out_rows(placed),
-    }
-    written = {file: rows for file, rows in tables.items() if rows}
-    for file, rows in written.items():
-        write_csv(out / file, rows)
-    save_figure(placement_figure(placed), out / FIGURE)
-    return [*written, f"{FIGURE}.png", f"{FIGURE}.svg"]
