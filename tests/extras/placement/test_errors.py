@@ -103,3 +103,9 @@ def test_random_numbers_belong_to_the_design(in_plane):
     once, again, other = (judge.made(PLANAR, "contact", number) for number in (0, 0, 1))
     assert once == again or np.isnan(once["contacts"].twist)
     assert once["contacts"].pose == again["contacts"].pose != other["contacts"].pose
+
+
+def test_an_estimator_of_the_plane_is_refused_in_space(in_plane, in_space):
+    Judge([in_plane], REALISTIC).check("arcs")
+    with refused("type", "arcs"):
+        Judge([in_space], REALISTIC).check("arcs")

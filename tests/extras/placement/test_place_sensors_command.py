@@ -122,7 +122,6 @@ def test_a_finger_in_space_gets_sensors_that_its_scenario_runs_with(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (["--estimator", "arcs"], "'arcs': knows the bending plane alone"),
         (["--scenarios", "turned_box_grasp,box_grasp"], "yields"),
     ],
 )
