@@ -51,7 +51,7 @@ class Contact(NamedTuple):
 
     force: Array  # (..., 3) N in B
     arc_length: Array  # (...) m
-    side: Array  # (...) rad around the section, 0 on the inner side, as `SpatialContact.side`
+    side: Array  # (...) rad around the section, 0 on the inner side, as `ContactForce.side`
 
 
 def estimated_contact(signals: Mapping[str, Array], corners: Array) -> Contact | None:

@@ -12,7 +12,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.diagrams.wiring.estimation import estimation_inputs, shape_wires
 from soft_gripper.diagrams.wiring.named_wires import NamedWires, Ports, connect_known, inputs, vector_outputs
 from soft_gripper.estimators.driving_torque import driving_port
-from soft_gripper.estimators.spatial_estimator import TIP
+from soft_gripper.estimators.finger_shape import TIP
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.load.force_estimator import DELAY

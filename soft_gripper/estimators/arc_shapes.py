@@ -37,7 +37,7 @@ import numpy as np
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.estimators.arcs import ArcCurve, bends_from_readings
 from soft_gripper.estimators.estimate import ShapeEstimate
-from soft_gripper.fingers.kinematics import gravity_torque
+from soft_gripper.fingers.kinematics import as_planar, gravity_torque
 from soft_gripper.sensors.sensor_layout import SensorLayout
 
 _ITERATIONS = 8  # of Newton's method, for an elastic law; it ends when the correct pieces of the law are found
@@ -114,10 +114,10 @@ class ArcShape:
 
     layout: SensorLayout
 
-    def __call__(self, readings: Array, driving: Array, gravity: Planar | complex) -> ShapeEstimate:
+    def __call__(self, readings: Array, driving: Array, gravity: Array) -> ShapeEstimate:
         """Joint angles, all NaN where a reading is not finite, and the curve; see ShapeFunction."""
         theta, length = bends_from_readings(self.layout, readings)
-        q = self._sharing.joint_angles(theta, driving, np.asarray(gravity)[..., None])
+        q = self._sharing.joint_angles(theta, driving, as_planar(gravity[..., ::2])[..., None])
         return ShapeEstimate(q, curve=ArcCurve(self.layout, theta, length))
 
     @cached_property
@@ -131,9 +131,9 @@ class ConstantCurvatureShape:
 
     layout: SensorLayout
 
-    def __call__(self, readings: Array, driving: Array, gravity: Planar | complex) -> ShapeEstimate:
+    def __call__(self, readings: Array, driving: Array, gravity: Array) -> ShapeEstimate:
         """Joint angles, the curve and the static external torque; see ShapeFunction."""
         layout, (theta, length) = self.layout, bends_from_readings(self.layout, readings)
         q, curve = layout.shared_equally(theta), ArcCurve(layout, theta, length)
-        known = driving + gravity_torque(layout.finger, q, np.asarray(gravity)[..., None])
+        known = driving + gravity_torque(layout.finger, q, as_planar(gravity[..., ::2])[..., None])
         return ShapeEstimate(q, curve=curve, external_torque=layout.finger.elastic_torque(q) - known)

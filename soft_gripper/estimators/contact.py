@@ -1,62 +1,57 @@
-"""Shape and contact forces of a finger with few contacts: in most grasps, a finger touches one object.
+"""The contact of a finger: the force as a vector, its place along and around the finger, and how well they are known.
 
-Free bending under driving torque and weight, q_0, is subtracted from the measured bends. If the remainder is within
-noise and uncertainty, there is no contact. Otherwise, the most probable single force explains it (`force_posterior`);
-if that leaves more than noise and there are enough sections, several forces on one side (`fit_several_forces`). The
-remaining residual is shared among the joints as in `gaussian`, so that every measured bend is matched. With fewer than
-two working sections, the shape is that of `gaussian`, and the force is unknown.
+In most grasps a finger touches one object. Driving torque and weight leave the values r = z - g(q) - A (q_0 - q) that
+are read unexplained: q is a shape close to the true one, first that of `gaussian`, then that under the force found so;
+A are the slopes of the values there, and q_0 the joints without a load. If noise and uncertainty explain them, there is
+no contact. A load on a link, with the wrench f = (moment about the link's origin, force) in its frame, changes them by
+
+    G f ,   G = A C J^T ,
+
+with J the motion of the link and C the compliance of the joints. All that lies beyond a joint turns it alike, so that
+the sums of  (A C) (screw of the joint)  from the base to a link give its G.
+
+Cells are places along the finger, faces and edges around it, each smooth or rough, and the rim and the end of the tip:
+a flat face that a bent finger meets pushes on the rim along its own normal. A finger that only bends is pressed on its
+inner and outer face. In a cell a force of 1 N presses inward; friction in the directions of the surface, the place
+along and across the cell, and the link on which it acts, change its wrench linearly, each by an independent standard
+normal variable. `force_posterior` says what follows for the size F of the force. These variables are then Gaussian
+again,
+
+    z ~ N((I + U U^T)^-1 U (r - F c), (I + U U^T)^-1) ,   all whitened, U = F times the spreads,
+
+which gives friction, hence the force as a vector, and the place within the cell. The contact that is reported is that
+of the most probable cell; its standard deviations are over the cells that hold nearly all of the posterior, about it.
+
+Contacts are smooth, with a probability of 0.3, or rough: the standard deviation of the friction in each direction is
+then the coefficient at the limit of the cone. So a force without friction is found as closely as the readings allow,
+and one at the limit is not excluded.
+
+If a single force leaves more than noise, and enough values are read, several forces on the side that it presses explain
+them: forces f_m >= 0 in its smooth cells, M f , are found by non-negative least squares (Lawson and Hanson 1974, ch.
+23), with a little weight on their squares so that there is one answer. Few of them are not zero: a contact only pushes,
+and that alone makes it sparse (Slawski and Hein 2013, doi 10.1214/13-EJS868). How uncertain their sum and centre are
+follows from those that are not zero and the places beside them, with friction along the finger at each.
 
 Force and place of a single contact from a curved shape: Rucker and Webster (2011, doi 10.1109/IROS.2011.6094526) for
 continuum robots; from sparse readings: arXiv 2109.12469.
 
-What a force on a finger does to its joints.
-
-A force of 1 N at arc length s presses across the finger, from the inner to the outer side: it points along -i d ,
-with d the direction of the link that it presses on. At a joint i before it, at r_i, it has the torque
-
-    Im conj(r(s) - r_i) (-i d)  =  - Re conj(r(s) - r_i) d ,
-
-which opens the finger. One along the finger, toward the tip, in the line of the neutral axis has  Im conj(r(s) - r_i)
-d . A force that rubs on a face at the offset o from the axis has the torque -o more; the inner face is close to the
-axis.
-
-One force on a finger, from the bends that driving torque and weight do not explain.
-
-A force F bends the sections by  F c , where  c = A C u , with u the torque of 1 N at the joints, C their compliance and
-A the sums over sections. The cells of the posterior are places on both faces: plain ones, that is without friction and
-on one link, and others, with friction up to the coefficient and a contact that may lie on two links; and the edge of
-the tip, which may be pressed in any direction, since a flat face that a bent finger meets pushes along its own normal.
-Without this the force in a box grasp is off by 25 %.
-
-In the most probable cell the place is found by scanning around it, with ever smaller steps, for the largest
-
-    E(s) = (c^T W r)^2 / (c^T W c + 1 / f^2) ,   F(s) = c^T W r / (c^T W c + 1 / f^2) ,
-
-with W the inverse covariance of the bends r and of what else is uncertain in the cell, and f the usual force: place and
-force that are most probable together. What these leave is shared by friction and lever.
-
-Forces on several places of one side, from the bends that driving torque and weight do not explain.
-
-Forces f_m >= 0 at many places bend the sections by  M f . Those that leave least unexplained, with a little weight on
-their squares so that there is one answer, are a non-negative least-squares problem (Lawson and Hanson 1974, ch. 23).
-Few of them are not zero: a contact only pushes, and that alone makes it sparse (Slawski and Hein 2013, doi
-10.1214/13-EJS868). How uncertain their sum and centre are follows from those that are not zero and the places beside
-them, with friction along the finger at each.
-
-Leading axes are free; K samples, M places, S sections, N joints.
+Leading axes are free; S values, D joint positions, way after way, L links, P places, C cells, T tangents: two, or the
+one in its plane of a finger that only bends.
 """
 
 import math
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
-from functools import cache, cached_property
-from typing import NamedTuple
+from functools import cached_property
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import nnls
+from scipy.sparse import csr_array
 from scipy.special import chdtri
 
-from soft_gripper.arrays import Array, Planar
+from soft_gripper.arrays import Array
 from soft_gripper.estimators.batches import in_parts, shared
 from soft_gripper.estimators.estimate import ContactForce, ShapeEstimate
 from soft_gripper.estimators.force_posterior import (
@@ -71,296 +66,429 @@ from soft_gripper.estimators.force_posterior import (
 )
 from soft_gripper.estimators.free_motion import AT_REST, STILL, FreeMotion, Lag, may_exceed
 from soft_gripper.estimators.gaussian import GaussianShape, gain_of
-from soft_gripper.estimators.mechanics import Mechanics, PlanarMechanics, outer
+from soft_gripper.estimators.mechanics import BentFinger, Mechanics, outer
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.fingers.kinematics import Chain, forward_kinematics
+from soft_gripper.fingers.spatial_chain import Posture, vector_product
 from soft_gripper.sensors.measurement import UNKNOWN, MeasurementModel
 
-
-class UnitTorques(NamedTuple):
-    """Torques of forces of 1 N at the joints, each (..., M, N) N m."""
-
-    across: Array  # of forces that press from the inner side
-    along: Array  # of forces toward the tip
-
-
-def unit_torques(chain: Chain, s: Array) -> UnitTorques:
-    """Torques of forces of 1 N on the axis of a finger.
-
-    Args:
-        chain: where the bent finger lies, of leading axes (...).
-        s: arc lengths where they press, m, (..., M).
-    """
-    sites = chain.at(s)
-    return UnitTorques(sites.torques(-sites.normals), sites.torques(sites.directions))
-
-
-def face_offset(finger: Finger, s: Array, side: Array) -> Array:
-    """Distance of a face from the neutral axis, m, (...): the inner face where `side` is positive, else the outer."""
-    section = finger.section(s)
-    offset: Array = np.where(side > 0, section.inner_face, section.outer_face)
-    return offset
+_FEWEST_PLACES = 48  # cells along the finger; joints are at their ends, for the torques change there
+_SMOOTH, _IS_SMOOTH = 0.01, 0.3  # friction per force of a smooth contact, and the probability of one
+_AROUND = 8  # faces, and the edges between them
+_ON_EDGE = 0.04  # probability of each edge
+_EDGE_NORMAL_STD = np.radians(45) / math.sqrt(3)  # of the direction of an edge's normal
+_ON_TIP = 0.6  # probability of rim and end of the tip, relative to that of a place
+_STRADDLED = 1.5e-3  # m, standard deviation of the lever at the joint next to a contact, which may lie on both links
+_Z = np.array([0.0, 0.0, 1.0])
+_CHANCE = 1e-3  # probability that noise alone exceeds the noise level
+_HEAVIEST = 96  # cells, over which means are taken
+_TINY = 1e-30
+_SLIDING = 0.25  # probability of friction at either end of the cone, in the plane; sliding contacts are there
+_RUBS = 5  # cells of friction in the plane
+_RIM_RUBS = 0.6 + 0.3 * np.arange(4)  # friction per force on the edge of the tip, toward the tip or the base
+# Friction at the limit of the cone, and the place at the sides of a face, in standard deviations of the spreads.
+_CORNERS = np.array(
+    [[i, j, 0, k] for i, j in ((-1, 0), (1, 0), (0, -1), (0, 1)) for k in (-math.sqrt(3), math.sqrt(3))]
+)
 
 
-class Fit(NamedTuple):
-    """The forces that best explain the bends."""
+class _Tangent(NamedTuple):
+    """A direction along the surface."""
 
-    contact: ContactForce  # each (...)
-    torque: Array  # (..., N) N m, at the joints
-    misfit: Array  # (...) of the bends, normalised by the variances: chi-squared if only noise is left
+    along: Array  # (3)
+    extent: float  # m, of the part in this direction
+    friction: float  # in this direction, as a share of the force, standard deviation
+    rub: float = 0.0  # its mean
 
 
-class Bends(NamedTuple):
-    """The bends to be explained."""
+class _Surface(NamedTuple):
+    """A part of the surface that may be pressed; vectors in the frame of its link, (3)."""
 
-    theta: Array  # (..., S) rad, bends of the sections beyond those of driving torque and weight
-    covariance: Array  # (..., S, S) rad^2
-    compliance: Array  # (..., N) or (N) rad/(N m), of the joints
+    point: Array  # m
+    normal: Array  # outward
+    tangents: tuple[_Tangent, ...]  # T of them
+    straddled: float = _STRADDLED
+
+    def wrenches(self) -> Array:
+        """Wrench of a force of 1 N, and its changes, (1 + 2 T, 6): by friction and by the place, along the tangents."""
+        rubbing = [_wrench(self.point, each.friction * each.along) for each in self.tangents]
+        moved = [
+            np.append(np.cross(each.extent / math.sqrt(12) * each.along, -self.normal), np.zeros(3))
+            for each in self.tangents
+        ]
+        pushing = sum((each.rub * each.along for each in self.tangents), -self.normal)
+        return np.array([_wrench(self.point, pushing), *rubbing, *moved])
+
+    @property
+    def is_rough(self) -> bool:
+        """Whether friction may be large."""
+        return any(each.friction > _SMOOTH for each in self.tangents)
+
+
+def _wrench(point: Array, force: Array) -> Array:
+    return np.append(np.cross(point, force), force)
+
+
+@dataclass(frozen=True, eq=False)
+class SurfaceCells:
+    """Where a finger may be pressed: C cells, ordered by sides around the finger and places along it."""
+
+    place: NDArray[np.int_]  # (C)
+    side: NDArray[np.int_]  # (C) rising: from 1, the inner one, toward +y; -1 and 1 if the finger only bends
+    prior: Array  # (C)
+    arc_length: Array  # (C) m
+    link: NDArray[np.int_]  # (C)
+    nearest: NDArray[np.int_]  # (C) joint next to it
+    wrenches: Array  # (C, 1 + 2 T, 6) in the frame of the link
+    straddled: Array  # (C, 3) N m, moment at the joint next to it
+    directions: Array  # (C, 1 + T, 3) of a force of 1 N, and what friction adds to it
+    extent: Array  # (C) m, standard deviation of the place along the finger
+    angle: Array  # (C) rad around the finger, from the inner side toward +y
+    rough: NDArray[np.bool_]  # (C) whether friction may be large
+    on_face: NDArray[np.bool_]  # (C) not on an edge
+
+    @cached_property
+    def by_wrench(self) -> csr_array:
+        """The wrenches as one matrix, (C (1 + 2 T), 6 L), of what wrenches on the links do."""
+        rows, columns = self.wrenches.reshape(-1, 6), 6 * self.link.repeat(self.wrenches.shape[1])
+        return _sparse(rows, columns)
+
+    @cached_property
+    def by_moment(self) -> csr_array:
+        """The straddled moments likewise, (C, 3 X), of what moments do at the joint and on the link of each pair."""
+        return _sparse(self.straddled, 3 * self._pairs[1])
+
+    @property
+    def pairs(self) -> tuple[NDArray[np.int_], NDArray[np.int_]]:
+        """Links and the joints next to them, of all cells, (X) each."""
+        link, nearest = self._pairs[0].T
+        return link, nearest
+
+    @cached_property
+    def _pairs(self) -> tuple[NDArray[np.int_], NDArray[np.int_]]:
+        pairs, number = np.unique(np.stack([self.link, self.nearest], axis=-1), axis=0, return_inverse=True)
+        return pairs, number.ravel()
+
+    @property
+    def tangents(self) -> int:
+        """T."""
+        return self.directions.shape[-2] - 1
+
+    @classmethod
+    def of(cls, finger: Finger, ways: Sequence[str], friction: float) -> "SurfaceCells":
+        """Cells of a finger that yields in some ways, whose contacts have friction of coefficients up to `friction`."""
+        place, side, face, share, s, surfaces = (
+            list(each) for each in zip(*_cells(finger, ways, friction), strict=True)
+        )
+        wrenches, tangents = np.array([each.wrenches() for each in surfaces]), len(surfaces[0].tangents)
+        middles = (np.array(place) + 0.5) / (max(place) + 1) * finger.length
+        along = [each.tangents[0].extent * each.tangents[0].along[2] for each in surfaces]
+        return cls(
+            place=np.array(place),
+            side=np.array(side),
+            prior=np.array(share) / np.sum(share),
+            arc_length=np.array(s),
+            link=np.searchsorted(finger.joint_arc_lengths, s),
+            nearest=np.abs(middles[:, None] - finger.joint_arc_lengths).argmin(axis=-1),
+            wrenches=wrenches,
+            straddled=np.array([np.cross(each.straddled * _Z, -each.normal) for each in surfaces]),
+            directions=wrenches[:, : 1 + tangents, 3:],
+            extent=np.array(along) / math.sqrt(12),
+            angle=np.angle(np.exp(2j * math.pi * np.array(face) / _AROUND)),
+            rough=np.array([each.is_rough for each in surfaces]),
+            on_face=np.array(face) % 2 == 0,
+        )
+
+
+def _sparse(rows: Array, columns: NDArray[np.int_]) -> csr_array:
+    """A matrix of rows (M, n) that begin at columns (M)."""
+    M, n = rows.shape
+    indices = (columns[:, None] + np.arange(n)).ravel()
+    return csr_array((rows.ravel(), indices, n * np.arange(M + 1)), shape=(M, int(columns.max()) + n))
+
+
+def _product(matrix: csr_array, values: Array) -> Array:
+    """A sparse matrix times (..., n, S)."""
+    flat = np.moveaxis(values, -2, 0)
+    found = np.asarray(matrix @ flat.reshape(len(flat), -1)[: matrix.shape[1]])
+    return np.moveaxis(found.reshape(-1, *flat.shape[1:]), 0, -2)
+
+
+class _Cell(NamedTuple):
+    """A surface that may be pressed, and where it is."""
+
+    place: int
+    side: int
+    face: int  # or edge, of _AROUND
+    share: float  # of the probability
+    arc_length: float  # m
+    surface: _Surface
+
+
+def _cells(finger: Finger, ways: Sequence[str], friction: float) -> Iterator[_Cell]:
+    """All cells, by sides and places; a finger that only bends has the outer face, side -1, and the inner one, 1."""
+    count = finger.segments * 2 * math.ceil(_FEWEST_PLACES / (2 * finger.segments))
+    s, begins = (np.arange(count) + 0.5) / count * finger.length, np.append(0.0, finger.joint_arc_lengths)
+    section, extent = finger.section(s), finger.length / count
+    sizes = (np.broadcast_to(each, s.shape) for each in (section.outer_face, section.inner_face, section.width))
+    outlines = [_Outline(*size) for size in zip(*sizes, strict=True)]
+    heights, end = s - begins[np.searchsorted(begins, s) - 1], finger.length - begins[-1]
+    sides: Iterable[tuple[int, int]]
+    if tuple(ways) == ("bending",):
+        sides, beside, tip = ((-1, _AROUND // 2), (1, 0)), _beside_in_plane, _tip_in_plane
+    else:
+        sides, beside, tip = enumerate(range(_AROUND), start=1), _beside, _tip
+    for side, face in sides:
+        for i, outline in enumerate(outlines):
+            for share, surface in beside(face, outline, heights[i], extent, friction):
+                yield _Cell(i, side, face, share, s[i], surface)
+        for share, surface in tip(face, outlines[-1], end, friction):
+            yield _Cell(count - 1, side, face, share, finger.length, surface)
+
+
+class _Outline(NamedTuple):
+    """Outline of a section."""
+
+    outer: float  # m, along x
+    inner: float  # m
+    width: float  # m
+
+    def toward(self, side: int) -> tuple[Array, Array, float, float]:
+        """Middle of a face or edge, the outward normal, the depth behind it, and its extent across, m."""
+        normal, across = _normal(side)
+        half = np.array([(self.inner - self.outer) / 2, self.width / 2, 0.0])
+        middle = np.array([(self.inner + self.outer) / 2, 0.0, 0.0])
+        point = middle + np.round(normal * math.sqrt(2)).clip(-1, 1) * half
+        return point, normal, float(np.abs(normal) @ half), 2 * float(np.abs(across) @ half)
+
+
+def _normal(side: int) -> tuple[Array, Array]:
+    """The outward normal of a face or edge, and the direction across it, (3) each."""
+    angle = 2 * math.pi * side / _AROUND
+    return np.array([math.cos(angle), math.sin(angle), 0.0]), np.array([-math.sin(angle), math.cos(angle), 0.0])
+
+
+_Surfaces = Iterator[tuple[float, _Surface]]  # each with its share of the probability
+
+
+def _beside(face: int, outline: _Outline, height: float, extent: float, friction: float) -> _Surfaces:
+    """A face, or the edge between two, at a height above the origin of its link, smooth and rough."""
+    (point, normal, _, reach), across, on_edge = outline.toward(face), _normal(face)[1], face % 2 == 1
+    share = _ON_EDGE if on_edge else (1 - _ON_EDGE * _AROUND / 2) / (_AROUND / 2)
+    for rubs, likely in ((_SMOOTH, _IS_SMOOTH), (friction, 1 - _IS_SMOOTH)):
+        turned = _Tangent(across, 0.0, math.hypot(rubs, _EDGE_NORMAL_STD))
+        tangents = _Tangent(_Z, extent, rubs), turned if on_edge else _Tangent(across, reach, rubs)
+        yield likely * share, _Surface(point + height * _Z, normal, tangents)
+
+
+def _tip(face: int, outline: _Outline, height: float, friction: float) -> _Surfaces:
+    """The rim of a face at the tip, and the part of its end beside that face."""
+    if face % 2 == 1:
+        return
+    point, normal, depth, reach = outline.toward(face)
+    rim, up = (normal + _Z) / math.sqrt(2), (_Z - normal) / math.sqrt(2)
+    across = _Tangent(_normal(face)[1], reach, friction)
+    turned = _Tangent(up, 0.0, math.hypot(friction, _EDGE_NORMAL_STD))
+    yield _ON_TIP / _AROUND, _Surface(point + height * _Z, rim, (across, turned))
+    middle = point - depth / 2 * normal + height * _Z
+    yield _ON_TIP / _AROUND, _Surface(middle, _Z, (across, _Tangent(normal, depth, friction)))
+
+
+def _beside_in_plane(face: int, outline: _Outline, height: float, extent: float, friction: float) -> _Surfaces:
+    """A face at a height above the origin of its link: smooth on one link, and of any friction along it."""
+    point, normal = outline.toward(face)[0] + height * _Z, outline.toward(face)[1]
+    yield _IS_SMOOTH, _Surface(point, normal, (_Tangent(_Z, extent, _SMOOTH),), 0.0)
+    rubs = friction * np.linspace(-1, 1, _RUBS)
+    std = (rubs[1] - rubs[0]) / math.sqrt(12)
+    for i, rub in enumerate(rubs):
+        share = _SLIDING if i in (0, _RUBS - 1) else (1 - 2 * _SLIDING) / (_RUBS - 2)
+        yield (1 - _IS_SMOOTH) * share, _Surface(point, normal, (_Tangent(_Z, extent, std, rub),))
+
+
+def _tip_in_plane(face: int, outline: _Outline, height: float, friction: float) -> _Surfaces:
+    """The edge of the tip, which may be pressed in any direction."""
+    point, normal = outline.toward(face)[0] + height * _Z, outline.toward(face)[1]
+    for rub in np.concatenate([-_RIM_RUBS, _RIM_RUBS]):
+        std = (_RIM_RUBS[1] - _RIM_RUBS[0]) / math.sqrt(12)
+        yield _ON_TIP / (2 * len(_RIM_RUBS)), _Surface(point, normal, (_Tangent(_Z, 0.0, std, rub),))
+
+
+class Unexplained(NamedTuple):
+    """Values that driving torque and weight do not explain, and the shape about which they are linearized."""
+
+    q: Array  # (..., D)
+    at: BentFinger  # at q
+    slopes: Array  # A, (..., S, D)
+    read: Array  # (...) number of values that are read
+    residual: Array  # r, (..., S)
+    covariance: Array  # (..., S, S), of noise, model and motion
     moving: Array = STILL  # (...) 1 where a free finger in motion may have them, else 0
 
 
-def put(chosen: NDArray[np.bool_], found: Fit, into: Fit) -> Fit:
-    """The fit `into`, of K samples, with that of the chosen ones, (K), in their places."""
-    fields = zip((*found.contact, found.torque, found.misfit), (*into.contact, into.torque, into.misfit), strict=True)
-    filled = []
-    for values, before in fields:
-        after = before.copy()
-        after[chosen] = values
-        filled.append(after)
-    return Fit(ContactForce(*filled[:4]), *filled[4:])
+@dataclass(frozen=True)
+class SurfaceContact:
+    """The contact on the surface of a finger that explains what is read."""
 
+    mechanics: Mechanics
 
-def _of(chosen: NDArray[np.bool_], fit: Fit) -> Fit:
-    """The fits of chosen samples, (K)."""
-    contact = ContactForce(*(values[chosen] for values in fit.contact))
-    return Fit(contact, fit.torque[chosen], fit.misfit[chosen])
+    def fitted(self, left: Unexplained) -> FittedCells:
+        """The forces in all cells."""
+        cells = self.cells(left.q, left.at, left.slopes)
+        return fitted(left.residual, left.covariance, cells, self._possible.largest)
 
+    def stated(self, found: FittedCells, left: Unexplained) -> tuple[ContactForce, Array]:
+        """The contact, and its torques at the joints: none where noise explains the values, or too few are read.
 
-def misfit(left: Array, weights: Array) -> Array:
-    """Normalised squared residual of bends, (..., S) rad, (...)."""
-    return ((left[..., None, :] @ weights)[..., 0, :] * left).sum(axis=-1)
+        One force, or several on the side that it presses if it leaves more than noise and more is read than it takes.
+        """
+        contact, torque, side = self.best(found, left)
+        noise = _most_of_noise(left.read - self.fewest)
+        many = (left.read > self.fewest) & (found.chi_squared.min(axis=-1) > noise)
+        if many.any():
+            contact, torque = self._put_several(many, side, contact, torque, found, left)
+        free = (found.r**2).sum(axis=-1) < _most_of_noise(left.read)
+        unknown = (left.read < self.fewest) | (free & (left.moving > 0))
+        return _stated(contact, free, unknown), np.where((free | unknown)[..., None], 0.0, torque)
 
+    def posterior(self, found: FittedCells, left: Unexplained) -> ContactPosterior:
+        """Posterior of the contact."""
+        length = self.mechanics.layout.finger.length
+        nearest = self.mechanics.uncertainty.nearest_contact * length
+        several = None if self.mechanics.only_bends else self._corners(self.cells(left.q, left.at, left.slopes))
+        posterior = believed(found, left.read, self._possible)
+        return in_cells(found, posterior, left.read, length, self._possible, nearest, left.moving, several)
 
-SEVERAL_NEAREST = 0.3  # of the length from the base: search begins there
-_SEVERAL_PLACES = 29
+    @property
+    def fewest(self) -> int:
+        """How many values a force is estimated from, at least: as many as it has unknowns, its face among them."""
+        return 2 if self.mechanics.only_bends else 3
 
+    def cells(self, q: Array, bent: BentFinger, slopes: Array) -> Cells:
+        """The changes of the values by forces in all cells, of a finger that is bent by `q`."""
+        surface, at, links = self.surface, bent.chain, self.mechanics.links
+        by_torque = (slopes * self.mechanics.compliance(q)[..., None, :])[..., self.mechanics.in_chain]
+        by_joint = np.swapaxes(by_torque, -1, -2)[..., :, None, :] * at.screws[..., None]  # (..., D, 6, S)
+        before = np.concatenate([np.zeros_like(by_joint[..., :1, :, :]), by_joint.cumsum(axis=-3)], axis=-3)
+        moments, forces = np.split(before[..., links, :, :], 2, axis=-2)
+        turn, origins = np.swapaxes(at.rotations[..., links, :, :], -1, -2), at.origins[..., links, :]
+        about = vector_product(np.swapaxes(moments, -1, -2), origins[..., None, :])  # forces act at the links' origins
+        forces = forces + np.swapaxes(about, -1, -2)
+        by_link = np.concatenate([turn @ moments, turn @ forces], axis=-2)  # (..., L, 6, S)
+        at_joint = turn[..., surface.pairs[0], :, :] @ np.diff(moments, axis=-3)[..., surface.pairs[1], :, :]
+        changes = _product(surface.by_wrench, by_link.reshape(*by_link.shape[:-3], -1, by_link.shape[-1]))
+        straddled = _product(surface.by_moment, at_joint.reshape(*at_joint.shape[:-3], -1, at_joint.shape[-1]))
+        changes = changes.reshape(*changes.shape[:-2], len(surface.place), -1, changes.shape[-1])
+        spreads = np.concatenate([changes[..., 1:, :], straddled[..., None, :]], axis=-2)
+        return Cells(changes[..., 0, :], spreads, surface.place, surface.side, surface.prior, surface.angle)
 
-def fit_several_forces(
-    layout: MeasurementModel, q: Array, bends: Bends, side: Array, usual: float, friction: float
-) -> Fit:
-    """The forces on one side that best explain the bends, as their sum and centre.
+    def best(self, found: FittedCells, left: Unexplained) -> tuple[ContactForce, Array, NDArray[np.int_]]:
+        """The most probable contact, its torques at the joints, (..., D), and the side that it presses, (...)."""
+        posterior, surface = believed(found, left.read, self._possible), self.surface
+        weights, cells = _heaviest(posterior)
+        force, of_cells = np.minimum(_chosen(posterior.mean, cells), self._possible.largest), found.cells
+        force[..., 0] = np.clip(_chosen(posterior.force, cells[..., :1])[..., 0], 0, self._possible.largest)
+        z, of_z = _within(found.r, force, _chosen(of_cells.response, cells), _chosen(of_cells.spreads, cells))
+        R = _chosen(left.at.chain.rotations, self.mechanics.links[surface.link[cells]])
+        vectors, of_vectors = _forces(R, surface.directions[cells], force, _chosen(posterior.std, cells), z, of_z)
+        x = R[..., 0]
+        across = (x * vectors).sum(axis=-1, keepdims=True)
+        of_across = x[..., None, :] @ of_vectors @ x[..., None]
+        extent = surface.extent[cells]
+        tangents = surface.tangents
+        place = surface.arc_length[cells] + extent * z[..., tangents]
+        place = np.clip(place, 0, self.mechanics.layout.finger.length)[..., None]
+        of_place = (extent**2 * of_z[..., tangents, tangents])[..., None, None]
+        of_vector = _about_best(weights, vectors, of_vectors)
+        across_std = _std(_about_best(weights, across, of_across))[..., 0]
+        place_std, best = _std(_about_best(weights, place, of_place))[..., 0], vectors[..., 0, :]
+        contact = ContactForce(
+            *(-across[..., 0, 0], place[..., 0, 0], across_std, place_std),
+            *(best, _std(of_vector), _direction_std(best, of_vector), surface.angle[cells[..., 0]]),
+        )
+        wrenches = surface.wrenches[cells[..., 0]]
+        wrench = wrenches[..., 0, :] + (z[..., :1, :-1] @ wrenches[..., 1:, :])[..., 0, :]
+        torque = self._torques(left.at.chain, surface.link[cells[..., :1]], force[..., :1] * wrench)
+        return contact, torque, surface.side[cells[..., 0]]
 
-    Args:
-        layout: the nominal sensors and finger.
-        q: joint angles, rad, about as they are, (K, N).
-        bends: what is to be explained, of K samples.
-        side: 1 for the inner, -1 for the outer side, (K).
-        usual: standard deviation of usual forces, N.
-        friction: largest coefficient.
-    """
-    finger, chain = layout.finger, forward_kinematics(q, layout.finger.segment_length)
-    s = np.linspace(SEVERAL_NEAREST, 1, _SEVERAL_PLACES) * finger.length
-    unit = unit_torques(chain, np.broadcast_to(s, (len(q), _SEVERAL_PLACES)))
-    torques = side[:, None, None] * unit.across
-    rubbing = unit.along - face_offset(finger, s, side[:, None])[..., None] * (unit.across != 0)
-    responses, frictions = (_responses(layout, bends, torque) for torque in (torques, rubbing))
-    whitening = np.linalg.inv(np.linalg.cholesky(bends.covariance))
-    theta = (whitening @ bends.theta[..., None])[..., 0]
-    forces = np.array([_fit(*sample, usual) for sample in zip(whitening @ responses, theta, strict=True)])
-    total = forces.sum(axis=-1)
-    pressing = np.where(total > 0, total, np.nan)[:, None]
-    center = forces @ s[:, None] / pressing
-    after = _covariance(responses, friction / math.sqrt(3) * frictions, forces, bends.covariance, usual)
-    stds = (_std_of_sum(after, weights) for weights in (np.ones_like(forces), (s - center) / pressing))
-    left = bends.theta - (responses @ forces[..., None])[..., 0]
-    contact = ContactForce(side * total, center[:, 0], *stds)
-    return Fit(contact, (forces[:, None, :] @ torques)[:, 0], misfit(left, np.linalg.inv(bends.covariance)))
+    def _put_several(
+        self,
+        chosen: NDArray[np.bool_],
+        side: NDArray[np.int_],
+        contact: ContactForce,
+        torque: Array,
+        found: FittedCells,
+        left: Unexplained,
+    ) -> tuple[ContactForce, Array]:
+        """Contact and torque of K samples, those of several forces on a side in the places of the chosen ones."""
+        contact, torque = ContactForce(*(np.array(values) for values in contact)), torque.copy()
+        for k in np.flatnonzero(chosen):
+            fields, torque[k] = self._several(int(k), int(side[k]), found, left)
+            for name, value in fields.items():
+                getattr(contact, name)[k] = value
+        return contact, torque
 
+    def _several(
+        self, k: int, side: int, found: FittedCells, left: Unexplained
+    ) -> tuple[dict[str, Array | float], Array]:
+        """The forces on a side that explain sample k best: fields of their sum, and their torques at the joints."""
+        surface, finger, assumed = self.surface, self.mechanics.layout.finger, self.mechanics.uncertainty
+        beside = (
+            surface.on_face & (surface.side == side) & (surface.arc_length >= assumed.nearest_contact * finger.length)
+        )
+        beside &= surface.arc_length < finger.length
+        smooth = np.flatnonzero(beside & ~surface.rough)
+        responses, usual, tangents = found.cells.response[k, smooth].T, self._possible.usual, surface.tangents
+        rows = np.vstack([responses, np.eye(len(smooth)) / usual])
+        forces, _ = nnls(rows, np.append(found.r[k], np.zeros(len(smooth))))
+        of_friction = assumed.friction / math.sqrt(3) / _SMOOTH * forces
+        rubbing = of_friction[:, None, None] * found.cells.spreads[k, smooth, :tangents]
+        after = _covariance_of_several(responses, rubbing.reshape(-1, len(responses)), forces, usual)
+        total, s = forces.sum(), surface.arc_length[smooth]
+        pressing = total if total > 0 else np.nan
+        center = forces @ s / pressing
+        directions = surface.directions[smooth, 0]
+        frames = self.mechanics.links[surface.link[smooth]]
+        in_base = (left.at.chain.rotations[k, frames] @ directions[..., None])[..., 0]
+        at = Posture(*(np.broadcast_to(part[k], (len(smooth), *part.shape[1:])) for part in left.at.chain))
+        wrenches = forces[:, None] * surface.wrenches[smooth, 0]
+        fields = {
+            "force": float(-forces @ directions[:, 0]),
+            "arc_length": float(center),
+            "force_std": float(_std_of_sum(after, directions[:, 0])),
+            "arc_length_std": float(_std_of_sum(after, (s - center) / pressing)),
+            "vector": forces @ in_base,
+            "vector_std": _std(in_base.T @ after @ in_base),
+        }
+        return fields, self._torques(at, surface.link[smooth][:, None], wrenches).sum(axis=0)
 
-def _responses(layout: MeasurementModel, bends: Bends, torques: Array) -> Array:
-    """Bends of the sections, (K, S, M), due to torques, (K, M, N)."""
-    return layout.matrix @ np.swapaxes(torques * bends.compliance[..., None, :], -1, -2)
+    def _torques(self, at: Posture, link: NDArray[np.int_], wrench: Array) -> Array:
+        """At the joints, (..., D), of a wrench in the frame of a link, (..., 6) and (..., 1)."""
+        frames = self.mechanics.links[link]
+        R, origins = _chosen(at.rotations, frames)[..., 0, :, :], _chosen(at.origins, frames)[..., 0, :]
+        moment, force = ((R @ part[..., None])[..., 0] for part in (wrench[..., :3], wrench[..., 3:]))
+        in_base = np.concatenate([moment + vector_product(origins, force), force], axis=-1)
+        moved = frames > np.arange(at.screws.shape[-2])
+        return np.asarray((moved * (at.screws @ in_base[..., None])[..., 0])[..., self.mechanics.from_chain])
 
+    def _corners(self, cells: Cells) -> Cells:
+        """Cells of each of several forces: on the middles and the sides of faces, with friction at the cone."""
+        surface = self.surface
+        chosen = np.flatnonzero(surface.rough & surface.on_face & (cells.place % 2 == 1))
+        response = cells.response[..., chosen, None, :] + _CORNERS @ cells.spreads[..., chosen, :-1, :]
+        response = response.reshape(*response.shape[:-3], -1, response.shape[-1])
+        chosen = np.repeat(chosen, len(_CORNERS))
+        others = cells.place[chosen], cells.side[chosen], cells.prior[chosen], cells.angle[chosen]
+        return Cells(response, cells.spreads, *others)
 
-def _fit(responses: Array, bends: Array, usual: float) -> Array:
-    """The forces of one sample at M places, N; whitened."""
-    ridge = np.eye(responses.shape[-1]) / usual
-    forces, _ = nnls(np.vstack([responses, ridge]), np.concatenate([bends, np.zeros(len(ridge))]))
-    return forces
+    @property
+    def _possible(self) -> Forces:
+        return Forces(self.mechanics.usual_force, self.mechanics.uncertainty.largest_force)
 
-
-def _covariance(responses: Array, frictions: Array, forces: Array, of_bends: Array, usual: float) -> Array:
-    """The covariance of the forces, (K, M, M) N^2, each of which may equally press on the adjacent location.
-
-    `frictions` are the bends by friction of one standard deviation, per force, (K, S, M).
-    """
-    pressing = forces > 0
-    near = pressing | ~pressing.any(axis=-1, keepdims=True)  # if none is found, there may be one anywhere
-    near[:, 1:] |= pressing[:, :-1]
-    near[:, :-1] |= pressing[:, 1:]
-    friction = forces[:, None, :] * frictions
-    uncertain = of_bends + friction @ np.swapaxes(friction, -1, -2)
-    before = usual**2 * near[..., None] * np.eye(forces.shape[-1])
-    shared = before @ np.swapaxes(responses, -1, -2)
-    return before - shared @ np.linalg.solve(responses @ shared + uncertain, np.swapaxes(shared, -1, -2))
-
-
-def _std_of_sum(covariance: Array, weights: Array) -> Array:
-    """The standard deviation of a weighted sum of the forces, (K)."""
-    return np.sqrt(((weights[:, None, :] @ covariance)[:, 0] * weights).sum(axis=-1))
-
-
-_FEWEST_PLACES = 48  # cells along the finger; joints are at their ends, for friction on a face jumps there
-# m, standard deviation of the lever at the joint next to a contact, which may lie on both of its links.
-STRADDLED = 1.5e-3
-_PLAIN, _PLAIN_RUB = 0.3, 0.01  # probability of a contact without friction on one link, and the friction it may have
-_SLIDING = 0.25  # probability of friction at either end of the cone; sliding contacts are there
-_RUBS = 5  # cells of friction
-_EDGE_RUBS = 0.6 + 0.3 * np.arange(4)  # friction per force on the tip's edge, toward the tip or the base
-_EDGE_CELLS = 2  # nearest the tip, where it may be the edge that is pressed
-_ON_EDGE = 0.3  # probability of that, there
-
-
-class _Table(NamedTuple):
-    """Cells, which are the same for all shapes of a finger, (C) each."""
-
-    place: Array  # number, from the base
-    side: Array  # -1 or 1
-    rub: Array  # friction per force, toward the tip
-    rub_std: Array
-    straddled: Array  # m, standard deviation of the lever at the next joint
-    on_edge: Array  # 1 on the edge of the tip, else 0
-    prior: Array  # probability
-
-
-@cache
-def _cell_table(count: int, friction: float) -> _Table:
-    """The cells of `count` places, with friction of coefficients up to `friction`."""
-    rows: list[tuple[float, ...]] = []
-    rubs, edges = friction * np.linspace(-1, 1, _RUBS), np.concatenate([-_EDGE_RUBS, _EDGE_RUBS])
-    shares = np.full(_RUBS, (1 - 2 * _SLIDING) / (_RUBS - 2))
-    shares[[0, -1]] = _SLIDING
-    stds = np.array([rubs[1] - rubs[0], _EDGE_RUBS[1] - _EDGE_RUBS[0]]) / np.sqrt(12)
-    for side in (-1, 1):
-        for place in range(count):
-            on_edge = _ON_EDGE * (place >= count - _EDGE_CELLS)
-            rows.append((place, side, 0.0, _PLAIN_RUB, 0.0, 0.0, _PLAIN * (1 - on_edge)))
-            for rub, share in zip(rubs, (1 - _PLAIN) * shares * (1 - on_edge), strict=True):
-                rows.append((place, side, rub, stds[0], STRADDLED, 0.0, share))
-            rows += [(place, side, rub, stds[1], STRADDLED, 1.0, on_edge / len(edges)) for rub in edges if on_edge]
-    table = _Table(*np.array(rows).T)
-    return table._replace(prior=table.prior / (2 * count))
-
-
-def force_cells(layout: MeasurementModel, q: Array, compliance: Array, friction: float) -> Cells:
-    """The cells of the posterior: places of equal length on both sides, and friction.
-
-    Args:
-        layout: the nominal sensors and finger.
-        q: joint angles, rad, about as they are, (..., N).
-        compliance: of the joints, rad/(N m), (..., N) or (N).
-        friction: largest coefficient.
-    """
-    finger, count = layout.finger, _places(layout.finger)
-    table = _cell_table(count, friction)
-    place, side, rub, rub_std = table.place.astype(int), table.side.astype(int), table.rub, table.rub_std
-    s = np.linspace(0, finger.length, 2 * count + 1)  # ends and middles
-    torques = unit_torques(forward_kinematics(q, finger.segment_length), np.broadcast_to(s, (*q.shape[:-1], len(s))))
-    to_bends = np.swapaxes(layout.matrix * np.asarray(compliance)[..., None, :], -1, -2)
-    across, along = torques.across @ to_bends, torques.along @ to_bends
-    middles = s[1::2]
-    turned = (middles[:, None] > finger.joint_arc_lengths) @ to_bends  # by 1 N m on the face
-    faces = [along[..., 1::2, :] - face_offset(finger, middles, one)[:, None] * turned for one in np.array([-1, 1])]
-    rubbing = np.concatenate(faces, axis=-2)[..., place + count * (side > 0), :]
-    moved = np.diff(across[..., ::2, :], axis=-2)[..., place, :] / math.sqrt(12)
-    nearest = _next_joint(finger, middles)[place]
-    levers = (
-        table.straddled[:, None] * np.broadcast_to(to_bends, (*q.shape[:-1], *to_bends.shape[-2:]))[..., nearest, :]
-    )
-    response = side[:, None] * across[..., 1::2, :][..., place, :] + rub[:, None] * rubbing
-    return Cells(response, np.stack([moved, rub_std[:, None] * rubbing, levers], axis=-2), place, side, table.prior)
-
-
-def _places(finger: Finger) -> int:
-    return finger.segments * 2 * math.ceil(_FEWEST_PLACES / (2 * finger.segments))
-
-
-def _next_joint(finger: Finger, s: Array) -> NDArray[np.int_]:
-    return np.asarray(np.abs(s[..., None] - finger.joint_arc_lengths).argmin(axis=-1))
-
-
-# A cell and its neighbours, in cells. Within each, torques are linear in the place; where links meet, they jump.
-_NODES = np.array([-1.5, -0.5, -0.5, 0.5, 0.5, 1.5]) + 1e-6 * np.array([1, -1, 1, -1, 1, -1])
-_PARTS = np.linspace(0, 1, 65)
-_BETWEEN = np.kron(np.eye(3), np.stack([1 - _PARTS, _PARTS], axis=-1))  # from the nodes to the places tried
-
-
-def fit_single_force(layout: MeasurementModel, q: Array, bends: Bends, left: "Explained") -> Fit:
-    """The most probable single force.
-
-    Args:
-        layout: the nominal sensors and finger.
-        q: joint angles, rad, about as they are, (K, N).
-        bends: what is to be explained, of K samples.
-        left: the posterior of these.
-    """
-    finger, posterior, usual = layout.finger, left.posterior, left.forces.usual
-    table, best, width = _cell_table(_places(finger), left.friction), posterior.best, finger.length / _places(finger)
-    place, side, rub, rub_std, straddled, on_edge, _ = (column[best][:, None] for column in table)
-    force = np.clip(np.take_along_axis(posterior.force, best[:, None], axis=-1), 0, left.forces.largest)
-    middle = (place + 0.5) * width
-    nodes = np.where(on_edge > 0, finger.length, np.clip(middle + width * _NODES, 0, finger.length))
-    unit = unit_torques(forward_kinematics(q, finger.segment_length), np.concatenate([nodes, middle], axis=-1))
-    rubbing = unit.along[:, -1] - face_offset(finger, middle, side) * (unit.across[:, -1] != 0)
-    torques = side[..., None] * unit.across[:, :-1] + (rub * rubbing)[:, None, :]
-    lever = straddled * (np.arange(finger.segments) == _next_joint(finger, middle))
-    spreads = force[..., None] * np.stack([rub_std * rubbing, lever], axis=-2)
-
-    def bent(torques: Array) -> Array:
-        return np.asarray((torques * bends.compliance[:, None, :]) @ layout.matrix.T)
-
-    U = bent(spreads)
-    weights = np.linalg.inv(bends.covariance + np.swapaxes(U, -1, -2) @ U)
-    a = _BETWEEN @ bent(torques)
-    weighted = a @ weights
-    explained = np.maximum((weighted @ bends.theta[..., None])[..., 0], 0)
-    forces = explained / ((weighted * a).sum(axis=-1) + usual**-2)
-    chosen = (explained * forces).argmax(axis=-1)
-    each = np.arange(len(q))
-    force = np.minimum(forces[each, chosen], left.forces.largest)
-    remaining = bends.theta - force[:, None] * a[each, chosen]
-    shared = (U @ weights @ remaining[..., None])[..., 0][:, None, :] @ spreads
-    torque = force[:, None] * (_BETWEEN[chosen][:, None, :] @ torques)[:, 0] + shared[:, 0]
-    s, signed = (_BETWEEN[chosen] * nodes).sum(axis=-1), side[:, 0] * force
-    return Fit(
-        ContactForce(signed, s, *_deviations(posterior, table, signed, s, width)),
-        torque,
-        left.found.chi_squared.min(axis=-1),
-    )
-
-
-def _deviations(posterior: Believed, table: _Table, force: Array, s: Array, width: float) -> tuple[Array, Array]:
-    """Root mean square distances of the posterior from a force, (K) N, and a place, (K) m."""
-    squares = posterior.square - 2 * table.side * posterior.mean * force[:, None] + force[:, None] ** 2
-    of_force = (posterior.weight * squares).sum(axis=-1)
-    of_place = (posterior.weight * (((table.place + 0.5) * width - s[:, None]) ** 2 + width**2 / 12)).sum(axis=-1)
-    return np.sqrt(np.maximum(of_force, 0)), np.sqrt(of_place)
-
-
-class Explained(NamedTuple):
-    """Explanation of the bends of K samples by one force."""
-
-    found: FittedCells
-    posterior: Believed
-    forces: Forces
-    friction: float  # largest coefficient
-    read: Array  # (K) number of sections that are read
-    moving: Array  # (K) as of the bends
-
-
-_PASSES = 2  # under an elastic law, whose slope is first evaluated at the most probable shape
-_CHANCE = 1e-3  # probability that noise alone exceeds the noise level
+    @cached_property
+    def surface(self) -> SurfaceCells:
+        """The cells of the finger."""
+        layout = self.mechanics.layout
+        return SurfaceCells.of(layout.finger, layout.ways, self.mechanics.uncertainty.friction)
 
 
 @dataclass(frozen=True)
@@ -371,147 +499,180 @@ class ContactShape:
     uncertainty: Uncertainty = field(default_factory=Uncertainty)
     period: float = 0.01  # s, between the samples of a finger that moves
 
-    def __call__(self, readings: Array, driving: Array, gravity: Planar | complex, lag: Lag = AT_REST) -> ShapeEstimate:
-        """Joint angles, their covariance and the contact force; see ShapeFunction.
+    def __call__(self, readings: Array, driving: Array, gravity: Array, lag: Lag = AT_REST) -> ShapeEstimate:
+        """The joint positions, their covariance and the contact; see ShapeFunction.
 
-        `lag` is that of a free finger in motion, (..., N) rad each.
+        The contact is NaN where too little is read (`SurfaceContact.fewest`), and where nothing is found of a finger
+        that moves; `lag` is that of a free finger in motion, (..., D) each.
         """
-        layout, finger, mechanics = self.layout, self.layout.finger, self._mechanics
-        gaussian = shared(GaussianShape.__call__, self._gaussian, readings, driving, np.asarray(gravity))
-        z, variance = self._measured(readings)
-        q = gaussian.q
-        known = driving + mechanics.weight(q, gravity)
-        for _ in range(1 if finger.elastic_law is None else _PASSES):
-            fit = explain(mechanics, q, self._unexplained(q, z, variance, driving, known, lag))
-            q = finger.angle(known + fit.torque)
-        gain, _ = gain_of(layout.matrix, mechanics.prior(gaussian.q, gaussian.q, driving), variance)
-        q = q + (gain @ (z - q @ layout.matrix.T)[..., None])[..., 0]
-        return ShapeEstimate(q, gaussian.covariance, fit.contact)
+        found: ShapeEstimate = self._in_parts(self._shape, readings, driving, gravity, *lag)
+        return found
 
-    def posterior(
-        self, readings: Array, driving: Array, gravity: Planar | complex, lag: Lag = AT_REST
-    ) -> ContactPosterior:
+    def posterior(self, readings: Array, driving: Array, gravity: Array, lag: Lag = AT_REST) -> ContactPosterior:
         """Posterior of one contact, with whatever trades off against it; see `__call__`."""
-        q = shared(GaussianShape.__call__, self._gaussian, readings, driving, np.asarray(gravity)).q
-        z, variance = self._measured(readings)
-        known = driving + self._mechanics.weight(q, gravity)
-        return posterior_in_plane(self._mechanics, q, self._unexplained(q, z, variance, driving, known, lag))
+        found: ContactPosterior = self._in_parts(self._posterior, readings, driving, gravity, *lag)
+        return found
 
     @cached_property
     def motion(self) -> FreeMotion:
         """The motion of the finger while nothing touches it."""
-        return FreeMotion(self._mechanics, self.period)
+        return FreeMotion(self._gaussian.mechanics, self.period)
 
-    def _measured(self, readings: Array) -> tuple[Array, Array]:
-        return self.layout.linear(readings, self.uncertainty.any_reading).uncertain_by(self.uncertainty.gain)
+    def _in_parts(self, function: Any, readings: Array, *others: Array) -> Any:
+        leading = readings.shape[:-1]
+        return in_parts(function, readings, *(np.broadcast_to(each, (*leading, each.shape[-1])) for each in others))
+
+    def _shape(self, readings: Array, driving: Array, gravity: Array, *lag: Array) -> ShapeEstimate:
+        shape = shared(GaussianShape.__call__, self._gaussian, readings, driving, gravity)
+        left, free, found = shared(ContactShape._explained, self, shape.q, readings, driving, gravity, *lag)
+        contact, torque = self.contact.stated(found, left)
+        q = self._loaded(left, free, torque, readings, driving)
+        return ShapeEstimate(q, shape.covariance, contact)
+
+    def _posterior(self, readings: Array, driving: Array, gravity: Array, *lag: Array) -> ContactPosterior:
+        shape = shared(GaussianShape.__call__, self._gaussian, readings, driving, gravity)
+        left, _, found = shared(ContactShape._explained, self, shape.q, readings, driving, gravity, *lag)
+        return self.contact.posterior(found, left)
+
+    def _explained(
+        self,
+        q: Array,
+        readings: Array,
+        driving: Array,
+        gravity: Array,
+        damping: Array = AT_REST.damping,
+        inertia: Array = AT_REST.inertia,
+    ) -> tuple[Unexplained, Array, FittedCells]:
+        """The forces in all cells, linearized about the finger under the likeliest of those about `q`."""
+        lag = Lag(damping, inertia)
+        left, free = self._unexplained(q, readings, driving, gravity, lag)
+        found = self.contact.fitted(left)
+        for _ in range(self._passes - 1):
+            q = self._loaded(left, free, self.contact.best(found, left)[1], readings, driving)
+            left, free = self._unexplained(q, readings, driving, gravity, lag)
+            found = self.contact.fitted(left)
+        return left, free, found
+
+    @cached_property
+    def _passes(self) -> int:
+        """How often the load is linearized; where it changes nothing but the posture, the shape of `gaussian` does."""
+        return max(self.layout.linearizations, 1 if self.layout.finger.elastic_law is None else 2)
+
+    def _loaded(self, left: Unexplained, free: Array, torque: Array, readings: Array, driving: Array) -> Array:
+        """Joint positions under torques of a contact, (..., D); what they do not explain is shared as by `gaussian`."""
+        mechanics, variance = self._gaussian.mechanics, self._gaussian.read(readings).variance
+        loaded = mechanics.compliance(left.q) * torque
+        remaining = left.residual - (left.slopes @ loaded[..., None])[..., 0]
+        gain, _ = gain_of(left.slopes, mechanics.prior(left.at, left.q, driving), variance)
+        return np.asarray(free + loaded + (gain @ remaining[..., None])[..., 0])
 
     def _unexplained(
-        self, q: Array, z: Array, variance: Array, driving: Array, known: Array, lag: Lag = AT_REST
-    ) -> Bends:
-        """The part of the measured values not due to driving torque and weight, `known`, (..., N) N m, near q.
+        self, q: Array, readings: Array, driving: Array, gravity: Array, lag: Lag = AT_REST
+    ) -> tuple[Unexplained, Array]:
+        """Linearized about joint positions `q`, and the joints without a load, q_0, (..., D).
 
-        The stiffness may be as wrong as the bend per driving torque: then a share of the measured bends is.
+        The stiffness may be as wrong as the bend per driving torque: then a share of what is read is.
         """
-        A, mechanics, stiffness = self.layout.matrix, self._mechanics, self.uncertainty.bend_per_pressure * z
-        of_model = A @ mechanics.of_model(q, driving) @ A.T + outer(stiffness)
-        unexplained = z - mechanics.unloaded(q, known) @ A.T
-        at_rest, of_motion = of_model + variance[..., None] * np.eye(len(A)), lag.seen_by(A)
-        moving = may_exceed(of_motion, at_rest, _quantiles(len(A))[_read(at_rest)])
-        return Bends(unexplained, at_rest + of_motion, mechanics.compliance(q), moving)
+        mechanics, (values, variance) = self._gaussian.mechanics, self._gaussian.read(readings)
+        at, (predicted, A) = mechanics.posture(q), self.layout.values_at(q)
+        free = mechanics.unloaded(q, driving + mechanics.weight(at, gravity))
+        residual = values - predicted - (A @ (free - q)[..., None])[..., 0]
+        stiffness = self.uncertainty.bend_per_pressure * values
+        of_model = A @ mechanics.of_model(q, driving) @ np.swapaxes(A, -1, -2)
+        at_rest = of_model + outer(stiffness) + variance[..., None] * np.eye(A.shape[-2])
+        read, of_motion = (variance < UNKNOWN / 2).sum(axis=-1, dtype=float), lag.seen_by(A)
+        moving = may_exceed(of_motion, at_rest, _most_of_noise(read))
+        return Unexplained(q, at, A, read, residual, at_rest + of_motion, moving), free
 
-    @property
-    def _mechanics(self) -> PlanarMechanics:
-        return self._gaussian.mechanics
+    @cached_property
+    def contact(self) -> SurfaceContact:
+        """Contacts that explain readings."""
+        return SurfaceContact(self._gaussian.mechanics)
 
     @cached_property
     def _gaussian(self) -> GaussianShape:
         return GaussianShape(self.layout, self.uncertainty)
 
 
-def posterior_in_plane(mechanics: Mechanics, q: Array, bends: Bends) -> ContactPosterior:
-    """Posterior of one contact, from bends that driving torque and weight do not explain.
+def _most_of_noise(read: Array) -> Array:
+    """Misfit threshold for noise, (...), by the number of values that are read."""
+    return np.asarray(chdtri(np.maximum(read, 1), _CHANCE))
 
-    Args:
-        mechanics: those of the nominal finger, in the plane.
-        q: joint angles, rad, about as they are, (..., N).
-        bends: what is to be explained.
+
+def _heaviest(posterior: Believed) -> tuple[Array, NDArray[np.int_]]:
+    """Weights that sum to 1 and numbers, (..., K), of the most probable cell, which is the first, and the heaviest."""
+    rank = posterior.weight.copy()
+    np.put_along_axis(rank, posterior.best[..., None], np.inf, axis=-1)
+    cells = np.argsort(-rank, axis=-1)[..., :_HEAVIEST]
+    weights = np.take_along_axis(posterior.weight, cells, axis=-1)
+    return weights / weights.sum(axis=-1, keepdims=True), cells
+
+
+def _chosen(values: Array, numbers: NDArray[np.int_]) -> Array:
+    """Values chosen for each sample, (..., C, ...), by their numbers, (..., K)."""
+    more = values.ndim - numbers.ndim
+    return np.take_along_axis(values, numbers.reshape(*numbers.shape, *[1] * more), axis=numbers.ndim - 1)
+
+
+def _within(r: Array, force: Array, response: Array, spreads: Array) -> tuple[Array, Array]:
+    """Spreads of a cell's response, (..., K, 5), in standard deviations, and their covariance, given the readings."""
+    U = force[..., None, None] * spreads
+    covariance = np.linalg.inv(np.eye(U.shape[-2]) + U @ np.swapaxes(U, -1, -2))
+    rest = r[..., None, :] - force[..., None] * response
+    return (covariance @ (U @ rest[..., None]))[..., 0], covariance
+
+
+def _forces(R: Array, directions: Array, force: Array, std: Array, z: Array, of_z: Array) -> tuple[Array, Array]:
+    """Forces in B, (..., K, 3) N, and their covariances; see `_within` for z, `SurfaceCells` for the directions."""
+    T = directions.shape[-2] - 1
+    unit = directions[..., 0, :] + (z[..., None, :T] @ directions[..., 1:, :])[..., 0, :]
+    rubbing = force[..., None, None] * directions[..., 1:, :]
+    covariance = np.swapaxes(rubbing, -1, -2) @ of_z[..., :T, :T] @ rubbing + outer(std[..., None] * unit)
+    return (R @ (force[..., None] * unit)[..., None])[..., 0], R @ covariance @ np.swapaxes(R, -1, -2)
+
+
+def _about_best(weights: Array, values: Array, covariances: Array) -> Array:
+    """Mean squares of the distance from the first of K values, (..., K, M), with their covariances: (..., M, M)."""
+    return np.asarray((weights[..., None, None] * (covariances + outer(values - values[..., :1, :]))).sum(axis=-3))
+
+
+def _std(covariance: Array) -> Array:
+    """Standard deviations, (..., M, M) -> (..., M)."""
+    return np.sqrt(np.diagonal(covariance, axis1=-2, axis2=-1))
+
+
+def _direction_std(vector: Array, covariance: Array) -> Array:
+    """Root mean square of the angle between a vector, (..., 3), and what it may be, rad, (...)."""
+    square = np.maximum((vector**2).sum(axis=-1), _TINY)
+    along = ((vector[..., None, :] @ covariance)[..., 0, :] * vector).sum(axis=-1) / square
+    return np.sqrt(np.maximum(np.trace(covariance, axis1=-2, axis2=-1) - along, 0) / square)
+
+
+def _covariance_of_several(responses: Array, rubbing: Array, forces: Array, usual: float) -> Array:
+    """The covariance of the forces in M cells, (M, M) N^2, each of which may equally press on the adjacent cell.
+
+    `responses` are whitened, (S, M), and so are the changes by friction of one standard deviation, `rubbing`, (..., S).
     """
-    length = mechanics.layout.finger.length
-    nearest = mechanics.uncertainty.nearest_contact * length
-
-    def of_some(q: Array, *parts: Array) -> ContactPosterior:
-        left = shared(_explained, mechanics, q, *parts)
-        return in_cells(left.found, left.posterior, left.read, length, left.forces, nearest, left.moving)
-
-    found: ContactPosterior = in_parts(of_some, q, *_broadcast(q, bends))
-    return found
+    pressing = forces > 0
+    near = pressing | ~pressing.any()  # if none is found, there may be one anywhere
+    near[1:] |= pressing[:-1]
+    near[:-1] |= pressing[1:]
+    shared = usual**2 * near[:, None] * responses.T
+    uncertain = np.eye(len(responses)) + rubbing.T @ rubbing
+    return np.asarray(usual**2 * np.diag(near) - shared @ np.linalg.solve(responses @ shared + uncertain, shared.T))
 
 
-def explain(mechanics: Mechanics, q: Array, bends: Bends) -> Fit:
-    """The contact that best explains the bends not due to driving torque and weight.
-
-    NaN where fewer than two sections are read.
-
-    Args:
-        mechanics: those of the nominal finger, in the plane.
-        q: joint angles, rad, about as they are, (..., N).
-        bends: what is to be explained.
-    """
-    found: Fit = in_parts(lambda q, *parts: _explain(mechanics, q, Bends(*parts)), q, *_broadcast(q, bends))
-    return found
+def _std_of_sum(covariance: Array, weights: Array) -> Array:
+    return np.sqrt(weights @ covariance @ weights)
 
 
-def _explained(mechanics: Mechanics, q: Array, *parts: Array) -> Explained:
-    """Explanation of the bends of K samples by one force; `parts` are those of the bends."""
-    bends, assumed = Bends(*parts), mechanics.uncertainty
-    forces = Forces(mechanics.usual_force, assumed.largest_force)
-    read = _read(bends.covariance).astype(float)
-    cells = force_cells(mechanics.layout, q, bends.compliance, assumed.friction)
-    found = fitted(bends.theta, bends.covariance, cells, forces.largest)
-    return Explained(found, believed(found, read, forces), forces, assumed.friction, read, bends.moving)
+def _stated(contact: ContactForce, free: NDArray[np.bool_], unknown: NDArray[np.bool_]) -> ContactForce:
+    """No force where nothing touches, and NaN where too little is read."""
+    nan = np.nan
 
+    def of(value: Array, without: Any) -> Array:
+        more = (..., *[None] * (value.ndim - free.ndim))
+        return np.where(unknown[more], nan, np.where(free[more], without, value))
 
-def _explain(mechanics: Mechanics, q: Array, bends: Bends) -> Fit:
-    """The contact of K samples; where nothing is found, the deviation is that of a force on the tip.
-
-    NaN where nothing is found of a finger that moves.
-    """
-    layout, finger = mechanics.layout, mechanics.layout.finger
-    sections, noise, count = _read(bends.covariance), _quantiles(len(layout.matrix)), len(q)
-    weights, nan = np.linalg.inv(bends.covariance), np.full(count, np.nan)
-    remaining = misfit(bends.theta, weights)
-    touched = (sections >= 2) & (remaining >= noise[sections])
-    tip = unit_torques(forward_kinematics(q, finger.segment_length), np.full((count, 1), finger.length)).across[:, 0]
-    seen = misfit((tip * bends.compliance) @ layout.matrix.T, weights) + mechanics.usual_force**-2
-    known = np.where((sections < 2) | (bends.moving > 0), np.nan, 1.0)
-    fit = Fit(ContactForce(0 * known, nan, known / np.sqrt(seen), nan), np.zeros_like(q), remaining)
-    if not touched.any():
-        return fit
-    left = shared(_explained, mechanics, q, *bends)
-    one = fit_single_force(layout, q, bends, left)
-    several = touched & (sections > 2) & (one.misfit > noise[np.maximum(sections - 2, 0)])
-    if several.any():
-        part, side = Bends(*(values[several] for values in bends)), np.sign(one.contact.force[several])
-        many = fit_several_forces(layout, q[several], part, side, left.forces.usual, left.friction)
-        one = put(several, many, one)
-    return put(touched, _of(touched, one), fit)
-
-
-def _read(covariance: Array) -> NDArray[np.int_]:
-    """Number of sections that are read, (...), from the covariance of their bends."""
-    return np.asarray((np.diagonal(covariance, axis1=-2, axis2=-1) < UNKNOWN / 2).sum(axis=-1))
-
-
-def _broadcast(q: Array, bends: Bends) -> Bends:
-    """With the leading axes of the joint angles."""
-    sections = bends.theta.shape[-1]
-    covariance = np.broadcast_to(bends.covariance, (*q.shape[:-1], sections, sections))
-    moving = np.broadcast_to(bends.moving, q.shape[:-1])
-    return Bends(bends.theta, covariance, np.broadcast_to(bends.compliance, q.shape), moving)
-
-
-@cache
-def _quantiles(most: int) -> Array:
-    """Misfit thresholds for noise, by degrees of freedom from 0 to `most`; for 0, that of 1."""
-    quantiles: Array = chdtri(np.maximum(np.arange(most + 1), 1), _CHANCE)
-    return quantiles
+    without = 0.0, nan, contact.force_std, nan, 0.0, contact.vector_std, nan, nan
+    return ContactForce(*(of(np.asarray(value), nothing) for value, nothing in zip(contact, without, strict=True)))

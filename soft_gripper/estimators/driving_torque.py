@@ -15,7 +15,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from soft_gripper.array_block import ArrayBlock
-from soft_gripper.arrays import Array, Planar
+from soft_gripper.arrays import Array
 from soft_gripper.estimators.estimate import ShapeFunction
 from soft_gripper.estimators.finger_shape import ANGLES
 from soft_gripper.estimators.free_motion import recorded_lag
@@ -76,9 +76,9 @@ def recorded_driving(
     finger: Finger,
     readings: Array,
     pressure: Array,
-    gravity: Planar,
+    gravity: Array,
     period: float,
-    pull: Planar | None = None,
+    pull: Array | None = None,
 ) -> Array:
     """The driving torque over a recording, N m, (T, ..., N), as DrivingTorque computes it next to an estimator.
 
@@ -90,11 +90,11 @@ def recorded_driving(
         finger: the nominal one.
         readings: of the strain sensors, (T, ..., paths * S).
         pressure: in the chamber, Pa, (T, ...).
-        gravity: in the bending plane, z + i x in B, m/s^2, (T, ...).
+        gravity: in B, m/s^2, (T, ..., 3).
         period: of the samples, s.
         pull: gravity less the acceleration of the base, likewise; None: the base is at rest.
     """
-    gravity = np.broadcast_to(gravity, pressure.shape)
+    gravity = np.broadcast_to(gravity, (*pressure.shape, 3))
     driving, settled = finger.pressure_torque(pressure), not finger.creep
     while not settled:
         lag = recorded_lag(function, driving, gravity, gravity if pull is None else pull)

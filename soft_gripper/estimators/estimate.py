@@ -16,63 +16,59 @@ from soft_gripper.fingers.kinematics import forward_kinematics
 
 
 class ContactForce(NamedTuple):
-    """The contact forces on a finger, combined into one force across it, each (...)."""
+    """The contact on a finger as one force; None for what an estimator does not know that sees the bending plane."""
 
-    force: Array  # N, positive on the inner side, 0 without contact
-    arc_length: Array  # m, from the base to the centre of pressure, NaN without contact
-    force_std: Array  # N, standard deviation
-    arc_length_std: Array  # m, standard deviation
+    force: Array  # (...) N, across the finger in the bending plane of the link, positive on the inner side, 0 without
+    arc_length: Array  # (...) m, from the base to the centre of pressure, NaN without contact
+    force_std: Array  # (...) N, standard deviation
+    arc_length_std: Array  # (...) m, standard deviation
+    vector: Array | None = None  # (..., 3) N in B, 0 without contact
+    vector_std: Array | None = None  # (..., 3) N, along x, y and z of B
+    direction_std: Array | None = (
+        None  # (...) rad, root mean square of the angle to the true force, NaN without contact
+    )
+    # (...) rad around the finger, where it is pressed: 0 on the inner side, pi / 2 toward +y; NaN without contact
+    side: Array | None = None
+
+    def at(self, rows: NDArray[np.int_]) -> "ContactForce":
+        """The contacts of some samples, by their numbers along the first axis."""
+        return ContactForce(*(None if values is None else values[rows] for values in self))  # type: ignore[arg-type]
 
 
 class ShapeEstimate(NamedTuple):
-    """The estimated shape; None for quantities that a method does not estimate."""
+    """The estimated shape; None for quantities that a method does not estimate.
 
-    q: Array  # (..., N) rad, joint angles
-    covariance: Array | None = None  # (..., N, N) rad^2, of the joint angles
+    The joints are way after way (`MeasurementModel.ways`), bending first: N of a finger that only bends, D in all.
+    """
+
+    q: Array  # (..., D) rad, and m where joints slide
+    covariance: Array | None = None  # (..., D, D), of these
     contact: ContactForce | None = None
     curve: ArcCurve | None = None  # if joints and tip do not follow from the joint angles
     external_torque: Array | None = None  # (..., N) N m, if it is not that of the dynamic balance
 
     def at(self, rows: NDArray[np.int_]) -> "ShapeEstimate":
         """The estimates of some samples, by their numbers along the first axis."""
-        contact = None if self.contact is None else ContactForce(*(values[rows] for values in self.contact))
+        contact = None if self.contact is None else self.contact.at(rows)
         covariance = None if self.covariance is None else self.covariance[rows]
         curve = None if self.curve is None else self.curve.at(rows)
         torque = None if self.external_torque is None else self.external_torque[rows]
         return ShapeEstimate(self.q[rows], covariance, contact, curve, torque)
 
     def points(self, finger: Finger) -> Planar:
-        """Joints and tip, (..., N + 1) m in B."""
+        """Joints and tip in the bending plane, (..., N + 1) m in B; of a finger that only bends."""
         curve = self.curve or forward_kinematics(self.q, finger.segment_length)
         return curve.points
-
-
-class SpatialContact(NamedTuple):
-    """The contact on a finger in space, as one force."""
-
-    across: ContactForce  # across the finger in the bending plane of the link that is pressed, as in the plane
-    force: Array  # (..., 3) N in B, 0 without contact
-    force_std: Array  # (..., 3) N, along x, y and z of B
-    direction_std: Array  # (...) rad, root mean square of the angle to the true force, NaN without contact
-    # (...) rad around the finger, where it is pressed: 0 on the inner side, pi / 2 toward +y; NaN without contact
-    side: Array
-
-
-class SpatialShape(NamedTuple):
-    """The estimated shape of a finger in space: its joints way after way (`MeasurementModel.ways`), D in all."""
-
-    q: Array  # (..., D) rad, and m where joints slide
-    covariance: Array  # (..., D, D)
-    contact: SpatialContact | None = None
 
 
 class ShapeFunction(Protocol):
     """An estimator: from readings, driving torque and gravity to the shape."""
 
-    def __call__(self, readings: Array, driving: Array, gravity: Planar | complex) -> ShapeEstimate:
+    def __call__(self, readings: Array, driving: Array, gravity: Array) -> ShapeEstimate:
         """
         Args:
             readings: of the sensors, (..., R); NaN where there is none.
-            driving: torque at the joints that is known before anything is read, N m, (..., N); see `driving_torque`.
-            gravity: in the bending plane, z + i x in B, m/s^2, a number or (...).
+            driving: torque at the joints that is known before anything is read, (..., D) N m, and N where they slide;
+                see `driving_torque`.
+            gravity: in B, (..., 3) m/s^2.
         """

@@ -1,4 +1,4 @@
-"""FingerShape: estimated joint angles -> joint positions, tip pose and arcs.
+"""FingerShape: estimated joint positions -> places of joints and tip, and arcs.
 
 This is the contract between the estimators of the shape and what uses it. An estimator is a system with the output
 port `estimated_joint_angles` (N) rad; it takes what it needs of the readings (`strain`, or what else its sensors
@@ -15,15 +15,67 @@ import numpy as np
 from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.estimators.arcs import ArcCurve, Arcs, join_arcs
-from soft_gripper.estimators.plane import bending_plane, to_world
+from soft_gripper.estimators.plane import bending_plane, from_base, to_world
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.fingers.kinematics import Chain, as_points, forward_kinematics
+from soft_gripper.fingers.kinematics import as_points
+from soft_gripper.fingers.spatial_chain import SpatialChain, posture, vector_product
 from soft_gripper.signals import POSE, XYZ, XZ
 
 ANGLES = "estimated_joint_angles"
+TIP = "estimated_tip_position"
 ARC = ("x", "z", "heading", "kappa", "length", "center_x", "center_z")
 ARC_UNITS = ("m", "m", "rad", "1/m", "m", "m", "m")
 POSE_UNITS = ("m", "m", "rad")
+BENDS = ("bending",)
+
+
+class Places:
+    """Joints and tip of a finger in space, and how the positions of its joints, way after way, move them."""
+
+    def __init__(self, finger: Finger, ways: Sequence[str]):
+        chain = self._chain = SpatialChain.of(finger.segments, finger.segment_length, ways)
+        self._in_chain = chain.places(ways)
+        self._from_chain = np.argsort(self._in_chain)
+        frames = chain.beyond(np.arange(1, finger.segments + 1))
+        self._frames, self._beyond = np.append(frames, frames[-1]), np.append(np.zeros(finger.segments), 1.0)
+        self._half = finger.segment_length / 2
+        self._moved = self._frames > np.arange(len(chain.ways))[:, None]
+
+    def __call__(self, q: Array) -> tuple[Array, Array, Array]:
+        """Places P = N + 1 of joints and tip, at joint positions (..., D).
+
+        Returns:
+            the places, (..., P, 3) m in B; the direction of the tip, (..., 3); and how joints move the places,
+            (..., D, P, 3) m/rad, or 1.
+        """
+        at = posture(self._chain, q[..., self._in_chain])
+        along = at.rotations[..., self._frames, :, :][..., 2]
+        places = at.origins[..., self._frames, :] + (self._beyond * self._half)[:, None] * along
+        screws = at.screws[..., None, :]
+        moves = vector_product(screws[..., :3], places[..., None, :, :]) + screws[..., 3:]
+        moves = moves * self._moved[..., None]
+        return places, along[..., -1, :], moves[..., self._from_chain, :, :]
+
+    def variance(self, q: Array, covariance: Array) -> Array:
+        """Variances of joints and tip along x, y and z, m^2, (..., N + 1, 3).
+
+        Args:
+            q: joint positions, (..., D).
+            covariance: of these, (..., D, D).
+        """
+        moves = np.moveaxis(self(q)[2], -3, -1)  # (..., P, 3, D)
+        return np.asarray(np.maximum(((moves @ covariance[..., None, :, :]) * moves).sum(axis=-1), 0))
+
+
+def position_std(finger: Finger, q: Array, covariance: Array) -> Array:
+    """Standard deviations of the distances of joints and tip from their estimated places, m, (..., N + 1).
+
+    Args:
+        finger: the nominal one, which only bends.
+        q: estimated joint angles, rad, (..., N).
+        covariance: of these, rad^2, (..., N, N).
+    """
+    return np.sqrt(Places(finger, BENDS).variance(q, covariance).sum(axis=-1))
 
 
 def segment_arcs(finger: Finger, q: Array) -> Arcs:
@@ -57,12 +109,39 @@ class FingerShape(ArrayBlock):
 
     def __init__(self, finger: Finger):
         super().__init__()
-        joints = range(finger.segments)
         self.take(ANGLES, finger.segments)
         self.take("X_WB", 12)
-        self.derive("chain", lambda q: forward_kinematics(q, finger.segment_length), ANGLES)
-        put_out_arcs(self, lambda q: segment_arcs(finger, q), ANGLES, segment=joints)
-        put_out_pose(self, "chain", joints)
+        put_out_places(self, finger, BENDS, ANGLES)
+
+
+def put_out_places(block: ArrayBlock, finger: Finger, ways: Sequence[str], q: str) -> None:
+    """Declares the step "places", and outputs as of FingerShape, of a block with the input X_WB.
+
+    `q` is the step with the joint positions, way after way.
+    """
+    joints, places, N = range(finger.segments), Places(finger, ways), finger.segments
+    block.derive("places", lambda q: (*places(q), q[..., :N].sum(axis=-1)), q)
+    put_out_arcs(block, lambda q: segment_arcs(finger, q[..., :N]), q, segment=joints)
+    block.put_out(
+        *("joint_positions", lambda places: places[0][..., :-1, ::2], "places"), unit="m", joint=joints, xz=XZ
+    )
+    block.put_out(
+        "joint_positions_world",
+        lambda places, X_WB: from_base(X_WB, places[0][..., :-1, :]),
+        *("places", "X_WB"),
+        unit="m",
+        joint=joints,
+        xyz=XYZ,
+    )
+    block.put_out("tip_pose", _tip_pose, "places", unit=POSE_UNITS, pose=POSE)
+
+
+def _tip_pose(places: tuple[Array, Array, Array, Array]) -> Array:
+    """In the bending plane; the heading is counted in whole turns as the bends are."""
+    at, along, _, bent = places
+    heading = np.arctan2(along[..., 0], along[..., 2])
+    heading = heading + 2 * np.pi * np.round((bent - heading) / (2 * np.pi))
+    return np.concatenate([at[..., -1, ::2], heading[..., None]], axis=-1)
 
 
 def put_out_arcs(block: ArrayBlock, arcs: Callable[..., Arcs], source: str, **axis: Sequence[int]) -> None:
@@ -71,10 +150,10 @@ def put_out_arcs(block: ArrayBlock, arcs: Callable[..., Arcs], source: str, **ax
     block.put_out("arcs", lambda step: arc_table(arcs(step)), source, unit=ARC_UNITS, **axes)
 
 
-def put_out_pose(block: ArrayBlock, curve: str, joints: Sequence[int]) -> None:
+def put_out_curve(block: ArrayBlock, curve: str, joints: Sequence[int]) -> None:
     """Declares the pose outputs of a block with the input X_WB; `curve` is the step that they come from."""
 
-    def world(curve: Chain | ArcCurve, X_WB: Array) -> Array:
+    def world(curve: ArcCurve, X_WB: Array) -> Array:
         return to_world(curve.joints, bending_plane(X_WB))
 
     block.put_out("joint_positions", lambda curve: as_points(curve.joints), curve, unit="m", joint=joints, xz=XZ)

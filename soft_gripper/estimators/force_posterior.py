@@ -8,7 +8,8 @@ covariance is R, then have
     R_c = R + F_0^2 sum d d^T ,   W = R_c^-1 ,
     I = c^T W c ,   F^ = c^T W r / I ,   sigma = I^-1/2 ,   X = r^T W r - F^2 I ,
 
-with F_0 the best force under R and d the standard deviations of c within the cell. Two answers follow.
+with F_0 the best force under the covariance that 1 N has, and d the standard deviations of c within the cell. Two
+answers follow.
 
 The likelihood set needs no prior: every cell and force, at most the largest F_max that the scene exerts, with
 
@@ -68,7 +69,7 @@ _STRONGLY = 1e3  # draws to the largest sum, relative to the largest response
 _MOST_SETS, _EQUAL = 50, 1e-9  # of forces that are tried; relative
 _EDGES, _FINER = 41, 2  # of the bins of force, and how often what holds nearly all is divided again
 _INTERVAL, _TAIL, _LOWER_TAILS = 0.95, 1e-4, 41
-_FIRST = 1.0  # N, force whose uncertainty within a cell is assumed first, if refined
+_FIRST = 1.0  # N, force whose uncertainty within a cell is assumed first
 _NEGLIGIBLE = 1e-6  # weight of a cell, relative to the largest
 _BEYOND = 8.0  # standard deviations below 0, of a force that leaves nothing above
 _WIDE = 0.7  # deviation over mean of a force above 0, at most
@@ -88,8 +89,9 @@ class Cells(NamedTuple):
     response: Array  # (..., C, S) rad/N, bends due to 1 N
     spreads: Array  # (..., C, D, S) rad/N, standard deviations of the response within the cell, independent
     place: NDArray[np.int_]  # (C) number of the place, from 0 at the base to P - 1
-    side: NDArray[np.int_]  # (C) rising: in the plane -1 and 1, in space from 1 on, around the finger
+    side: NDArray[np.int_]  # (C) rising: -1 and 1 of a finger that only bends, else from 1 on, around it
     prior: Array  # (C) probability
+    angle: Array  # (C) rad around the finger, from the inner side toward +y
 
     def whitened(self, whitening: Array) -> "Cells":
         """Cells for bends multiplied by a matrix, (..., S, S)."""
@@ -111,6 +113,7 @@ class ContactPosterior(NamedTuple):
     arc_length_set: Array  # (..., 2) m, its ends along the finger; NaN there, and where nothing is detected
     mode_forces: Array  # (..., 2) N, positive on the inner side, the likelier first; NaN where there is none
     mode_arc_lengths: Array  # (..., 2) m
+    mode_sides: Array  # (..., 2) rad around the finger, from the inner side toward +y
     misfit: Array  # (...) normalised, of the best single force, 1 where noise leaves more in 1 of 1000 samples
 
     @property
@@ -159,16 +162,16 @@ class FittedCells(NamedTuple):
     chi_squared: Array  # (..., C), of the best possible force
 
 
-def fitted(bends: Array, covariance: Array, cells: Cells, largest: float, refined: bool = False) -> FittedCells:
+def fitted(bends: Array, covariance: Array, cells: Cells, largest: float) -> FittedCells:
     """The force in every cell, as of `posterior`.
 
-    If `refined`, F_0 is the best force under the covariance that 1 N has in the cell, instead of under R: where what is
-    uncertain within a cell changes the bends as much as the force does, as friction on the side of a finger does, the
-    best force under R is far too small.
+    F_0 is the best force under the covariance that 1 N has in the cell: where what is uncertain within a cell changes
+    the bends as much as the force does, as friction on the side of a finger does, the best force under R is far too
+    small.
     """
     whitening = np.linalg.inv(np.linalg.cholesky(covariance))
     r, cells = (whitening @ bends[..., None])[..., 0], cells.whitened(whitening)
-    fits = _fits(r, cells, largest, refined)
+    fits = _fits(r, cells, largest)
     return FittedCells(whitening, r, cells, fits, _chi_squared(fits, largest))
 
 
@@ -216,6 +219,7 @@ def in_cells(
         np.where(placed, places, np.nan),
         np.where(placed, np.sign(cells.side)[chosen] * pressing, np.nan),
         np.where(placed & np.isfinite(pressing), ends.mean(axis=-1)[chosen], np.nan),
+        np.where(placed & np.isfinite(pressing), cells.angle[chosen], np.nan),
         misfit,
     )
 
@@ -225,12 +229,9 @@ def one_contact_misfit(bends: Array, covariance: Array, cells: Cells, largest: f
     return fitted(bends, covariance, cells, largest).chi_squared.min(axis=-1)
 
 
-def _fits(r: Array, cells: Cells, largest: float, refined: bool) -> Fits:
+def _fits(r: Array, cells: Cells, largest: float) -> Fits:
     """The force in every cell, all whitened."""
-    c = cells.response
-    if not refined:
-        return _fit(r, cells, np.clip(_dot(c, r[..., None, :]) / (_dot(c, c) + _TINY), 0, largest), largest)
-    first = _fit(r, cells, np.full(c.shape[:-1], _FIRST), largest)
+    first = _fit(r, cells, np.full(cells.response.shape[:-1], _FIRST), largest)
     return _fit(r, cells, np.clip(first.force, 0, largest), largest)
 
 

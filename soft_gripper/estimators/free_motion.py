@@ -22,7 +22,7 @@ Leading axes are free; T samples, D joint positions, way after way.
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import expm
@@ -72,7 +72,7 @@ class FreeMotion:
         """Before the first sample."""
         return np.full((4, len(self.mechanics.layout.straight)), np.nan)
 
-    def step(self, before: Array, driving: Array, gravity: Any, pull: Any) -> Array:
+    def step(self, before: Array, driving: Array, gravity: Array, pull: Array) -> Array:
         """The motion at a sample, from that at the sample before; `pull` is gravity less the base's acceleration."""
         mechanics = self.mechanics
         q, rate, drawn, _ = np.moveaxis(before, -2, 0)
@@ -84,7 +84,7 @@ class FreeMotion:
         drawn, rest = (mechanics.free(driving + mechanics.weight(at, each)) for each in (pull, gravity))
         return np.stack(np.broadcast_arrays(np.where(begins, rest, q), rate, drawn, rest), axis=-2)
 
-    def over_time(self, driving: Array, gravity: Any, pull: Any, first: int = 0) -> Array:
+    def over_time(self, driving: Array, gravity: Array, pull: Array, first: int = 0) -> Array:
         """The motion at all samples of a recording, (T, ..., 4, D); those before the `first` one leave no trace."""
         motions: list[Array] = []
         for i, sample in enumerate(zip(driving, gravity, pull, strict=True)):
@@ -149,13 +149,13 @@ def _acceleration(middles: Array, period: float) -> Array:
     return np.nan_to_num(np.diff(middles, 2, axis=-2)[..., 0, :] / period**2)
 
 
-def recorded_lag(function: object, driving: Array, gravity: Any, pull: Any) -> tuple[Lag, ...]:
+def recorded_lag(function: object, driving: Array, gravity: Array, pull: Array) -> tuple[Lag, ...]:
     """Lag of the free finger at T samples, as the arguments that an estimator takes of it; none if it takes none.
 
     Args:
         function: an estimator.
         driving: torque, (T, D) N m.
-        gravity: as the estimator takes it, (T) or (T, 3) m/s^2.
+        gravity: in B, (T, 3) m/s^2.
         pull: gravity less the acceleration of the base, likewise.
     """
     motion = motion_of(function)

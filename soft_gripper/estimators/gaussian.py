@@ -1,18 +1,21 @@
-"""The most probable shape and its uncertainty, from readings, driving torque and weight.
+"""The most probable shape and its uncertainty, from readings, driving torque and weight: the estimator `gaussian`.
 
-Before the sensors are read the joint angles are Gaussian about those of the free finger (`mechanics`),
+Before the sensors are read the joints are Gaussian about those of the free finger (`mechanics`),
 
     q ~ N(q_0, P) ,   q_0 = (u + w) / k .
 
-The readings say  z = A q + noise  (`sensors.measurement`), with variances R, so
+The readings give values  z = g(q) + noise  (`sensors.measurement`), with variances R. With A their slopes by the
+joints, linearized about a shape q_1 close to the true one,
 
-    q | z ~ N(q_0 + G (z - A q_0), P - G A P) ,   G = P A^T (A P A^T + R)^-1 .
+    q | z ~ N(q_0 + G (z - g(q_1) - A (q_0 - q_1)), P - G A P) ,   G = P A^T (A P A^T + R)^-1 .
 
-The weight depends a little on q, so this is done twice. Lilge, Barfoot and Burgner-Kahrs (2022, doi
-10.1177/02783649221128843) estimate a continuum robot's shape with a Gaussian process in the same spirit; here the
-prior is on the load, not on the curvature, so that driving torque and stiffness are put to use.
+Weight and prior depend on the posture. They are those of a finger that is bent as a first guess says, for which
+everything is linearized about the straight one; readings are linearized there, and once more where this leaves the
+joints: iterated extended Kalman update (Bell and Cathey 1993, doi 10.1109/9.250476). Lilge, Barfoot and
+Burgner-Kahrs (2022, doi 10.1177/02783649221128843) estimate a continuum robot's shape with a Gaussian process in the
+same spirit; here the prior is on the load, not on the curvature, so that driving torque and stiffness are put to use.
 
-Leading axes are free; S values that are read, N joints.
+Leading axes are free; S values that are read, D joints, way after way (`MeasurementModel.ways`).
 """
 
 from dataclasses import dataclass, field
@@ -20,13 +23,12 @@ from functools import cached_property
 
 import numpy as np
 
-from soft_gripper.arrays import Array, Planar
+from soft_gripper.arrays import Array
 from soft_gripper.estimators.estimate import ShapeEstimate
-from soft_gripper.estimators.mechanics import PlanarMechanics
+from soft_gripper.estimators.mechanics import Mechanics
 from soft_gripper.estimators.uncertainty import Uncertainty
-from soft_gripper.sensors.measurement import MeasurementModel
-
-_PASSES = 2
+from soft_gripper.sensors.measurement import UNKNOWN, LinearReadings, MeasurementModel
+from soft_gripper.sensors.observability import shared_equally, weak_prior
 
 
 @dataclass(frozen=True)
@@ -36,33 +38,53 @@ class GaussianShape:
     layout: MeasurementModel
     uncertainty: Uncertainty = field(default_factory=Uncertainty)
 
-    def __call__(self, readings: Array, driving: Array, gravity: Planar | complex) -> ShapeEstimate:
-        """The joint angles and their covariance; see ShapeFunction."""
-        layout, mechanics, assumed = self.layout, self.mechanics, self.uncertainty
-        read, A = layout.linear(readings, assumed.any_reading).uncertain_by(assumed.gain), layout.matrix
-        q = read.values @ self._least_bent.T
-        gain, covariance = condition(A, mechanics.prior(q, q, driving), read.variance)
-        for _ in range(_PASSES):
-            free = mechanics.free(driving + mechanics.weight(q, gravity))
-            q = free + (gain @ (read.values - free @ A.T)[..., None])[..., 0]
-        return ShapeEstimate(q, covariance)
+    def __call__(self, readings: Array, driving: Array, gravity: Array) -> ShapeEstimate:
+        """The joint positions and their covariance; see ShapeFunction."""
+        mechanics, read = self.mechanics, self.read(readings)
+        q = self.guess(read, driving, gravity)
+        at = mechanics.posture(q)
+        free, prior = mechanics.free(driving + mechanics.weight(at, gravity)), mechanics.prior(at, q, driving)
+        for _ in range(self.layout.linearizations):
+            predicted, A = self.layout.values_at(q)
+            gain, seen = gain_of(A, prior, read.variance)
+            left = read.values - predicted - (A @ (free - q)[..., None])[..., 0]
+            q = free + (gain @ left[..., None])[..., 0]
+        return ShapeEstimate(q, prior - gain @ seen)
+
+    def guess(self, read: LinearReadings, driving: Array, gravity: Array) -> Array:
+        """Joint positions if readings, prior and weight were those of the straight finger, (..., D)."""
+        weight, gain, A = self._straight
+        free = self.mechanics.free(driving + gravity @ weight)
+        left = np.where(read.variance < UNKNOWN / 2, read.values - free @ A.T, 0.0)
+        return free + left @ gain.T
 
     @cached_property
-    def mechanics(self) -> PlanarMechanics:
-        return PlanarMechanics(self.layout, self.uncertainty)
+    def _straight(self) -> tuple[Array, Array, Array]:
+        """Torques of unit gravity on the straight finger, (3, D), gain, (D, S), and slopes of the values, (S, D).
+
+        Sections may bend and twist by as much as `weak_prior` says, in addition to what a load does to a straight one.
+        """
+        mechanics, layout, q = self.mechanics, self.layout, self.layout.straight
+        at, shared = mechanics.posture(q), shared_equally(layout) * weak_prior(layout)
+        prior = mechanics.prior(at, q, np.zeros_like(q)) + shared @ shared.T
+        (_, A), noise = layout.values_at(q), self.read(layout.read(q)).variance
+        return mechanics.weight(at, np.eye(3)), gain_of(A, prior, noise)[0], A
+
+    def read(self, readings: Array) -> LinearReadings:
+        """The values that are read, 0 where nothing is, and their variances."""
+        return self.layout.linear(readings, self.uncertainty.any_reading).uncertain_by(self.uncertainty.gain)
 
     @cached_property
-    def _least_bent(self) -> Array:
-        """From measured values to the smallest joint angles that match, (N, S): joints of a section bend equally."""
-        return np.linalg.pinv(self.layout.matrix)
+    def mechanics(self) -> Mechanics:
+        return Mechanics(self.layout, self.uncertainty)
 
 
 def condition(A: Array, covariance: Array, variance: Array) -> tuple[Array, Array]:
-    """The gain G, (..., N, S), and the posterior covariance, (..., N, N), after measuring  z = A q + noise .
+    """The gain G, (..., D, S), and the posterior covariance, (..., D, D), after measuring  z = A q + noise .
 
     Args:
-        A: (..., S, N).
-        covariance: P, of the joint angles before, (..., N, N).
+        A: (..., S, D).
+        covariance: P, of the joints before, (..., D, D).
         variance: of the noise, (..., S).
     """
     gain, seen = gain_of(A, covariance, variance)
@@ -70,7 +92,7 @@ def condition(A: Array, covariance: Array, variance: Array) -> tuple[Array, Arra
 
 
 def gain_of(A: Array, covariance: Array, variance: Array) -> tuple[Array, Array]:
-    """The gain as of `condition`, and A P, (..., S, N)."""
+    """The gain as of `condition`, and A P, (..., S, D)."""
     seen = A @ covariance
     read = seen @ np.swapaxes(A, -1, -2) + variance[..., None] * np.eye(A.shape[-2])
     return np.swapaxes(np.linalg.solve(read, seen), -1, -2), seen

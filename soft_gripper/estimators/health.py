@@ -36,13 +36,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import log_ndtr
 
-from soft_gripper.arrays import Array, Planar
-from soft_gripper.estimators.contact import force_cells
+from soft_gripper.arrays import Array
+from soft_gripper.estimators.contact import SurfaceContact
 from soft_gripper.estimators.faults import FAULTS, Hypotheses
 from soft_gripper.estimators.force_posterior import one_contact_misfit
-from soft_gripper.estimators.gaussian import GaussianShape
+from soft_gripper.estimators.mechanics import Mechanics
 from soft_gripper.estimators.uncertainty import Uncertainty
-from soft_gripper.fingers.kinematics import gravity_torque
 from soft_gripper.sensors.measurement import MeasurementModel
 
 LOOK = 10  # samples
@@ -117,11 +116,11 @@ class HealthFilter:
             np.zeros((2, readings)),
         )
 
-    def step(self, known: Known, readings: Array, driving: Array, gravity: Planar | complex) -> Known:
+    def step(self, known: Known, readings: Array, driving: Array, gravity: Array) -> Known:
         """Memory after one more sample; see ShapeFunction for the inputs."""
         layout, finger = self.layout, self.layout.finger
         known = self._begun(known) if known.samples >= LOOK else known
-        weight = gravity_torque(finger, finger.angle(driving), np.asarray(gravity)[..., None])
+        weight = self._mechanics.weight(self._mechanics.posture(finger.angle(driving)), gravity)
         free = layout.matrix @ finger.angle(driving + weight)
         finite = np.isfinite(readings)
         repeated = readings == known.last
@@ -305,7 +304,7 @@ class HealthFilter:
         """From the states to the bends beyond those of the nominal free finger, rad, (S, n)."""
         by_state = np.zeros((self._values, self._states))
         by_state[:, : self._values] = np.eye(self._values)
-        driven = self.layout.matrix @ (self._gaussian.mechanics.compliance(q) * driving)
+        driven = self.layout.matrix @ (self._mechanics.compliance(q) * driving)
         by_state[:, self._values + self.layout.readings + 2] = driven
         return by_state
 
@@ -344,7 +343,7 @@ class HealthFilter:
         cut = (_INEXACT * cut[alive] * (self.layout.matrix @ q)) ** 2 + bend**2
         spread = covariance[alive, :values, :values]
         spread = spread + (_SPREAD**2 * size + (floor + cut)[..., None]) * np.eye(values)
-        cells = force_cells(self.layout, shape, self._gaussian.mechanics.compliance(shape), self.uncertainty.friction)
+        cells = self._contact.cells(shape, self._mechanics.posture(shape), self.layout.matrix)
         X = np.zeros_like(evidence)
         X[alive] = np.minimum(one_contact_misfit(load, spread, cells, self.uncertainty.largest_force), _MOST)
         X[~alive] = X[0]
@@ -381,12 +380,16 @@ class HealthFilter:
 
     @cached_property
     def _of_usual_load(self) -> Array:
-        A = self.layout.matrix
-        return A @ self._gaussian.mechanics.prior(*[np.zeros(A.shape[-1])] * 3) @ A.T
+        A, straight = self.layout.matrix, self.layout.straight
+        return A @ self._mechanics.prior(self._mechanics.posture(straight), straight, straight) @ A.T
 
     @cached_property
-    def _gaussian(self) -> GaussianShape:
-        return GaussianShape(self.layout, self.uncertainty)
+    def _contact(self) -> SurfaceContact:
+        return SurfaceContact(self._mechanics)
+
+    @cached_property
+    def _mechanics(self) -> Mechanics:
+        return Mechanics(self.layout, self.uncertainty)
 
 
 class _Look(NamedTuple):

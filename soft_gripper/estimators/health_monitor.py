@@ -8,7 +8,7 @@ from soft_gripper.errors import InputError
 from soft_gripper.estimators.driving_torque import DRIVING_TORQUE
 from soft_gripper.estimators.faults import FAULTS
 from soft_gripper.estimators.health import HealthFilter, Known
-from soft_gripper.estimators.plane import bending_plane
+from soft_gripper.estimators.plane import in_base
 
 NAMED = 0.95  # probability that something is wrong from which a fault is named, and a sensor dropped
 
@@ -47,7 +47,7 @@ class HealthMonitor(ArrayBlock):
         self.take(layout.quantity, layout.readings)
         self.take(DRIVING_TORQUE, layout.finger.segments)
         self.take("X_WB", 12)
-        self.derive("gravity", lambda X_WB: bending_plane(X_WB).planar(gravity), "X_WB")
+        self.derive("gravity", lambda X_WB: in_base(X_WB, gravity), "X_WB")
         self.remember(
             "known",
             lambda before, *sample: function.step(_unflat(before, start), *sample),

@@ -8,9 +8,17 @@ Gaussian about those of the free finger, with the covariance
 with T the covariance of the torques of a load, r the uncertainty of the bend that the driving torque leads to, as a
 share, d that of the pressure, whose gain is g, and a that of everything else.
 
-What is known of a load: its forces are white noise along the finger, and one more, independent, presses on the tip. In
-the plane (`PlanarMechanics`) they act across the straight finger. Contact forces f(x) have at the arc length s the
-torque
+What is known of a load: its forces are white noise along the finger, and one more, independent, presses on the tip;
+they act in all directions on the bent chain, so that one force on a bent finger turns it sideways and twists it, and
+one way is inferred from the other. With B_i (p, 1) the motion of a place p by the joint i, and w_k the variances of the
+forces at the places p_k,
+
+    T_ij = sum of w_k B_i (p_k, 1) . B_j (p_k, 1)  =  trace B_i (sum of w_k (p_k, 1) (p_k, 1)^T) B_j^T ,
+
+over the places beyond the outer of both joints, of which the sum in brackets is the same for all joints inside it. Two
+places on each link integrate over it exactly (Gauss and Legendre).
+
+On a straight finger contact forces f(x) have at the arc length s the torque
 
     tau(s) = integral from s to L of (x - s) f(x) dx .
 
@@ -22,33 +30,20 @@ over the length,
 and the force on the tip gives it u v; each is 1 at the base. What is most probable between readings under the first
 alone is a cubic spline (Wahba 1978, doi 10.1111/j.2517-6161.1978.tb01050.x).
 
-In space (`SpatialMechanics`) the forces act in three directions on the bent chain, so that one force on a bent finger
-turns it sideways and twists it, and one way is inferred from the other. With B_i (p, 1) the motion of a place p by the
-joint i, and w_k the variances of the forces at the places p_k,
-
-    T_ij = sum of w_k B_i (p_k, 1) . B_j (p_k, 1)  =  trace B_i (sum of w_k (p_k, 1) (p_k, 1)^T) B_j^T ,
-
-over the places beyond the outer of both joints, of which the sum in brackets is the same for all joints inside it. Two
-places on each link integrate over it exactly (Gauss and Legendre): on a straight finger T in bending is that of the
-plane.
-
-Leading axes are free; N segments, D joints, way after way (`MeasurementModel.ways`): in the plane D = N.
+Leading axes are free; N segments, D joints, way after way (`MeasurementModel.ways`): D = N if the finger only bends.
 """
 
-from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
 from soft_gripper.estimators.uncertainty import Uncertainty
-from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import SLIDES
-from soft_gripper.fingers.kinematics import gravity_torque
-from soft_gripper.fingers.spatial_chain import Posture, SpatialChain, posture, spatial_chain
+from soft_gripper.fingers.spatial_chain import Posture, SpatialChain, posture
 from soft_gripper.sensors.measurement import MeasurementModel
 
 _MODES = 5  # of a load in each direction
@@ -57,47 +52,156 @@ _NEGLIGIBLE = 1e-9  # share of a variance
 _GAUSS = np.array([-1.0, 1.0]) / np.sqrt(12)  # places on a link of length 1, from its middle
 
 
-def torque_covariance(finger: Finger, load_pressure: float) -> Array:
-    """Covariance of the external torque at the joints of a straight finger in its plane, (N m)^2, (N, N).
+class _Points(NamedTuple):
+    """Points of the links: K places of forces, the last of them the tip, then the middles of the masses."""
 
-    At the base the standard deviation is the largest torque of `load_pressure`, Pa, at a joint.
-    """
-    u = 1 - finger.joint_arc_lengths / finger.length
-    less, more = np.minimum.outer(u, u), np.maximum.outer(u, u)
-    along = less**2 * (3 * more - less) / 2
-    covariance = TIP_SHARE * np.outer(u, u) + (1 - TIP_SHARE) * along
-    return (load_pressure * finger.pressure_gain.max()) ** 2 * covariance
+    frames: NDArray[np.int_]  # (K + N + 1)
+    places: Array  # (p, 1) in these frames, (K + N + 1, 4, 1) m
+    beyond: Array  # (N, K) N^2, variances of the forces; 0 where the joints of a segment do not move the place
+    moved: NDArray[np.bool_]  # (D, K) whether a joint moves the place
+    masses: Array  # (D, N + 1) kg; 0 where a joint does not carry the link
+
+
+class BentFinger(NamedTuple):
+    """Where the chain of a finger lies, and how its joints, way after way, move it."""
+
+    chain: Posture
+    motions: Array  # B, (..., D, 12), each 3 x 4
+    points: Array  # (p, 1) of `_Points`, (..., K + N + 1, 4)
 
 
 @dataclass(frozen=True)
-class Mechanics(ABC):
-    """Mechanics that are the same in the plane and in space."""
+class Mechanics:
+    """Mechanics of one nominal finger; gravity is a vector in B, (..., 3) m/s^2."""
 
     layout: MeasurementModel
     uncertainty: Uncertainty
 
-    @abstractmethod
-    def posture(self, q: Array) -> Any:
+    def posture(self, q: Array) -> BentFinger:
         """Where the chain lies at joint positions (..., D)."""
+        at, points = posture(self.chain, q[..., self.in_chain]), self._points
+        placed = (at.frames[..., points.frames, :, :] @ points.places)[..., 0]
+        return BentFinger(at, self._by_way(at.motions), placed)
 
-    @abstractmethod
-    def weight(self, at: Any, gravity: Any) -> Array:
+    def _by_way(self, by_joint: Array) -> Array:
+        """Matrices of the joints of the chain, (..., J, 3, 4), way after way and flat, (..., D, 12)."""
+        return by_joint.reshape(*by_joint.shape[:-2], 12)[..., self.from_chain, :]
+
+    def weight(self, at: BentFinger, gravity: Array) -> Array:
         """Torques of the weight in a posture, (..., D)."""
+        carried = self._points.masses @ at.points[..., self._places :, :]  # (..., D, 4)
+        pulled = gravity[..., None, :, None] * carried[..., None, :]
+        return np.asarray((at.motions * pulled.reshape(*pulled.shape[:-2], 12)).sum(axis=-1))
 
-    @abstractmethod
-    def of_load(self, at: Any, q: Array) -> Array:
-        """The covariance of the joints due to a load, C T C, in the posture of `q`, (..., D, D) or (D, D)."""
+    def of_load(self, at: BentFinger, q: Array) -> Array:
+        """The covariance of the joints due to a load, C T C, in the posture of `q`, (..., D, D)."""
+        placed, motions, N = at.points[..., : self._places, :], at.chain.motions, self.layout.finger.segments
+        products = (placed[..., :, None] * placed[..., None, :]).reshape(*placed.shape[:-1], 16)
+        beyond = (self._points.beyond @ products).reshape(*products.shape[:-2], N, 4, 4)
+        of_segments = motions.reshape(*motions.shape[:-3], N, motions.shape[-3] // N * 3, 4)
+        with_all_beyond = self._by_way((of_segments @ beyond).reshape(motions.shape))
+        compliance = self.compliance(q)[..., None]
+        # Right where the joint of the row is the inner one; the other half is its mirror image.
+        by_inner = (compliance * at.motions) @ np.swapaxes(compliance * with_all_beyond, -1, -2)
+        return np.asarray(np.where(self._is_inner, by_inner, np.swapaxes(by_inner, -1, -2)))
 
-    @abstractmethod
-    def load_modes(self, at: Any) -> Array:
-        """Torques of the strongest modes of a load in a posture, (..., D, M) or (D, M)."""
+    def load_modes(self, at: BentFinger) -> Array:
+        """Torques of the strongest modes of a load in a posture, (..., D, M).
+
+        The modes are of forces that turn with the links, so that a mode means the same however far the finger is bent.
+        On the straight finger they are the modes of the load across it in each plane, and along it if it stretches.
+        """
+        torques = self._unit_torques(at)
+        return np.asarray(torques.reshape(*torques.shape[:-2], 3 * self._places) @ self._strongest[1])
 
     @property
-    @abstractmethod
     def load_variances(self) -> Array:
         """Variances of these modes before the sensors are read, (M,)."""
+        return self._strongest[0]
 
-    def prior(self, at: Any, q: Array, driving: Array) -> Array:
+    @cached_property
+    def _strongest(self) -> tuple[Array, Array]:
+        """Variances of the modes, and the forces of each along x, y and z of the links at all places, (3 K, M) N.
+
+        With L = T_d w^1/2 the torques of forces along one of the axes, of one standard deviation each, the forces
+        w^1/2 L^T V / values  have the torques  L L^T V / values = V .
+        """
+        straight = self._unit_torques(self.posture(self.layout.straight))
+        stds, found, variances = np.sqrt(self._points.beyond.max(axis=0)), [], []
+        for axis in range(3):
+            L = straight[..., axis, :] * stds
+            values, modes = _strongest(L @ L.T)
+            kept = values > _NEGLIGIBLE * self._points.beyond.max() * self.layout.finger.length**2
+            forces = np.zeros((3, len(stds), int(kept.sum())))
+            forces[axis] = stds[:, None] * (L.T @ modes[:, kept]) / values[kept]
+            found.append(forces.reshape(3 * len(stds), forces.shape[-1]))
+            variances.append(values[kept])
+        return np.concatenate(variances), np.concatenate(found, axis=-1)
+
+    def _unit_torques(self, at: BentFinger) -> Array:
+        """At the joints, of forces of 1 N along x, y and z of the links at all places, (..., D, 3, K)."""
+        frames, placed = self._points.frames[: self._places], at.points[..., : self._places, :]
+        axes = np.moveaxis(at.chain.rotations[..., frames, :, :], -1, -3)  # (..., 3, K, 3)
+        forces = (axes[..., None] * placed[..., None, :, None, :]).reshape(*axes.shape[:-3], 3 * self._places, 12)
+        torques = at.motions @ np.swapaxes(forces, -1, -2)
+        moved = self._points.moved[:, None, :]
+        return np.asarray(torques.reshape(*torques.shape[:-1], 3, self._places) * moved)
+
+    @cached_property
+    def chain(self) -> SpatialChain:
+        """The chain, as far as the sensors see it yield."""
+        layout = self.layout
+        return SpatialChain.of(layout.finger.segments, layout.finger.segment_length, layout.ways)
+
+    @property
+    def only_bends(self) -> bool:
+        """Whether the finger stays in its plane, as far as the sensors see."""
+        return self.layout.ways == ("bending",)
+
+    @cached_property
+    def from_chain(self) -> NDArray[np.int_]:
+        """Joints of the chain in the order way after way, (D,)."""
+        return np.argsort(self.in_chain)
+
+    @cached_property
+    def in_chain(self) -> NDArray[np.int_]:
+        return self.chain.places(self.layout.ways)
+
+    @cached_property
+    def links(self) -> NDArray[np.int_]:
+        """Frames that are fixed to the links, (N + 1,)."""
+        return self.chain.beyond(np.arange(self.layout.finger.segments + 1))
+
+    @cached_property
+    def _is_inner(self) -> NDArray[np.bool_]:
+        """Whether a joint lies before another one in the chain, or is the same, (D, D)."""
+        return self.from_chain[:, None] <= self.from_chain
+
+    @property
+    def _places(self) -> int:
+        return self._points.beyond.shape[-1]
+
+    @cached_property
+    def _points(self) -> _Points:
+        finger, lengths = self.layout.finger, np.diff(self.layout.finger.link_ends)
+        base = self.uncertainty.load_pressure * finger.pressure_gain.max()  # N m, torque of a usual load
+        along = np.repeat(lengths / 2, 2) * 3 / finger.length**3
+        variances = base**2 * np.append((1 - TIP_SHARE) * along, TIP_SHARE / finger.length**2)
+        x, z = finger.links.center
+        places = np.append((lengths[:, None] * (0.5 + _GAUSS)).ravel(), lengths[-1])
+        frames = np.concatenate([np.repeat(self.links, 2), self.links[-1:], self.links])
+        moved = frames > self.from_chain[:, None]
+        local = np.zeros((len(frames), 4, 1))
+        local[:, 2, 0], local[len(places) :, 0, 0], local[:, 3] = np.append(places, z), x, 1.0
+        return _Points(
+            frames,
+            local,
+            (frames[: len(places)] > self.links[:-1, None]) * variances,
+            moved[:, : len(places)],
+            moved[:, len(places) :] * finger.links.mass,
+        )
+
+    def prior(self, at: BentFinger, q: Array, driving: Array) -> Array:
         """The covariance P of the joints before the sensors are read, (..., D, D), about the posture of `q`."""
         return self.of_load(at, q) + self.of_model(q, driving)
 
@@ -170,177 +274,6 @@ class Mechanics(ABC):
     @cached_property
     def _compliance_if_linear(self) -> Array:
         return np.asarray(1 / self.stiffness)
-
-
-class PlanarMechanics(Mechanics):
-    """In the bending plane; a posture is the joint angles themselves, and gravity a planar vector, (...)."""
-
-    def posture(self, q: Array) -> Array:
-        return q
-
-    def weight(self, at: Array, gravity: Any) -> Array:
-        return gravity_torque(self.layout.finger, at, np.asarray(gravity)[..., None])
-
-    def of_load(self, at: Array, q: Array) -> Array:
-        if self._is_linear:
-            return self._of_load_if_linear
-        return self._of_load(self.compliance(q))
-
-    def load_modes(self, at: Array) -> Array:
-        return self._strongest[1]
-
-    @property
-    def load_variances(self) -> Array:
-        return self._strongest[0]
-
-    @cached_property
-    def _strongest(self) -> tuple[Array, Array]:
-        return _strongest(self._torque_covariance)
-
-    def _of_load(self, compliance: Array) -> Array:
-        return np.asarray(compliance[..., None] * self._torque_covariance * compliance[..., None, :])
-
-    @cached_property
-    def _of_load_if_linear(self) -> Array:
-        return self._of_load(self._compliance_if_linear)
-
-    @cached_property
-    def _torque_covariance(self) -> Array:
-        return torque_covariance(self.layout.finger, self.uncertainty.load_pressure)
-
-
-class _Points(NamedTuple):
-    """Points of the links: K places of forces, the last of them the tip, then the middles of the masses."""
-
-    frames: NDArray[np.int_]  # (K + N + 1)
-    places: Array  # (p, 1) in these frames, (K + N + 1, 4, 1) m
-    beyond: Array  # (N, K) N^2, variances of the forces; 0 where the joints of a segment do not move the place
-    moved: NDArray[np.bool_]  # (D, K) whether a joint moves the place
-    masses: Array  # (D, N + 1) kg; 0 where a joint does not carry the link
-
-
-class BentFinger(NamedTuple):
-    """Where the chain of a finger lies, and how its joints, way after way, move it."""
-
-    chain: Posture
-    motions: Array  # B, (..., D, 12), each 3 x 4
-    points: Array  # (p, 1) of `_Points`, (..., K + N + 1, 4)
-
-
-class SpatialMechanics(Mechanics):
-    """In space; gravity is a vector in B, (..., 3) m/s^2."""
-
-    def posture(self, q: Array) -> BentFinger:
-        at, points = posture(self.chain, q[..., self.in_chain]), self._points
-        placed = (at.frames[..., points.frames, :, :] @ points.places)[..., 0]
-        return BentFinger(at, self._by_way(at.motions), placed)
-
-    def _by_way(self, by_joint: Array) -> Array:
-        """Matrices of the joints of the chain, (..., J, 3, 4), way after way and flat, (..., D, 12)."""
-        return by_joint.reshape(*by_joint.shape[:-2], 12)[..., self.from_chain, :]
-
-    def weight(self, at: BentFinger, gravity: Array) -> Array:
-        carried = self._points.masses @ at.points[..., self._places :, :]  # (..., D, 4)
-        pulled = gravity[..., None, :, None] * carried[..., None, :]
-        return np.asarray((at.motions * pulled.reshape(*pulled.shape[:-2], 12)).sum(axis=-1))
-
-    def of_load(self, at: BentFinger, q: Array) -> Array:
-        placed, motions, N = at.points[..., : self._places, :], at.chain.motions, self.layout.finger.segments
-        products = (placed[..., :, None] * placed[..., None, :]).reshape(*placed.shape[:-1], 16)
-        beyond = (self._points.beyond @ products).reshape(*products.shape[:-2], N, 4, 4)
-        of_segments = motions.reshape(*motions.shape[:-3], N, motions.shape[-3] // N * 3, 4)
-        with_all_beyond = self._by_way((of_segments @ beyond).reshape(motions.shape))
-        compliance = self.compliance(q)[..., None]
-        # Right where the joint of the row is the inner one; the other half is its mirror image.
-        by_inner = (compliance * at.motions) @ np.swapaxes(compliance * with_all_beyond, -1, -2)
-        return np.asarray(np.where(self._is_inner, by_inner, np.swapaxes(by_inner, -1, -2)))
-
-    def load_modes(self, at: BentFinger) -> Array:
-        """Modes of forces that turn with the links, so that a mode means the same however far the finger is bent.
-
-        On the straight finger they are the modes of the load across it in each plane, and along it if it stretches.
-        """
-        torques = self._unit_torques(at)
-        return np.asarray(torques.reshape(*torques.shape[:-2], 3 * self._places) @ self._strongest[1])
-
-    @property
-    def load_variances(self) -> Array:
-        return self._strongest[0]
-
-    @cached_property
-    def _strongest(self) -> tuple[Array, Array]:
-        """Variances of the modes, and the forces of each along x, y and z of the links at all places, (3 K, M) N.
-
-        With L = T_d w^1/2 the torques of forces along one of the axes, of one standard deviation each, the forces
-        w^1/2 L^T V / values  have the torques  L L^T V / values = V .
-        """
-        straight = self._unit_torques(self.posture(self.layout.straight))
-        stds, found, variances = np.sqrt(self._points.beyond.max(axis=0)), [], []
-        for axis in range(3):
-            L = straight[..., axis, :] * stds
-            values, modes = _strongest(L @ L.T)
-            kept = values > _NEGLIGIBLE * self._points.beyond.max() * self.layout.finger.length**2
-            forces = np.zeros((3, len(stds), int(kept.sum())))
-            forces[axis] = stds[:, None] * (L.T @ modes[:, kept]) / values[kept]
-            found.append(forces.reshape(3 * len(stds), forces.shape[-1]))
-            variances.append(values[kept])
-        return np.concatenate(variances), np.concatenate(found, axis=-1)
-
-    def _unit_torques(self, at: BentFinger) -> Array:
-        """At the joints, of forces of 1 N along x, y and z of the links at all places, (..., D, 3, K)."""
-        frames, placed = self._points.frames[: self._places], at.points[..., : self._places, :]
-        axes = np.moveaxis(at.chain.rotations[..., frames, :, :], -1, -3)  # (..., 3, K, 3)
-        forces = (axes[..., None] * placed[..., None, :, None, :]).reshape(*axes.shape[:-3], 3 * self._places, 12)
-        torques = at.motions @ np.swapaxes(forces, -1, -2)
-        moved = self._points.moved[:, None, :]
-        return np.asarray(torques.reshape(*torques.shape[:-1], 3, self._places) * moved)
-
-    @cached_property
-    def chain(self) -> SpatialChain:
-        return spatial_chain(self.layout.finger)
-
-    @cached_property
-    def from_chain(self) -> NDArray[np.int_]:
-        """Joints of the chain in the order way after way, (D,)."""
-        return np.argsort(self.in_chain)
-
-    @cached_property
-    def in_chain(self) -> NDArray[np.int_]:
-        return self.chain.places(self.layout.ways)
-
-    @cached_property
-    def links(self) -> NDArray[np.int_]:
-        """Frames that are fixed to the links, (N + 1,)."""
-        return self.chain.beyond(np.arange(self.layout.finger.segments + 1))
-
-    @cached_property
-    def _is_inner(self) -> NDArray[np.bool_]:
-        """Whether a joint lies before another one in the chain, or is the same, (D, D)."""
-        return self.from_chain[:, None] <= self.from_chain
-
-    @property
-    def _places(self) -> int:
-        return self._points.beyond.shape[-1]
-
-    @cached_property
-    def _points(self) -> _Points:
-        finger, lengths = self.layout.finger, np.diff(self.layout.finger.link_ends)
-        base = self.uncertainty.load_pressure * finger.pressure_gain.max()  # N m, torque of a usual load
-        along = np.repeat(lengths / 2, 2) * 3 / finger.length**3
-        variances = base**2 * np.append((1 - TIP_SHARE) * along, TIP_SHARE / finger.length**2)
-        x, z = finger.links.center
-        places = np.append((lengths[:, None] * (0.5 + _GAUSS)).ravel(), lengths[-1])
-        frames = np.concatenate([np.repeat(self.links, 2), self.links[-1:], self.links])
-        moved = frames > self.from_chain[:, None]
-        local = np.zeros((len(frames), 4, 1))
-        local[:, 2, 0], local[len(places) :, 0, 0], local[:, 3] = np.append(places, z), x, 1.0
-        return _Points(
-            frames,
-            local,
-            (frames[: len(places)] > self.links[:-1, None]) * variances,
-            moved[:, : len(places)],
-            moved[:, len(places) :] * finger.links.mass,
-        )
 
 
 def _strongest(covariance: Array) -> tuple[Array, Array]:

@@ -36,15 +36,36 @@ def bending_plane(X_WB: Array) -> BendingPlane:
     return BendingPlane(np.ascontiguousarray(matrix[..., :3:2].swapaxes(-1, -2)), matrix[..., 3])
 
 
-def planar_gravity(X_WB: Array, gravity: Array) -> Planar:
-    """Gravity in the bending planes of base poses, z + i x, m/s^2.
+def in_base(X_WB: Array, vector: Array) -> Array:
+    """A vector of the world in B, (..., 3).
 
     Args:
-        X_WB: base poses, (..., 3, 4).
-        gravity: in the world, (..., 3) m/s^2.
+        X_WB: base poses, their 12 entries, (..., 12), or (..., 3, 4).
+        vector: in the world, (..., 3).
     """
-    x, z = ((X_WB[..., :, axis] * gravity).sum(axis=-1) for axis in (0, 2))
-    return np.asarray(z + 1j * x, dtype=complex)
+    R = _pose(X_WB)[..., :3]
+    return np.asarray((vector[..., None, :] @ R)[..., 0, :])
+
+
+def planar_gravity(X_WB: Array, gravity: Array) -> Planar:
+    """Gravity in the bending planes of base poses, z + i x, m/s^2; arguments as of `in_base`."""
+    return as_planar(in_base(X_WB, gravity)[..., ::2])
+
+
+def from_base(X_WB: Array, points: Array) -> Array:
+    """Points of B, (..., M, 3) m, in the world; X_WB as for `in_base`."""
+    pose = _pose(X_WB)
+    return np.asarray(points @ np.swapaxes(pose[..., :3], -1, -2) + pose[..., None, :, 3])
+
+
+def turned_from_base(X_WB: Array, vector: Array) -> Array:
+    """A vector of B in the world, (..., 3); X_WB as for `in_base`."""
+    return np.asarray((_pose(X_WB)[..., :3] @ vector[..., None])[..., 0])
+
+
+def _pose(X_WB: Array) -> Array:
+    X_WB = np.asarray(X_WB)
+    return X_WB if X_WB.shape[-2:] == (3, 4) else X_WB.reshape(*X_WB.shape[:-1], 3, 4)
 
 
 def to_world(planar: Planar, plane: BendingPlane) -> Array:

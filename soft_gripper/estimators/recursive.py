@@ -16,16 +16,20 @@ uncertainty counted (Schmidt 1966, doi 10.1016/B978-1-4831-6716-9.50011-4): else
 offset. What cannot be seen is a load that begins before anything is learnt and looks like a finger that bends less
 than assumed: let the finger move freely first, or give a smaller `bend_per_pressure`.
 
-The posterior of a contact (`force_posterior`) is that of the bends of the load, with the uncertainty of all states. The
+The
 innovation test says when readings are other than predicted: the squared innovation, normalised by its covariance, over
 the limit that noise exceeds in one of 1000 samples (Bar-Shalom, Li and Kirubarajan 2001, section 5.4).
 
 A reading that is NaN is left out, and one that no load explains is taken for an outlier: both widen the covariance.
 While the bend of a section is hardly read nothing is learnt, and when that lasts the finger counts as loaded.
 
-In space V follows the bent chain, and readings are linearized about the finger under the load that is known.
+V follows the bent chain, and as that couples the ways in which its joints yield, readings are linearized about the
+finger under the load that is known; what the load adds to the readings is the difference between that finger and the
+free one. The contact is that which explains the change of the values by the load (`SurfaceContact`), r = A C V z , with
+the uncertainty of all states. There may be more values than a load changes independently, so a little noise is added
+to each; of them count as many as the load explains, beside that noise.
 
-Leading axes are free; R readings, D joints, way after way (in the plane D = N), M modes of the load, n states.
+Leading axes are free; R readings, S values, D joints, way after way, M modes of the load, n states.
 
 The force estimate uses `effective_driving_torque`, which therefore moves as the finger does: noise, differentiated
 twice, would amount to 8 mN m.
@@ -35,7 +39,7 @@ import math
 from dataclasses import dataclass, field
 from functools import cache, cached_property
 from operator import attrgetter
-from typing import Any, ClassVar, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,13 +47,15 @@ from scipy.special import chdtri
 
 from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array
-from soft_gripper.estimators.contact import Bends, explain, posterior_in_plane
-from soft_gripper.estimators.estimate import ShapeEstimate, ShapeFunction
-from soft_gripper.estimators.mechanics import Mechanics, PlanarMechanics, outer
-from soft_gripper.estimators.shape_estimator import ShapeEstimator
+from soft_gripper.estimators.batches import in_parts
+from soft_gripper.estimators.contact import SurfaceContact, Unexplained
+from soft_gripper.estimators.estimate import ShapeEstimate
+from soft_gripper.estimators.force_posterior import ContactPosterior
+from soft_gripper.estimators.mechanics import Mechanics, outer
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.sensors.measurement import MeasurementModel
 
+EFFECTIVE_DRIVING_TORQUE = "effective_driving_torque"
 _LOAD_CHANGE = 0.15  # 1/sqrt(s), random walk of a load, as a share of a usual one
 _LOAD_JUMP = 0.2  # of a usual load: standard deviation of a jump within one sample
 _AVERAGE = 0.1  # weight of the newest sample in the average that is compared with the free finger
@@ -59,6 +65,8 @@ _BLIND_SAMPLES = 5  # samples without a reading of a bend after which a load can
 _OUTLIER = 6.0  # standard deviations
 _MISSING = 1e6  # variance of an omitted reading
 _CHANCE = 1e-3  # that noise exceeds the limit of an innovation
+_REMAINING = 0.3  # of the noise of one sample, in a value's change by the load
+_SEEN = 1e-3  # of the largest slope of the readings by a bend: less is not seen at all
 
 
 class Changes(NamedTuple):
@@ -93,15 +101,13 @@ class RecursiveShape:
     uncertainty: Uncertainty = field(default_factory=Uncertainty)
     period: float = 0.01  # s, between samples
 
-    _gravity: ClassVar[tuple[int, ...]] = ()  # shape of a sample's gravity
-
-    def __call__(self, readings: Array, driving: Array, gravity: Any) -> Any:
+    def __call__(self, readings: Array, driving: Array, gravity: Array) -> ShapeEstimate:
         """Joint positions, covariance and contact of samples (T, ...) that follow each other; see ShapeFunction."""
         return self.at(np.arange(len(readings)), readings, driving, gravity)
 
-    def at(self, rows: NDArray[np.int_], readings: Array, driving: Array, gravity: Any) -> Any:
+    def at(self, rows: NDArray[np.int_], readings: Array, driving: Array, gravity: Array) -> ShapeEstimate:
         """Estimates at some of the samples, by increasing indices; all samples are processed."""
-        gravity = np.broadcast_to(gravity, (*driving.shape[:-1], *self._gravity))
+        gravity = np.broadcast_to(gravity, (*driving.shape[:-1], 3))
         known = self.begin(driving.shape[1:-1])
         wanted, passed = set(rows.tolist()), []
         for i, sample in enumerate(zip(readings, driving, gravity, strict=True)):
@@ -120,7 +126,7 @@ class RecursiveShape:
             *(np.zeros(shape), np.zeros((*shape, len(self.layout.straight)))),
         )
 
-    def step(self, before: Filter, readings: Array, driving: Array, gravity: Any) -> Filter:
+    def step(self, before: Filter, readings: Array, driving: Array, gravity: Array) -> Filter:
         """State of knowledge after one more sample."""
         layout, mechanics = self.layout, self.mechanics
         mean, covariance = before.mean, before.covariance + np.diag(self._walks)
@@ -145,31 +151,48 @@ class RecursiveShape:
         limit = chdtri(np.maximum(read.sum(axis=-1), 1), _CHANCE)
         return Filter(mean, covariance, average, loaded, innovation / limit, q)
 
-    def estimate(self, known: Filter, driving: Array) -> Any:
-        """The shape after a sample at a driving torque, (..., D)."""
-        by_joint = self._joints_by_state(known.q, driving, self._modes_at(known.q))
-        covariance: Array = by_joint @ known.covariance @ np.swapaxes(by_joint, -1, -2)
-        covariance = covariance + self.mechanics.deviations
-        contact = explain(self.mechanics, known.q, self._load_bends(known, by_joint)).contact
-        return ShapeEstimate(known.q, covariance, contact)
+    def estimate(self, known: Filter, driving: Array) -> ShapeEstimate:
+        """The shape and the contact after a sample at a driving torque, (..., D)."""
+        found: ShapeEstimate = in_parts(self._estimate, known.q, known.mean, known.covariance, driving)
+        return found
 
-    def posterior(self, known: Filter, driving: Array) -> Any:
+    def posterior(self, known: Filter, driving: Array) -> ContactPosterior:
         """Posterior of one contact after a sample at a driving torque, (..., D)."""
-        bends = self._load_bends(known, self._joints_by_state(known.q, driving, self._modes_at(known.q)))
-        return posterior_in_plane(self.mechanics, known.q, bends)
+        found: ContactPosterior = in_parts(self._posterior, known.q, known.mean, known.covariance, driving)
+        return found
 
-    def _load_bends(self, known: Filter, by_joint: Array) -> Bends:
-        """The bends of the sections due to the load.
+    def _estimate(self, q: Array, mean: Array, covariance: Array, driving: Array) -> ShapeEstimate:
+        left, by_joint = self._unexplained(q, mean, covariance, driving)
+        contact, _ = self.contact.stated(self.contact.fitted(left), left)
+        of_joints = by_joint @ covariance @ np.swapaxes(by_joint, -1, -2) + self.mechanics.deviations
+        return ShapeEstimate(q, of_joints, contact)
 
-        The stiffness may be as wrong as the bend per driving torque still is: then a share of all bends is.
+    def _posterior(self, q: Array, mean: Array, covariance: Array, driving: Array) -> ContactPosterior:
+        left, _ = self._unexplained(q, mean, covariance, driving)
+        return self.contact.posterior(self.contact.fitted(left), left)
+
+    def _unexplained(self, q: Array, mean: Array, covariance: Array, driving: Array) -> tuple[Unexplained, Array]:
+        """The change of the values by the load, and the Jacobian of the joints with respect to the states.
+
+        The stiffness may be as wrong as the bend per driving torque still is: then a share of all values is.
         """
-        A, M = self.layout.matrix, self._modes
-        load = by_joint[..., :M]
-        of_load = load @ known.covariance[..., :M, :M] @ np.swapaxes(load, -1, -2)
-        stiffness = outer(self._bend_std(known)[..., None] * (known.q @ A.T))
-        covariance = A @ of_load @ A.T + self.uncertainty.angle**2 * np.eye(len(A)) + stiffness
-        theta = (A @ load @ known.mean[..., :M, None])[..., 0]
-        return Bends(theta, covariance, self.mechanics.compliance(known.q))
+        M, at, (values, A) = self._modes, self.mechanics.posture(q), self.layout.values_at(q)
+        by_joint = self._joints_by_state(q, driving, self.mechanics.load_modes(at))
+        by_load = A @ by_joint[..., :M]
+        of_load = by_load @ covariance[..., :M, :M] @ np.swapaxes(by_load, -1, -2)
+        of_load = of_load + A @ self.mechanics.deviations @ np.swapaxes(A, -1, -2)
+        stiffness = np.sqrt(covariance[..., M, M])[..., None] * values
+        spread = of_load + np.diag(self._remaining)
+        explained = np.trace(np.linalg.solve(spread, of_load), axis1=-2, axis2=-1)
+        residual = (by_load @ mean[..., :M, None])[..., 0]
+        read = np.maximum(explained, self.contact.fewest)
+        return Unexplained(q, at, A, read, residual, spread + outer(stiffness)), by_joint
+
+    @cached_property
+    def _remaining(self) -> Array:
+        """Variance of the noise in the change of the values by the load, (S,)."""
+        straight = self.layout.read(self.layout.straight)
+        return self.layout.linear(straight, _REMAINING * self.uncertainty.reading).variance
 
     def changes(self, known: Filter) -> Changes:
         """How far finger and sensors have moved, as learnt in free motion."""
@@ -184,10 +207,6 @@ class RecursiveShape:
         share, pressure = mean[..., self._modes, None], mean[..., self._modes + 1, None]
         return driving * (1 + share) + pressure * self.mechanics.pressure_gain
 
-    def _bend_std(self, known: Filter) -> Array:
-        """Standard deviation of the bend per driving torque, as a share, (...)."""
-        return np.sqrt(known.covariance[..., self._modes, self._modes])
-
     def _torque(self, modes: Array, mean: Array) -> Array:
         """Torque of the load at the joints, (..., D)."""
         return np.asarray((modes @ mean[..., : self._modes, None])[..., 0])
@@ -200,10 +219,12 @@ class RecursiveShape:
 
     @cached_property
     def mechanics(self) -> Mechanics:
-        return PlanarMechanics(self.layout, self.uncertainty)
+        return Mechanics(self.layout, self.uncertainty)
 
-    def _modes_at(self, q: Array) -> Array:
-        return self.mechanics.load_modes(self.mechanics.posture(q))
+    @cached_property
+    def contact(self) -> SurfaceContact:
+        """Contacts that explain a load."""
+        return SurfaceContact(self.mechanics)
 
     @property
     def _modes(self) -> int:
@@ -213,6 +234,38 @@ class RecursiveShape:
     @property
     def _states(self) -> int:
         return self._modes + 2 + 2 * self.layout.readings
+
+    def declare(self, block: ArrayBlock, driving: str) -> ShapeEstimate:
+        """Declares what a block around it computes; see `shape_estimator.Filter`.
+
+        Beside the shape it puts out `effective_driving_torque` (N) N m in bending, `loaded` (1) 0 or 1: something bends
+        the finger, `innovation` (1) above 1: the readings are not those predicted, and the fields of `Changes`.
+        """
+        start, joints, layout = self.begin(), range(self.layout.finger.segments), self.layout
+        block.remember(
+            "known",
+            lambda before, *sample: self.step(_unflat(before, start), *sample),
+            *(layout.quantity, driving, "gravity"),
+            begin=_flat(start),
+            keep=_flat,
+        )
+        block.derive("shape", self.estimate, "known", driving)
+        block.derive("posterior", self.posterior, "known", driving)
+        block.put_out(
+            EFFECTIVE_DRIVING_TORQUE,
+            lambda known, driving: self.effective_driving(known.mean, driving)[..., : len(joints)],
+            *("known", driving),
+            unit="N m",
+            joint=joints,
+        )
+        block.put_out("innovation", lambda known: known.innovation, "known")
+        block.put_out("loaded", lambda known: known.loaded.astype(float), "known", meanings=("free", "loaded"))
+        block.derive("changes", self.changes, "known")
+        for name in Changes._fields:
+            unit = {"pressure": "Pa", "offset": layout.unit}.get(name.partition("_")[0], "1")
+            axes = layout.axes if "changes" in name else {}
+            block.put_out(name, attrgetter(name), "changes", unit=unit, **axes)
+        return self.estimate(start, layout.straight)
 
     @cached_property
     def _is_slow(self) -> NDArray[np.bool_]:
@@ -254,10 +307,12 @@ class RecursiveShape:
 
     def _expected(self, mean: Array, driving: Array, weight: Array, modes: Array) -> tuple[Array, Array, Array]:
         """Strains of the free finger, (..., R), what the load adds to the readings, (..., R), and their Jacobian."""
-        free = self.mechanics.free(self.effective_driving(mean, driving) + weight)
-        strain = self.layout.predict(free)
-        by_state = self._by_state(free, strain, self.layout.jacobian, mean, driving, modes)
-        return strain, (by_state[..., : self._modes] @ mean[..., : self._modes, None])[..., 0], by_state
+        known = self.effective_driving(mean, driving) + weight
+        strain = self.layout.predict(self.mechanics.free(known))
+        bent = self.mechanics.free(known + self._torque(modes, mean))
+        loaded, H = self.layout.linearized(bent)
+        by_load = (1 + self._gains(mean)) * (loaded - strain)
+        return strain, by_load, self._by_state(bent, loaded, H, mean, driving, modes)
 
     def _innovation(self, left: Array, noise: Array, covariance: Array, by_state: Array) -> Array:
         """The squared innovation, normalised by its covariance, (...)."""
@@ -283,9 +338,19 @@ class RecursiveShape:
         return loaded | (_size(difference, spread + noises) > at_once)
 
     def _is_blind(self, read: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Whether any value is barely measured, so that a load there cannot be ruled out."""
-        blind: NDArray[np.bool_] = np.any(self.layout.sees(read) < 0.5, axis=-1)
-        return blind
+        """Whether the bend of any section is barely measured, in either plane."""
+        information = self._of_bends
+        return np.asarray(np.any(read @ information < 0.5 * information.sum(axis=0), axis=-1))
+
+    @cached_property
+    def _of_bends(self) -> Array:
+        """Information of the readings on the bends of the sections, in both planes as far as they are seen, (R, B)."""
+        layout = self.layout
+        sections = layout.joint_sections[:, None] == np.arange(layout.sections)
+        bent = [way in ("bending", "sideways") for way in layout.ways]
+        by_bend = layout.jacobian @ np.kron(np.eye(len(bent))[:, bent], sections / layout.joints_per_section)
+        seen = np.abs(by_bend).max(axis=0) > _SEEN * np.abs(by_bend).max()
+        return np.asarray(by_bend[:, seen] ** 2)
 
     def _update(
         self,
@@ -323,73 +388,6 @@ def _limits(readings: int) -> Array:
     """Thresholds of normalised differences: where a load begins, where it ends, and where it is present at once."""
     limits: Array = chdtri(readings, [0.01, 0.1, 1e-4])
     return limits
-
-
-EFFECTIVE_DRIVING_TORQUE = "effective_driving_torque"
-
-
-def derive_known(block: ArrayBlock, function: RecursiveShape, driving: str) -> None:
-    """Declares the steps "known", a Filter, and "shape" and "posterior", by the step with the driving torque."""
-    start = function.begin()
-    block.remember(
-        "known",
-        lambda before, *sample: function.step(_unflat(before, start), *sample),
-        *(function.layout.quantity, driving, "gravity"),
-        begin=_flat(start),
-        keep=_flat,
-    )
-    block.derive("shape", function.estimate, "known", driving)
-    block.derive("posterior", function.posterior, "known", driving)
-
-
-def put_out_known(block: ArrayBlock, function: RecursiveShape, driving: str) -> None:
-    """Puts out what a filter knows beside the shape."""
-    joints = function.layout.finger.segments
-    block.put_out(
-        EFFECTIVE_DRIVING_TORQUE,
-        lambda known, driving: function.effective_driving(known.mean, driving)[..., :joints],
-        *("known", driving),
-        unit="N m",
-        joint=range(joints),
-    )
-    block.put_out("innovation", lambda known: known.innovation, "known")
-    block.put_out("loaded", lambda known: np.asarray(known.loaded, dtype=float), "known", meanings=("free", "loaded"))
-    block.derive("changes", function.changes, "known")
-    for name in Changes._fields:
-        unit = {"pressure": "Pa", "offset": function.layout.unit}.get(name.partition("_")[0], "1")
-        axes = function.layout.axes if "changes" in name else {}
-        block.put_out(name, attrgetter(name), "changes", unit=unit, **axes)
-
-
-class RecursiveEstimator(ShapeEstimator):
-    """Estimates the shape of one finger from sample to sample.
-
-    ::
-
-        strain (R) ---------------> +--------------------+ ---> all outputs of ShapeEstimator
-        driving_torque (N) N m ---> | RecursiveEstimator | ---> effective_driving_torque  (N) N m, see RecursiveShape
-        X_WB (12) [R | p] --------> |                    | ---> loaded                    (1) 0 or 1: something bends
-                                    |                    |                                the finger
-                                    |                    | ---> innovation                (1) above 1: the readings are
-                                    |                    |                                not those predicted
-                                    +--------------------+ ---> bend_change ...           as of Changes
-
-    Give it inputs that are sampled together every period of its function, from time 0, in discrete state.
-    """
-
-    def __init__(self, function: RecursiveShape, gravity: Array):
-        """`gravity` in the world, (3,) m/s^2, zero for none."""
-        super().__init__(function, function.layout, gravity, function.period)
-        put_out_known(self, function, self.driving)
-
-    def _derive_shape(self, function: ShapeFunction, layout: MeasurementModel) -> ShapeEstimate:
-        assert isinstance(function, RecursiveShape)
-        derive_known(self, function, self.driving)
-        found: ShapeEstimate = function.estimate(function.begin(), np.zeros(layout.finger.segments))
-        return found
-
-    def _derive_posterior(self, function: ShapeFunction) -> bool:
-        return True
 
 
 def _flat(known: Filter) -> Array:

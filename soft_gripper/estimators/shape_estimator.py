@@ -1,24 +1,36 @@
 """ShapeEstimator: any ShapeFunction as a block."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Any
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
 from soft_gripper.array_block import ArrayBlock
-from soft_gripper.arrays import Array, Planar
+from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
-from soft_gripper.estimators.driving_torque import DRIVING_TORQUE
+from soft_gripper.estimators.driving_torque import driving_port
 from soft_gripper.estimators.estimate import ContactForce, ShapeEstimate, ShapeFunction
-from soft_gripper.estimators.finger_shape import ANGLES, put_out_arcs, put_out_pose
+from soft_gripper.estimators.finger_shape import TIP, Places, put_out_arcs, put_out_curve, put_out_places
 from soft_gripper.estimators.force_posterior import ANSWERS, INTERVAL
 from soft_gripper.estimators.free_motion import motion_of
-from soft_gripper.estimators.plane import bending_plane
-from soft_gripper.estimators.uncertainty import position_std
+from soft_gripper.estimators.plane import in_base, turned_from_base
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.finger_parts import SLIDES
 from soft_gripper.sensors.measurement import MeasurementModel
+from soft_gripper.sensors.sensor_block import joints_port
+from soft_gripper.signals import XYZ
 
-CONTACT_UNITS = {"force": "N", "arc_length": "m", "force_std": "N", "arc_length_std": "m"}
+CONTACT: dict[str, tuple[str, dict[str, Any]]] = {  # unit and axes of the fields of ContactForce
+    "force": ("N", {}),
+    "arc_length": ("m", {}),
+    "force_std": ("N", {}),
+    "arc_length_std": ("m", {}),
+    "vector": ("N", {"xyz": XYZ}),
+    "vector_std": ("N", {"xyz": XYZ}),
+    "direction_std": ("rad", {}),
+    "side": ("rad", {}),
+}
 _ENDS, MODES = ("least", "most"), ("first", "second")
 POSTERIOR: dict[str, tuple[str, dict[str, Any]]] = {  # unit and axes of the fields of ContactPosterior
     "probability": ("1", {}),
@@ -29,8 +41,23 @@ POSTERIOR: dict[str, tuple[str, dict[str, Any]]] = {  # unit and axes of the fie
     "arc_length_set": ("m", {"end": _ENDS}),
     "mode_forces": ("N", {"mode": MODES}),
     "mode_arc_lengths": ("m", {"mode": MODES}),
+    "mode_sides": ("rad", {"mode": MODES}),
     "misfit": ("1", {}),
 }
+
+
+@runtime_checkable
+class Filter(Protocol):
+    """An estimator that remembers: it declares its steps in a block by itself."""
+
+    period: float  # s, between samples
+
+    def declare(self, block: ArrayBlock, driving: str) -> ShapeEstimate:
+        """Declares the steps "shape" and "posterior", and further outputs, of a block; returns the shape at first.
+
+        `driving` is the step with the driving torque; the readings are the step of the sensors' quantity, and gravity
+        is "gravity".
+        """
 
 
 class ShapeEstimator(ArrayBlock):
@@ -38,102 +65,207 @@ class ShapeEstimator(ArrayBlock):
 
     ::
 
-        strain (R) ---------------> +----------------+ ---> estimated_joint_angles  (N) rad
-        driving_torque (N) N m ---> | ShapeEstimator | ---> joint_angle_covariance  (N x N) rad^2
-        X_WB (12) [R | p] --------> |                | ---> position_std            (N + 1) m, of joints and tip across
-                                    |                |                              the finger
-                                    |                | ---> contact_force           (1) N, positive on the inner side
-                                    |                | ---> contact_arc_length      (1) m, from the base
-                                    |                | ---> contact_force_std       (1) N
-                                    |                | ---> contact_arc_length_std  (1) m
-                                    |                | ---> contact_probability     (1) that something touches
-                                    |                | ---> contact_answer          (1) 0 nothing, 1 somewhere, 2 here,
-                                    |                |                              3 not known
-                                    |                | ---> contact_force_interval (3) N
-                                    |                | ---> contact_force_set ...   as of ContactPosterior
-                                    |                | ---> theta                   (S) rad, bend of each section
-                                    |                | ---> kappa                   (S) 1/m, curvature of each section
-                                    |                | ---> arcs ... tip_pose       as of FingerShape, an arc a section
-                                    +----------------+ ---> external_torque         (N) N m
+        strain (R) ---------------> +----------------+ ---> estimated_joint_angles      (N) rad, in the plane
+        driving_torque (N) N m ---> | ShapeEstimator | ---> estimated_sideways_angles   (N) rad
+        X_WB (12) [R | p] --------> |                | ---> estimated_twist_angles      (N) rad
+                                    |                | ---> estimated_joint_positions   (N x 3) m in B
+                                    |                | ---> estimated_tip_position      (3) m in B
+                                    |                | ---> estimated_twist             (1) rad, of the whole finger
+                                    |                | ---> arcs ... tip_pose           as of FingerShape
+                                    |                | ---> joint_angle_covariance      (N x N) rad^2, in the plane
+                                    |                | ---> position_std                (N + 1) m, of joints and tip
+                                    |                | ---> tip_position_std            (3) m, along x, y and z of B
+                                    |                | ---> twist_std                   (1) rad
+                                    |                | ---> contact_force               (1) N, positive inside
+                                    |                | ---> contact_arc_length          (1) m, from the base
+                                    |                | ---> contact_force_std           (1) N
+                                    |                | ---> contact_arc_length_std      (1) m
+                                    |                | ---> contact_force_vector        (3) N in B
+                                    |                | ---> contact_force_vector_std    (3) N, along x, y and z of B
+                                    |                | ---> contact_force_world         (3) N in the world
+                                    |                | ---> contact_direction_std       (1) rad, of the force
+                                    |                | ---> contact_side                (1) rad around the section:
+                                    |                |                                  0 inside, pi / 2 at +y
+                                    |                | ---> contact_probability         (1) that something touches
+                                    |                | ---> contact_answer              (1) 0 nothing, 1 somewhere,
+                                    |                |                                  2 here, 3 not known
+                                    |                | ---> contact_force_interval      (3) N
+                                    |                | ---> contact_force_set ...       as of ContactPosterior
+                                    |                | ---> theta                       (S) rad, bend of each section
+                                    |                | ---> kappa                       (S) 1/m, its curvature
+                                    +----------------+ ---> external_torque             (N) N m
 
     `strain` holds the readings, and is called after what the sensors measure; `X_WB` is the known pose of the finger's
-    base. Covariance, contact, arcs and torque are there if the function gives them, and the contact's posterior if it
-    has a method `posterior` of the same inputs. Arcs are given by where and in
-    which direction they begin, in B, with their centres (NaN for a straight arc, which has none). Matrices leave their
-    ports row after row. A reading that is not finite matters as long as it lasts.
+    base. There is an output for every way in which the finger yields as far as the sensors see,
+    `estimated_stretch_lengths` (N) m among them, and an input such as `sideways_driving_torque` (N) N m for every other
+    way in which it is driven. Covariance, contact, curve and torque are there if the function gives them, and the
+    contact's posterior if it has a method `posterior` of the same inputs. `position_std` is that of the distance from
+    the estimated place, in all directions; `contact_force` is the part across the finger in the bending plane. Of the
+    ports as of FingerShape, `joint_positions` and `tip_pose` are the shape as seen in the bending plane, and `arcs` has
+    its bends in the plane. If the function gives a curve, they are of that: an arc a section, by where and in which
+    direction it begins, in B, with its centre (NaN for a straight arc, which has none). Matrices leave their ports row
+    after row. A reading that is not finite matters as long as it lasts.
 
-    Stateless, unless the function has a `motion` (`free_motion`): then the driving torque of the samples before says
-    how a free finger moves. Give the block inputs that are sampled together every period of it, from time 0, in
-    discrete state.
+    Stateless, unless the function remembers (`Filter`) or has a `motion` (`free_motion`): then the driving torque of
+    the samples before says how a free finger moves. Give the block inputs that are sampled together every period of it,
+    from time 0, in discrete state.
     """
 
-    driving = DRIVING_TORQUE
+    driving = "driving"  # the step with the driving torque of all joints, (D)
 
-    def __init__(self, function: ShapeFunction, layout: MeasurementModel, gravity: Array, period: float | None = None):
+    def __init__(self, function: ShapeFunction, layout: MeasurementModel, gravity: Array):
         """The nominal sensors and finger; `gravity` in the world, (3,) m/s^2, zero for none.
-
-        `period` is that of the samples, s, of a function that remembers.
 
         Raises:
             InputError: if the function does not estimate the joint angles of one sample and of several.
         """
-        super().__init__(period_of(function, period))
-        self.function = function
+        super().__init__(_period_of(function))
+        self.function, finger = function, layout.finger
         self.take(layout.quantity, layout.readings)
-        self.take(DRIVING_TORQUE, layout.finger.segments)
+        driven = [way for way in layout.ways if way == "bending" or way in finger.driven_ways]
+        for way in driven:
+            self.take(driving_port(way), finger.segments)
         self.take("X_WB", 12)
-        self.derive("gravity", lambda X_WB: bending_plane(X_WB).planar(gravity), "X_WB")
-        self._known = (
-            layout.quantity,
-            self.driving,
-            "gravity",
-            *derive_lag(self, function, self.driving, gravity, _in_plane),
-        )
-        self._put_out_shape(layout, self._derive_shape(function, layout))
-        if self._derive_posterior(function):
-            put_out_posterior(self, "posterior")
 
-    def _derive_shape(self, function: ShapeFunction, layout: MeasurementModel) -> ShapeEstimate:
-        """Declares the step "shape", a ShapeEstimate; returns one, of a straight finger."""
-        self.derive("shape", function, *self._known)
+        def driving(*found: Array) -> Array:
+            known = dict(zip(driven, found, strict=True))
+            return np.concatenate([known.get(way, np.zeros_like(found[0])) for way in layout.ways], axis=-1)
+
+        self.derive(self.driving, driving, *map(driving_port, driven))
+        self.derive("gravity", lambda X_WB: in_base(X_WB, gravity), "X_WB")
+        found = self._derive_shape(function, layout, gravity)
+        self._put_out_joints(layout, found)
+        if found.curve is None:
+            self._put_out_places(finger, layout.ways, found)
+        else:
+            self._put_out_curve(range(layout.sections), range(finger.segments))
+        if found.contact is not None:
+            self._put_out_contact(found.contact)
+        if "posterior" in self.steps:
+            self._put_out_posterior()
+        if found.external_torque is not None:
+            joints = range(finger.segments)
+            self.put_out("external_torque", lambda shape: shape.external_torque, "shape", unit="N m", joint=joints)
+
+    def _derive_shape(self, function: ShapeFunction, layout: MeasurementModel, gravity: Array) -> ShapeEstimate:
+        """Declares the step "shape", and "posterior" if the function has it; returns the shape of a straight finger."""
+        if isinstance(function, Filter):
+            return function.declare(self, self.driving)
+        known = layout.quantity, self.driving, "gravity", *self._derive_lag(function, gravity)
+        self.derive("shape", function, *known)
+        estimate_posterior = getattr(function, "posterior", None)
+        if estimate_posterior is not None:
+            self.derive("posterior", estimate_posterior, *known)
         return straight_shape(function, layout)
 
-    def _derive_posterior(self, function: ShapeFunction) -> bool:
-        """Declares the step "posterior", if the function has it."""
-        return derive_posterior(self, function, *self._known)
+    def _derive_lag(self, function: ShapeFunction, gravity: Array) -> tuple[str, ...]:
+        """Declares the step "lag", if a function follows how the finger moves; returns the steps that it takes."""
+        motion = motion_of(function)
+        if motion is None:
+            return ()
+        places: dict[str, Any] = {"begin": np.full((2, 3), np.nan), "keep": lambda middles: middles[..., 1:, :]}
+        self.remember("middles", motion.middles, "X_WB", **places, over_time=motion.middles_over_time)
+        self.derive("pull", lambda X_WB, at: in_base(X_WB, gravity - motion.acceleration(at)), "X_WB", "middles")
+        self.remember(
+            *("motion", motion.step, self.driving, "gravity", "pull"),
+            begin=motion.begin,
+            keep=lambda known: known,
+            over_time=partial(motion.over_time, first=1),
+        )
+        self.derive("lag", motion.lag, "motion")
+        return ("lag",)
 
-    def _put_out_shape(self, layout: MeasurementModel, found: ShapeEstimate) -> None:
-        finger, joints = layout.finger, range(layout.finger.segments)
-        self.put_out(ANGLES, lambda shape: shape.q, "shape", unit="rad", joint=joints)
+    def _put_out_joints(self, layout: MeasurementModel, found: ShapeEstimate) -> None:
+        N, joints = layout.finger.segments, range(layout.finger.segments)
+        for i, way in enumerate(layout.ways):
+            unit = "m" if way in SLIDES else "rad"
+            self.put_out(
+                f"estimated_{joints_port(way)}", _rows(slice(i * N, (i + 1) * N)), "shape", unit=unit, joint=joints
+            )
         if found.covariance is not None:
             self.put_out(
-                *("joint_angle_covariance", lambda shape: shape.covariance, "shape"),
+                "joint_angle_covariance",
+                lambda shape: shape.covariance[..., :N, :N],
+                "shape",
                 unit="rad^2",
                 joint=joints,
                 other_joint=joints,
             )
+        if "twist" in layout.ways:
+            self._put_out_twist(layout.ways.index("twist") * N + np.arange(N), found)
+
+    def _put_out_twist(self, joints: Any, found: ShapeEstimate) -> None:
+        def std(shape: ShapeEstimate) -> Array:
+            return np.sqrt(shape.covariance[..., joints[:, None], joints].sum(axis=(-2, -1)))  # type: ignore[index]
+
+        self.put_out("estimated_twist", lambda shape: shape.q[..., joints].sum(axis=-1), "shape", unit="rad")
+        if found.covariance is not None:
+            self.put_out("twist_std", std, "shape", unit="rad")
+
+    def _put_out_places(self, finger: Finger, ways: Sequence[str], found: ShapeEstimate) -> None:
+        joints, places = range(finger.segments), Places(finger, ways)
+        self.derive("q", lambda shape: shape.q, "shape")
+        put_out_places(self, finger, ways, "q")
+        self.put_out(
+            "estimated_joint_positions",
+            lambda places: places[0][..., :-1, :],
+            "places",
+            unit="m",
+            joint=joints,
+            xyz=XYZ,
+        )
+        self.put_out(TIP, lambda places: places[0][..., -1, :], "places", unit="m", xyz=XYZ)
+        if found.covariance is not None:
+            point = (*map(str, joints), "tip")
+            self.derive("variance", lambda shape: places.variance(shape.q, shape.covariance), "shape")
             self.put_out(
-                *("position_std", lambda shape: position_std(finger, shape.q, shape.covariance), "shape"),
-                unit="m",
-                point=(*map(str, joints), "tip"),
+                "position_std", lambda variance: np.sqrt(variance.sum(axis=-1)), "variance", unit="m", point=point
             )
-        if found.contact is not None:
-            put_out_contact(self, lambda shape: shape.contact, "shape")
-        if found.curve is not None:
-            self._put_out_curve(range(layout.sections), joints)
-        if found.external_torque is not None:
-            self.put_out("external_torque", lambda shape: shape.external_torque, "shape", unit="N m", joint=joints)
+            self.put_out(
+                "tip_position_std", lambda variance: np.sqrt(variance[..., -1, :]), "variance", unit="m", xyz=XYZ
+            )
 
     def _put_out_curve(self, sections: range, joints: range) -> None:
         self.derive("curve", lambda shape: shape.curve, "shape")
         self.put_out("theta", lambda curve: curve.theta, "curve", unit="rad", section=sections)
         self.put_out("kappa", lambda curve: curve.arcs.kappa, "curve", unit="1/m", section=sections)
         put_out_arcs(self, lambda curve: curve.arcs, "curve", section=sections)
-        put_out_pose(self, "curve", joints)
+        put_out_curve(self, "curve", joints)
+
+    def _put_out_contact(self, found: ContactForce) -> None:
+        self.derive("contact", lambda shape: shape.contact, "shape")
+        for field, (unit, axes) in CONTACT.items():
+            if getattr(found, field) is not None:
+                name = field.replace("vector", "force_vector")
+                self.put_out(f"contact_{name}", _field(field), "contact", unit=unit, **axes)
+        if found.vector is not None:
+            self.put_out("contact_force_world", _in_world, "contact", "X_WB", unit="N", xyz=XYZ)
+
+    def _put_out_posterior(self) -> None:
+        for field, (unit, axes) in POSTERIOR.items():
+            meanings = ANSWERS if field == "answer" else ()
+            self.put_out(f"contact_{field}", _field(field), "posterior", unit=unit, meanings=meanings, **axes)
 
 
-def _in_plane(X_WB: Array, vector: Array) -> Planar:
-    return bending_plane(X_WB).planar(vector)
+def _rows(rows: slice) -> Callable[[ShapeEstimate], Array]:
+    return lambda shape: shape.q[..., rows]
+
+
+def _field(name: str) -> Callable[[Any], Array]:
+    return lambda found: getattr(found, name)
+
+
+def _in_world(contact: ContactForce, X_WB: Array) -> Array:
+    assert contact.vector is not None
+    return turned_from_base(X_WB, contact.vector)
+
+
+def _period_of(function: object) -> float | None:
+    """Period of the samples of a block around a function: its own, if it remembers or follows how a finger moves."""
+    if isinstance(function, Filter):
+        return function.period
+    motion = motion_of(function)
+    return None if motion is None else motion.period
 
 
 def straight_shape(function: ShapeFunction, layout: MeasurementModel) -> ShapeEstimate:
@@ -142,11 +274,10 @@ def straight_shape(function: ShapeFunction, layout: MeasurementModel) -> ShapeEs
     Raises:
         InputError: if that is no shape of this finger, or one sample and two do not give one shape and two.
     """
-    readings, driving = layout.read(layout.straight), np.zeros(layout.finger.segments)
-    found = function(readings, driving, 0j)
+    readings, driving, twice = layout.read(layout.straight), layout.straight, np.zeros((2, 1))
+    found = function(readings, driving, np.zeros(3))
     _check_shape(function, found, driving.shape)
-    twice = np.zeros((2, 1))
-    _check_shape(function, function(readings + twice, driving + twice, np.zeros(2, dtype=complex)), (2, driving.size))
+    _check_shape(function, function(readings + twice, driving + twice, np.zeros((2, 3))), (2, driving.size))
     return found
 
 
@@ -158,67 +289,3 @@ def _check_shape(function: ShapeFunction, found: object, shape: tuple[int, ...])
     if np.shape(found.q) != shape:
         given = f"q has the shape {np.shape(found.q)} where driving has {shape}"
         raise InputError("ShapeEstimator", "function", name, f"{given}; {expected}, rad")
-
-
-def period_of(function: object, period: float | None) -> float | None:
-    """Period of the samples of a block around a function: its own, if it follows how the finger moves."""
-    motion = motion_of(function)
-    return period if motion is None else motion.period
-
-
-def derive_lag(
-    block: ArrayBlock, function: object, driving: str, gravity: Array, in_base: Callable[..., Any]
-) -> tuple[str, ...]:
-    """Declares the step "lag", if a function follows how the finger moves.
-
-    Args:
-        block: with the steps "gravity" and "X_WB".
-        function: an estimator.
-        driving: step with the driving torque.
-        gravity: in the world, (3,) m/s^2.
-        in_base: from X_WB and a vector of the world, (..., 3), to that as `function` takes it.
-
-    Returns:
-        the steps that the function takes of it.
-    """
-    motion = motion_of(function)
-    if motion is None:
-        return ()
-    places: dict[str, Any] = {"begin": np.full((2, 3), np.nan), "keep": lambda middles: middles[..., 1:, :]}
-    block.remember("middles", motion.middles, "X_WB", **places, over_time=motion.middles_over_time)
-    block.derive("pull", lambda X_WB, at: in_base(X_WB, gravity - motion.acceleration(at)), "X_WB", "middles")
-    block.remember(
-        *("motion", motion.step, driving, "gravity", "pull"),
-        begin=motion.begin,
-        keep=lambda known: known,
-        over_time=partial(motion.over_time, first=1),
-    )
-    block.derive("lag", motion.lag, "motion")
-    return ("lag",)
-
-
-def derive_posterior(block: ArrayBlock, function: object, *sources: str) -> bool:
-    """Declares the step "posterior" if a function has a method of that name; returns whether it has."""
-    estimate_posterior = getattr(function, "posterior", None)
-    if estimate_posterior is not None:
-        block.derive("posterior", estimate_posterior, *sources)
-    return estimate_posterior is not None
-
-
-def put_out_contact(block: ArrayBlock, contact: Callable[[Any], ContactForce], step: str) -> None:
-    """Puts out the contact that follows from a step."""
-    for field in ContactForce._fields:
-        block.put_out(f"contact_{field}", _field(field, contact), step, unit=CONTACT_UNITS[field])
-
-
-def put_out_posterior(block: ArrayBlock, step: str) -> None:
-    """Puts out the fields of a step that is a ContactPosterior."""
-    for field, (unit, axes) in POSTERIOR.items():
-        meanings = ANSWERS if field == "answer" else ()
-        block.put_out(
-            *(f"contact_{field}", _field(field, lambda known: known), step), unit=unit, meanings=meanings, **axes
-        )
-
-
-def _field(name: str, part: Callable[[Any], Any]) -> Callable[[Any], Array]:
-    return lambda found: getattr(part(found), name)

@@ -1,7 +1,7 @@
 """The estimators of this project by name.
 
-One block holds any of these functions; `arcs` and `recursive`, which have more outputs or more memory, have blocks of
-their own. Evaluation, contact trials and placement call the functions on recordings.
+One block holds any of these functions (`ShapeEstimator`). Evaluation, contact trials and placement call them on
+recordings.
 """
 
 from typing import Protocol
@@ -12,11 +12,7 @@ from soft_gripper.estimators.contact import ContactShape
 from soft_gripper.estimators.estimate import ShapeFunction
 from soft_gripper.estimators.gaussian import GaussianShape
 from soft_gripper.estimators.recursive import RecursiveShape
-from soft_gripper.estimators.spatial_contact import SpatialContactShape
 from soft_gripper.estimators.spatial_curvature import SpatialCurvatureShape
-from soft_gripper.estimators.spatial_estimator import SpatialFunction
-from soft_gripper.estimators.spatial_gaussian import SpatialGaussianShape
-from soft_gripper.estimators.spatial_recursive import SpatialRecursiveShape
 from soft_gripper.estimators.spline import SplineShape
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.sensors.measurement import MeasurementModel
@@ -35,38 +31,26 @@ SHAPE_FUNCTIONS: dict[str, MakeShapeFunction] = {
     "gaussian": lambda layout, uncertainty, period=0.01: GaussianShape(layout, uncertainty),
     "contact": lambda layout, uncertainty, period=0.01: ContactShape(layout, uncertainty, period),
     "recursive": RecursiveShape,
-    "constant_curvature": lambda layout, uncertainty, period=0.01: ConstantCurvatureShape(
-        strain_sensors(layout, "estimator constant_curvature")
+    "constant_curvature": lambda layout, uncertainty, period=0.01: (
+        ConstantCurvatureShape(strain_sensors(layout, "estimator constant_curvature"))
+        if layout.ways == ("bending",)
+        else SpatialCurvatureShape(layout, uncertainty)
     ),
 }
 
 
-class MakeSpatialFunction(Protocol):
-    """Makes an estimator as MakeShapeFunction does, of a finger that leaves its plane."""
-
-    def __call__(self, layout: MeasurementModel, uncertainty: Uncertainty, period: float = 0.01) -> SpatialFunction: ...
+IN_SPACE = "gaussian", "contact", "recursive", "constant_curvature"
 
 
-SPATIAL_FUNCTIONS: dict[str, MakeSpatialFunction] = {
-    "gaussian": lambda layout, uncertainty, period=0.01: SpatialGaussianShape(layout, uncertainty),
-    "contact": lambda layout, uncertainty, period=0.01: SpatialContactShape(layout, uncertainty, period),
-    "recursive": SpatialRecursiveShape,
-    "constant_curvature": lambda layout, uncertainty, period=0.01: SpatialCurvatureShape(layout, uncertainty),
-}
-
-
-def spatial_function(
+def shape_function(
     name: str, layout: MeasurementModel, uncertainty: Uncertainty, period: float = 0.01
-) -> SpatialFunction:
-    """An estimator of the shape in space, of the nominal sensors and of a finger that leaves its plane.
-
-    `period` is that of the samples, s.
+) -> ShapeFunction:
+    """An estimator of the nominal sensors and finger; `period` is that of the samples, s.
 
     Raises:
-        InputError: if the estimator knows the bending plane alone.
+        InputError: if the sensors see the finger leave its plane, and the estimator knows that alone.
     """
-    if name not in SPATIAL_FUNCTIONS:
-        known = ", ".join(SPATIAL_FUNCTIONS)
-        expected = f"knows the bending plane alone: choose {known} for sensors that see a finger in space"
+    if layout.ways != ("bending",) and name not in IN_SPACE:
+        expected = f"knows the bending plane alone: choose {', '.join(IN_SPACE)} for sensors that see a finger in space"
         raise InputError("estimator", "type", name, expected)
-    return SPATIAL_FUNCTIONS[name](layout, uncertainty, period)
+    return SHAPE_FUNCTIONS[name](layout, uncertainty, period)

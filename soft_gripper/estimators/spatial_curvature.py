@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from soft_gripper.arrays import Array
-from soft_gripper.estimators.estimate import SpatialShape
+from soft_gripper.estimators.estimate import ShapeEstimate
 from soft_gripper.estimators.gaussian import condition
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.sensors.measurement import UNKNOWN, MeasurementModel
@@ -29,7 +29,7 @@ class SpatialCurvatureShape:
     layout: MeasurementModel
     uncertainty: Uncertainty = field(default_factory=Uncertainty)
 
-    def __call__(self, readings: Array, driving: Array, gravity: Array) -> SpatialShape:
+    def __call__(self, readings: Array, driving: Array, gravity: Array) -> ShapeEstimate:
         """The joint positions, and their covariance within what is assumed; driving torque and gravity are ignored."""
         layout, shared = self.layout, self._shared
         measured = layout.measured(readings)
@@ -41,7 +41,7 @@ class SpatialCurvatureShape:
             gain, covariance = condition(seen, self._prior, variance)
             left = np.where(read, measured - layout.predict(q), 0.0) + (seen @ sections[..., None])[..., 0]
             sections = (gain @ left[..., None])[..., 0]
-        return SpatialShape(sections @ shared.T, shared @ covariance @ shared.T)
+        return ShapeEstimate(sections @ shared.T, shared @ covariance @ shared.T)
 
     @cached_property
     def _shared(self) -> Array:

@@ -11,7 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from soft_gripper.arrays import Array, Planar
+from soft_gripper.arrays import Array
 from soft_gripper.estimators.estimate import ShapeEstimate
 from soft_gripper.estimators.gaussian import gain_of
 from soft_gripper.sensors.measurement import MeasurementModel
@@ -26,7 +26,7 @@ class SplineShape:
 
     layout: MeasurementModel
 
-    def __call__(self, readings: Array, driving: Array, gravity: Planar | complex) -> ShapeEstimate:
+    def __call__(self, readings: Array, driving: Array, gravity: Array) -> ShapeEstimate:
         """The joint angles; see ShapeFunction. Driving torque and gravity are ignored."""
         read = self.layout.linear(readings, _NOISE)
         gain, _ = gain_of(self.layout.matrix, self._walk, read.variance)

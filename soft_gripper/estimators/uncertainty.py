@@ -3,24 +3,12 @@
 What a scenario does not give follows from the errors of its sensors: an estimator that trusts noisy readings reports
 bands that are far too narrow. Hysteresis and creep count as a share of the strain, as a gain error does, since a
 straight finger shows none. A drift, which is steady, counts as a random walk that comes as far in a minute.
-
-The places of a finger's joints and of its tip are as uncertain as the covariance of its joint angles makes them. A
-joint j that turns by dq moves what lies beyond it by  i (r - r_j) dq , r being its place as a planar vector. To
-first order the place across the finger, along the normal n, has the variance  J P J^T  with  J_j = Re(conj(n) i (r -
-r_j)) .
-
-Leading axes are free; N joints.
 """
 
 import math
 from dataclasses import dataclass
 
-import numpy as np
-
-from soft_gripper.arrays import Array
 from soft_gripper.files.document import check_config
-from soft_gripper.fingers.finger import Finger
-from soft_gripper.fingers.kinematics import forward_kinematics
 from soft_gripper.quantity import quantity
 from soft_gripper.sensors.pressure_errors import PressureErrors
 from soft_gripper.sensors.strain_errors import MINUTE, StrainErrors
@@ -82,16 +70,3 @@ def uncertainty_of(
         bend_per_pressure=math.hypot(pressure.gain_error, finger),
         pressure=math.hypot(ideal.pressure, pressure.offset, pressure.noise),
     )
-
-
-def position_std(finger: Finger, q: Array, covariance: Array) -> Array:
-    """Standard deviations across the finger of its joints and of its tip, m, (..., N + 1).
-
-    Args:
-        finger: the nominal one.
-        q: estimated joint angles, rad, (..., N).
-        covariance: of these, rad^2, (..., N, N).
-    """
-    sites = forward_kinematics(q, finger.segment_length).at(np.append(finger.joint_arc_lengths, finger.length))
-    across = sites.torques(sites.normals)  # of 1 N at the joints: transverse motion per joint angle, m/rad
-    return np.sqrt(np.maximum(((across @ covariance) * across).sum(axis=-1), 0))

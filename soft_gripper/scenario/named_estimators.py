@@ -18,11 +18,8 @@ from pydrake.systems.framework import System
 from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.estimate import ShapeFunction
-from soft_gripper.estimators.recursive import RecursiveEstimator, RecursiveShape
 from soft_gripper.estimators.shape_estimator import ShapeEstimator
-from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS, spatial_function
-from soft_gripper.estimators.spatial_estimator import SpatialEstimator
-from soft_gripper.estimators.spatial_recursive import SpatialRecursiveEstimator, SpatialRecursiveShape
+from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS, shape_function
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.scenario.own_functions import find_named, make_block
 from soft_gripper.sensors.measurement import MeasurementModel
@@ -51,15 +48,7 @@ def _of_function(kind: str, uncertainty: Uncertainty) -> MakeEstimator:
     """A block around an estimator that is a function of arrays."""
 
     def make(layout: MeasurementModel, gravity: Array, period: float) -> System:
-        if layout.ways != ("bending",):
-            spatial = spatial_function(kind, layout, uncertainty, period)
-            if isinstance(spatial, SpatialRecursiveShape):
-                return SpatialRecursiveEstimator(spatial, gravity)
-            return SpatialEstimator(spatial, layout, gravity)
-        function = SHAPE_FUNCTIONS[kind](layout, uncertainty, period)
-        if isinstance(function, RecursiveShape):
-            return RecursiveEstimator(function, gravity)
-        return ShapeEstimator(function, layout, gravity)
+        return ShapeEstimator(shape_function(kind, layout, uncertainty, period), layout, gravity)
 
     return make
 
@@ -70,10 +59,10 @@ def estimator_function(
     """The estimator of a name as a function, of the nominal sensors and finger, for samples `period` s apart.
 
     Raises:
-        InputError: if there is none, or it does not make a ShapeEstimator.
+        InputError: if there is none, it does not know a finger that leaves its plane, or makes no ShapeEstimator.
     """
     if name in SHAPE_FUNCTIONS:
-        return SHAPE_FUNCTIONS[name](layout, uncertainty, period)
+        return shape_function(name, layout, uncertainty, period)
     no_gravity = np.zeros(3)  # the function receives gravity for each sample
     block = make_block(OPTION, name, find_estimator(name, field=OPTION), layout, no_gravity, period)
     if not isinstance(block, ShapeEstimator):

@@ -64,6 +64,7 @@ class MeasurementModel(ABC):
 
     quantity: ClassVar[str]  # names the port that carries the readings
     unit: ClassVar[str]  # of the quantity
+    linearizations: ClassVar[int] = 1  # how often an estimator linearizes the values: these are linear
 
     finger: Finger
     sections: int
@@ -162,11 +163,9 @@ class MeasurementModel(ABC):
         values = (weights * each).sum(axis=-2) / np.where(information == 0, 1.0, information)
         return LinearReadings(values, noise**2 / np.maximum(information, noise**2 / UNKNOWN))
 
-    def sees(self, read: NDArray[np.bool_]) -> Array:
-        """Fraction of the information on each value that the available readings carry, (..., R) -> (..., S)."""
-        weights = self.sensitivity**2
-        share: Array = (read.reshape(*read.shape[:-1], *weights.shape) * weights).sum(axis=-2) / weights.sum(axis=0)
-        return share
+    def values_at(self, q: Array) -> tuple[Array, Array]:
+        """The values z of joint positions, (..., D) -> (..., S), and their slopes, (S, D), or (..., S, D)."""
+        return q @ self.matrix.T, self.matrix
 
     @cached_property
     def section_ends(self) -> NDArray[np.int_]:
@@ -201,7 +200,17 @@ class MeasurementModel(ABC):
 
 @dataclass(frozen=True)
 class SpatialSensors(MeasurementModel):
-    """Sensors that see every way in which their finger yields."""
+    """Sensors that see every way in which their finger yields; a value is what a sensor measures."""
+
+    linearizations = 2
+
+    def linear(self, readings: Array, noise: float) -> LinearReadings:
+        measured = self.measured(readings)
+        read = np.isfinite(measured)
+        return LinearReadings(np.where(read, measured, 0.0), np.where(read, noise**2, UNKNOWN))
+
+    def values_at(self, q: Array) -> tuple[Array, Array]:
+        return self.linearized(q)
 
     @cached_property
     def ways(self) -> tuple[str, ...]:

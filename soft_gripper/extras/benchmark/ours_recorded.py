@@ -13,7 +13,8 @@ from scipy.optimize import least_squares
 from soft_gripper.arrays import Array
 from soft_gripper.estimators.driving_torque import driving_torque, internal_angles
 from soft_gripper.estimators.estimate import ShapeEstimate
-from soft_gripper.estimators.uncertainty import Uncertainty, position_std
+from soft_gripper.estimators.finger_shape import position_std
+from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.extras.benchmark.baselines import Estimator, Predict
 from soft_gripper.extras.benchmark.benchmark_task import Recorded, Task
 from soft_gripper.extras.benchmark.tasks import tip_motion

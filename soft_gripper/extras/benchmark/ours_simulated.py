@@ -6,19 +6,21 @@ from functools import cache
 import numpy as np
 
 from soft_gripper.arrays import Array
+from soft_gripper.estimators.contact import ContactShape
 from soft_gripper.estimators.estimate import ShapeEstimate
-from soft_gripper.estimators.uncertainty import EXACT, Uncertainty, position_std
+from soft_gripper.estimators.finger_shape import position_std
+from soft_gripper.estimators.uncertainty import EXACT, Uncertainty
 from soft_gripper.extras.benchmark.baselines import Estimator, Predict
 from soft_gripper.extras.benchmark.benchmark_task import Recorded, Task
 from soft_gripper.extras.benchmark.contacts import layout
 from soft_gripper.extras.benchmark.discriminant import train_object_classifier
 from soft_gripper.extras.benchmark.grasps import FINGERS, PRESSURES, READINGS, SECTIONS
-from soft_gripper.extras.studies.contacts import estimators
 from soft_gripper.extras.studies.contacts.contacts import G
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import as_points, gravity_torque
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.scenario.model_files import model_path
+from soft_gripper.scenario.named_estimators import estimator_function
 from soft_gripper.sensors.sensor_layout import SensorLayout
 
 # Of the mean of 20 samples of a realistic sensor: gain errors and hysteresis of 1 % at strains up to 0.15, and noise;
@@ -38,7 +40,7 @@ def contact_tip(name: str) -> Estimator:
 
     def estimator(task: Task, train: Sequence[Recorded]) -> Predict:
         sensors = layout()
-        function = estimators.Estimator.of(name, sensors, _UNCERTAINTY)
+        function = estimator_function(name, sensors, _UNCERTAINTY)
 
         def predict(inputs: Array) -> Array | tuple[Array, Array]:
             found: ShapeEstimate = function(*_known(inputs))
@@ -53,17 +55,17 @@ def contact_tip(name: str) -> Estimator:
     return estimator
 
 
-def _contact(of: Callable[[estimators.Estimator, Array], tuple[Array, Array]]) -> Estimator:
+def _contact(of: Callable[[ContactShape, Array], tuple[Array, Array]]) -> Estimator:
     """An estimator of the contact, by `contact`."""
 
     def estimator(task: Task, train: Sequence[Recorded]) -> Predict:
-        found = estimators.Estimator.of("contact", layout(), _UNCERTAINTY)
+        found = ContactShape(layout(), _UNCERTAINTY)
         return lambda inputs: of(found, inputs)
 
     return estimator
 
 
-def _force(found: estimators.Estimator, inputs: Array) -> tuple[Array, Array]:
+def _force(found: ContactShape, inputs: Array) -> tuple[Array, Array]:
     """The force, with a band as wide as the 95 % interval of its posterior; 0 where nothing is detected."""
     known = _known(inputs)
     low, _, high = np.nan_to_num(found.posterior(*known).force_interval, nan=0.0).T
@@ -71,7 +73,7 @@ def _force(found: estimators.Estimator, inputs: Array) -> tuple[Array, Array]:
     return mean[:, None], np.maximum(high - np.abs(mean), np.abs(mean) - low)[:, None] / _BAND
 
 
-def _place(found: estimators.Estimator, inputs: Array) -> tuple[Array, Array]:
+def _place(found: ContactShape, inputs: Array) -> tuple[Array, Array]:
     """The location, with a band as wide as its likelihood set; the middle, and all of it, where nothing is detected."""
     length, known = layout().finger.length, _known(inputs)
     place, likely = found(*known).contact.arc_length, found.posterior(*known).arc_length_set
@@ -95,7 +97,7 @@ def _grasp_estimates(inputs: Array) -> tuple[Array, Array]:
     finger = _gripper_finger()
     readings = inputs.reshape(len(inputs), len(PRESSURES), len(FINGERS), READINGS)
     driving = finger.pressure_torque(np.array(PRESSURES))[:, None]
-    arcs = estimators.Estimator.of("arcs", SensorLayout(finger, SECTIONS), _UNCERTAINTY)
+    arcs = estimator_function("arcs", SensorLayout(finger, SECTIONS), _UNCERTAINTY)
     q = arcs(readings, driving, np.array([0.0, 0.0, G])).q
     return q, finger.elastic_torque(q) - driving - gravity_torque(finger, q, G + 0j)
 

@@ -6,20 +6,15 @@ and all times: leading axes are free. D joint positions: way after way in which 
 """
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.errors import InputError
-from soft_gripper.estimators.estimate import ShapeEstimate, ShapeFunction, SpatialShape
-from soft_gripper.estimators.plane import planar_gravity
+from soft_gripper.estimators.estimate import ShapeEstimate, ShapeFunction
+from soft_gripper.estimators.plane import in_base
 from soft_gripper.estimators.recursive import RecursiveShape
-from soft_gripper.estimators.shape_functions import spatial_function
-from soft_gripper.estimators.spatial_estimator import SpatialFunction
-from soft_gripper.estimators.spatial_recursive import SpatialRecursiveShape
-from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.extras.export.tree import scoped_name
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.scenario.named_estimators import estimator_function
@@ -36,7 +31,7 @@ class SensedFinger:
     joints: tuple[str, ...]  # (D,) as the exported MJCF names them
     sensors: MeasurementModel
     nominal: MeasurementModel  # what the estimator knows of finger and sensors
-    function: ShapeFunction | SpatialFunction
+    function: ShapeFunction
     gravity: Array  # (3,) m/s^2 in the world, as the estimator compensates it
     X_WB: Array  # (3, 4) [R | p], its base where a run begins
 
@@ -49,7 +44,7 @@ class SensedFinger:
         _check("joint positions", q, len(self.joints))
         return self.sensors.read(np.asarray(q, dtype=float))
 
-    def estimate(self, readings: Array, pressure: Array, X_WB: Array | None = None) -> ShapeEstimate | SpatialShape:
+    def estimate(self, readings: Array, pressure: Array, X_WB: Array | None = None) -> ShapeEstimate:
         """The estimated shape, and what else the estimator finds.
 
         Args:
@@ -68,8 +63,7 @@ class SensedFinger:
         torques = [
             finger.torque_of_drive(way, np.asarray(pressure)) if way in finger.driven_ways else nothing for way in ways
         ]
-        is_planar = ways == ("bending",)
-        gravity: Any = planar_gravity(pose, self.gravity) if is_planar else self.gravity @ pose[..., :3]
+        gravity = in_base(pose, self.gravity)
         return self.function(np.asarray(readings), np.concatenate(torques, axis=-1), gravity)
 
 
@@ -91,8 +85,8 @@ def sensed_fingers(scenario: Scenario) -> dict[str, SensedFinger]:
 def _sensed(finger: PlantFinger, scenario: Scenario) -> SensedFinger:
     known = uncertainty(scenario.estimator, scenario.sensor)
     nominal = read_nominal_model(scenario.nominal).layout(finger.finger, scenario.sensor)
-    function = _function(scenario.estimator.type, nominal, known)
-    if isinstance(function, RecursiveShape | SpatialRecursiveShape):
+    function = estimator_function(scenario.estimator.type, nominal, known)
+    if isinstance(function, RecursiveShape):
         expected = "depends on all samples before: choose arcs, spline, gaussian, contact or constant_curvature"
         raise InputError("sensed finger", "estimator.type", scenario.estimator.type, expected)
     for part, has in (
@@ -105,9 +99,3 @@ def _sensed(finger: PlantFinger, scenario: Scenario) -> SensedFinger:
     joints = [scoped_name(joint) for way in nominal.ways for joint in finger.joints_of(way)]
     sensors = sensor_layout(finger.finger, scenario.sensor)
     return SensedFinger(tuple(joints), sensors, nominal, function, gravity, finger.X_WB.GetAsMatrix34())
-
-
-def _function(name: str, nominal: MeasurementModel, known: Uncertainty) -> ShapeFunction | SpatialFunction:
-    if nominal.ways == ("bending",):
-        return estimator_function(name, nominal, known)
-    return spatial_function(name, nominal, known)

@@ -8,13 +8,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from soft_gripper.arrays import Array, Planar
+from soft_gripper.arrays import Array
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.estimators.driving_torque import recorded_driving
 from soft_gripper.estimators.estimate import ShapeEstimate, ShapeFunction
 from soft_gripper.estimators.free_motion import base_acceleration, recorded_lag
-from soft_gripper.estimators.plane import planar_gravity
+from soft_gripper.estimators.plane import in_base
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.load.force_estimator import SAMPLES, Motion, TorqueBalance, windows
@@ -32,8 +32,8 @@ class ReadAgain:
     uncertainty: Uncertainty
     readings: Array  # (T, R)
     pressure: Array  # (T) Pa
-    gravity: Planar  # (T) m/s^2, in the bending plane; 0 if not compensated
-    pull: Planar  # (T) gravity less the acceleration of the base, likewise
+    gravity: Array  # (T, 3) m/s^2 in B; 0 if not compensated
+    pull: Array  # (T, 3) gravity less the acceleration of the base, likewise
     period: float  # s, sampling period
 
     def shape(self, estimator: str = "arcs") -> ShapeEstimate:
@@ -78,10 +78,10 @@ def read_again(
     nominal = read_nominal_model(scenario.nominal).layout(finger.finger, scenario.sensor)
     readings = simulated.read(q)
     pressure, X_WB = (recording[f"{finger.name}.{name}"].values for name in ("sampled_pressure", "X_WB"))
-    gravity = planar_gravity(X_WB, _gravity(station))
+    gravity = in_base(X_WB, _gravity(station))
     layout, uncertain = with_sections(nominal, sections, borders), uncertainty(scenario.estimator, scenario.sensor)
     acceleration = base_acceleration(X_WB, finger.finger.length, scenario.sensor.period)
-    pull = planar_gravity(X_WB, _gravity(station) - acceleration)
+    pull = in_base(X_WB, _gravity(station) - acceleration)
     return ReadAgain(layout, uncertain, readings, pressure, gravity, pull, scenario.sensor.period)
 
 

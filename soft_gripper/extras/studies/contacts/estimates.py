@@ -20,10 +20,11 @@ from soft_gripper.estimators.shape_estimator import straight_shape
 from soft_gripper.estimators.uncertainty import EXACT, Uncertainty
 from soft_gripper.evaluation.paper.forces import LAYOUTS
 from soft_gripper.extras.studies.contacts.contacts import Contacts, G, read_finger
-from soft_gripper.extras.studies.contacts.estimators import Estimator, FoundContact, driving_torque
+from soft_gripper.extras.studies.contacts.found_contact import FoundContact, driving_torque
 from soft_gripper.extras.studies.contacts.self_calibration import CALIBRATIONS, FreeMotion
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.statics import resting_angles
+from soft_gripper.scenario.named_estimators import estimator_function
 from soft_gripper.scenario.nominal_model import describe_nominal_model, read_nominal_model
 from soft_gripper.scenario.schema import NominalConfig, SensorConfig, StrainErrorsConfig
 from soft_gripper.scenario.sensor_presets import strain_errors
@@ -138,7 +139,7 @@ def check_estimator(name: str) -> None:
         InputError: if it does not exist, does not estimate contacts, or needs earlier samples.
     """
     layout = SensorLayout(read_finger(), 1)
-    function = Estimator.of(name, layout, Uncertainty()).function
+    function = estimator_function(name, layout, Uncertainty())
     if isinstance(function, RecursiveShape):
         raise InputError("contact-trials", "--estimator", name, "needs a recording; contacts are samples by themselves")
     if straight_shape(function, layout).contact is None:
@@ -174,7 +175,8 @@ def estimate_contacts(
     scale, shape = CALIBRATIONS[condition.calibration](nominal, readings.free), readings.pressed.shape[:-1]
     pressure = np.broadcast_to(scale.pressure * contacts.pressure, shape)
     gravity = np.broadcast_to(np.asarray(scale.gravity)[..., None] * contacts.gravity, (*shape, 3))
-    function = Estimator.of(estimator, nominal, Uncertainty(reading=condition.reading, bend_per_pressure=EXACT))
+    assumed = Uncertainty(reading=condition.reading, bend_per_pressure=EXACT)
+    function = estimator_function(estimator, nominal, assumed)
     contact = function(readings.pressed, driving_torque(nominal.finger, nominal.ways, pressure), gravity).contact
-    found = FoundContact.of(contact, contacts)
+    found = FoundContact.of(contact, contacts, nominal.ways != ("bending",))
     return replace(found, force=scale.force * found.force, force_std=scale.force * found.force_std)

@@ -21,11 +21,12 @@ from soft_gripper.arrays import Array
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.estimators.batches import Later
+from soft_gripper.estimators.contact import ContactShape
 from soft_gripper.estimators.force_posterior import ContactPosterior
 from soft_gripper.estimators.uncertainty import EXACT, Uncertainty, uncertainty_of
 from soft_gripper.extras.studies.contacts.contacts import Contacts, read_finger
 from soft_gripper.extras.studies.contacts.estimates import ESTIMATOR, REALISTIC, Condition, preset_errors
-from soft_gripper.extras.studies.contacts.estimators import Estimator, FoundContact, driving_torque
+from soft_gripper.extras.studies.contacts.found_contact import FoundContact, driving_torque
 from soft_gripper.extras.studies.contacts.statics import (
     contacts_in_space,
     finger_in_space,
@@ -173,10 +174,10 @@ def _stated_of(
 ) -> Stated:
     """What is stated of contacts whose readings and pressures, `measured` over the true ones, are known."""
     layout = sensor_layout(condition.nominal_finger(seen), config)
-    estimator = Estimator.of(ESTIMATOR, layout, assumed)
+    estimator = ContactShape(layout, assumed)
     given = readings, driving_torque(layout.finger, layout.ways, measured * contacts.pressure), contacts.gravity
     contact = estimator(*given).contact
-    found = FoundContact.of(contact, contacts)
+    found = FoundContact.of(contact, contacts, layout.ways != ("bending",))
     return _stated(
         contacts.normal_force,
         contacts.arc_length,

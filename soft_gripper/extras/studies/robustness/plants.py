@@ -25,7 +25,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from soft_gripper.arrays import Array, Planar
+from soft_gripper.arrays import Array
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.evaluation.paper.contact_table import contact_table, of_touched_fingers
@@ -174,8 +174,8 @@ class FingerAtRest:
         return self._again(1).pressure[1:]
 
     @property
-    def gravity(self) -> Planar:
-        """In the bending plane, (T) m/s^2."""
+    def gravity(self) -> Array:
+        """In B, (T, 3) m/s^2."""
         return self._again(1).gravity[1:]
 
     def readings(self, sections: int, errors: StrainErrors | None, seeds: int) -> Array:

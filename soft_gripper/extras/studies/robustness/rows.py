@@ -19,8 +19,9 @@ from numpy.typing import NDArray
 from soft_gripper.arrays import Array
 from soft_gripper.estimators.driving_torque import recorded_driving
 from soft_gripper.estimators.estimate import ShapeEstimate
+from soft_gripper.estimators.finger_shape import position_std
 from soft_gripper.estimators.recursive import RecursiveShape
-from soft_gripper.estimators.uncertainty import EXACT, Uncertainty, position_std, uncertainty_of
+from soft_gripper.estimators.uncertainty import EXACT, Uncertainty, uncertainty_of
 from soft_gripper.evaluation.paper.scenario_run import SECTIONS
 from soft_gripper.extras.studies.robustness.plants import FingerAtRest, Plant
 from soft_gripper.fingers.finger import Finger

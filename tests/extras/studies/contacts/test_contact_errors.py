@@ -6,7 +6,7 @@ import pytest
 from soft_gripper.estimators.estimate import ContactForce
 from soft_gripper.extras.studies.contacts.contacts import Contacts, read_finger
 from soft_gripper.extras.studies.contacts.estimates import Condition, ContactEstimate
-from soft_gripper.extras.studies.contacts.estimators import FoundContact
+from soft_gripper.extras.studies.contacts.found_contact import FoundContact
 from soft_gripper.extras.studies.contacts.trials import contact_errors, error_rows
 from soft_gripper.sensors.sensor_layout import SensorLayout
 
