@@ -22,6 +22,7 @@ from soft_gripper.errors import InputError
 from soft_gripper.estimators.contact import ContactShape
 from soft_gripper.estimators.uncertainty import EXACT, Uncertainty
 from soft_gripper.extras.benchmark.contacts import FOLDER, layout
+from soft_gripper.fingers.kinematics import in_plane, in_space
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.shipped import scenario_names
 
@@ -69,7 +70,7 @@ def contacts() -> Iterator[tuple[str, Array]]:
     """Forces, places and intervals of the contacts that the benchmark tests with."""
     rows = np.genfromtxt(FOLDER / "contacts_test.csv", delimiter=",", names=True)
     readings = np.stack([rows[f"reading_{i}"] for i in range(4)], axis=-1)
-    gravity = rows["gravity_z"] + 1j * rows["gravity_x"]
+    gravity = in_space(in_plane(rows["gravity_x"], rows["gravity_z"]))
     for model, share in (("exact", EXACT), ("default", Uncertainty.bend_per_pressure)):
         shape = ContactShape(layout(), Uncertainty(reading=1.5e-3, bend_per_pressure=share))
         given = readings, layout().finger.pressure_torque(rows["pressure"]), gravity
@@ -81,9 +82,14 @@ def contacts() -> Iterator[tuple[str, Array]]:
 
 
 def differences(folder: Path) -> Iterator[tuple[str, float, float]]:
-    """Largest difference, and what is allowed, of every number that is stored and found again."""
+    """Largest difference, and what is allowed, of every number that is stored and found again.
+
+    A number that was not stored is new, and left out.
+    """
     stored = np.load(folder / "oracle.npz")
     for name, after in values():
+        if name not in stored:
+            continue
         before = stored[name]
         quantity = name.rpartition(".")[2]
         allowed = SIGNALS.get(quantity, FORCE)

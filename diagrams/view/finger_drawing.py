@@ -12,6 +12,8 @@ import numpy as np
 
 from soft_gripper.arrays import Array
 from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.finger_parts import AXES
+from soft_gripper.sensors.sensor_block import joints_port
 from soft_gripper.truth.poses import corners
 
 LENGTH = 0.025  # m/N, of the arrow of a force
@@ -23,8 +25,15 @@ BAND_SIGNAL = "position_std"
 
 
 def drawn_signals(known: Collection[str]) -> list[str]:
-    """Those of the known signals of a finger from which it is drawn, with contact and band; none without a shape."""
-    shape, contact = (next((names for names in each if {*names} <= {*known}), ()) for each in (SHAPES, CONTACTS))
+    """Those of the known signals of a finger from which it is drawn, with contact and band; none without a shape.
+
+    A finger that only bends is drawn in its plane, where its curve is one of arcs.
+    """
+    others = {f"estimated_{joints_port(way)}" for way in AXES if way != "bending"}
+    first = 0 if others & {*known} else 1
+    shape, contact = (
+        next((names for names in each[first:] if {*names} <= {*known}), ()) for each in (SHAPES, CONTACTS)
+    )
     return [*shape, *contact, *[BAND_SIGNAL] * (BAND_SIGNAL in known)] if shape else []
 
 

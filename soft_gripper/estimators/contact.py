@@ -325,37 +325,47 @@ class Unexplained(NamedTuple):
     moving: Array = STILL  # (...) 1 where a free finger in motion may have them, else 0
 
 
+class Explained(NamedTuple):
+    """Values explained by one force: what it is in every cell, and how probable."""
+
+    left: Unexplained
+    found: FittedCells
+    posterior: Believed
+
+
 @dataclass(frozen=True)
 class SurfaceContact:
     """The contact on the surface of a finger that explains what is read."""
 
     mechanics: Mechanics
 
-    def fitted(self, left: Unexplained) -> FittedCells:
+    def explain(self, left: Unexplained) -> Explained:
         """The forces in all cells."""
         cells = self.cells(left.q, left.at, left.slopes)
-        return fitted(left.residual, left.covariance, cells, self._possible.largest)
+        found = fitted(left.residual, left.covariance, cells, self._possible.largest)
+        return Explained(left, found, believed(found, left.read, self._possible))
 
-    def stated(self, found: FittedCells, left: Unexplained) -> tuple[ContactForce, Array]:
+    def stated(self, explained: Explained) -> tuple[ContactForce, Array]:
         """The contact, and its torques at the joints: none where noise explains the values, or too few are read.
 
         One force, or several on the side that it presses if it leaves more than noise and more is read than it takes.
         """
-        contact, torque, side = self.best(found, left)
+        left, found, _ = explained
+        contact, torque, side = self.best(explained)
         noise = _most_of_noise(left.read - self.fewest)
         many = (left.read > self.fewest) & (found.chi_squared.min(axis=-1) > noise)
         if many.any():
-            contact, torque = self._put_several(many, side, contact, torque, found, left)
+            contact, torque = self._put_several(many, side, contact, torque, explained)
         free = (found.r**2).sum(axis=-1) < _most_of_noise(left.read)
         unknown = (left.read < self.fewest) | (free & (left.moving > 0))
         return _stated(contact, free, unknown), np.where((free | unknown)[..., None], 0.0, torque)
 
-    def posterior(self, found: FittedCells, left: Unexplained) -> ContactPosterior:
+    def posterior(self, explained: Explained) -> ContactPosterior:
         """Posterior of the contact."""
+        left, found, posterior = explained
         length = self.mechanics.layout.finger.length
         nearest = self.mechanics.uncertainty.nearest_contact * length
         several = None if self.mechanics.only_bends else self._corners(self.cells(left.q, left.at, left.slopes))
-        posterior = believed(found, left.read, self._possible)
         return in_cells(found, posterior, left.read, length, self._possible, nearest, left.moving, several)
 
     @property
@@ -381,34 +391,42 @@ class SurfaceContact:
         spreads = np.concatenate([changes[..., 1:, :], straddled[..., None, :]], axis=-2)
         return Cells(changes[..., 0, :], spreads, surface.place, surface.side, surface.prior, surface.angle)
 
-    def best(self, found: FittedCells, left: Unexplained) -> tuple[ContactForce, Array, NDArray[np.int_]]:
+    def best(self, explained: Explained) -> tuple[ContactForce, Array, NDArray[np.int_]]:
         """The most probable contact, its torques at the joints, (..., D), and the side that it presses, (...)."""
-        posterior, surface = believed(found, left.read, self._possible), self.surface
+        (left, found, posterior), surface, most = explained, self.surface, self._possible.largest
         weights, cells = _heaviest(posterior)
-        force, of_cells = np.minimum(_chosen(posterior.mean, cells), self._possible.largest), found.cells
-        force[..., 0] = np.clip(_chosen(posterior.force, cells[..., :1])[..., 0], 0, self._possible.largest)
-        z, of_z = _within(found.r, force, _chosen(of_cells.response, cells), _chosen(of_cells.spreads, cells))
+        force = np.minimum(_chosen(posterior.mean, cells), most)
+        force[..., 0] = np.clip(_chosen(posterior.force, cells[..., :1])[..., 0], 0, most)
+        response, spreads = _chosen(found.cells.response, cells), _chosen(found.cells.spreads, cells)
+        z, of_z = _within(found.r, force, response, spreads)
+        local = _forces(surface.directions[cells], force, _chosen(posterior.std, cells), z, of_z)
         R = _chosen(left.at.chain.rotations, self.mechanics.links[surface.link[cells]])
-        vectors, of_vectors = _forces(R, surface.directions[cells], force, _chosen(posterior.std, cells), z, of_z)
-        x = R[..., 0]
-        across = (x * vectors).sum(axis=-1, keepdims=True)
-        of_across = x[..., None, :] @ of_vectors @ x[..., None]
-        extent = surface.extent[cells]
-        tangents = surface.tangents
-        place = surface.arc_length[cells] + extent * z[..., tangents]
-        place = np.clip(place, 0, self.mechanics.layout.finger.length)[..., None]
-        of_place = (extent**2 * of_z[..., tangents, tangents])[..., None, None]
-        of_vector = _about_best(weights, vectors, of_vectors)
-        across_std = _std(_about_best(weights, across, of_across))[..., 0]
-        place_std, best = _std(_about_best(weights, place, of_place))[..., 0], vectors[..., 0, :]
+        vectors = local @ np.swapaxes(R, -1, -2)
+        _, across_std = _about_best(weights, local[..., :1])
+        vector, of_vector = _about_best(weights, vectors)
+        place, place_std = self._place(weights, cells, z[..., surface.tangents], of_z)
         contact = ContactForce(
-            *(-across[..., 0, 0], place[..., 0, 0], across_std, place_std),
-            *(best, _std(of_vector), _direction_std(best, of_vector), surface.angle[cells[..., 0]]),
+            force=-local[..., 0, 0, 0],
+            arc_length=place,
+            force_std=_std(across_std)[..., 0],
+            arc_length_std=place_std,
+            vector=vector,
+            vector_std=_std(of_vector),
+            direction_std=_direction_std(vector, of_vector),
+            side=surface.angle[cells[..., 0]],
         )
         wrenches = surface.wrenches[cells[..., 0]]
         wrench = wrenches[..., 0, :] + (z[..., :1, :-1] @ wrenches[..., 1:, :])[..., 0, :]
         torque = self._torques(left.at.chain, surface.link[cells[..., :1]], force[..., :1] * wrench)
         return contact, torque, surface.side[cells[..., 0]]
+
+    def _place(self, weights: Array, cells: NDArray[np.int_], z: Array, of_z: Array) -> tuple[Array, Array]:
+        """Arc length of the most probable contact and its standard deviation, m, (...); z along the finger, (..., K)."""
+        surface, T = self.surface, self.surface.tangents
+        extent = surface.extent[cells]
+        places = (surface.arc_length[cells] + extent * z).clip(0, self.mechanics.layout.finger.length)
+        squares = extent**2 * of_z[..., T, T] + (places - places[..., :1]) ** 2
+        return places[..., 0], np.sqrt((weights * squares).sum(axis=-1))
 
     def _put_several(
         self,
@@ -416,21 +434,19 @@ class SurfaceContact:
         side: NDArray[np.int_],
         contact: ContactForce,
         torque: Array,
-        found: FittedCells,
-        left: Unexplained,
+        explained: Explained,
     ) -> tuple[ContactForce, Array]:
         """Contact and torque of K samples, those of several forces on a side in the places of the chosen ones."""
         contact, torque = ContactForce(*(np.array(values) for values in contact)), torque.copy()
         for k in np.flatnonzero(chosen):
-            fields, torque[k] = self._several(int(k), int(side[k]), found, left)
+            fields, torque[k] = self._several(int(k), int(side[k]), explained)
             for name, value in fields.items():
                 getattr(contact, name)[k] = value
         return contact, torque
 
-    def _several(
-        self, k: int, side: int, found: FittedCells, left: Unexplained
-    ) -> tuple[dict[str, Array | float], Array]:
+    def _several(self, k: int, side: int, explained: Explained) -> tuple[dict[str, Array | float], Array]:
         """The forces on a side that explain sample k best: fields of their sum, and their torques at the joints."""
+        left, found, _ = explained
         surface, finger, assumed = self.surface, self.mechanics.layout.finger, self.mechanics.uncertainty
         beside = (
             surface.on_face & (surface.side == side) & (surface.arc_length >= assumed.nearest_contact * finger.length)
@@ -524,15 +540,15 @@ class ContactShape:
 
     def _shape(self, readings: Array, driving: Array, gravity: Array, *lag: Array) -> ShapeEstimate:
         shape = shared(GaussianShape.__call__, self._gaussian, readings, driving, gravity)
-        left, free, found = shared(ContactShape._explained, self, shape.q, readings, driving, gravity, *lag)
-        contact, torque = self.contact.stated(found, left)
-        q = self._loaded(left, free, torque, readings, driving)
+        explained, free = shared(ContactShape._explained, self, shape.q, readings, driving, gravity, *lag)
+        contact, torque = self.contact.stated(explained)
+        q = self._loaded(explained.left, free, torque, readings, driving)
         return ShapeEstimate(q, shape.covariance, contact)
 
     def _posterior(self, readings: Array, driving: Array, gravity: Array, *lag: Array) -> ContactPosterior:
         shape = shared(GaussianShape.__call__, self._gaussian, readings, driving, gravity)
-        left, _, found = shared(ContactShape._explained, self, shape.q, readings, driving, gravity, *lag)
-        return self.contact.posterior(found, left)
+        explained, _ = shared(ContactShape._explained, self, shape.q, readings, driving, gravity, *lag)
+        return self.contact.posterior(explained)
 
     def _explained(
         self,
@@ -542,16 +558,16 @@ class ContactShape:
         gravity: Array,
         damping: Array = AT_REST.damping,
         inertia: Array = AT_REST.inertia,
-    ) -> tuple[Unexplained, Array, FittedCells]:
-        """The forces in all cells, linearized about the finger under the likeliest of those about `q`."""
+    ) -> tuple[Explained, Array]:
+        """The forces in all cells, linearized about the finger under the likeliest of those about `q`; and q_0."""
         lag = Lag(damping, inertia)
         left, free = self._unexplained(q, readings, driving, gravity, lag)
-        found = self.contact.fitted(left)
+        explained = self.contact.explain(left)
         for _ in range(self._passes - 1):
-            q = self._loaded(left, free, self.contact.best(found, left)[1], readings, driving)
+            q = self._loaded(left, free, self.contact.best(explained)[1], readings, driving)
             left, free = self._unexplained(q, readings, driving, gravity, lag)
-            found = self.contact.fitted(left)
-        return left, free, found
+            explained = self.contact.explain(left)
+        return explained, free
 
     @cached_property
     def _passes(self) -> int:
@@ -622,18 +638,25 @@ def _within(r: Array, force: Array, response: Array, spreads: Array) -> tuple[Ar
     return (covariance @ (U @ rest[..., None]))[..., 0], covariance
 
 
-def _forces(R: Array, directions: Array, force: Array, std: Array, z: Array, of_z: Array) -> tuple[Array, Array]:
-    """Forces in B, (..., K, 3) N, and their covariances; see `_within` for z, `SurfaceCells` for the directions."""
+def _forces(directions: Array, force: Array, std: Array, z: Array, of_z: Array) -> Array:
+    """Forces in the frames of their links and T + 1 independent deviations, (..., K, 2 + T, 3) N.
+
+    See `_within` for z, `SurfaceCells` for the directions.
+    """
     T = directions.shape[-2] - 1
-    unit = directions[..., 0, :] + (z[..., None, :T] @ directions[..., 1:, :])[..., 0, :]
-    rubbing = force[..., None, None] * directions[..., 1:, :]
-    covariance = np.swapaxes(rubbing, -1, -2) @ of_z[..., :T, :T] @ rubbing + outer(std[..., None] * unit)
-    return (R @ (force[..., None] * unit)[..., None])[..., 0], R @ covariance @ np.swapaxes(R, -1, -2)
+    unit = directions[..., :1, :] + z[..., None, :T] @ directions[..., 1:, :]
+    rubbing = np.swapaxes(np.linalg.cholesky(of_z[..., :T, :T]), -1, -2) @ directions[..., 1:, :]
+    sizes = force[..., None, None]
+    return np.concatenate([sizes * unit, sizes * rubbing, std[..., None, None] * unit], axis=-2)
 
 
-def _about_best(weights: Array, values: Array, covariances: Array) -> Array:
-    """Mean squares of the distance from the first of K values, (..., K, M), with their covariances: (..., M, M)."""
-    return np.asarray((weights[..., None, None] * (covariances + outer(values - values[..., :1, :]))).sum(axis=-3))
+def _about_best(weights: Array, forces: Array) -> tuple[Array, Array]:
+    """The first of K forces with their deviations, (..., K, 2 + T, M), and their mean squares about it, (..., M, M)."""
+    best = forces[..., 0, 0, :]
+    rows = np.concatenate([forces[..., 1:, :], forces[..., :1, :] - best[..., None, None, :]], axis=-2)
+    rows = rows * np.sqrt(weights)[..., None, None]
+    rows = rows.reshape(*rows.shape[:-3], -1, rows.shape[-1])
+    return best, np.swapaxes(rows, -1, -2) @ rows
 
 
 def _std(covariance: Array) -> Array:

@@ -163,13 +163,13 @@ class RecursiveShape:
 
     def _estimate(self, q: Array, mean: Array, covariance: Array, driving: Array) -> ShapeEstimate:
         left, by_joint = self._unexplained(q, mean, covariance, driving)
-        contact, _ = self.contact.stated(self.contact.fitted(left), left)
+        contact, _ = self.contact.stated(self.contact.explain(left))
         of_joints = by_joint @ covariance @ np.swapaxes(by_joint, -1, -2) + self.mechanics.deviations
         return ShapeEstimate(q, of_joints, contact)
 
     def _posterior(self, q: Array, mean: Array, covariance: Array, driving: Array) -> ContactPosterior:
         left, _ = self._unexplained(q, mean, covariance, driving)
-        return self.contact.posterior(self.contact.fitted(left), left)
+        return self.contact.posterior(self.contact.explain(left))
 
     def _unexplained(self, q: Array, mean: Array, covariance: Array, driving: Array) -> tuple[Unexplained, Array]:
         """The change of the values by the load, and the Jacobian of the joints with respect to the states.

@@ -68,6 +68,12 @@ class SpatialChain:
         return set(self.ways) == {"bending"}
 
     @cached_property
+    def planar_steps(self) -> tuple[Array, float]:
+        """How far each link carries the joints beyond it, (J, J) m, and the place of the first joint, m."""
+        between = np.append(self.heights[1:], 0.0)
+        return np.triu(np.tile(between[:, None], len(between)), 1), float(self.heights[0])
+
+    @cached_property
     def turns(self) -> NDArray[np.bool_]:
         """Which joints turn, (J,); the others slide."""
         return np.array([way not in SLIDES for way in self.ways])
@@ -149,18 +155,28 @@ def posture(chain: SpatialChain, q: Array) -> Posture:
 
 def _planar_posture(chain: SpatialChain, q: Array) -> Posture:
     """The posture of a chain that only bends: angles about one axis add up, which is much quicker than products."""
-    frames, motions = np.zeros((*q.shape[:-1], q.shape[-1] + 1, 4, 4)), np.zeros((*q.shape, 3, 4))
-    headings = q.cumsum(axis=-1)
-    frames[..., range(4), range(4)] = 1.0
-    cos, sin = np.cos(headings), np.sin(headings)
-    frames[..., 1:, 0, 0] = frames[..., 1:, 2, 2] = cos
-    frames[..., 1:, 0, 2] = sin
-    frames[..., 1:, 2, 0] = -sin
-    motions[..., 0, 2], motions[..., 2, 0] = 1.0, -1.0
-    x, z = ((chain.heights * frames[..., :-1, row, 2]).cumsum(axis=-1) for row in (0, 2))
-    frames[..., 1:, 0, 3], frames[..., 1:, 2, 3] = x, z
-    motions[..., 0, 3], motions[..., 2, 3] = -z, x
-    return Posture(frames, motions)
+    headings, (lengths, first) = q.cumsum(axis=-1), chain.planar_steps
+    turned = np.empty((*q.shape, 5))
+    cos, sin = turned[..., 0], turned[..., 1]
+    np.cos(headings, out=cos)
+    np.sin(headings, out=sin)
+    turned[..., 2], turned[..., 3], turned[..., 4] = sin @ lengths, cos @ lengths + first, 1.0
+    frames = np.empty((*q.shape[:-1], q.shape[-1] + 1, 4, 4))
+    frames[..., 0, :, :], frames[..., 1:, :, :] = np.eye(4), (turned @ _PLANAR_FRAME).reshape(*q.shape, 4, 4)
+    return Posture(frames, (turned @ _PLANAR_MOTION).reshape(*q.shape, 3, 4))
+
+
+def _entries(size: int, **places: tuple[int, ...]) -> Array:
+    """From cos, sin, x, z and 1 to the entries of a matrix: each adds to the places that are given, or takes away."""
+    entries = np.zeros((5, size))
+    for name, found in places.items():
+        for place in found:
+            entries[("cos", "sin", "x", "z", "one").index(name), abs(place)] = np.sign(place) or 1.0
+    return entries
+
+
+_PLANAR_FRAME = _entries(16, cos=(0, 10), sin=(2, -8), x=(3,), z=(11,), one=(5, 15))
+_PLANAR_MOTION = _entries(12, one=(2, -8), z=(-3,), x=(11,))
 
 
 def _products(steps: Array, each: int) -> Array:

@@ -23,6 +23,7 @@ from soft_gripper.diagrams.view.finger_drawing import (
     LEAST_FORCE,
     LENGTH,
     Contact,
+    drawn_signals,
     estimated_contact,
     estimated_corners,
     is_in_space,
@@ -198,8 +199,9 @@ def read_snapshot(layout: MeasurementModel, recording: Recording, time: float) -
     in_plane, aside = arrows_of_contact(layout.finger, true, estimated_contact(of_true, true))[0], None
     if leaves_plane(true):
         in_plane, aside = _true_in_space(signals)
-    curve = estimated_corners(signals)
-    contact, contact_aside = arrows_of_contact(layout.finger, curve, estimated_contact(signals, curve))
+    drawn = {name: signals[name] for name in drawn_signals(signals)}
+    curve = estimated_corners(drawn)
+    contact, contact_aside = arrows_of_contact(layout.finger, curve, estimated_contact(drawn, curve))
     return Snapshot(
         true,
         arcs_of_table(signals["arcs"]),
@@ -209,7 +211,7 @@ def read_snapshot(layout: MeasurementModel, recording: Recording, time: float) -
         float(signals["pose_error"].item()),
         in_plane,
         aside,
-        *(curve, curve if is_in_space(signals) else None, contact, contact_aside, signals.get("position_std")),
+        *(curve, curve if is_in_space(drawn) else None, contact, contact_aside, signals.get("position_std")),
     )
 
 

@@ -70,11 +70,17 @@ class SensorLayout(MeasurementModel):
 
     def inverse(self, measured: Array) -> Array:
         """The bends computed from extension ratios if all joints of a section bend equally, (..., paths, S) rad."""
+        lever, scale, first = self._of_inverse
+        sine = (self.finger.segment_length**2 / 4 * (1 - (1 + measured) ** 2) + lever) / scale
+        bends: Array = 2 * self.joints_per_section * (np.arcsin(np.clip(sine, -1, 1)) - first)
+        return bends
+
+    @cached_property
+    def _of_inverse(self) -> tuple[Array, Array, Array]:
+        """What does not depend on the readings: 2 o^2, 2 o |a + i o| and arg(a + i o), (paths, 1)."""
         half, offset = self.finger.segment_length / 2, self.offsets[:, None]
         offset = np.where(offset == 0, half, offset)  # a path on the neutral axis measures nothing, and has no weight
-        sine = (half**2 * (1 - (1 + measured) ** 2) + 2 * offset**2) / (2 * offset * np.hypot(half, offset))
-        bends: Array = 2 * self.joints_per_section * (np.arcsin(np.clip(sine, -1, 1)) - np.arctan2(offset, half))
-        return bends
+        return 2 * offset**2, 2 * offset * np.hypot(half, offset), np.arctan2(offset, half)
 
     def signals(self, q: Array) -> dict[str, Array]:
         """Extension ratios at joint angles, and the strain readings of the sensors, (..., R) each."""

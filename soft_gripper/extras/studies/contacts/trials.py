@@ -24,7 +24,7 @@ from soft_gripper.extras.studies.contacts.estimates import (
     ContactEstimate,
     contact_estimates,
 )
-from soft_gripper.extras.studies.contacts.estimators import FoundContact
+from soft_gripper.extras.studies.contacts.found_contact import FoundContact
 from soft_gripper.files.csv_table import write_csv
 from soft_gripper.pictures.style import COLORS, STYLE, save_figure
 
