@@ -1,16 +1,29 @@
-"""The prior of the load: the covariance of the torques that random forces along a finger have."""
+"""The prior of the load: the covariance of the torques that random forces along a finger have, and its modes."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from fingers_in_space import bent_chain, by_way, load_covariance, sensors, torque_covariance, yielding
 
-from soft_gripper.estimators.mechanics import TIP_SHARE, SpatialMechanics, torque_covariance
+from soft_gripper.estimators.mechanics import TIP_SHARE, Mechanics
 from soft_gripper.estimators.uncertainty import Uncertainty
-from soft_gripper.scenario.schema import SensorConfig
-from soft_gripper.scenario.sensor_presets import sensor_layout
+from soft_gripper.fingers.spatial_chain import Loads, torques
+from soft_gripper.sensors.sensor_layout import SensorLayout
 
 LOAD_PRESSURE = 1.5e5  # Pa
+
+
+def of_load(layout, q, load_pressure=LOAD_PRESSURE):
+    """The covariance of the torques, (D, D)."""
+    mechanics = Mechanics(layout, Uncertainty(load_pressure=load_pressure))
+    compliance = mechanics.compliance(q)
+    return mechanics.of_load(mechanics.posture(q), q) / np.outer(compliance, compliance)
+
+
+def in_plane(finger, load_pressure=LOAD_PRESSURE):
+    """Of a straight finger that only bends."""
+    return of_load(SensorLayout(finger, 1), np.zeros(finger.segments), load_pressure)
 
 
 def test_covariance_is_that_of_forces_drawn_along_the_finger_and_on_the_tip(shipped_finger):
@@ -23,35 +36,74 @@ def test_covariance_is_that_of_forces_drawn_along_the_finger_and_on_the_tip(ship
     tip = np.outer(length - s, length - s) / length**2
     usual = LOAD_PRESSURE * shipped_finger.pressure_gain[0]
     expected = usual**2 * (TIP_SHARE * tip + (1 - TIP_SHARE) * along)
-    np.testing.assert_allclose(torque_covariance(shipped_finger, LOAD_PRESSURE), expected, rtol=1e-6)
+    np.testing.assert_allclose(in_plane(shipped_finger), expected, rtol=1e-6)
 
 
 def test_a_third_of_the_variance_or_so_is_due_to_the_tip(shipped_finger):
     """At half of the length: 0.3 u^2 + 0.7 u^3, by hand."""
     finger = replace(shipped_finger, segments=3)  # the second of three joints lies in the middle
     usual = LOAD_PRESSURE * finger.pressure_gain[0]
-    assert torque_covariance(finger, LOAD_PRESSURE)[1, 1] == pytest.approx((0.3 / 4 + 0.7 / 8) * usual**2)
+    assert in_plane(finger)[1, 1] == pytest.approx((0.3 / 4 + 0.7 / 8) * usual**2)
 
 
 @pytest.mark.parametrize("name", ["shipped_finger", "tapered_finger"])
 def test_it_is_a_covariance(request, name):
-    covariance = torque_covariance(request.getfixturevalue(name), LOAD_PRESSURE)
+    covariance = in_plane(request.getfixturevalue(name))
     np.testing.assert_array_equal(covariance, covariance.T)
     assert np.linalg.eigvalsh(covariance).min() > 0
 
 
-def test_no_load_is_certain(shipped_finger):
-    assert not torque_covariance(shipped_finger, 0.0).any()
+def test_that_of_a_straight_finger_is_the_same_across_it_in_both_planes_and_nothing_twists_it(shipped_finger):
+    """By the closed form of twice integrated white noise."""
+    expected = torque_covariance(shipped_finger, LOAD_PRESSURE)
+    np.testing.assert_allclose(in_plane(shipped_finger), expected, rtol=1e-12)
+    covariance = of_load(sensors(yielding(shipped_finger)), np.zeros(36))
+    for way in (0, 1):
+        block = covariance[way * 12 : (way + 1) * 12, way * 12 : (way + 1) * 12]
+        np.testing.assert_allclose(block, expected, rtol=1e-12, atol=1e-20)
+    np.testing.assert_allclose(covariance[24:], 0, atol=1e-20)
+
+
+@pytest.mark.parametrize("in_space", [False, True])
+def test_that_of_a_bent_finger_is_that_of_unit_forces_one_after_the_other(shipped_finger, bent, in_space):
+    layout = sensors(yielding(shipped_finger)) if in_space else SensorLayout(shipped_finger, 1)
+    q = bent(layout.straight.size) / 2
+    expected = load_covariance(layout.finger, q, LOAD_PRESSURE)
+    np.testing.assert_allclose(of_load(layout, q), expected, rtol=0, atol=1e-12 * expected.max())
+
+
+@pytest.mark.parametrize(("in_space", "count"), [(False, 5), (True, 10)])
+def test_modes_of_a_load_are_torques_of_forces_that_turn_with_the_links(shipped_finger, bent, in_space, count):
+    """By dead loads at all places, one after the other; on a straight finger they are apart."""
+    layout = sensors(yielding(shipped_finger)) if in_space else SensorLayout(shipped_finger, 1)
+    finger, q = layout.finger, 0.1 * bent(layout.straight.size)
+    mechanics, at = Mechanics(layout, Uncertainty()), bent_chain(layout.finger, q)
+    patterns, points = mechanics._strongest[1], mechanics._points
+    patterns = patterns.reshape(3, -1, count)  # forces along x, y and z of the links
+    places = patterns.shape[1]
+    frames = points.frames[:places]
+    for mode in range(count):
+        forces = (at.rotations[frames] @ patterns[:, :, mode].T[..., None])[..., 0]
+        loads = Loads(frames, points.places[:places, :3, 0], forces, np.zeros_like(forces))
+        found = mechanics.load_modes(mechanics.posture(q))[:, mode]
+        np.testing.assert_allclose(found, by_way(finger, torques(at, loads)), atol=1e-12)
+    straight = mechanics.load_modes(mechanics.posture(0 * q))
+    np.testing.assert_allclose(straight[24:], 0, atol=1e-12, err_msg="nothing twists a straight finger")
+    np.testing.assert_allclose(straight.T @ straight, np.eye(count), atol=1e-9)
+    kept = straight[:12, :5] if in_space else straight
+    variances, modes = np.linalg.eigh(torque_covariance(finger, Uncertainty().load_pressure))
+    np.testing.assert_allclose(mechanics.load_variances[:5], variances[:-6:-1], rtol=1e-9)
+    np.testing.assert_allclose(np.abs((modes[:, :-6:-1] * kept).sum(axis=0)), 1, rtol=1e-9)
 
 
 def test_a_joint_that_slides_deviates_as_far_as_one_that_turns_moves_its_segment(shipped_finger):
     """The number of segments does not matter."""
     for segments in (6, 12):
         finger = replace(shipped_finger, segments=segments, yields=("bending", "stretch"))
-        layout = sensor_layout(finger, SensorConfig(layout="four_faces", sections=2))
+        layout = sensors(finger, "four_faces")
         ways, angle = layout.ways, 1e-3
         assert ways == ("bending", "stretch")
-        stds = np.sqrt(np.diagonal(SpatialMechanics(layout, Uncertainty(angle=angle)).deviations))
+        stds = np.sqrt(np.diagonal(Mechanics(layout, Uncertainty(angle=angle)).deviations))
         turned, slid = stds.reshape(2, segments)
         np.testing.assert_allclose(turned, angle)
         np.testing.assert_allclose(slid, angle * finger.length / segments)

@@ -2,36 +2,42 @@
 
 import numpy as np
 import pytest
+from fingers_in_space import WAYS, yielding
 
-from soft_gripper.estimators.uncertainty import position_std
-from soft_gripper.fingers.kinematics import forward_kinematics
-
-
-def points(finger, q):
-    chain = forward_kinematics(q, finger.segment_length)
-    return np.append(chain.joints, chain.tip)
+from soft_gripper.estimators.finger_shape import Places, position_std
 
 
 @pytest.fixture
 def covariance():
-    """Of 12 joint angles, correlated, some tenths of a degree."""
-    root = 1e-3 * np.random.default_rng(2).standard_normal((12, 12))
-    return root @ root.T
+    """Of 36 joint positions, correlated, some tenths of a degree."""
+    root = 1e-3 * np.random.default_rng(2).standard_normal((36, 36))
+    return root @ root.T / 3
 
 
-def test_std_is_that_of_fingers_drawn_from_the_covariance(shipped_finger, bent, covariance):
-    """Across the link that ends at the point: 40 000 fingers have it within 2 %."""
-    q = bent(12)
+def test_std_is_that_of_the_distance_of_fingers_drawn_from_the_covariance(shipped_finger, bent, covariance):
+    """40 000 fingers that only bend have it within 2 %."""
+    q, covariance = bent(12), covariance[:12, :12]
     drawn = np.random.default_rng(3).multivariate_normal(q, covariance, 40_000)
-    chain = forward_kinematics(drawn, shipped_finger.segment_length)
-    places = np.concatenate([chain.joints, chain.tip[:, None]], axis=-1)
-    headings = np.append(0.0, np.cumsum(q))
-    across = (places - points(shipped_finger, q)) * np.conj(1j * np.exp(1j * headings))
-    expected = across.real.std(axis=0)
+    places = Places(shipped_finger, ["bending"])
+    distance = np.linalg.norm(places(drawn)[0] - places(q)[0], axis=-1)
     found = position_std(shipped_finger, q, covariance)
-    np.testing.assert_allclose(found, expected, rtol=0.02, atol=1e-12)
+    np.testing.assert_allclose(found, np.sqrt((distance**2).mean(axis=0)), rtol=0.02, atol=1e-12)
     assert found[0] == 0
     assert found[-1] > 1e-4
+
+
+def test_variances_along_the_axes_are_those_of_fingers_drawn_in_space(shipped_finger, bent, covariance):
+    finger, q = yielding(shipped_finger), bent(36) / 4
+    drawn = np.random.default_rng(3).multivariate_normal(q, covariance, 20_000)
+    places = Places(finger, WAYS)
+    expected = ((places(drawn)[0] - places(q)[0]) ** 2).mean(axis=0)
+    np.testing.assert_allclose(places.variance(q, covariance), expected, rtol=0.05, atol=1e-12)
+
+
+def test_places_move_as_joints_do(shipped_finger, bent):
+    places, q, step = Places(yielding(shipped_finger), WAYS), 0.1 * bent(36), 1e-6
+    differences = [(places(q + dq)[0] - places(q - dq)[0]) / (2 * step) for dq in step * np.eye(36)]
+    np.testing.assert_allclose(places(q)[2], differences, atol=1e-9)
 
 
 def test_only_what_lies_before_a_point_moves_it(shipped_finger):
@@ -44,7 +50,7 @@ def test_only_what_lies_before_a_point_moves_it(shipped_finger):
 
 def test_a_batch_is_its_samples(shipped_finger, bent, covariance):
     q, scale = bent(3, 2, 12), np.linspace(1, 2, 6).reshape(3, 2, 1, 1)
-    found = position_std(shipped_finger, q, scale * covariance)
+    found = position_std(shipped_finger, q, scale * covariance[:12, :12])
     for index in np.ndindex(3, 2):
-        alone = position_std(shipped_finger, q[index], scale[index] * covariance)
+        alone = position_std(shipped_finger, q[index], scale[index] * covariance[:12, :12])
         np.testing.assert_allclose(found[index], alone, rtol=1e-12)

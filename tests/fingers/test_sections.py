@@ -11,7 +11,8 @@ from pydrake.multibody.plant import ExternallyAppliedSpatialForce
 from refusals import refused
 from scipy.integrate import quad
 
-from soft_gripper.estimators.mechanics import torque_covariance
+from soft_gripper.estimators.mechanics import Mechanics
+from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.files.xml_text import DRAKE
 from soft_gripper.fingers.cross_section import CrossSection, Station
 from soft_gripper.fingers.finger import Finger
@@ -230,13 +231,12 @@ def test_loads_are_usual_where_the_base_has_no_chamber(shipped_finger: Finger) -
     """The prior on loads follows from the largest driving torque."""
     base = replace(shipped_finger.base, **NO_CHAMBER)
     finger = replace(shipped_finger, base=base, sections=(station(base, 0.5), station(shipped_finger.base, 0.5)))
-    found = torque_covariance(finger, 1e5)
     uniform = replace(shipped_finger, tip=shipped_finger.base)
-    np.testing.assert_allclose(
-        found / finger.pressure_gain.max() ** 2,
-        torque_covariance(uniform, 1e5) / uniform.pressure_gain[0] ** 2,
-        rtol=1e-12,
+    found, expected = (
+        Mechanics(SensorLayout(each, 1), Uncertainty()).load_variances / each.pressure_gain.max() ** 2
+        for each in (finger, uniform)
     )
+    np.testing.assert_allclose(found, expected, rtol=1e-9)
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,99 @@
+"""Fingers in static balance in space, and what is believed of their load, by nothing but one force after the other.
+
+Joint positions are way after way (`MeasurementModel.ways`), (..., D), of fingers that only bend as of those that leave
+their plane.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from soft_gripper.estimators.mechanics import TIP_SHARE
+from soft_gripper.fingers.spatial_chain import Loads, posture, resting_positions, spatial_chain, torques, weights
+from soft_gripper.scenario.schema import SensorConfig
+from soft_gripper.scenario.sensor_presets import sensor_layout
+from soft_gripper.sensors.measurement import ways_in_space
+
+WAYS = ("bending", "sideways", "twist")
+DOWN = np.array([0.0, 0.0, 9.81])  # of a finger that hangs, whose +z points down
+
+
+def yielding(finger):
+    """The same finger, which leaves its plane as well."""
+    return replace(finger, yields=WAYS)
+
+
+def sensors(finger, name="four_faces_and_diagonal", sections=2):
+    return sensor_layout(finger, SensorConfig(layout=name, sections=sections))
+
+
+def by_way(finger, values):
+    """Values of the joints along the chain, (..., D), in the order way after way."""
+    return values[..., np.argsort(spatial_chain(finger).places(ways_in_space(finger)))]
+
+
+def bent_chain(finger, q):
+    return posture(spatial_chain(finger), q[..., spatial_chain(finger).places(ways_in_space(finger))])
+
+
+def driven(finger, pressure, drive=1.0):
+    """Torque of a pressure, times a share, (..., D)."""
+    torque = np.asarray(drive)[..., None] * finger.pressure_torque(np.asarray(pressure, dtype=float))
+    return np.concatenate([torque, np.zeros((*torque.shape[:-1], finger.segments * (len(finger.yields) - 1)))], axis=-1)
+
+
+def pushed(finger, pressure, forces=(0, 0, 0), gravity=DOWN, drive=1.0):
+    """Joint positions of a finger under forces at its tip, (..., 3) N."""
+    chain, forces = spatial_chain(finger), np.asarray(forces, dtype=float)
+    own = weights(finger, chain, np.asarray(gravity, dtype=float))
+    own_forces = np.broadcast_to(own.forces, (*forces.shape[:-1], *own.forces.shape[-2:]))
+    all_forces = np.concatenate([own_forces, forces[..., None, :]], axis=-2)
+    points = np.concatenate([own.points, [[0, 0, finger.segment_length / 2]]])
+    loads = Loads(np.append(own.frames, len(chain.ways)), points, all_forces, np.zeros_like(all_forces))
+    return balanced(finger, pressure, loads, drive)
+
+
+def balanced(finger, pressure, loads, drive=1.0):
+    chain = spatial_chain(finger)
+    torque = np.asarray(drive)[..., None] * finger.pressure_torque(np.asarray(pressure, dtype=float))
+    stiffness = chain.spread({way: finger.stiffnesses[way] for way in finger.yields})
+    return by_way(finger, resting_positions(chain, stiffness, chain.spread({"bending": torque}), loads))
+
+
+def weight(finger, q, gravity):
+    """Torques of its weight, (D,)."""
+    loads = weights(finger, spatial_chain(finger), gravity)
+    return by_way(finger, torques(bent_chain(finger, q), loads))
+
+
+def forces_along(finger):
+    """Links, places on them, m, and variances of forces that are random along a finger and on its tip, times N^2 m^2.
+
+    Torques of forces are linear in their places, so that Simpson's rule integrates over a link what their squares are.
+    """
+    ends, found = finger.link_ends, []
+    for link, length in enumerate(np.diff(ends)):
+        density = 3 * (1 - TIP_SHARE) * length / finger.length**3
+        found += [(link, share * length, weight * density) for share, weight in ((0, 1 / 6), (0.5, 4 / 6), (1, 1 / 6))]
+    found.append((finger.segments, ends[-1] - ends[-2], TIP_SHARE / finger.length**2))
+    link, place, variance = (np.array(each) for each in zip(*found, strict=True))
+    return spatial_chain(finger).beyond(link), place[:, None] * np.array([0.0, 0.0, 1.0]), variance
+
+
+def load_covariance(finger, q, load_pressure):
+    """Of the torques of a load on a bent finger, (D, D) (N m)^2, from unit forces, one after the other."""
+    at, (frames, points, variances) = bent_chain(finger, q), forces_along(finger)
+    found = np.zeros((q.size, q.size))
+    for frame, point, variance in zip(frames, points, variances, strict=True):
+        for force in np.eye(3):
+            torque = by_way(finger, torques(at, Loads(frame[None], point[None], force[None], np.zeros((1, 3)))))
+            found += variance * np.outer(torque, torque)
+    return (load_pressure * finger.pressure_gain.max()) ** 2 * found
+
+
+def torque_covariance(finger, load_pressure):
+    """The same of a straight finger across it, (N, N) (N m)^2: twice integrated white noise, and a force on the tip."""
+    u = 1 - finger.joint_arc_lengths / finger.length
+    less, more = np.minimum.outer(u, u), np.maximum.outer(u, u)
+    covariance = TIP_SHARE * np.outer(u, u) + (1 - TIP_SHARE) * less**2 * (3 * more - less) / 2
+    return (load_pressure * finger.pressure_gain.max()) ** 2 * covariance
