@@ -350,7 +350,7 @@ class SurfaceContact:
 
         One force, or several on the side that it presses if it leaves more than noise and more is read than it takes.
         """
-        left, found, _ = explained
+        left, found, posterior = explained
         contact, torque, side = self.best(explained)
         noise = _most_of_noise(left.read - self.fewest)
         many = (left.read > self.fewest) & (found.chi_squared.min(axis=-1) > noise)
@@ -358,7 +358,14 @@ class SurfaceContact:
             contact, torque = self._put_several(many, side, contact, torque, explained)
         free = (found.r**2).sum(axis=-1) < _most_of_noise(left.read)
         unknown = (left.read < self.fewest) | (free & (left.moving > 0))
+        contact = contact._replace(force_std=np.where(free, self._of_force_on_tip(posterior), contact.force_std))
         return _stated(contact, free, unknown), np.where((free | unknown)[..., None], 0.0, torque)
+
+    def _of_force_on_tip(self, posterior: Believed) -> Array:
+        """Standard deviation of a force on the tip, N, (...), as it may be overlooked where nothing is found."""
+        surface = self.surface
+        smooth = np.flatnonzero(surface.on_face & ~surface.rough & (surface.place == surface.place.max()))
+        return np.asarray(posterior.std[..., smooth].max(axis=-1))
 
     def posterior(self, explained: Explained) -> ContactPosterior:
         """Posterior of the contact."""
@@ -421,7 +428,7 @@ class SurfaceContact:
         return contact, torque, surface.side[cells[..., 0]]
 
     def _place(self, weights: Array, cells: NDArray[np.int_], z: Array, of_z: Array) -> tuple[Array, Array]:
-        """Arc length of the most probable contact and its standard deviation, m, (...); z along the finger, (..., K)."""
+        """Place of the most probable contact and its standard deviation, m, (...); z along the finger, (..., K)."""
         surface, T = self.surface, self.surface.tangents
         extent = surface.extent[cells]
         places = (surface.arc_length[cells] + extent * z).clip(0, self.mechanics.layout.finger.length)
@@ -572,7 +579,7 @@ class ContactShape:
     @cached_property
     def _passes(self) -> int:
         """How often the load is linearized; where it changes nothing but the posture, the shape of `gaussian` does."""
-        return max(self.layout.linearizations, 1 if self.layout.finger.elastic_law is None else 2)
+        return 1 if self.contact.mechanics.only_bends and self.layout.finger.elastic_law is None else 2
 
     def _loaded(self, left: Unexplained, free: Array, torque: Array, readings: Array, driving: Array) -> Array:
         """Joint positions under torques of a contact, (..., D); what they do not explain is shared as by `gaussian`."""

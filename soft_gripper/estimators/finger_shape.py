@@ -18,7 +18,7 @@ from soft_gripper.estimators.arcs import ArcCurve, Arcs, join_arcs
 from soft_gripper.estimators.plane import bending_plane, from_base, to_world
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import as_points
-from soft_gripper.fingers.spatial_chain import SpatialChain, posture, vector_product
+from soft_gripper.fingers.spatial_chain import Posture, SpatialChain, posture, vector_product
 from soft_gripper.signals import POSE, XYZ, XZ
 
 ANGLES = "estimated_joint_angles"
@@ -37,24 +37,29 @@ class Places:
         self._in_chain = chain.places(ways)
         self._from_chain = np.argsort(self._in_chain)
         frames = chain.beyond(np.arange(1, finger.segments + 1))
-        self._frames, self._beyond = np.append(frames, frames[-1]), np.append(np.zeros(finger.segments), 1.0)
+        self._frames = np.append(frames, frames[-1])
         self._half = finger.segment_length / 2
         self._moved = self._frames > np.arange(len(chain.ways))[:, None]
 
-    def __call__(self, q: Array) -> tuple[Array, Array, Array]:
-        """Places P = N + 1 of joints and tip, at joint positions (..., D).
+    def __call__(self, q: Array) -> tuple[Array, Array]:
+        """Places P = N + 1 of joints and tip, (..., P, 3) m in B, and the direction of the tip, (..., 3).
 
-        Returns:
-            the places, (..., P, 3) m in B; the direction of the tip, (..., 3); and how joints move the places,
-            (..., D, P, 3) m/rad, or 1.
+        `q` are the joint positions, (..., D).
         """
+        return self._placed(posture(self._chain, q[..., self._in_chain]))
+
+    def _placed(self, at: Posture) -> tuple[Array, Array]:
+        along = at.rotations[..., -1, :, 2]
+        places = at.origins[..., self._frames, :]
+        places[..., -1, :] += self._half * along
+        return places, along
+
+    def moves(self, q: Array) -> Array:
+        """How joints move the places, (..., D, P, 3) m/rad, or 1."""
         at = posture(self._chain, q[..., self._in_chain])
-        along = at.rotations[..., self._frames, :, :][..., 2]
-        places = at.origins[..., self._frames, :] + (self._beyond * self._half)[:, None] * along
-        screws = at.screws[..., None, :]
+        places, screws = self._placed(at)[0], at.screws[..., None, :]
         moves = vector_product(screws[..., :3], places[..., None, :, :]) + screws[..., 3:]
-        moves = moves * self._moved[..., None]
-        return places, along[..., -1, :], moves[..., self._from_chain, :, :]
+        return np.asarray((moves * self._moved[..., None])[..., self._from_chain, :, :])
 
     def variance(self, q: Array, covariance: Array) -> Array:
         """Variances of joints and tip along x, y and z, m^2, (..., N + 1, 3).
@@ -63,7 +68,7 @@ class Places:
             q: joint positions, (..., D).
             covariance: of these, (..., D, D).
         """
-        moves = np.moveaxis(self(q)[2], -3, -1)  # (..., P, 3, D)
+        moves = np.moveaxis(self.moves(q), -3, -1)  # (..., P, 3, D)
         return np.asarray(np.maximum(((moves @ covariance[..., None, :, :]) * moves).sum(axis=-1), 0))
 
 
@@ -136,9 +141,9 @@ def put_out_places(block: ArrayBlock, finger: Finger, ways: Sequence[str], q: st
     block.put_out("tip_pose", _tip_pose, "places", unit=POSE_UNITS, pose=POSE)
 
 
-def _tip_pose(places: tuple[Array, Array, Array, Array]) -> Array:
+def _tip_pose(places: tuple[Array, Array, Array]) -> Array:
     """In the bending plane; the heading is counted in whole turns as the bends are."""
-    at, along, _, bent = places
+    at, along, bent = places
     heading = np.arctan2(along[..., 0], along[..., 2])
     heading = heading + 2 * np.pi * np.round((bent - heading) / (2 * np.pi))
     return np.concatenate([at[..., -1, ::2], heading[..., None]], axis=-1)

@@ -9,9 +9,9 @@ joints, linearized about a shape q_1 close to the true one,
 
     q | z ~ N(q_0 + G (z - g(q_1) - A (q_0 - q_1)), P - G A P) ,   G = P A^T (A P A^T + R)^-1 .
 
-Weight and prior depend on the posture. They are those of a finger that is bent as a first guess says, for which
-everything is linearized about the straight one; readings are linearized there, and once more where this leaves the
-joints: iterated extended Kalman update (Bell and Cathey 1993, doi 10.1109/9.250476). Lilge, Barfoot and
+Weight and prior depend on the posture. The prior is that of a finger that is bent as a first guess says, for which
+everything is linearized about the straight one; weight and readings are those there, and then those where this leaves
+the joints: iterated extended Kalman update (Bell and Cathey 1993, doi 10.1109/9.250476). Lilge, Barfoot and
 Burgner-Kahrs (2022, doi 10.1177/02783649221128843) estimate a continuum robot's shape with a Gaussian process in the
 same spirit; here the prior is on the load, not on the curvature, so that driving torque and stiffness are put to use.
 
@@ -30,6 +30,8 @@ from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.sensors.measurement import UNKNOWN, LinearReadings, MeasurementModel
 from soft_gripper.sensors.observability import shared_equally, weak_prior
 
+_PASSES = 2
+
 
 @dataclass(frozen=True)
 class GaussianShape:
@@ -43,8 +45,10 @@ class GaussianShape:
         mechanics, read = self.mechanics, self.read(readings)
         q = self.guess(read, driving, gravity)
         at = mechanics.posture(q)
-        free, prior = mechanics.free(driving + mechanics.weight(at, gravity)), mechanics.prior(at, q, driving)
-        for _ in range(self.layout.linearizations):
+        prior = mechanics.prior(at, q, driving)
+        for turn in range(_PASSES):
+            at = mechanics.posture(q) if turn else at
+            free = mechanics.free(driving + mechanics.weight(at, gravity))
             predicted, A = self.layout.values_at(q)
             gain, seen = gain_of(A, prior, read.variance)
             left = read.values - predicted - (A @ (free - q)[..., None])[..., 0]

@@ -53,13 +53,15 @@ _GAUSS = np.array([-1.0, 1.0]) / np.sqrt(12)  # places on a link of length 1, fr
 
 
 class _Points(NamedTuple):
-    """Points of the links: K places of forces, the last of them the tip, then the middles of the masses."""
+    """Points of the links: K places of forces, the last of them the tip, or the N + 1 middles of the masses."""
 
-    frames: NDArray[np.int_]  # (K + N + 1)
-    places: Array  # (p, 1) in these frames, (K + N + 1, 4, 1) m
-    beyond: Array  # (N, K) N^2, variances of the forces; 0 where the joints of a segment do not move the place
-    moved: NDArray[np.bool_]  # (D, K) whether a joint moves the place
-    masses: Array  # (D, N + 1) kg; 0 where a joint does not carry the link
+    frames: NDArray[np.int_]  # (K)
+    places: Array  # (p, 1) in these frames, (K, 4, 1) m
+    weights: Array  # N^2, variances of the forces, (K), or masses, kg
+
+    def at(self, chain: Posture) -> Array:
+        """(p, 1) in B, (..., K, 4) m."""
+        return np.asarray((chain.frames[..., self.frames, :, :] @ self.places)[..., 0])
 
 
 class BentFinger(NamedTuple):
@@ -67,7 +69,6 @@ class BentFinger(NamedTuple):
 
     chain: Posture
     motions: Array  # B, (..., D, 12), each 3 x 4
-    points: Array  # (p, 1) of `_Points`, (..., K + N + 1, 4)
 
 
 @dataclass(frozen=True)
@@ -79,31 +80,50 @@ class Mechanics:
 
     def posture(self, q: Array) -> BentFinger:
         """Where the chain lies at joint positions (..., D)."""
-        at, points = posture(self.chain, q[..., self.in_chain]), self._points
-        placed = (at.frames[..., points.frames, :, :] @ points.places)[..., 0]
-        return BentFinger(at, self._by_way(at.motions), placed)
+        at = posture(self.chain, q if self.only_bends else q[..., self.in_chain])
+        return BentFinger(at, self._by_way(at.motions))
 
     def _by_way(self, by_joint: Array) -> Array:
         """Matrices of the joints of the chain, (..., J, 3, 4), way after way and flat, (..., D, 12)."""
-        return by_joint.reshape(*by_joint.shape[:-2], 12)[..., self.from_chain, :]
+        flat = by_joint.reshape(*by_joint.shape[:-2], 12)
+        return flat if self.only_bends else flat[..., self.from_chain, :]
 
     def weight(self, at: BentFinger, gravity: Array) -> Array:
         """Torques of the weight in a posture, (..., D)."""
-        carried = self._points.masses @ at.points[..., self._places :, :]  # (..., D, 4)
+        points, carried_by = self._masses
+        carried = carried_by @ points.at(at.chain)  # (..., D, 4)
         pulled = gravity[..., None, :, None] * carried[..., None, :]
         return np.asarray((at.motions * pulled.reshape(*pulled.shape[:-2], 12)).sum(axis=-1))
 
     def of_load(self, at: BentFinger, q: Array) -> Array:
-        """The covariance of the joints due to a load, C T C, in the posture of `q`, (..., D, D)."""
-        placed, motions, N = at.points[..., : self._places, :], at.chain.motions, self.layout.finger.segments
+        """The covariance of the joints due to a load, C T C, in the posture of `q`, (..., D, D) or (D, D).
+
+        In a finger that only bends T changes by a few per cent with the posture, and is that of the straight one.
+        """
+        if self.only_bends and self._is_linear:
+            return self._of_load_if_straight
+        compliance = self.compliance(q)
+        torques = self._of_torques_if_straight if self.only_bends else self._of_torques(at)
+        return np.asarray(compliance[..., None] * torques * compliance[..., None, :])
+
+    def _of_torques(self, at: BentFinger) -> Array:
+        """The covariance T of the torques of a load in a posture, (..., D, D)."""
+        placed, motions, N = self._forces.at(at.chain), at.chain.motions, self.layout.finger.segments
         products = (placed[..., :, None] * placed[..., None, :]).reshape(*placed.shape[:-1], 16)
-        beyond = (self._points.beyond @ products).reshape(*products.shape[:-2], N, 4, 4)
+        beyond = (self._beyond @ products).reshape(*products.shape[:-2], N, 4, 4)
         of_segments = motions.reshape(*motions.shape[:-3], N, motions.shape[-3] // N * 3, 4)
         with_all_beyond = self._by_way((of_segments @ beyond).reshape(motions.shape))
-        compliance = self.compliance(q)[..., None]
         # Right where the joint of the row is the inner one; the other half is its mirror image.
-        by_inner = (compliance * at.motions) @ np.swapaxes(compliance * with_all_beyond, -1, -2)
+        by_inner = at.motions @ np.swapaxes(with_all_beyond, -1, -2)
         return np.asarray(np.where(self._is_inner, by_inner, np.swapaxes(by_inner, -1, -2)))
+
+    @cached_property
+    def _of_torques_if_straight(self) -> Array:
+        return self._of_torques(self.posture(self.layout.straight))
+
+    @cached_property
+    def _of_load_if_straight(self) -> Array:
+        return outer(self._compliance_if_linear) * self._of_torques_if_straight
 
     def load_modes(self, at: BentFinger) -> Array:
         """Torques of the strongest modes of a load in a posture, (..., D, M).
@@ -112,7 +132,7 @@ class Mechanics:
         On the straight finger they are the modes of the load across it in each plane, and along it if it stretches.
         """
         torques = self._unit_torques(at)
-        return np.asarray(torques.reshape(*torques.shape[:-2], 3 * self._places) @ self._strongest[1])
+        return np.asarray(torques.reshape(*torques.shape[:-2], 3 * len(self._forces.frames)) @ self._strongest[1])
 
     @property
     def load_variances(self) -> Array:
@@ -127,11 +147,11 @@ class Mechanics:
         w^1/2 L^T V / values  have the torques  L L^T V / values = V .
         """
         straight = self._unit_torques(self.posture(self.layout.straight))
-        stds, found, variances = np.sqrt(self._points.beyond.max(axis=0)), [], []
+        stds, found, variances = np.sqrt(self._forces.weights), [], []
         for axis in range(3):
             L = straight[..., axis, :] * stds
             values, modes = _strongest(L @ L.T)
-            kept = values > _NEGLIGIBLE * self._points.beyond.max() * self.layout.finger.length**2
+            kept = values > _NEGLIGIBLE * self._forces.weights.max() * self.layout.finger.length**2
             forces = np.zeros((3, len(stds), int(kept.sum())))
             forces[axis] = stds[:, None] * (L.T @ modes[:, kept]) / values[kept]
             found.append(forces.reshape(3 * len(stds), forces.shape[-1]))
@@ -140,12 +160,12 @@ class Mechanics:
 
     def _unit_torques(self, at: BentFinger) -> Array:
         """At the joints, of forces of 1 N along x, y and z of the links at all places, (..., D, 3, K)."""
-        frames, placed = self._points.frames[: self._places], at.points[..., : self._places, :]
+        frames, placed = self._forces.frames, self._forces.at(at.chain)
         axes = np.moveaxis(at.chain.rotations[..., frames, :, :], -1, -3)  # (..., 3, K, 3)
-        forces = (axes[..., None] * placed[..., None, :, None, :]).reshape(*axes.shape[:-3], 3 * self._places, 12)
+        forces = (axes[..., None] * placed[..., None, :, None, :]).reshape(*axes.shape[:-3], 3 * len(frames), 12)
         torques = at.motions @ np.swapaxes(forces, -1, -2)
-        moved = self._points.moved[:, None, :]
-        return np.asarray(torques.reshape(*torques.shape[:-1], 3, self._places) * moved)
+        moved = (frames > self.from_chain[:, None])[:, None, :]
+        return np.asarray(torques.reshape(*torques.shape[:-1], 3, len(frames)) * moved)
 
     @cached_property
     def chain(self) -> SpatialChain:
@@ -153,7 +173,7 @@ class Mechanics:
         layout = self.layout
         return SpatialChain.of(layout.finger.segments, layout.finger.segment_length, layout.ways)
 
-    @property
+    @cached_property
     def only_bends(self) -> bool:
         """Whether the finger stays in its plane, as far as the sensors see."""
         return self.layout.ways == ("bending",)
@@ -177,29 +197,26 @@ class Mechanics:
         """Whether a joint lies before another one in the chain, or is the same, (D, D)."""
         return self.from_chain[:, None] <= self.from_chain
 
-    @property
-    def _places(self) -> int:
-        return self._points.beyond.shape[-1]
-
     @cached_property
-    def _points(self) -> _Points:
+    def _forces(self) -> _Points:
         finger, lengths = self.layout.finger, np.diff(self.layout.finger.link_ends)
         base = self.uncertainty.load_pressure * finger.pressure_gain.max()  # N m, torque of a usual load
         along = np.repeat(lengths / 2, 2) * 3 / finger.length**3
         variances = base**2 * np.append((1 - TIP_SHARE) * along, TIP_SHARE / finger.length**2)
-        x, z = finger.links.center
         places = np.append((lengths[:, None] * (0.5 + _GAUSS)).ravel(), lengths[-1])
-        frames = np.concatenate([np.repeat(self.links, 2), self.links[-1:], self.links])
-        moved = frames > self.from_chain[:, None]
-        local = np.zeros((len(frames), 4, 1))
-        local[:, 2, 0], local[len(places) :, 0, 0], local[:, 3] = np.append(places, z), x, 1.0
-        return _Points(
-            frames,
-            local,
-            (frames[: len(places)] > self.links[:-1, None]) * variances,
-            moved[:, : len(places)],
-            moved[:, len(places) :] * finger.links.mass,
-        )
+        return _Points(np.append(np.repeat(self.links, 2), self.links[-1]), _local(0.0 * places, places), variances)
+
+    @cached_property
+    def _beyond(self) -> Array:
+        """Variances of the forces, (N, K) N^2; 0 where the joints of a segment do not move the place."""
+        return (self._forces.frames > self.links[:-1, None]) * self._forces.weights
+
+    @cached_property
+    def _masses(self) -> tuple[_Points, Array]:
+        """Middles of the links, and the masses that each joint carries, (D, N + 1) kg."""
+        links = self.layout.finger.links
+        x, z = links.center
+        return _Points(self.links, _local(x, z), links.mass), (self.links > self.from_chain[:, None]) * links.mass
 
     def prior(self, at: BentFinger, q: Array, driving: Array) -> Array:
         """The covariance P of the joints before the sensors are read, (..., D, D), about the posture of `q`."""
@@ -274,6 +291,11 @@ class Mechanics:
     @cached_property
     def _compliance_if_linear(self) -> Array:
         return np.asarray(1 / self.stiffness)
+
+
+def _local(x: Array, z: Array) -> Array:
+    """(p, 1) of points of the bending plane, (K, 4, 1)."""
+    return np.stack([x, 0.0 * z, z, np.ones(z.shape)], axis=-1)[..., None]
 
 
 def _strongest(covariance: Array) -> tuple[Array, Array]:

@@ -64,7 +64,6 @@ class MeasurementModel(ABC):
 
     quantity: ClassVar[str]  # names the port that carries the readings
     unit: ClassVar[str]  # of the quantity
-    linearizations: ClassVar[int] = 1  # how often an estimator linearizes the values: these are linear
 
     finger: Finger
     sections: int
@@ -211,8 +210,6 @@ class MeasurementModel(ABC):
 @dataclass(frozen=True)
 class SpatialSensors(MeasurementModel):
     """Sensors that see every way in which their finger yields; a value is what a sensor measures."""
-
-    linearizations = 2
 
     def linear(self, readings: Array, noise: float) -> LinearReadings:
         measured = self.measured(readings)
