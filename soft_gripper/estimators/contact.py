@@ -108,6 +108,7 @@ class _Surface(NamedTuple):
     normal: Array  # outward
     tangents: tuple[_Tangent, ...]  # T of them
     straddled: float = _STRADDLED
+    is_rough: bool = True  # friction may be large
 
     def wrenches(self) -> Array:
         """Wrench of a force of 1 N, and its changes, (1 + 2 T, 6): by friction and by the place, along the tangents."""
@@ -118,11 +119,6 @@ class _Surface(NamedTuple):
         ]
         pushing = sum((each.rub * each.along for each in self.tangents), -self.normal)
         return np.array([_wrench(self.point, pushing), *rubbing, *moved])
-
-    @property
-    def is_rough(self) -> bool:
-        """Whether friction may be large."""
-        return any(each.friction > _SMOOTH for each in self.tangents)
 
 
 def _wrench(point: Array, force: Array) -> Array:
@@ -275,10 +271,10 @@ def _beside(face: int, outline: _Outline, height: float, extent: float, friction
     """A face, or the edge between two, at a height above the origin of its link, smooth and rough."""
     (point, normal, _, reach), across, on_edge = outline.toward(face), _normal(face)[1], face % 2 == 1
     share = _ON_EDGE if on_edge else (1 - _ON_EDGE * _AROUND / 2) / (_AROUND / 2)
-    for rubs, likely in ((_SMOOTH, _IS_SMOOTH), (friction, 1 - _IS_SMOOTH)):
+    for is_rough, rubs, likely in ((False, _SMOOTH, _IS_SMOOTH), (True, friction, 1 - _IS_SMOOTH)):
         turned = _Tangent(across, 0.0, math.hypot(rubs, _EDGE_NORMAL_STD))
         tangents = _Tangent(_Z, extent, rubs), turned if on_edge else _Tangent(across, reach, rubs)
-        yield likely * share, _Surface(point + height * _Z, normal, tangents)
+        yield likely * share, _Surface(point + height * _Z, normal, tangents, is_rough=is_rough)
 
 
 def _tip(face: int, outline: _Outline, height: float, friction: float) -> _Surfaces:
@@ -297,7 +293,7 @@ def _tip(face: int, outline: _Outline, height: float, friction: float) -> _Surfa
 def _beside_in_plane(face: int, outline: _Outline, height: float, extent: float, friction: float) -> _Surfaces:
     """A face at a height above the origin of its link: smooth on one link, and of any friction along it."""
     point, normal = outline.toward(face)[0] + height * _Z, outline.toward(face)[1]
-    yield _IS_SMOOTH, _Surface(point, normal, (_Tangent(_Z, extent, _SMOOTH),), 0.0)
+    yield _IS_SMOOTH, _Surface(point, normal, (_Tangent(_Z, extent, _SMOOTH),), 0.0, is_rough=False)
     rubs = friction * np.linspace(-1, 1, _RUBS)
     std = (rubs[1] - rubs[0]) / math.sqrt(12)
     for i, rub in enumerate(rubs):
