@@ -25,7 +25,7 @@ from soft_gripper.estimators.contact import ContactShape
 from soft_gripper.estimators.force_posterior import ContactPosterior
 from soft_gripper.estimators.uncertainty import EXACT, Uncertainty, uncertainty_of
 from soft_gripper.extras.studies.contacts.contacts import Contacts, read_finger
-from soft_gripper.extras.studies.contacts.estimates import ESTIMATOR, REALISTIC, Condition, preset_errors
+from soft_gripper.extras.studies.contacts.estimates import REALISTIC, Condition, preset_errors
 from soft_gripper.extras.studies.contacts.found_contact import FoundContact, driving_torque
 from soft_gripper.extras.studies.contacts.statics import (
     contacts_in_space,
