@@ -2,13 +2,14 @@
 
 import xml.etree.ElementTree as ET
 from dataclasses import astuple, fields, replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from pydrake.math import RigidTransform
 from pydrake.multibody.math import SpatialForce
 from pydrake.multibody.plant import ExternallyAppliedSpatialForce
-from refusals import refused
+from refusals import refusal, refused
 from scipy.integrate import quad
 
 from soft_gripper.estimators.mechanics import Mechanics
@@ -21,6 +22,7 @@ from soft_gripper.fingers.finger_links import finger_to_urdf
 from soft_gripper.fingers.finger_parts import YIELDS
 from soft_gripper.fingers.statics import free_bending_angles, softened
 from soft_gripper.models import DIRECTORY
+from soft_gripper.sensors.sensor_layout import SensorLayout
 
 HINT = DRAKE + "mesh_resolution_hint"
 NO_CHAMBER = {"chamber_width": 0.0, "chamber_thickness": 0.0, "chamber_center": 0.0}
@@ -267,6 +269,33 @@ def test_a_layer_has_a_shear_modulus_in_every_section_that_has_a_layer(shipped_f
 
 
 FINGER = (DIRECTORY / "grippers/conforming.urdf").read_text()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "field"),
+    [
+        ('at="0.4"', 'at="0.5"', "section[1].at = 0.4: "),
+        ('at="0.4"', 'at="1.4"', "section[0].at = 1.4: "),
+        ('at="0.4"', 'at="nan"', "section[0].at = 'nan'"),
+        ('at="0.4"', 'at="near"', "section[0].at = 'near'"),
+        ('<section at="0.4"', "<section", "section[0].at = None: the attribute is missing"),
+        ("-0.98e-3", "-5.98e-3", "section[0].chamber_center = -0.00598: the chamber does not fit"),
+        ("9.8e-3", "-9.8e-3", "section[0].chamber_thickness = -0.0098"),
+        ('chamber_thickness="9.8e-3" ', "", "section[0].chamber_width = 0.009"),
+        ("ecoflex_00_30", "jelly", "section[1].material = 'jelly': not known"),
+        ('at="0.4"', 'at="0.4" height="3"', "<section>: attribute = 'height'"),
+        ("<section", "<sector", "element = 'sector': not known here; did you mean 'section'?"),
+    ],
+)
+def test_mistakes_in_a_section_are_one_line(
+    old: str, new: str, field: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert old in FINGER
+    Path("bad.urdf").write_text(FINGER.replace(old, new, 1))
+    line = refusal("expand", "bad.urdf")
+    assert "bad.urdf: finger 'left_finger': " in line
+    assert field in line
 
 
 def test_sections_are_read_in_the_order_of_the_file() -> None:

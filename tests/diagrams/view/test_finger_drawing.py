@@ -54,10 +54,12 @@ def test_frames_point_along_the_links_and_are_rotations() -> None:
 
 
 def test_a_shape_in_space_is_drawn_where_it_is_estimated() -> None:
-    known = [*SHAPES[0], *SHAPES[1], *CONTACTS[0], *CONTACTS[1], BAND_SIGNAL, "theta"]
+    planar = [*SHAPES[0], *SHAPES[1], *CONTACTS[0], *CONTACTS[1], BAND_SIGNAL, "theta"]
+    known = [*planar, "estimated_sideways_angles"]
     assert drawn_signals(known) == [*SHAPES[0], *CONTACTS[0], BAND_SIGNAL]
+    assert drawn_signals(planar) == [*SHAPES[1], *CONTACTS[1], BAND_SIGNAL]
     assert drawn_signals([*SHAPES[1], *CONTACTS[1]]) == [*SHAPES[1], *CONTACTS[1]]
-    assert drawn_signals([*SHAPES[0][:1], BAND_SIGNAL]) == []
+    assert drawn_signals([*SHAPES[0][:1], "estimated_sideways_angles", BAND_SIGNAL]) == []
 
 
 def test_many_samples_are_drawn_as_one() -> None:

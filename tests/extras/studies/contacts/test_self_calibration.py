@@ -16,7 +16,7 @@ from soft_gripper.extras.studies.contacts.self_calibration import (
 )
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import ElasticLaw
-from soft_gripper.fingers.kinematics import gravity_torque
+from soft_gripper.fingers.kinematics import gravity_torque, in_space
 from soft_gripper.fingers.statics import resting_angles, softened
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 
@@ -88,7 +88,7 @@ def test_a_calibrated_finger_finds_the_force(shipped_finger: Finger) -> None:
     readings = true.response.reading(extension_ratios(true, q))
     scale = trusting_chamber(nominal, free_motion(true))
     found = SHAPE_FUNCTIONS["contact"](nominal, Uncertainty())(
-        readings, nominal.finger.pressure_torque(scale.pressure * pressure), scale.gravity * GRAVITY
+        readings, nominal.finger.pressure_torque(scale.pressure * pressure), scale.gravity * in_space(np.array(GRAVITY))
     ).contact
     assert found is not None
     assert float(scale.force * found.force) == pytest.approx(0.5, rel=0.02)
