@@ -98,6 +98,5 @@ def condition(A: Array, covariance: Array, variance: Array) -> tuple[Array, Arra
 def gain_of(A: Array, covariance: Array, variance: Array) -> tuple[Array, Array]:
     """The gain as of `condition`, and A P, (..., S, D)."""
     seen = A @ covariance
-    read = seen @ np.swapaxes(A, -1, -2)
-    np.einsum("...ii->...i", read)[...] += variance
+    read = seen @ np.swapaxes(A, -1, -2) + variance[..., None] * np.eye(A.shape[-2])
     return np.swapaxes(np.linalg.solve(read, seen), -1, -2), seen

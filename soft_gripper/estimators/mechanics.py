@@ -96,34 +96,16 @@ class Mechanics:
         return np.asarray((at.motions * pulled.reshape(*pulled.shape[:-2], 12)).sum(axis=-1))
 
     def of_load(self, at: BentFinger, q: Array) -> Array:
-        """The covariance of the joints due to a load, C T C, in the posture of `q`, (..., D, D) or (D, D).
-
-        In a finger that only bends T changes by a few per cent with the posture, and is that of the straight one.
-        """
-        if self.only_bends and self._is_linear:
-            return self._of_load_if_straight
-        compliance = self.compliance(q)
-        torques = self._of_torques_if_straight if self.only_bends else self._of_torques(at)
-        return np.asarray(compliance[..., None] * torques * compliance[..., None, :])
-
-    def _of_torques(self, at: BentFinger) -> Array:
-        """The covariance T of the torques of a load in a posture, (..., D, D)."""
+        """The covariance of the joints due to a load, C T C, in the posture of `q`, (..., D, D)."""
         placed, motions, N = self._forces.at(at.chain), at.chain.motions, self.layout.finger.segments
         products = (placed[..., :, None] * placed[..., None, :]).reshape(*placed.shape[:-1], 16)
         beyond = (self._beyond @ products).reshape(*products.shape[:-2], N, 4, 4)
         of_segments = motions.reshape(*motions.shape[:-3], N, motions.shape[-3] // N * 3, 4)
         with_all_beyond = self._by_way((of_segments @ beyond).reshape(motions.shape))
         # Right where the joint of the row is the inner one; the other half is its mirror image.
-        by_inner = at.motions @ np.swapaxes(with_all_beyond, -1, -2)
+        compliance = self.compliance(q)[..., None]
+        by_inner = (compliance * at.motions) @ np.swapaxes(compliance * with_all_beyond, -1, -2)
         return np.asarray(np.where(self._is_inner, by_inner, np.swapaxes(by_inner, -1, -2)))
-
-    @cached_property
-    def _of_torques_if_straight(self) -> Array:
-        return self._of_torques(self.posture(self.layout.straight))
-
-    @cached_property
-    def _of_load_if_straight(self) -> Array:
-        return outer(self._compliance_if_linear) * self._of_torques_if_straight
 
     def load_modes(self, at: BentFinger) -> Array:
         """Torques of the strongest modes of a load in a posture, (..., D, M).

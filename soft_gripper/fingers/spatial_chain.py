@@ -68,12 +68,6 @@ class SpatialChain:
         return set(self.ways) == {"bending"}
 
     @cached_property
-    def planar_steps(self) -> tuple[Array, float]:
-        """How far each link carries the joints beyond it, (J, J) m, and the place of the first joint, m."""
-        between = np.append(self.heights[1:], 0.0)
-        return np.triu(np.tile(between[:, None], len(between)), 1), float(self.heights[0])
-
-    @cached_property
     def turns(self) -> NDArray[np.bool_]:
         """Which joints turn, (J,); the others slide."""
         return np.array([way not in SLIDES for way in self.ways])
@@ -155,14 +149,18 @@ def posture(chain: SpatialChain, q: Array) -> Posture:
 
 def _planar_posture(chain: SpatialChain, q: Array) -> Posture:
     """The posture of a chain that only bends: angles about one axis add up, which is much quicker than products."""
-    headings, (lengths, first) = q.cumsum(axis=-1), chain.planar_steps
+    headings, between = q.cumsum(axis=-1), chain.heights[1:]
     turned = np.empty((*q.shape, 5))
     cos, sin = turned[..., 0], turned[..., 1]
     np.cos(headings, out=cos)
     np.sin(headings, out=sin)
-    turned[..., 2], turned[..., 3], turned[..., 4] = sin @ lengths, cos @ lengths + first, 1.0
+    turned[..., 0, 2:], turned[..., 4] = (0.0, 0.0, 1.0), 1.0
+    np.cumsum(between * sin[..., :-1], axis=-1, out=turned[..., 1:, 2])
+    np.cumsum(between * cos[..., :-1], axis=-1, out=turned[..., 1:, 3])
+    turned[..., 3] += chain.heights[0]
     frames = np.empty((*q.shape[:-1], q.shape[-1] + 1, 4, 4))
     frames[..., 0, :, :], frames[..., 1:, :, :] = np.eye(4), (turned @ _PLANAR_FRAME).reshape(*q.shape, 4, 4)
+    frames[..., 1:, 0, 3], frames[..., 1:, 2, 3] = turned[..., 2], turned[..., 3]  # known if the angle beyond is NaN
     return Posture(frames, (turned @ _PLANAR_MOTION).reshape(*q.shape, 3, 4))
 
 
@@ -175,7 +173,7 @@ def _entries(size: int, **places: tuple[int, ...]) -> Array:
     return entries
 
 
-_PLANAR_FRAME = _entries(16, cos=(0, 10), sin=(2, -8), x=(3,), z=(11,), one=(5, 15))
+_PLANAR_FRAME = _entries(16, cos=(0, 10), sin=(2, -8), one=(5, 15))
 _PLANAR_MOTION = _entries(12, one=(2, -8), z=(-3,), x=(11,))
 
 

@@ -7,9 +7,9 @@ import pytest
 from pydrake.math import RigidTransform, RollPitchYaw
 
 from soft_gripper.estimators.arc_shapes import ArcShape, ConstantCurvatureShape
-from soft_gripper.estimators.plane import bending_plane, pose_entries
+from soft_gripper.estimators.plane import in_base, pose_entries
 from soft_gripper.estimators.shape_estimator import ShapeEstimator
-from soft_gripper.fingers.kinematics import as_planar, gravity_torque
+from soft_gripper.fingers.kinematics import as_planar, gravity_torque, in_space
 from soft_gripper.fingers.statics import free_bending_angles
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 
@@ -26,7 +26,7 @@ def test_it_is_what_the_block_puts_out(shipped_finger, bent, borders):
     context = block.CreateDefaultContext()
     for name, value in (("strain", strain), ("driving_torque", DRIVING), ("X_WB", pose_entries(X_WB))):
         block.GetInputPort(name).FixValue(context, value)
-    shape = ArcShape(layout)(strain, DRIVING, bending_plane(pose_entries(X_WB)).planar(GRAVITY))
+    shape = ArcShape(layout)(strain, DRIVING, in_base(pose_entries(X_WB), GRAVITY))
     found = {name: block.GetOutputPort(name).Eval(context) for name in ("joint_positions", "tip_pose")}
     np.testing.assert_allclose(shape.q, block.GetOutputPort("estimated_joint_angles").Eval(context), atol=1e-15)
     points = shape.points(shipped_finger)
@@ -38,16 +38,18 @@ def test_it_is_what_the_block_puts_out(shipped_finger, bent, borders):
 def test_a_batch_is_its_samples(layout, bent):
     strain = layout.response.reading(extension_ratios(layout, bent(3, 2, 12)))
     driving, gravity = 0.05 * bent(3, 2, 12), 9.81 * np.exp(1j * bent(3, 2))
-    found = ArcShape(layout)(strain, driving, gravity)
+    found = ArcShape(layout)(strain, driving, in_space(gravity))
     for index in np.ndindex(3, 2):
-        alone = ArcShape(layout)(strain[index], driving[index], complex(gravity[index]))
+        alone = ArcShape(layout)(strain[index], driving[index], in_space(gravity[index]))
         np.testing.assert_allclose(found.q[index], alone.q, atol=1e-14)
         np.testing.assert_allclose(found.curve.joints[index], alone.curve.joints, atol=1e-14)
 
 
 def test_constant_curvature_shares_equally_on_the_curve_of_arcs(layout, bent):
     strain = layout.read(bent(5, 12))
-    found, arcs = (make(layout)(strain, DRIVING, 9.81j) for make in (ConstantCurvatureShape, ArcShape))
+    found, arcs = (
+        make(layout)(strain, DRIVING, np.array([9.81, 0.0, 0.0])) for make in (ConstantCurvatureShape, ArcShape)
+    )
     np.testing.assert_array_equal(found.curve.joints, arcs.curve.joints)
     for section in range(layout.sections):
         shared = found.q[:, layout.joint_sections == section]
@@ -62,15 +64,17 @@ def test_free_bending_of_an_even_finger_is_no_torque(shipped_finger):
     driving = even.pressure_torque(pressure)
     for sections in (1, 4):
         estimate = ConstantCurvatureShape(SensorLayout(even, sections))
-        free = estimate(estimate.layout.read(free_bending_angles(even, pressure)), driving, 0j)
+        free = estimate(estimate.layout.read(free_bending_angles(even, pressure)), driving, np.zeros(3))
         np.testing.assert_allclose(free.external_torque, np.zeros((3, 12)), atol=1e-4)
-        loaded = estimate(estimate.layout.read(even.angle(driving + load)), driving, 0j)
+        loaded = estimate(estimate.layout.read(even.angle(driving + load)), driving, np.zeros(3))
         np.testing.assert_allclose(loaded.external_torque, np.broadcast_to(load, (3, 12)), atol=1e-4)
 
 
 def test_the_weight_is_taken_out_where_gravity_is_given(layout, bent):
     strain = layout.read(bent(12))
-    with_weight, without = (ConstantCurvatureShape(layout)(strain, DRIVING, g) for g in (0j, 9.81 + 2j))
+    with_weight, without = (
+        ConstantCurvatureShape(layout)(strain, DRIVING, np.array(g)) for g in ((0.0, 0.0, 0.0), (2.0, 0.0, 9.81))
+    )
     weight = gravity_torque(layout.finger, without.q, 9.81 + 2j)
     np.testing.assert_allclose(with_weight.external_torque - without.external_torque, weight, atol=1e-15)
 
@@ -81,5 +85,5 @@ def test_its_block_puts_out_the_torque(layout, bent):
     context = block.CreateDefaultContext()
     for name, value in (("strain", strain), ("driving_torque", DRIVING), ("X_WB", pose_entries(X_WB))):
         block.GetInputPort(name).FixValue(context, value)
-    expected = function(strain, DRIVING, bending_plane(pose_entries(X_WB)).planar(GRAVITY)).external_torque
+    expected = function(strain, DRIVING, in_base(pose_entries(X_WB), GRAVITY)).external_torque
     np.testing.assert_array_equal(block.GetOutputPort("external_torque").Eval(context), expected)

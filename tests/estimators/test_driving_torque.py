@@ -15,7 +15,7 @@ from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.fingers.creep import memory_torque
 from soft_gripper.fingers.finger_parts import CreepBranch, PressureLaw
-from soft_gripper.fingers.kinematics import gravity_torque
+from soft_gripper.fingers.kinematics import gravity_torque, in_space
 from soft_gripper.scenario.named_estimators import find_estimator
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 from soft_gripper.signals import signal_of
@@ -155,7 +155,10 @@ def test_a_recording_at_once_is_the_block_sample_for_sample(creeping, kind):
         block.sample("driving_torque", strain=read, pressure=[p], X_WB=UPRIGHT)
         for read, p in zip(strain, pressure, strict=True)
     ]
-    function, gravity = SHAPE_FUNCTIONS[kind](layout, Uncertainty(), PERIOD), np.full(len(q), IN_PLANE)
+    function, gravity = (
+        SHAPE_FUNCTIONS[kind](layout, Uncertainty(), PERIOD),
+        np.tile(in_space(np.array(IN_PLANE)), (len(q), 1)),
+    )
     found = recorded_driving(function, creeping, strain, pressure, gravity, PERIOD)
     np.testing.assert_allclose(found, sampled, rtol=0, atol=1e-7)
     assert np.abs(found - creeping.pressure_torque(pressure)).max() > 1e-3
@@ -163,7 +166,10 @@ def test_a_recording_at_once_is_the_block_sample_for_sample(creeping, kind):
 
 def test_recordings_side_by_side_are_as_one_by_one(creeping, bent):
     layout, pressure = SensorLayout(creeping, 3), PRESSURE * bent(20, 2)
-    strain, gravity = layout.response.reading(extension_ratios(layout, bent(20, 2, 12))), np.full((20, 2), IN_PLANE)
+    strain, gravity = (
+        layout.response.reading(extension_ratios(layout, bent(20, 2, 12))),
+        np.tile(in_space(np.array(IN_PLANE)), (20, 2, 1)),
+    )
     function = SHAPE_FUNCTIONS["gaussian"](layout, Uncertainty())
     together = recorded_driving(function, creeping, strain, pressure, gravity, PERIOD)
     for i in range(2):

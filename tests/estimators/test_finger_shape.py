@@ -30,7 +30,7 @@ def shape_of(finger, q):
 def test_points_are_those_of_the_chain(tapered_finger, bent):
     for q in bent(10, 5):
         outputs, chain = shape_of(tapered_finger, q), forward_kinematics(q, tapered_finger.segment_length)
-        np.testing.assert_array_equal(outputs["joint_positions"].reshape(5, 2), as_points(chain.joints))
+        np.testing.assert_allclose(outputs["joint_positions"].reshape(5, 2), as_points(chain.joints), atol=1e-16)
         np.testing.assert_allclose(outputs["tip_pose"], [*as_points(chain.tip), q.sum()], atol=1e-15)
         world = [X_WB @ np.array([x, 0.0, z]) for x, z in as_points(chain.joints)]
         np.testing.assert_allclose(outputs["joint_positions_world"].reshape(5, 3), world, atol=1e-15)

@@ -88,12 +88,13 @@ def least_squares(layout, read, pressure, gravity, assumed):
     within_a_minute = assumed.reading**2 + assumed.offset**2 + 60 * assumed.drift**2
     variance = variance * within_a_minute / assumed.reading**2 + (assumed.gain * values) ** 2
     q = shape.guess(shape.read(read), driving, gravity)
-    free = compliance * (driving + weight(finger, q, gravity))
-    prior = np.outer(compliance, compliance) * load_covariance(finger, q, assumed.load_pressure)
+    of_load = load_covariance(finger, q, assumed.load_pressure)
+    prior = np.outer(compliance, compliance) * of_load
     for known in (assumed.bend_per_pressure * driving, assumed.pressure * driven(finger, 1.0)):
         prior += np.outer(compliance * known, compliance * known)
     prior += assumed.angle**2 * np.eye(D)
-    for _ in range(layout.linearizations):
+    for _ in range(2):
+        free = compliance * (driving + weight(finger, q, gravity))
         step = 1e-6 * np.eye(D)
         A = ((layout.values_at(q + step)[0] - layout.values_at(q - step)[0]) / 2e-6).T
         precision = np.linalg.inv(prior) + A.T @ (A / variance[:, None])

@@ -16,7 +16,7 @@ from soft_gripper.estimators.gaussian import GaussianShape
 from soft_gripper.estimators.health import _MOST, _SUDDEN, LOOK, HealthFilter, _Observation, _updated
 from soft_gripper.estimators.health_monitor import HealthMonitor, named
 from soft_gripper.estimators.uncertainty import Uncertainty, uncertainty_of
-from soft_gripper.fingers.kinematics import gravity_torque
+from soft_gripper.fingers.kinematics import gravity_torque, in_space
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.sensors.sensor_layout import SensorLayout
 from soft_gripper.sensors.strain_errors import SensorFault, StrainErrors, disturb
@@ -54,7 +54,7 @@ def probabilities(layout, readings, pressure, errors=REALISTIC, share=0.005):
     health, found = HealthFilter(layout, assumed, PERIOD), []
     known = health.begin()
     for i, (sample, inside) in enumerate(zip(readings, pressure, strict=True), start=1):
-        known = health.step(known, sample, layout.finger.pressure_torque(inside), GRAVITY)
+        known = health.step(known, sample, layout.finger.pressure_torque(inside), in_space(np.array(GRAVITY)))
         if i % LOOK == 0:
             found.append(health.probabilities(known))
     return np.array(found)
@@ -194,7 +194,7 @@ def test_what_is_dropped_counts_for_nothing(layout):
     wrong[5] += 0.05
     dropped[5] = np.nan
     estimate = GaussianShape(layout, assumed)
-    found, spoilt, whole = (estimate(values, driving, 0j) for values in (dropped, wrong, readings))
+    found, spoilt, whole = (estimate(values, driving, np.zeros(3)) for values in (dropped, wrong, readings))
     prior, kept = estimate.mechanics.prior(q0, q0, driving), np.arange(8) != 5
     A, sensitivity = np.tile(layout.matrix, (2, 1))[kept], layout.sensitivity.ravel()[kept]
     z = layout.inverse(layout.measured(readings).reshape(2, 4)).ravel()[kept]
@@ -205,7 +205,7 @@ def test_what_is_dropped_counts_for_nothing(layout):
     assert np.allclose(found.covariance, prior - gain @ A @ prior, atol=1e-12)
     assert np.abs(spoilt.q - whole.q).max() > 10 * np.abs(found.q - whole.q).max()
     assert np.trace(found.covariance) > np.trace(whole.covariance)
-    assert np.isfinite(ContactShape(layout, assumed)(dropped, driving, 0j).q).all()
+    assert np.isfinite(ContactShape(layout, assumed)(dropped, driving, np.zeros(3)).q).all()
 
 
 SHORT = ["pressure.steps.all=[0, 60e3, 20e3]", "pressure.settle=0.9", "pressure.hold_samples=10", "record.truth=forces"]
@@ -376,7 +376,7 @@ def test_samples_at_which_a_reading_repeats_itself_or_changes_are_counted(layout
     readings[:, 1:] += 1e-3 * rng.standard_normal((3 * LOOK, layout.readings - 1))
     readings[::3, 2] = np.nan
     for sample in readings:
-        known = health.step(known, sample, np.zeros(layout.finger.segments), 0j)
+        known = health.step(known, sample, np.zeros(layout.finger.segments), np.zeros(3))
     repeated, changed = known.counts
     later = 3 * LOOK - 1  # the first has none before it
     np.testing.assert_array_equal(repeated, [later, *[0] * (layout.readings - 1)])

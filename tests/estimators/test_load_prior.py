@@ -78,13 +78,12 @@ def test_modes_of_a_load_are_torques_of_forces_that_turn_with_the_links(shipped_
     layout = sensors(yielding(shipped_finger)) if in_space else SensorLayout(shipped_finger, 1)
     finger, q = layout.finger, 0.1 * bent(layout.straight.size)
     mechanics, at = Mechanics(layout, Uncertainty()), bent_chain(layout.finger, q)
-    patterns, points = mechanics._strongest[1], mechanics._points
+    patterns, points = mechanics._strongest[1], mechanics._forces
     patterns = patterns.reshape(3, -1, count)  # forces along x, y and z of the links
-    places = patterns.shape[1]
-    frames = points.frames[:places]
+    frames = points.frames
     for mode in range(count):
         forces = (at.rotations[frames] @ patterns[:, :, mode].T[..., None])[..., 0]
-        loads = Loads(frames, points.places[:places, :3, 0], forces, np.zeros_like(forces))
+        loads = Loads(frames, points.places[:, :3, 0], forces, np.zeros_like(forces))
         found = mechanics.load_modes(mechanics.posture(q))[:, mode]
         np.testing.assert_allclose(found, by_way(finger, torques(at, loads)), atol=1e-12)
     straight = mechanics.load_modes(mechanics.posture(0 * q))

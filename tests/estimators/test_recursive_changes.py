@@ -12,6 +12,7 @@ from scipy.interpolate import CubicSpline
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.estimators.recursive import Changes, RecursiveShape
 from soft_gripper.estimators.uncertainty import uncertainty_of
+from soft_gripper.fingers.kinematics import in_space
 from soft_gripper.fingers.statics import resting_angles, softened
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.sensors.pressure_errors import PressureErrors
@@ -48,7 +49,7 @@ def followed(finger, errors, seconds=24.0, softens=0.0, seed=0):
     )
     known = shape.begin((DRAWS,))
     for sample, measured in zip(readings, pressure[:, None] - offset, strict=True):
-        known = shape.step(known, sample, finger.pressure_torque(measured), GRAVITY)
+        known = shape.step(known, sample, finger.pressure_torque(measured), in_space(np.array(GRAVITY)))
     return shape.changes(known), SimpleNamespace(
         bend=ratios[-1] - 1, offsets=true.offset + seconds * true.drift_rate, loaded=known.loaded
     )
@@ -103,7 +104,8 @@ def test_what_finger_and_sensors_change_of_readings_is_linearised(shipped_finger
     """The Jacobian in bend per pressure, pressure, gains and offsets is that of finite differences."""
     layout, rng = SensorLayout(shipped_finger, 2), np.random.default_rng(2)
     shape = RecursiveShape(layout, uncertainty_of(SENSORS, SUPPLY, SOFTER), PERIOD)
-    driving, modes = shipped_finger.pressure_torque(80e3), shape._modes_at(np.zeros(12))
+    mechanics, driving = shape.mechanics, shipped_finger.pressure_torque(80e3)
+    modes = mechanics.load_modes(mechanics.posture(layout.straight))
     weight, loads = 1e-3 * np.ones(12), shape._modes
     sizes = np.concatenate([[0.05, 2e3], np.full(layout.readings, 0.02), np.full(layout.readings, 5e-3)])
     mean = np.append(np.zeros(loads), sizes * rng.standard_normal(len(sizes)))

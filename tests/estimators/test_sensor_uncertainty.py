@@ -55,6 +55,6 @@ def test_bands_know_the_errors_of_sensors_with_gains(shipped_finger, bend):
     readings = layout.response.reading(disturb(errors, ratios, 0.01, np.random.default_rng(3)))[0]
     assumed = uncertainty_of(errors)
     assumed.load_pressure = 1e7
-    shape = GaussianShape(layout, assumed)(readings, np.zeros((4000, 12)), 0j)
+    shape = GaussianShape(layout, assumed)(readings, np.zeros((4000, 12)), np.zeros(3))
     claimed = np.sqrt(shape.covariance.sum(axis=(-2, -1)).mean())
     assert shape.q.sum(axis=-1).std() == pytest.approx(claimed, rel=0.15)

@@ -33,7 +33,7 @@ def test_uncertainty_is_taken_from_what_is_believed(shipped_finger):
     layout = SensorLayout(shipped_finger, 2)
     for name in ("gaussian", "contact"):
         little, much = (
-            SHAPE_FUNCTIONS[name](layout, Uncertainty(reading=noise))(np.zeros(4), np.zeros(12), 0j).covariance
+            SHAPE_FUNCTIONS[name](layout, Uncertainty(reading=noise))(np.zeros(4), np.zeros(12), np.zeros(3)).covariance
             for noise in (1e-5, 1e-2)
         )
         assert (np.diagonal(much) > np.diagonal(little)).all()
@@ -45,7 +45,9 @@ def test_positions_of_arcs_and_splines_use_geometry_alone(shipped_finger, bent, 
     layout = SensorLayout(shipped_finger, 2)
     strain = layout.response.reading(extension_ratios(layout, bent(12) / 4))
     shapes = [
-        SHAPE_FUNCTIONS[name](layout, Uncertainty(reading=noise))(strain, shipped_finger.pressure_torque(p), 0j)
+        SHAPE_FUNCTIONS[name](layout, Uncertainty(reading=noise))(
+            strain, shipped_finger.pressure_torque(p), np.zeros(3)
+        )
         for noise, p in ((1e-4, 0.0), (1e-2, 80e3))
     ]
     one, other = (shape.points(shipped_finger) for shape in shapes)

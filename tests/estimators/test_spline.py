@@ -26,7 +26,7 @@ def readings(layout, q):
 
 
 def estimated(layout, read):
-    return SplineShape(layout)(read, np.broadcast_to(NOTHING, (*read.shape[:-1], 12)), 0j).q
+    return SplineShape(layout)(read, np.broadcast_to(NOTHING, (*read.shape[:-1], 12)), np.zeros(3)).q
 
 
 def smoothest(layout, theta, known):
@@ -91,7 +91,9 @@ def test_a_finger_that_reads_nothing_is_straight(shipped_finger):
 def test_neither_drive_nor_gravity_matters(shipped_finger, bent):
     layout = SensorLayout(shipped_finger, 4)
     spline, read = SplineShape(layout), readings(layout, bent(12))
-    np.testing.assert_array_equal(spline(read, np.full(12, 0.1), 9.81).q, spline(read, NOTHING, 0j).q)
+    np.testing.assert_array_equal(
+        spline(read, np.full(12, 0.1), np.array([0.0, 0.0, 9.81])).q, spline(read, NOTHING, np.zeros(3)).q
+    )
 
 
 def test_a_batch_is_its_samples(layout, bent):
