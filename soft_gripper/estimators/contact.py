@@ -83,6 +83,9 @@ _Z = np.array([0.0, 0.0, 1.0])
 _CHANCE = 1e-3  # probability that noise alone exceeds the noise level
 _HEAVIEST = 96  # cells, over which means are taken
 _TINY = 1e-30
+_SIDE = math.sqrt(3)  # standard deviations, from the middle of a cell to its sides
+_ANYWHERE = 1e-3  # of the place within the most probable cell, information before anything is read
+_TURNS = 2  # by which the most probable force and what is uncertain under it are found in turn
 _SLIDING = 0.25  # probability of friction at either end of the cone, in the plane; sliding contacts are there
 _RUBS = 5  # cells of friction in the plane
 _RIM_RUBS = 0.6 + 0.3 * np.arange(4)  # friction per force on the edge of the tip, toward the tip or the base
@@ -338,7 +341,8 @@ class SurfaceContact:
     def explain(self, left: Unexplained) -> Explained:
         """The forces in all cells."""
         cells = self.cells(left.q, left.at, left.slopes)
-        found = fitted(left.residual, left.covariance, cells, self._possible.largest)
+        refined = not self.mechanics.only_bends  # there, friction has cells of its own
+        found = fitted(left.residual, left.covariance, cells, self._possible.largest, refined)
         return Explained(left, found, believed(found, left.read, self._possible))
 
     def stated(self, explained: Explained) -> tuple[ContactForce, Array]:
@@ -402,16 +406,21 @@ class SurfaceContact:
         force[..., 0] = np.clip(_chosen(posterior.force, cells[..., :1])[..., 0], 0, most)
         response, spreads = _chosen(found.cells.response, cells), _chosen(found.cells.spreads, cells)
         z, of_z = _within(found.r, force, response, spreads)
+        force[..., 0], z[..., 0, :] = self._fitted_best(
+            found.r, force[..., 0], response[..., 0, :], spreads[..., 0, :, :]
+        )
         local = _forces(surface.directions[cells], force, _chosen(posterior.std, cells), z, of_z)
         R = _chosen(left.at.chain.rotations, self.mechanics.links[surface.link[cells]])
         vectors = local @ np.swapaxes(R, -1, -2)
-        _, across_std = _about_best(weights, local[..., :1])
         vector, of_vector = _about_best(weights, vectors)
-        place, place_std = self._place(weights, cells, z[..., surface.tangents], of_z)
+        T, best = surface.tangents, cells[..., 0]
+        place = surface.arc_length[best] + surface.extent[best] * z[..., 0, T]
+        place, across = place.clip(0, self.mechanics.layout.finger.length), -local[..., 0, 0, 0]
+        across_std, place_std = self._deviations(posterior, across, place, of_z[..., 0, T, T])
         contact = ContactForce(
-            force=-local[..., 0, 0, 0],
+            force=across,
             arc_length=place,
-            force_std=_std(across_std)[..., 0],
+            force_std=across_std,
             arc_length_std=place_std,
             vector=vector,
             vector_std=_std(of_vector),
@@ -421,15 +430,40 @@ class SurfaceContact:
         wrenches = surface.wrenches[cells[..., 0]]
         wrench = wrenches[..., 0, :] + (z[..., :1, :-1] @ wrenches[..., 1:, :])[..., 0, :]
         torque = self._torques(left.at.chain, surface.link[cells[..., :1]], force[..., :1] * wrench)
+        torque = torque + self._straddled(left.at.chain, best, force[..., :1] * z[..., 0, -1:])
         return contact, torque, surface.side[cells[..., 0]]
 
-    def _place(self, weights: Array, cells: NDArray[np.int_], z: Array, of_z: Array) -> tuple[Array, Array]:
-        """Place of the most probable contact and its standard deviation, m, (...); z along the finger, (..., K)."""
-        surface, T = self.surface, self.surface.tangents
-        extent = surface.extent[cells]
-        places = (surface.arc_length[cells] + extent * z).clip(0, self.mechanics.layout.finger.length)
-        squares = extent**2 * of_z[..., T, T] + (places - places[..., :1]) ** 2
-        return places[..., 0], np.sqrt((weights * squares).sum(axis=-1))
+    def _fitted_best(self, r: Array, force: Array, response: Array, spreads: Array) -> tuple[Array, Array]:
+        """Force, (...) N, and spreads, (..., D), of the most probable cell, whose place is any within the cell."""
+        usual, most, at = self._possible.usual, self._possible.largest, self.surface.tangents
+        moved, others = spreads[..., at, :], np.delete(spreads, at, axis=-2)
+        for _ in range(_TURNS):  # what is uncertain in the cell beside the place follows the force
+            U = force[..., None, None] * others
+            weights = np.linalg.inv(np.swapaxes(U, -1, -2) @ U + np.eye(r.shape[-1]))
+            both = np.stack([response, moved], axis=-2)  # r is nearly linear in the force and the force times the place
+            information = both @ weights @ np.swapaxes(both, -1, -2)
+            information[..., 0, 0] += usual**-2
+            information[..., 1, 1] += _ANYWHERE / np.maximum(force, _TINY) ** 2
+            size, product = np.moveaxis(np.linalg.solve(information, both @ weights @ r[..., None])[..., 0], -1, 0)
+            place = (product / np.where(size == 0, _TINY, size)).clip(-_SIDE, _SIDE)
+            c = response + place[..., None] * moved
+            weighted = (weights @ c[..., None])[..., 0]
+            force = ((weighted * r).sum(axis=-1) / ((weighted * c).sum(axis=-1) + usual**-2)).clip(0, most)
+        left = r - force[..., None] * c
+        z = (U @ weights @ left[..., None])[..., 0]
+        return force, np.insert(z, at, place, axis=-1)
+
+    def _deviations(self, posterior: Believed, force: Array, place: Array, within: Array) -> tuple[Array, Array]:
+        """Root mean square distances of the posterior from a force across, N, and a place, m, (...).
+
+        `within` is the variance of the place within the most probable cell, as a share of that before anything is read.
+        """
+        surface, force, place = self.surface, force[..., None], place[..., None]
+        across = -surface.directions[:, 0, 0]
+        squares = across**2 * posterior.square - 2 * across * posterior.mean * force + force**2
+        places = (surface.arc_length - place) ** 2 + surface.extent**2 * within[..., None]
+        of_force, of_place = ((posterior.weight * each).sum(axis=-1) for each in (squares, places))
+        return np.sqrt(np.maximum(of_force, 0)), np.sqrt(of_place)
 
     def _put_several(
         self,
@@ -499,6 +533,14 @@ class SurfaceContact:
         others = cells.place[chosen], cells.side[chosen], cells.prior[chosen], cells.angle[chosen]
         return Cells(response, cells.spreads, *others)
 
+    def _straddled(self, at: Posture, cell: NDArray[np.int_], force: Array) -> Array:
+        """At the joints, (..., D), of a contact that lies on two links: of forces, (..., 1), on the lever of a cell."""
+        surface = self.surface
+        R = np.take_along_axis(at.rotations, self.mechanics.links[surface.link[cell]][..., None, None, None], axis=-3)
+        moment = (R[..., 0, :, :] @ (force * surface.straddled[cell])[..., None])[..., 0]
+        beside = self.mechanics.chain.segments == surface.nearest[cell][..., None]
+        return np.asarray((beside * (at.screws[..., :3] @ moment[..., None])[..., 0])[..., self.mechanics.from_chain])
+
     @property
     def _possible(self) -> Forces:
         return Forces(self.mechanics.usual_force, self.mechanics.uncertainty.largest_force)
@@ -545,7 +587,8 @@ class ContactShape:
         shape = shared(GaussianShape.__call__, self._gaussian, readings, driving, gravity)
         explained, free = shared(ContactShape._explained, self, shape.q, readings, driving, gravity, *lag)
         contact, torque = self.contact.stated(explained)
-        q = self._loaded(explained.left, free, torque, readings, driving)
+        loaded = self._loaded(explained.left, free, torque, readings, driving)
+        q = np.where(torque.any(axis=-1, keepdims=True), loaded, shape.q)
         return ShapeEstimate(q, shape.covariance, contact)
 
     def _posterior(self, readings: Array, driving: Array, gravity: Array, *lag: Array) -> ContactPosterior:

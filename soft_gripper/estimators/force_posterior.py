@@ -8,8 +8,7 @@ covariance is R, then have
     R_c = R + F_0^2 sum d d^T ,   W = R_c^-1 ,
     I = c^T W c ,   F^ = c^T W r / I ,   sigma = I^-1/2 ,   X = r^T W r - F^2 I ,
 
-with F_0 the best force under the covariance that 1 N has, and d the standard deviations of c within the cell. Two
-answers follow.
+with F_0 the best force under R and d the standard deviations of c within the cell. Two answers follow.
 
 The likelihood set needs no prior: every cell and force, at most the largest F_max that the scene exerts, with
 
@@ -69,7 +68,7 @@ _STRONGLY = 1e3  # draws to the largest sum, relative to the largest response
 _MOST_SETS, _EQUAL = 50, 1e-9  # of forces that are tried; relative
 _EDGES, _FINER = 41, 2  # of the bins of force, and how often what holds nearly all is divided again
 _INTERVAL, _TAIL, _LOWER_TAILS = 0.95, 1e-4, 41
-_FIRST = 1.0  # N, force whose uncertainty within a cell is assumed first
+_FIRST = 1.0  # N, force whose uncertainty within a cell is assumed first, if refined
 _NEGLIGIBLE = 1e-6  # weight of a cell, relative to the largest
 _BEYOND = 8.0  # standard deviations below 0, of a force that leaves nothing above
 _WIDE = 0.7  # deviation over mean of a force above 0, at most
@@ -162,16 +161,16 @@ class FittedCells(NamedTuple):
     chi_squared: Array  # (..., C), of the best possible force
 
 
-def fitted(bends: Array, covariance: Array, cells: Cells, largest: float) -> FittedCells:
+def fitted(bends: Array, covariance: Array, cells: Cells, largest: float, refined: bool = False) -> FittedCells:
     """The force in every cell, as of `posterior`.
 
-    F_0 is the best force under the covariance that 1 N has in the cell: where what is uncertain within a cell changes
-    the bends as much as the force does, as friction on the side of a finger does, the best force under R is far too
-    small.
+    If `refined`, F_0 is the best force under the covariance that 1 N has in the cell, instead of under R: where what is
+    uncertain within a cell changes the bends as much as the force does, as friction on the side of a finger does, the
+    best force under R is far too small.
     """
     whitening = np.linalg.inv(np.linalg.cholesky(covariance))
     r, cells = (whitening @ bends[..., None])[..., 0], cells.whitened(whitening)
-    fits = _fits(r, cells, largest)
+    fits = _fits(r, cells, largest, refined)
     return FittedCells(whitening, r, cells, fits, _chi_squared(fits, largest))
 
 
@@ -229,8 +228,11 @@ def one_contact_misfit(bends: Array, covariance: Array, cells: Cells, largest: f
     return fitted(bends, covariance, cells, largest).chi_squared.min(axis=-1)
 
 
-def _fits(r: Array, cells: Cells, largest: float) -> Fits:
+def _fits(r: Array, cells: Cells, largest: float, refined: bool) -> Fits:
     """The force in every cell, all whitened."""
+    c = cells.response
+    if not refined:
+        return _fit(r, cells, np.clip(_dot(c, r[..., None, :]) / (_dot(c, c) + _TINY), 0, largest), largest)
     first = _fit(r, cells, np.full(cells.response.shape[:-1], _FIRST), largest)
     return _fit(r, cells, np.clip(first.force, 0, largest), largest)
 

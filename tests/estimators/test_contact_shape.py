@@ -4,18 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from loaded_fingers import Push, in_balance, torque_of
+from loaded_fingers import Push, in_balance, torque_of, vector
 
-from soft_gripper.estimators.contact import (
-    _NODES,
-    Bends,
-    ContactShape,
-    _broadcast,
-    _cell_table,
-    _explained,
-    fit_single_force,
-)
+from soft_gripper.estimators.contact import ContactShape, SurfaceContact, Unexplained
 from soft_gripper.estimators.gaussian import GaussianShape
+from soft_gripper.estimators.mechanics import Mechanics
 from soft_gripper.estimators.uncertainty import EXACT, Uncertainty
 from soft_gripper.fingers.finger_parts import ElasticLaw
 from soft_gripper.fingers.kinematics import forward_kinematics
@@ -37,7 +30,7 @@ def readings(layout, q, noise=0.0, rng=None):
 def estimated(layout, q, pressure, gravity=0j, **assumed):
     """By the exact model, which is declared to be exact."""
     shape = ContactShape(layout, Uncertainty(bend_per_pressure=EXACT, **assumed))
-    return shape(readings(layout, q), layout.finger.pressure_torque(pressure), gravity)
+    return shape(readings(layout, q), layout.finger.pressure_torque(pressure), vector(gravity))
 
 
 def face(finger, s, side):
@@ -90,7 +83,7 @@ def test_what_a_sensor_is_believed_to_err_is_not_taken_for_a_force(shipped_finge
     layout = SensorLayout(shipped_finger, **TWO)
     ratios = extension_ratios(layout, in_balance(shipped_finger, 80e3, 0j))
     ratios[-1] = 1 + wrong.get("gain", 1.0) * (ratios[-1] - 1) + wrong.get("offset", 0.0)
-    given = layout.response.reading(ratios), shipped_finger.pressure_torque(80e3), 0j
+    given = layout.response.reading(ratios), shipped_finger.pressure_torque(80e3), np.zeros(3)
     assert ContactShape(layout)(*given).contact.force != 0
     assert ContactShape(layout, Uncertainty(**assumed))(*given).contact.force == 0
 
@@ -102,7 +95,7 @@ def test_noise_is_rarely_taken_for_a_force(shipped_finger):
     q = free * (1 + 0.005 * rng.standard_normal((2000, 1))) + 2e-4 * rng.standard_normal((2000, 12))
     read = readings(layout, q, 1e-4, rng)
     driving = shipped_finger.pressure_torque(np.full(2000, 80e3))
-    found = ContactShape(layout)(read, driving, np.zeros(2000)).contact.force
+    found = ContactShape(layout)(read, driving, np.zeros(3)).contact.force
     assert np.count_nonzero(found) < 8
 
 
@@ -115,9 +108,9 @@ def test_with_one_section_the_force_is_unknown_and_the_shape_the_most_probable(s
     if lost is not None:
         read[[lost, lost + 2]] = np.nan
     found, shape = (
-        make(layout)(read, shipped_finger.pressure_torque(80e3), 9.81) for make in (ContactShape, GaussianShape)
+        make(layout)(read, shipped_finger.pressure_torque(80e3), vector(9.81)) for make in (ContactShape, GaussianShape)
     )
-    assert np.isnan(found.contact).all()
+    assert all(np.isnan(value).all() for value in found.contact)
     np.testing.assert_allclose(found.q, shape.q, rtol=0, atol=1e-4)
     np.testing.assert_array_equal(found.covariance, shape.covariance)
 
@@ -129,7 +122,7 @@ def test_a_section_that_is_missing_of_four_leaves_the_force(shipped_finger):
     for lost in range(4):
         spoiled = read.copy()
         spoiled[[lost, lost + 4]] = np.nan
-        contact = shape(spoiled, shipped_finger.pressure_torque(80e3), 9.81).contact
+        contact = shape(spoiled, shipped_finger.pressure_torque(80e3), vector(9.81)).contact
         assert contact.force == pytest.approx(0.8, rel=0.02)
         assert contact.arc_length == pytest.approx(0.09, abs=1e-3)
 
@@ -137,11 +130,11 @@ def test_a_section_that_is_missing_of_four_leaves_the_force(shipped_finger):
 @SIDES
 @pytest.mark.parametrize("along", [-0.4, 0.4])
 def test_a_force_on_the_edge_of_the_tip_may_have_any_direction(shipped_finger, side, along):
-    """From either side."""
+    """From either side, within 0.3 %; friction is that of a cell, which may differ a little."""
     layout, tip = SensorLayout(shipped_finger, **FOUR), shipped_finger.length
     push = Push(tip, side * 1.0, along, face(shipped_finger, tip, side))
     contact = estimated(layout, in_balance(shipped_finger, 40e3, 9.81, [push]), 40e3, 9.81).contact
-    assert contact.force == pytest.approx(side, rel=1e-3)
+    assert contact.force == pytest.approx(side, rel=3e-3)
     assert contact.arc_length == pytest.approx(tip, abs=1e-4)
 
 
@@ -193,7 +186,7 @@ def scores(layout, rubs, samples=120):
         true.append((force, s))
     read = readings(layout, np.array(q), 1e-4, rng)
     shape = ContactShape(layout, Uncertainty(bend_per_pressure=EXACT, friction=0.45))
-    found = shape(read, finger.pressure_torque(pressures), np.zeros(samples)).contact
+    found = shape(read, finger.pressure_torque(pressures), np.zeros(3)).contact
     force, s = np.transpose(true)
     return np.abs([(found.force - force) / found.force_std, (found.arc_length - s) / found.arc_length_std])
 
@@ -221,7 +214,7 @@ def test_less_noise_leaves_less_uncertain(shipped_finger, sections):
     read = readings(layout, in_balance(shipped_finger, 80e3, 0j, [Push(0.084, 0.8)]))
     found = [
         ContactShape(layout, Uncertainty(reading=noise, bend_per_pressure=EXACT, friction=0.05))(
-            read, shipped_finger.pressure_torque(80e3), 0j
+            read, shipped_finger.pressure_torque(80e3), np.zeros(3)
         ).contact
         for noise in (1e-3, 3e-4, 1e-4, 3e-5)
     ]
@@ -236,7 +229,7 @@ def test_every_measured_bend_is_met(shipped_finger, bent):
     layout, assumed = SensorLayout(shipped_finger, **FOUR), Uncertainty(reading=1e-6)
     q = np.repeat(bent(5, 4) / 4, 3, axis=-1)
     driving = shipped_finger.pressure_torque(np.full(5, 5e4))
-    found = ContactShape(layout, assumed)(readings(layout, q), driving, np.zeros(5))
+    found = ContactShape(layout, assumed)(readings(layout, q), driving, np.zeros(3))
     np.testing.assert_allclose(layout.sums(found.q), layout.sums(q), rtol=0, atol=1e-6)
 
 
@@ -250,10 +243,10 @@ def test_a_batch_is_its_samples(shipped_finger, law):
     read = readings(layout, np.array(q)).reshape(3, 2, 8)
     read[2, 0, [1, 5]], read[2, 1] = np.nan, np.nan
     driving, contact = finger.pressure_torque(np.full((3, 2), 40e3)), ContactShape(layout)
-    found = contact(read, driving, gravity)
+    found = contact(read, driving, vector(gravity))
     assert np.count_nonzero(found.contact.force > 0) == 3
     for index in np.ndindex(3, 2):
-        alone = contact(read[index], driving[index], complex(gravity[index]))
+        alone = contact(read[index], driving[index], vector(gravity[index]))
         for whole, part in zip((found.q, *found.contact), (alone.q, *alone.contact), strict=True):
             np.testing.assert_allclose(whole[index], part, rtol=1e-6, atol=1e-9)
 
@@ -266,18 +259,13 @@ def test_noise_hides_no_force_on_the_edge_of_the_tip(shipped_finger, along, fric
     q = in_balance(shipped_finger, 40e3, 9.81, [Push(tip, 1.0, along, face(shipped_finger, tip, 1))])
     read = readings(layout, np.tile(q, (200, 1)), 1e-3, np.random.default_rng(1))
     shape = ContactShape(layout, Uncertainty(reading=1e-3, friction=friction))
-    given = read, shipped_finger.pressure_torque(np.full(200, 40e3)), np.full(200, 9.81 + 0j)
+    given = read, shipped_finger.pressure_torque(np.full(200, 40e3)), vector(9.81)
     contact = shape(*given).contact
     assert np.mean(np.abs(contact.force - 1) < 2 * contact.force_std) > 0.88
-    free = shape._gaussian(*given).q
-    known = given[1] + shape._mechanics.weight(free, given[2])
-    bends = Bends(*_broadcast(free, shape._unexplained(free, *shape._measured(read), given[1], known)))
-    left = _explained(shape._mechanics, free, *bends)
-    best = left.posterior.best
-    on_edge = np.abs(_cell_table(48, friction).rub[best]) > friction
-    assert on_edge.mean() > 0.5
-    found = fit_single_force(layout, free, bends, left).contact.arc_length
-    np.testing.assert_array_equal(found[on_edge], tip)
+    explained, _ = shape._explained(shape._gaussian(*given).q, *given)
+    (on_edge,) = np.nonzero(shape.contact.surface.arc_length[explained.posterior.best] == tip)
+    assert len(on_edge) > 100
+    np.testing.assert_array_equal(contact.arc_length[on_edge], tip)
 
 
 @pytest.mark.parametrize("share", [0.54, 0.79])
@@ -288,13 +276,12 @@ def test_a_contact_on_two_links_turns_the_joint_between_them(shipped_finger, sha
     next_joint = np.arange(12) == np.abs(shipped_finger.joint_arc_lengths - s).argmin()
     push = Push(s, 0.8, 0.45 * 0.8, face(shipped_finger, s, 1))
     torque = torque_of(shipped_finger, q[0], push) + 0.8 * 1e-3 * next_joint
-    theta, covariance = layout.sums(torque * compliance), (2e-4) ** 2 * np.eye(4)
-    bends = Bends(*(np.tile(values, (3, *[1] * values.ndim)) for values in (theta, covariance, compliance)))
-    mechanics = ContactShape(layout, Uncertainty(friction=0.9))._mechanics
-    fit = fit_single_force(layout, q, bends, _explained(mechanics, q, *bends))
-    np.testing.assert_allclose(fit.torque - torque, 0, atol=0.2e-3)
-
-
-def test_the_pieces_that_are_searched_for_a_place_end_within_themselves():
-    """Torques are linear in the place within a cell, and jump to the next one."""
-    np.testing.assert_array_equal(np.floor(_NODES.reshape(3, 2) + 0.5), [[-1, -1], [0, 0], [1, 1]])
+    mechanics = Mechanics(layout, Uncertainty(friction=0.9))
+    residual, covariance = (
+        np.tile(layout.sums(torque * compliance), (3, 1)),
+        np.tile((2e-4) ** 2 * np.eye(4), (3, 1, 1)),
+    )
+    left = Unexplained(q, mechanics.posture(q), layout.matrix, np.full(3, 4.0), residual, covariance)
+    contact = SurfaceContact(mechanics)
+    found = contact.best(contact.explain(left))[1]
+    np.testing.assert_allclose(found - torque, 0, atol=0.2e-3)

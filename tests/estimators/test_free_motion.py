@@ -9,7 +9,7 @@ from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.estimators.contact import ContactShape
 from soft_gripper.estimators.force_posterior import MOVING, NOTHING
 from soft_gripper.estimators.free_motion import FreeMotion, Lag
-from soft_gripper.estimators.mechanics import PlanarMechanics, SpatialMechanics
+from soft_gripper.estimators.mechanics import Mechanics
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.extras.studies.contacts.contacts import read_finger
 from soft_gripper.extras.studies.contacts.situations import Case, pressed
@@ -26,7 +26,7 @@ BEGINS = 0.5  # s, until a finger that begins straight rests under its weight
 
 
 def motion_of(finger):
-    return FreeMotion(PlanarMechanics(SensorLayout(finger, 2), Uncertainty()), PERIOD)
+    return FreeMotion(Mechanics(SensorLayout(finger, 2), Uncertainty()), PERIOD)
 
 
 def stepped(sections=2):
@@ -46,7 +46,7 @@ def test_a_step_is_that_of_the_differential_equation(shipped_finger):
 
     solved = solve_ivp(flow, (0, 20 * PERIOD), np.zeros(2 * N), "Radau", rtol=1e-9, atol=1e-10).y[:, -1]
     torques = np.concatenate([np.zeros((1, N)), np.broadcast_to(driving, (21, N))])  # at rest, then a step
-    q, rate, _, rest = motion.over_time(torques, np.zeros(22, complex), np.zeros(22, complex))[-1]
+    q, rate, _, rest = motion.over_time(torques, np.zeros((22, 3)), np.zeros((22, 3)))[-1]
     np.testing.assert_allclose(np.concatenate([q, rate]), solved, atol=1e-6)
     np.testing.assert_allclose(rest, driving / finger.stiffness)
     lag = motion.lag(np.stack([q, rate, rest, rest]))
@@ -60,10 +60,10 @@ def test_a_finger_on_an_accelerated_base_hangs_as_under_another_weight(shipped_f
     poses[:, :, :3], poses[:, 0, 3] = np.eye(3), acceleration * time**2 / 2
     found = motion.acceleration(motion.middles_over_time(poses.reshape(400, 12)))
     np.testing.assert_allclose(found[3:], [[acceleration, 0, 0]] * 397, atol=1e-9)
-    gravity = np.full(400, -G + 0j)
-    q, _, _, rest = motion.over_time(np.zeros((400, 12)), gravity, gravity - 1j * found[:, 0])[-1]
-    weight = motion.mechanics.weight
-    bent = weight(q, -G - 1j * acceleration) / shipped_finger.stiffness
+    gravity = np.tile([0.0, 0.0, -G], (400, 1))
+    q, _, _, rest = motion.over_time(np.zeros((400, 12)), gravity, gravity - found)[-1]
+    mechanics = motion.mechanics
+    bent = mechanics.weight(mechanics.posture(q), np.array([-acceleration, 0.0, -G])) / shipped_finger.stiffness
     np.testing.assert_allclose(q, bent, atol=1e-6)
     assert np.abs(q - rest).max() > 1e-3
 
@@ -72,7 +72,7 @@ def test_after_a_sample_that_is_not_finite_the_finger_is_taken_to_rest(shipped_f
     motion = motion_of(shipped_finger)
     driving = np.full((3, 12), 0.02)
     driving[1] = np.nan
-    q, rate, _, rest = motion.over_time(driving, np.full(3, G + 0j), np.full(3, G + 0j))[-1]
+    q, rate, _, rest = motion.over_time(driving, *2 * [np.tile([0.0, 0.0, G], (3, 1))])[-1]
     np.testing.assert_array_equal(q, rest)
     assert not rate.any()
 
@@ -80,12 +80,12 @@ def test_after_a_sample_that_is_not_finite_the_finger_is_taken_to_rest(shipped_f
 def test_in_space_a_finger_moves_in_its_plane_as_in_the_plane(shipped_finger):
     spatial = finger_in_space()
     layout = sensor_layout(spatial, SensorConfig(layout="four_faces_and_diagonal", sections=2))
-    known, torque = FreeMotion(SpatialMechanics(layout, Uncertainty()), PERIOD), shipped_finger.pressure_torque(80e3)
+    known, torque = FreeMotion(Mechanics(layout, Uncertainty()), PERIOD), shipped_finger.pressure_torque(80e3)
     torques = np.zeros((30, 36))
     torques[1:, :12] = torque
-    down, planar = np.broadcast_to([0.0, 0.0, G], (30, 3)), np.full(30, G + 0j)
+    down = np.broadcast_to([0.0, 0.0, G], (30, 3))
     found = known.over_time(torques, down, down)
-    np.testing.assert_allclose(found[..., :12], motion_of(shipped_finger).over_time(torques[:, :12], planar, planar))
+    np.testing.assert_allclose(found[..., :12], motion_of(shipped_finger).over_time(torques[:, :12], down, down))
     np.testing.assert_allclose(found[..., 12:], 0.0, atol=1e-12)
 
 
@@ -93,7 +93,7 @@ def test_lag_that_could_be_taken_for_a_contact_is_said_to_be_unknown(shipped_fin
     layout, contact = SensorLayout(shipped_finger, 2), ContactShape(SensorLayout(shipped_finger, 2), ASSUMED)
     driving = shipped_finger.pressure_torque(80e3)
     q, behind = driving / shipped_finger.stiffness, np.full(12, 0.03)
-    given = layout.read(q - behind), driving, 0j
+    given = layout.read(q - behind), driving, np.zeros(3)
     lag, more = Lag(0.5 * behind, 0.5 * behind), layout.read(q - 5 * behind)
     assert contact(*given).contact.force != 0
     assert np.isnan(contact(*given, lag).contact.force)
@@ -109,7 +109,9 @@ def test_no_force_is_stated_of_a_finger_that_moves_in_free_air(sections):
     began = data["time"].values > BEGINS
     assert set(answer[began]) == {NOTHING, MOVING}
     readings = data["left_finger.strain"].values.reshape(len(force), -1)
-    found = ContactShape(layout, ASSUMED)(readings, data["left_finger.driving_torque"].values, G + 0j).contact.force
+    found = ContactShape(layout, ASSUMED)(
+        readings, data["left_finger.driving_torque"].values, np.array([0.0, 0.0, G])
+    ).contact.force
     assert np.abs(found[began]).max() > 0.3, "without the lag, a force would be stated"
 
 

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from loaded_fingers import Push, in_balance
 
-from soft_gripper.estimators.contact import ContactShape, _explained
-from soft_gripper.estimators.spatial_contact import SpatialContactShape
+from soft_gripper.estimators.contact import ContactShape
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.extras.studies.contacts.statics import contacts_in_space, finger_in_space
 from soft_gripper.scenario.schema import SensorConfig
@@ -46,37 +45,35 @@ def test_in_the_plane(shipped_finger, sections, place, force):
     shape = ContactShape(layout, ASSUMED)
     q = in_balance(shipped_finger, 60e3, 9.81, [Push(s, force, 0.3 * abs(force))])
     readings, driving = layout.response.reading(extension_ratios(layout, q)), shipped_finger.pressure_torque(60e3)
-    contact, known = shape(readings, driving, 9.81).contact, shape.posterior(readings, driving, 9.81)
+    given = readings[None], driving[None], np.array([[0.0, 0.0, 9.81]])
+    contact, known = shape(*given).contact, shape.posterior(*given)
     assert contact.force != 0
-    free = shape._gaussian(readings, driving, 9.81).q
-    weight = shape._mechanics.weight(free, 9.81)
-    bends = shape._unexplained(free, *shape._measured(readings), driving, driving + weight)
-    left = _explained(shape._mechanics, *(values[None] for values in (free, *bends)))
-    forces, density = dense(left.found, left.forces.usual, left.forces.largest)
-    check(density, forces, left.found.cells.side, contact.force, contact.force_std, known.force_interval)
+    found = shape._explained(shape._gaussian(*given).q, *given)[0].found
+    forces, density = dense(found, shape.contact.mechanics.usual_force, ASSUMED.largest_force)
+    check(density, forces, found.cells.side, contact.force[0], contact.force_std[0], known.force_interval[0])
 
 
 def test_in_space():
     """Of smooth contacts on all faces: the part across the finger, of which there is none on its sides."""
     layout = sensor_layout(finger_in_space(), SensorConfig(layout="four_faces_and_diagonal", sections=2))
-    shape, contacts = SpatialContactShape(layout, ASSUMED), contacts_in_space(12, 0.0, 3)
+    shape, contacts = ContactShape(layout, ASSUMED), contacts_in_space(12, 0.0, 3)
     driving = np.zeros(contacts.q.shape)
     driving[:, : finger_in_space().segments] = finger_in_space().pressure_torque(contacts.pressure)
     readings = layout.read(contacts.q)
     given = readings, driving, contacts.gravity
-    contact, known = shape(*given).contact, shape.posterior(*given).known
+    contact, known = shape(*given).contact, shape.posterior(*given)
     checked = 0
-    for i in np.flatnonzero(np.linalg.norm(contact.force, axis=-1) > 0):
+    for i in np.flatnonzero(np.linalg.norm(contact.vector, axis=-1) > 0):
         sample = tuple(values[i : i + 1] for values in given)
-        _, _, found = shape._explained(shape._gaussian(*sample).q, *sample)
+        found = shape._explained(shape._gaussian(*sample).q, *sample)[0].found
         forces, density = dense(found, shape.contact.mechanics.usual_force, ASSUMED.largest_force)
         number = density.max(axis=0).argmax()
         assert known.force_interval[i, 0] <= forces[number] * 1.001
         assert known.force_interval[i, 2] >= forces[number] * 0.999
         cell = density.max(axis=1).argmax()
-        assert np.linalg.norm(contact.force[i]) == pytest.approx(forces[number], rel=0.2), "friction adds to it"
+        assert np.linalg.norm(contact.vector[i]) == pytest.approx(forces[number], rel=0.2), "friction adds to it"
         assert contact.side[i] == shape.contact.surface.angle[cell]
         rms = np.sqrt((density.sum(axis=0) * (forces - forces[number]) ** 2).sum())
-        assert np.linalg.norm(contact.force_std[i]) > 0.9 * rms
+        assert np.linalg.norm(contact.vector_std[i]) > 0.9 * rms
         checked += 1
     assert checked > 4

@@ -5,17 +5,19 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from loaded_fingers import Push, in_balance
+from fingers_in_space import torque_covariance
+from loaded_fingers import Push, in_balance, vector
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource, TrajectorySource, VectorLogSink, ZeroOrderHold
 from pydrake.trajectories import PiecewisePolynomial
 
 from soft_gripper.arrays import Array
+from soft_gripper.estimators.finger_shape import position_std
 from soft_gripper.estimators.gaussian import GaussianShape
-from soft_gripper.estimators.mechanics import torque_covariance
-from soft_gripper.estimators.recursive import Filter, RecursiveEstimator, RecursiveShape
-from soft_gripper.estimators.uncertainty import Uncertainty, position_std
+from soft_gripper.estimators.recursive import Filter, RecursiveShape
+from soft_gripper.estimators.shape_estimator import ShapeEstimator
+from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import forward_kinematics
 from soft_gripper.fingers.statics import resting_angles, softened
@@ -80,7 +82,7 @@ def tip_errors(finger: Finger, true: Array, q: Array) -> Array:
 def last_known(shape: RecursiveShape, readings: Array, driving: Array):
     known = shape.begin()
     for sample in zip(readings, driving, strict=True):
-        known = shape.step(known, *sample, DOWN)
+        known = shape.step(known, *sample, vector(DOWN))
     return known
 
 
@@ -100,8 +102,8 @@ def test_the_bend_per_pressure_is_learnt(free, layout, ratio):
 def test_it_beats_what_is_estimated_from_one_sample(free, layout):
     """Noise is averaged, and gains and offsets learnt."""
     readings = read(layout, free, gain_error=0.01, offset=1e-3)
-    found = RecursiveShape(layout, UNCERTAIN)(readings, free.driving, DOWN).q
-    alone = GaussianShape(layout, UNCERTAIN)(readings, free.driving, DOWN).q
+    found = RecursiveShape(layout, UNCERTAIN)(readings, free.driving, vector(DOWN)).q
+    alone = GaussianShape(layout, UNCERTAIN)(readings, free.driving, vector(DOWN)).q
     late = slice(600, None)
     errors = [tip_errors(layout.finger, free.q[late], q[late]).mean() for q in (found, alone)]
     assert errors[0] < 0.6 * errors[1]
@@ -110,7 +112,7 @@ def test_it_beats_what_is_estimated_from_one_sample(free, layout):
 @pytest.mark.slow
 def test_under_load_nothing_is_learnt_and_force_and_place_are_found(grasp, layout):
     shape, readings = RecursiveShape(layout, UNCERTAIN), read(layout, grasp)
-    found = shape(readings, grasp.driving, DOWN)
+    found = shape(readings, grasp.driving, vector(DOWN))
     assert np.mean(found.contact.force[-100:]) == pytest.approx(FORCE, rel=0.05)
     assert np.mean(found.contact.arc_length[-100:]) == pytest.approx(PLACE, abs=3e-3)
     assert not np.any(found.contact.force[600:1195])
@@ -136,7 +138,7 @@ def test_a_drifting_sensor_is_followed(layout, shipped_finger):
 
     def growth(shape):
         errors = [
-            tip_errors(shipped_finger, motion.q[late], shape(readings, motion.driving, DOWN).q[late]).mean()
+            tip_errors(shipped_finger, motion.q[late], shape(readings, motion.driving, vector(DOWN)).q[late]).mean()
             for readings in (steady, drifting)
         ]
         return errors[1] - errors[0]
@@ -148,7 +150,7 @@ def test_a_drifting_sensor_is_followed(layout, shipped_finger):
 def test_dropouts_cost_little(grasp, layout):
     """One reading in ten is lost."""
     shape = RecursiveShape(layout, UNCERTAIN)
-    whole, holes = (shape(read(layout, grasp, dropout=share), grasp.driving, DOWN).q for share in (0.0, 0.1))
+    whole, holes = (shape(read(layout, grasp, dropout=share), grasp.driving, vector(DOWN)).q for share in (0.0, 0.1))
     errors = [tip_errors(layout.finger, grasp.q[100:], q[100:]).mean() for q in (holes, whole)]
     assert np.isfinite(holes).all()
     assert errors[0] < 1.3 * errors[1]
@@ -159,7 +161,7 @@ def test_a_dead_sensor_widens_the_band(grasp, layout):
     shape, readings = RecursiveShape(layout, UNCERTAIN), read(layout, grasp)
     dead = readings.copy()
     dead[1250:, 3] = np.nan  # the outer one of the second section, as it is pressed
-    whole, broken = (shape(each, grasp.driving, DOWN) for each in (readings, dead))
+    whole, broken = (shape(each, grasp.driving, vector(DOWN)) for each in (readings, dead))
     assert np.isfinite(broken.q).all()
     band = [position_std(layout.finger, found.q[-1], found.covariance[-1]) for found in (whole, broken)]
     assert (band[1][1:] > band[0][1:]).all()
@@ -171,7 +173,7 @@ def test_one_spike_is_no_shape(free, layout):
     readings = read(layout, free)
     readings[900, 2] += 0.5
     shape = RecursiveShape(layout, UNCERTAIN)
-    q = shape(readings, free.driving, DOWN).q
+    q = shape(readings, free.driving, vector(DOWN)).q
     assert tip_errors(layout.finger, free.q[900], q[900]) < 1.0
     assert tip_errors(layout.finger, free.q[901:], q[901:]).max() < 2.0
 
@@ -181,9 +183,9 @@ def test_samples_side_by_side_are_as_one_by_one(grasp, layout):
     shape = RecursiveShape(layout, UNCERTAIN)
     both = np.stack([read(layout, grasp, seed) for seed in (1, 2)], axis=1)[::20]
     driving = np.repeat(grasp.driving[::20, None], 2, axis=1)
-    together = shape(both, driving, DOWN)
+    together = shape(both, driving, vector(DOWN))
     for i in range(2):
-        alone = shape(both[:, i], driving[:, i], DOWN)
+        alone = shape(both[:, i], driving[:, i], vector(DOWN))
         np.testing.assert_allclose(together.q[:, i], alone.q, atol=1e-12)
         np.testing.assert_allclose(together.contact.force[:, i], alone.contact.force, atol=1e-9)
 
@@ -193,7 +195,7 @@ def test_block_remembers_as_the_function_does(grasp, layout):
     shape, count = RecursiveShape(layout, UNCERTAIN, PERIOD), 60
     readings, driving = read(layout, grasp)[1170 : 1170 + count], grasp.driving[1170 : 1170 + count]
     builder, time = DiagramBuilder(), np.arange(count + 1) * PERIOD
-    block = builder.AddSystem(RecursiveEstimator(shape, np.array([0.0, 0.0, 9.81])))
+    block = builder.AddSystem(ShapeEstimator(shape, layout, np.array([0.0, 0.0, 9.81])))
     for port, values in (("strain", readings), ("driving_torque", driving)):
         held = np.vstack([values, values[-1:]]).T
         source = builder.AddSystem(TrajectorySource(PiecewisePolynomial.ZeroOrderHold(time, held)))
@@ -211,7 +213,7 @@ def test_block_remembers_as_the_function_does(grasp, layout):
     diagram = builder.Build()
     simulator = Simulator(diagram)
     simulator.AdvanceTo(count * PERIOD - PERIOD / 2)
-    found = shape(readings, driving, DOWN)
+    found = shape(readings, driving, vector(DOWN))
     # The first sample is logged twice: a log at a time still shows the sample before.
     logged = {name: log.FindLog(simulator.get_context()).data()[:, 1:] for name, log in logs.items()}
     samples = logged["loaded"].shape[1]
@@ -268,7 +270,7 @@ def stepped(learner: Learner, wrong: Array, known: Filter | None = None) -> Filt
     """After a sample whose readings are off by so much, (..., R)."""
     read = learner.shape.layout.response.reading(1 + learner.expected + wrong)
     known = learner.shape.begin(wrong.shape[:-1]) if known is None else known
-    return learner.shape.step(known, read, np.broadcast_to(learner.driving, (*wrong.shape[:-1], 12)), 0j)
+    return learner.shape.step(known, read, np.broadcast_to(learner.driving, (*wrong.shape[:-1], 12)), np.zeros(3))
 
 
 WRONG = 1e-3 * np.array([1.0, -2.0, 1.5, 1.0])

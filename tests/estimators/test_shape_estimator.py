@@ -11,25 +11,32 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import LogVectorOutput
 
 from soft_gripper.diagrams.wiring.named_wires import vector_outputs
-from soft_gripper.estimators.plane import bending_plane, pose_entries
+from soft_gripper.estimators.finger_shape import Places, position_std
+from soft_gripper.estimators.plane import in_base, pose_entries
 from soft_gripper.estimators.shape_estimator import POSTERIOR, ShapeEstimator
 from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
-from soft_gripper.estimators.uncertainty import Uncertainty, position_std
+from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.sensors.sensor_block import SensorBlock
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 from soft_gripper.signals import signal_of
 
 GRAVITY, PRESSURE = np.array([0.5, -1.0, -9.0]), 80e3  # m/s^2, Pa
 X_WB = RigidTransform(RollPitchYaw(2.0, 0.3, -0.4), [0.1, 0.2, 0.3])
-IN_PLANE = bending_plane(pose_entries(X_WB)).planar(GRAVITY)
+IN_BASE = in_base(pose_entries(X_WB), GRAVITY)
 UNITS = {
     "estimated_joint_angles": "rad",
     "joint_angle_covariance": "rad^2",
     "position_std": "m",
+    "tip_position_std": "m",
     "contact_force": "N",
     "contact_arc_length": "m",
     "contact_force_std": "N",
     "contact_arc_length_std": "m",
+    "contact_force_vector": "N",
+    "contact_force_vector_std": "N",
+    "contact_direction_std": "rad",
+    "contact_side": "rad",
+    "contact_force_world": "N",
     "contact_probability": "1",
     "contact_answer": "1",
     "contact_force_interval": "N",
@@ -38,10 +45,11 @@ UNITS = {
     "contact_arc_length_set": "m",
     "contact_mode_forces": "N",
     "contact_mode_arc_lengths": "m",
+    "contact_mode_sides": "rad",
     "contact_misfit": "1",
 }
-SIZES = dict(zip(UNITS, (12, 144, 13, 1, 1, 1, 1, 1, 1, 3, 2, 3, 2, 2, 2, 1), strict=True))
-PORTS = {"arcs": 1, "spline": 1, "gaussian": 3, "contact": 16}  # how many of these
+SIZES = dict(zip(UNITS, (12, 144, 13, 3, 1, 1, 1, 1, 3, 3, 1, 1, 3, 1, 1, 3, 2, 3, 2, 2, 2, 2, 1), strict=True))
+PORTS = {"arcs": 1, "spline": 1, "gaussian": 4, "contact": 23}  # how many of these
 
 
 @pytest.fixture(params=PORTS)
@@ -61,7 +69,7 @@ def driving(layout):
 
 @pytest.fixture
 def strain(layout):
-    q = in_balance(layout.finger, PRESSURE, IN_PLANE, [Push(0.09, 0.8)])
+    q = in_balance(layout.finger, PRESSURE, complex(IN_BASE[2], IN_BASE[0]), [Push(0.09, 0.8)])
     return layout.response.reading(extension_ratios(layout, q))
 
 
@@ -77,8 +85,9 @@ def fixed(block, strain, driving):
 
 
 def of_no_curve(block):
-    """Its ports but for those of arcs, which have tests of their own."""
+    """Its ports but for those of arcs and places, which have tests of their own."""
     curve = ("theta", "kappa", "arcs", "joint_positions", "tip_pose", "joint_positions_world")
+    curve += ("estimated_joint_positions", "estimated_tip_position")
     return {name: port for name, port in vector_outputs(block).items() if name not in curve}
 
 
@@ -94,14 +103,18 @@ def test_ports_have_what_the_function_gives(kind, layout, strain, driving):
     context = fixed(block, strain, driving)
     found = {name: port.Eval(context) for name, port in of_no_curve(block).items()}
     function = SHAPE_FUNCTIONS[kind](layout, Uncertainty())
-    shape = function(strain, driving, IN_PLANE)
+    shape = function(strain, driving, IN_BASE)
     expected = {"estimated_joint_angles": shape.q}
     if shape.covariance is not None:
         expected["joint_angle_covariance"] = shape.covariance.ravel()
         expected["position_std"] = position_std(layout.finger, shape.q, shape.covariance)
+        variance = Places(layout.finger, ["bending"]).variance(shape.q, shape.covariance)
+        expected["tip_position_std"] = np.sqrt(variance[-1])
     if shape.contact is not None:
-        expected |= {f"contact_{name}": [value] for name, value in shape.contact._asdict().items()}
-        posterior = function.posterior(strain, driving, IN_PLANE)
+        fields = {name.replace("vector", "force_vector"): value for name, value in shape.contact._asdict().items()}
+        expected |= {f"contact_{name}": np.atleast_1d(value) for name, value in fields.items()}
+        expected["contact_force_world"] = X_WB.rotation() @ shape.contact.vector
+        posterior = function.posterior(strain, driving, IN_BASE)
         expected |= {f"contact_{name}": np.atleast_1d(getattr(posterior, name)) for name in POSTERIOR}
         assert found["contact_force"] == pytest.approx(0.8, rel=0.01)
         assert found["contact_force_set"][0] < 0.8 < found["contact_force_bounds"][0]
@@ -157,6 +170,6 @@ def test_the_base_turns_gravity(layout, strain, driving):
     angles = block.GetOutputPort("estimated_joint_angles")
     askew = angles.Eval(context).copy()
     block.GetInputPort("X_WB").FixValue(context, pose_entries(RigidTransform()))
-    upright = SHAPE_FUNCTIONS["gaussian"](layout, Uncertainty())(strain, driving, -9.0 + 0.5j).q
+    upright = SHAPE_FUNCTIONS["gaussian"](layout, Uncertainty())(strain, driving, np.array([0.5, -1.0, -9.0])).q
     np.testing.assert_allclose(angles.Eval(context), upright, atol=1e-15)
     assert np.abs(askew - upright).max() > 1e-6

@@ -5,8 +5,8 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
+from soft_gripper.estimators.contact import ContactShape, SurfaceCells, _about_best, _forces
 from soft_gripper.estimators.force_posterior import HERE, NOTHING
-from soft_gripper.estimators.spatial_contact import SpatialContactShape, SurfaceCells, _forces
 from soft_gripper.estimators.uncertainty import EXACT, Uncertainty
 from soft_gripper.extras.studies.contacts.contacts import Contacts
 from soft_gripper.extras.studies.contacts.statics import contacts_in_space, finger_in_space
@@ -24,7 +24,7 @@ WAYS = ("bending", "sideways", "twist")
 
 def estimator(sections=2, name="four_faces_and_diagonal", **assumed):
     layout = sensor_layout(finger_in_space(), SensorConfig(layout=name, sections=sections))
-    return SpatialContactShape(layout, Uncertainty(**{"bend_per_pressure": EXACT, **assumed}))
+    return ContactShape(layout, Uncertainty(**{"bend_per_pressure": EXACT, **assumed}))
 
 
 def driving(pressure, finger=None):
@@ -61,9 +61,9 @@ LINK = 9
 def test_a_cell_changes_the_readings_as_its_force_does(bent, side, normal):
     """By torques of dead loads at the joints, one after the other; so do friction and another place."""
     shape, finger = estimator(), finger_in_space()
-    q, surface = 0.05 * bent(36), SurfaceCells.of(finger, 0.9)
+    q, surface = 0.05 * bent(36), SurfaceCells.of(finger, WAYS, 0.9)
     left, _ = shape._unexplained(q, shape.layout.read(q), np.zeros(36), GRAVITY)
-    cells = shape.contact.cells(left)
+    cells = shape.contact.cells(left.q, left.at, left.slopes)
     (number,) = np.flatnonzero((surface.side == side) & (surface.place == 37) & ~surface.rough)
     assert surface.link[number] == LINK
     normal = np.array(normal) / np.linalg.norm(normal)
@@ -87,7 +87,7 @@ def test_a_cell_changes_the_readings_as_its_force_does(bent, side, normal):
 
 
 def test_prior_and_places_of_the_cells(bent):
-    surface = SurfaceCells.of(finger_in_space(), 0.9)
+    surface = SurfaceCells.of(finger_in_space(), WAYS, 0.9)
     assert surface.prior.sum() == pytest.approx(1)
     assert (np.diff(surface.side) >= 0).all()
     assert set(surface.side) == set(range(1, 9))
@@ -103,12 +103,12 @@ def test_smooth_forces_on_all_faces_are_found():
     contacts = contacts.at(contacts.arc_length > finger_in_space().length / 3)
     shape = found(*read(found, contacts))
     contact, true = shape.contact, np.linalg.norm(contacts.force, axis=-1)
-    size = np.linalg.norm(contact.force, axis=-1)
-    cosine = (contact.force * contacts.force).sum(axis=-1) / np.maximum(size, 1e-9) / true
+    size = np.linalg.norm(contact.vector, axis=-1)
+    cosine = (contact.vector * contacts.force).sum(axis=-1) / np.maximum(size, 1e-9) / true
     assert np.median(np.abs(size / true - 1)) < 0.03
     assert np.median(np.degrees(np.arccos(np.clip(cosine, -1, 1)))) < 5
-    assert np.nanmedian(np.abs(contact.across.arc_length - contacts.arc_length)) < 0.02 * finger_in_space().length
-    known = found.posterior(*read(found, contacts)).known
+    assert np.nanmedian(np.abs(contact.arc_length - contacts.arc_length)) < 0.02 * finger_in_space().length
+    known = found.posterior(*read(found, contacts))
     within = (known.force_set[:, 0] <= contacts.normal_force) & (contacts.normal_force <= known.force_set[:, 1])
     assert within.mean() > 0.92
     assert not (contacts.normal_force > known.force_bounds[:, 0]).mean() > 0.08
@@ -118,8 +118,8 @@ def test_smooth_forces_on_all_faces_are_found():
 def test_stated_deviations_cover_the_vector():
     contacts, found = contacts_in_space(120, 0.3, 12), estimator(4, reading=1e-3)
     contact = found(*read(found, contacts, 1e-3)).contact
-    touched = np.linalg.norm(contact.force, axis=-1) > 0
-    error = np.abs(contact.force - contacts.force)[touched] < 2 * contact.force_std[touched]
+    touched = np.linalg.norm(contact.vector, axis=-1) > 0
+    error = np.abs(contact.vector - contacts.force)[touched] < 2 * contact.vector_std[touched]
     assert (error.mean(axis=0) > 0.85).all()
 
 
@@ -139,10 +139,10 @@ def free_fingers(pressures):
 def test_nothing_touches_a_finger_that_is_free():
     found, contacts = estimator(), free_fingers(np.array([0.0, 40e3, 90e3]))
     shape = found(*read(found, contacts))
-    assert (shape.contact.force == 0).all()
-    assert np.isnan(shape.contact.across.arc_length).all()
+    assert (shape.contact.vector == 0).all()
+    assert np.isnan(shape.contact.arc_length).all()
     assert np.isnan(shape.contact.side).all()
-    known = found.posterior(*read(found, contacts)).known
+    known = found.posterior(*read(found, contacts))
     assert (known.answer == NOTHING).all()
 
 
@@ -151,7 +151,7 @@ def test_a_strong_contact_is_here_and_on_its_side():
     contacts, found = contacts_in_space(200, 0.0, 13), estimator(4)
     strong = (contacts.arc_length > 0.6 * finger_in_space().length) & (contacts.normal_force > 0.5)
     posterior = found.posterior(*read(found, contacts.at(strong)))
-    assert (posterior.known.answer == HERE).mean() > 0.9
+    assert (posterior.answer == HERE).mean() > 0.9
     assert np.isfinite(posterior.mode_sides[:, 0]).mean() > 0.9
 
 
@@ -160,7 +160,7 @@ def test_samples_are_estimated_alone_as_together():
     given = read(found, contacts)
     together, alone = found(*given), [found(*(values[i] for values in given)) for i in range(len(contacts.q))]
     np.testing.assert_allclose([each.q for each in alone], together.q, atol=1e-9)
-    np.testing.assert_allclose([each.contact.force for each in alone], together.contact.force, atol=1e-7)
+    np.testing.assert_allclose([each.contact.vector for each in alone], together.contact.vector, atol=1e-7)
 
 
 def test_without_readings_the_force_is_unknown():
@@ -168,10 +168,10 @@ def test_without_readings_the_force_is_unknown():
     readings, torque, gravity = read(found, contacts)
     shape = found(np.full_like(readings, np.nan), torque, gravity)
     assert np.isnan(shape.contact.force).all()
-    assert np.isnan(shape.contact.across.force).all()
+    assert np.isnan(shape.contact.force).all()
     assert np.isfinite(shape.q).all()
     readings[:, 4] = np.nan
-    assert np.isfinite(found(readings, torque, gravity).contact.force).all()
+    assert np.isfinite(found(readings, torque, gravity).contact.vector).all()
 
 
 @pytest.mark.slow
@@ -185,7 +185,7 @@ def test_the_posterior_is_that_of_dense_conditioning(seed):
     contacts = contacts_in_space(6, 0.2, seed)
     sample = contacts.at(np.array([int(np.argmax(contacts.arc_length))]))
     given, largest = read(found, sample, 1e-3), found.uncertainty.largest_force
-    fit = found._explained(found._gaussian(*given).q, *given)[2]
+    fit = found._explained(found._gaussian(*given).q, *given)[0].found
     r, c, spreads, prior = fit.r[0], fit.cells.response[0], fit.cells.spreads[0], fit.cells.prior
     forces = largest * np.logspace(-3, 0, 1201)
     inside, density = spreads.swapaxes(-1, -2) @ spreads, np.empty(len(forces))
@@ -194,7 +194,7 @@ def test_the_posterior_is_that_of_dense_conditioning(seed):
         explained = (rest * np.linalg.solve(covariance, rest[..., None])[..., 0]).sum(axis=-1)
         usual = np.exp(-((force / found.contact.mechanics.usual_force) ** 2) / 2)
         density[i] = usual * (prior * np.exp(-explained / 2) / np.sqrt(np.linalg.det(covariance))).sum()
-    known = found.posterior(*given).known
+    known = found.posterior(*given)
     share = np.append(0.0, np.cumsum(density[1:] + density[:-1]))
     least, median, most = known.force_interval[0]
     below, above = np.interp([least, most], forces, share / share[-1])
@@ -217,7 +217,8 @@ def test_deviations_of_a_vector_are_those_of_its_size_and_friction():
     step = 1e-6
     by_z = np.transpose([(vector(force, z + step * e) - vector(force, z)) / step for e in np.eye(5)])
     by_force = (vector(force + step, z) - vector(force, z)) / step
-    found, covariance = _forces(R, directions, force, std, z, of_z)
+    local = _forces(directions[None], force[None], std[None], z[None], of_z[None])
+    found, covariance = _about_best(np.ones(1), local @ R.T)
     np.testing.assert_allclose(found, vector(force, z), rtol=1e-12)
     np.testing.assert_allclose(covariance, by_z @ of_z @ by_z.T + std**2 * np.outer(by_force, by_force), rtol=1e-6)
 
@@ -231,11 +232,11 @@ def test_a_place_is_as_uncertain_as_readings_leave_it_within_the_cell_that_is_pr
     one = {field.name: getattr(surface, field.name)[[number]] for field in fields(surface)}
     vars(shape.contact)["surface"] = replace(surface, **one)
     left, _ = shape._unexplained(q, shape.layout.read(q), np.zeros(36), GRAVITY)
-    fit = shape.contact.fitted(left._replace(residual=shape.contact.cells(left).response[0]))
-    contact, _ = shape.contact.best(fit, left)
+    left = left._replace(residual=shape.contact.cells(left.q, left.at, left.slopes).response[0])
+    contact, *_ = shape.contact.best(shape.contact.explain(left))
     length = shape.layout.finger.length / (surface.place.max() + 1)
     if reading > 1:
-        assert contact.across.arc_length_std == pytest.approx(length / np.sqrt(12), rel=1e-6)
+        assert contact.arc_length_std == pytest.approx(length / np.sqrt(12), rel=1e-6)
     else:
-        assert contact.across.arc_length_std < 0.1 * length
-    assert contact.across.arc_length == pytest.approx(surface.arc_length[number], abs=0.1 * length)
+        assert contact.arc_length_std < 0.1 * length
+    assert contact.arc_length == pytest.approx(surface.arc_length[number], abs=0.1 * length)

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from soft_gripper.estimators.finger_shape import Places
 from soft_gripper.estimators.spatial_curvature import SpatialCurvatureShape
-from soft_gripper.estimators.spatial_estimator import Places
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.scenario.schema import SensorConfig
 from soft_gripper.scenario.sensor_presets import sensor_layout

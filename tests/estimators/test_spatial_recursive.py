@@ -7,13 +7,11 @@ import pytest
 from logged_ports import logged_ports
 
 from soft_gripper.diagrams.simulation import simulate
-from soft_gripper.estimators.mechanics import SpatialMechanics
+from soft_gripper.estimators.finger_shape import Places
+from soft_gripper.estimators.gaussian import GaussianShape
 from soft_gripper.estimators.recursive import RecursiveShape
-from soft_gripper.estimators.spatial_estimator import Places
-from soft_gripper.estimators.spatial_gaussian import SpatialGaussianShape
-from soft_gripper.estimators.spatial_recursive import SpatialRecursiveShape
 from soft_gripper.estimators.uncertainty import Uncertainty
-from soft_gripper.fingers.spatial_chain import Loads, resting_positions, spatial_chain, torques, weights
+from soft_gripper.fingers.spatial_chain import Loads, resting_positions, spatial_chain, weights
 from soft_gripper.fingers.statics import resting_angles
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.schema import SensorConfig
@@ -40,64 +38,45 @@ def swinging(count):
     return 60e3 * (1 - np.cos(2 * np.pi * np.arange(count) / 200))
 
 
-def test_a_finger_that_stays_in_its_plane_is_estimated_as_by_the_filter_of_the_plane(shipped_finger):
-    """Equal while it is free. A load is nearly: here it acts across the bent finger, there across the straight one."""
+def test_a_finger_that_stays_in_its_plane_is_estimated_as_one_that_only_bends(shipped_finger, spatial):
+    """Equal while it is free, and nearly under a load, which might as well leave the plane."""
     paths = (SensorPath("outer", (-8.5e-3,), (0.0,)), SensorPath("inner", (8e-3,), (0.0,)))
-    layout, pressure = PathSensors(shipped_finger, 2, paths=paths), swinging(160)
+    pressure = swinging(160)
+    shapes = [RecursiveShape(PathSensors(each, 2, paths=paths), UNCERTAIN) for each in (shipped_finger, spatial)]
     q, driving = resting_angles(shipped_finger, pressure, 9.81 + 0j), shipped_finger.pressure_torque(pressure)
     q[120:] -= 0.02 * np.linspace(1, 0, 12) * np.minimum(1, np.arange(40) / 10)[:, None]
-    readings = layout.read(1.03 * q) + NOISE * np.random.default_rng(1).standard_normal((160, layout.readings))
-    shapes = RecursiveShape(layout, UNCERTAIN), SpatialRecursiveShape(layout, UNCERTAIN)
-    known = [shape.begin() for shape in shapes]
-    for sample in zip(readings[:120], driving[:120], strict=True):
-        known = [shape.step(k, *sample, g) for shape, k, g in zip(shapes, known, (9.81 + 0j, GRAVITY), strict=True)]
-    plane, space = known
-    assert not plane.loaded
-    assert not space.loaded
-    np.testing.assert_allclose(space.q, plane.q, atol=1e-8)
-    np.testing.assert_allclose(space.mean[5:], plane.mean[5:], atol=1e-6 * UNCERTAIN.pressure)
-    for sample in zip(readings[120:], driving[120:], strict=True):
-        known = [shape.step(k, *sample, g) for shape, k, g in zip(shapes, known, (9.81 + 0j, GRAVITY), strict=True)]
-    plane, space = known
+    noise = NOISE * np.random.default_rng(1).standard_normal((160, 4))
+    readings, known = shapes[0].layout.read(1.03 * q) + noise, [shape.begin() for shape in shapes]
+    torques = driving, np.concatenate([driving, np.zeros((160, 24))], axis=-1)
+    for i in range(160):
+        known = [shape.step(k, readings[i], u[i], GRAVITY) for shape, k, u in zip(shapes, known, torques, strict=True)]
+        plane, space = known
+        if i == 119:
+            assert not plane.loaded
+            assert not space.loaded
+            np.testing.assert_allclose(space.q[:12], plane.q, atol=1e-8)
+            np.testing.assert_allclose(space.mean[10:], plane.mean[5:], atol=1e-6 * UNCERTAIN.pressure)
     assert plane.loaded
     assert space.loaded
-    np.testing.assert_allclose(space.q, plane.q, atol=0.01 * np.abs(plane.q).max())
-    planar, found = (shape.estimate(k, driving[-1]).contact for shape, k in zip(shapes, known, strict=True))
-    assert found.across.force == pytest.approx(planar.force, rel=0.03)
-    assert found.across.arc_length == pytest.approx(planar.arc_length, abs=2e-3)
+    np.testing.assert_allclose(space.q[:12], plane.q, atol=0.01 * np.abs(plane.q).max())
+    planar, found = (shape.estimate(k, u[-1]).contact for shape, k, u in zip(shapes, known, torques, strict=True))
+    assert found.force == pytest.approx(planar.force, rel=0.1)
+    assert found.arc_length == pytest.approx(planar.arc_length, abs=5e-3)
 
 
 def test_bends_that_readings_hardly_see_do_not_make_a_filter_blind(spatial):
     """Strands a micrometre off the plane see bending; that they do not see sideways bending tells nothing of faults."""
     paths = tuple(SensorPath(name, (x,), (1e-6,)) for name, x in (("outer", -8.5e-3), ("inner", 8e-3)))
-    shape = SpatialRecursiveShape(PathSensors(spatial, 2, paths=paths), UNCERTAIN)
+    shape = RecursiveShape(PathSensors(spatial, 2, paths=paths), UNCERTAIN)
     assert shape._of_bends.shape == (4, 2)
     assert not shape._is_blind(np.ones(4, dtype=bool))
     assert shape._is_blind(shape._of_bends[:, 1] < 1e-12)
 
 
-def test_modes_of_a_load_are_torques_of_forces_that_turn_with_the_links(spatial, bent):
-    """By dead loads at all places, one after the other."""
-    mechanics, q = SpatialMechanics(sensors(spatial), UNCERTAIN), 0.1 * bent(36)
-    at, chain, points = mechanics.posture(q), mechanics.chain, mechanics._points
-    patterns = mechanics._strongest[1].reshape(3, -1, 10)  # forces along x, y and z of the links
-    count = patterns.shape[1]
-    frames, places = points.frames[:count], np.zeros((count, 3))
-    places[:] = points.places[:count, :3, 0]
-    for mode in range(10):
-        forces = (at.chain.rotations[frames] @ patterns[:, :, mode].T[..., None])[..., 0]
-        expected = torques(at.chain, Loads(frames, places, forces, np.zeros_like(forces)))[mechanics.from_chain]
-        np.testing.assert_allclose(mechanics.load_modes(at)[:, mode], expected, atol=1e-12)
-    straight = mechanics.load_modes(mechanics.posture(np.zeros(36)))
-    assert np.abs(straight[24:]).max() < 1e-12, "nothing twists a straight finger"
-    np.testing.assert_allclose(straight.T @ straight, np.eye(10), atol=1e-9)
-    assert chain.ways[:3] == ("bending", "sideways", "twist")
-
-
 def test_a_load_is_estimated_as_by_dense_conditioning_of_all_states(spatial):
     """By differences of the readings: a later sample of a load, about the finger under that of the sample before."""
     layout, driving = sensors(spatial), np.append(spatial.pressure_torque(60e3), np.zeros(24))
-    shape, R = SpatialRecursiveShape(layout, UNCERTAIN), layout.readings
+    shape, R = RecursiveShape(layout, UNCERTAIN), layout.readings
     mechanics, true = shape.mechanics, pushed(spatial, 60e3, (0, 0.4, 0))
     known = shape.begin()
     for _ in range(8):
@@ -155,16 +134,16 @@ def test_a_finger_that_bends_more_than_its_model_is_learnt_and_then_found_under_
     gains, offsets = 1 + 0.01 * rng.standard_normal(layout.readings), 1e-3 * rng.standard_normal(layout.readings)
     readings = gains * layout.read(true) + offsets + NOISE * rng.standard_normal((count, layout.readings))
     driving = np.concatenate([spatial.pressure_torque(pressure), np.zeros((count, 24))], axis=-1)
-    shape = SpatialRecursiveShape(layout, replace(UNCERTAIN, friction=0.45))
+    shape = RecursiveShape(layout, replace(UNCERTAIN, friction=0.45))
     rows, tip = np.append(np.arange(300, 580, 14), np.arange(640, 700, 2)), Places(spatial, WAYS)
     found, late = shape.at(rows, readings, driving, GRAVITY), slice(20, None)
-    alone = SpatialGaussianShape(layout, UNCERTAIN)(readings[rows], driving[rows], GRAVITY)
+    alone = GaussianShape(layout, UNCERTAIN)(readings[rows], driving[rows], GRAVITY)
     errors = [np.linalg.norm((tip(q[late])[0] - tip(true[rows[late]])[0])[:, -1], axis=-1) for q in (found.q, alone.q)]
     assert errors[0].mean() < 0.7 * errors[1].mean()
-    force, std = found.contact.force[late, 1], found.contact.force_std[late, 1]
+    force, std = found.contact.vector[late, 1], found.contact.vector_std[late, 1]
     assert np.mean(np.abs(force - 0.3) < 2 * std) > 0.9
     assert np.median(force) == pytest.approx(0.3, rel=0.15)
-    assert not np.any(found.contact.force[:20]), "free"
+    assert not np.any(found.contact.vector[:20]), "free"
 
 
 def test_samples_side_by_side_are_as_one_by_one(spatial):
@@ -172,18 +151,18 @@ def test_samples_side_by_side_are_as_one_by_one(spatial):
     true = pushed(spatial, pressure, np.linspace([0, 0, 0], [0, 0.3, 0], 12))
     noise = NOISE * np.random.default_rng(2).standard_normal((12, 2, layout.readings))
     driving = np.concatenate([spatial.pressure_torque(pressure), np.zeros((12, 24))], axis=-1)
-    shape, readings = SpatialRecursiveShape(layout, UNCERTAIN), layout.read(true)[:, None] + noise
+    shape, readings = RecursiveShape(layout, UNCERTAIN), layout.read(true)[:, None] + noise
     together = shape(readings, np.repeat(driving[:, None], 2, axis=1), GRAVITY)
     for i in range(2):
         alone = shape(readings[:, i], driving, GRAVITY)
         np.testing.assert_allclose(together.q[:, i], alone.q, atol=1e-12)
-        np.testing.assert_allclose(together.contact.force[:, i], alone.contact.force, atol=1e-9)
+        np.testing.assert_allclose(together.contact.vector[:, i], alone.contact.vector, atol=1e-9)
 
 
 @pytest.mark.parametrize("lost", ["outer", "left", "rising"])
 def test_nothing_is_learnt_while_the_bend_of_a_section_is_hardly_read_in_either_plane(spatial, lost):
     layout = sensors(spatial)
-    shape, read = SpatialRecursiveShape(layout, UNCERTAIN), np.ones(layout.readings, dtype=bool)
+    shape, read = RecursiveShape(layout, UNCERTAIN), np.ones(layout.readings, dtype=bool)
     read[2 * layout.path_names.index(lost)] = False
     assert not shape._is_blind(np.ones(layout.readings, dtype=bool))
     assert shape._is_blind(read) == (lost == "outer"), "the other side and the diagonal read as much"
@@ -239,7 +218,7 @@ def test_bands_and_bounds_hold_in_a_turned_box_grasp_with_realistic_sensors():
 def test_a_filter_is_blind_without_the_readings_of_any_one_section(spatial):
     """Without those of both sides it does not see whether a section leaves its plane; one side is enough."""
     layout = sensor_layout(spatial, SensorConfig(layout="four_faces", sections=4))
-    shape, faces = SpatialRecursiveShape(layout, UNCERTAIN), np.arange(16).reshape(4, 4)
+    shape, faces = RecursiveShape(layout, UNCERTAIN), np.arange(16).reshape(4, 4)
 
     def is_blind(*lost):
         return bool(shape._is_blind(~np.isin(np.arange(16), lost)))

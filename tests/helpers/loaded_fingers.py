@@ -7,7 +7,7 @@ import numpy as np
 
 from soft_gripper.arrays import Array
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.fingers.kinematics import forward_kinematics, gravity_torque
+from soft_gripper.fingers.kinematics import forward_kinematics, gravity_torque, in_space
 
 
 class Push(NamedTuple):
@@ -17,6 +17,11 @@ class Push(NamedTuple):
     across: float  # N, positive where it presses on the inner side
     along: float = 0.0  # N, toward the tip
     offset: float = 0.0  # m, from the neutral axis, of the place where it acts
+
+
+def vector(gravity: Array | complex) -> Array:
+    """Gravity in the bending plane, z + i x in B, (...), as a vector in B, (..., 3)."""
+    return in_space(np.asarray(gravity, dtype=complex))
 
 
 def torque_of(finger: Finger, q: Array, push: Push) -> Array:
