@@ -157,9 +157,10 @@ class MeasurementModel(ABC):
         measured = self.measured(readings).reshape(*readings.shape[:-1], *self.sensitivity.shape)
         read = np.isfinite(measured)
         if read.all():
-            shares, information = self._of_all
-            values = (shares * self.inverse(measured)).sum(axis=-2)
-            return LinearReadings(values, noise**2 / np.maximum(information, noise**2 / UNKNOWN))
+            weights, information, divisor = self._of_all
+            values = (weights * self.inverse(measured)).sum(axis=-2) / divisor
+            variance = noise**2 / np.maximum(information, noise**2 / UNKNOWN)
+            return LinearReadings(values, np.broadcast_to(variance, values.shape))
         weights = read * self.sensitivity**2
         information = weights.sum(axis=-2)
         each = self.inverse(np.where(read, measured, 0.0))
@@ -167,10 +168,10 @@ class MeasurementModel(ABC):
         return LinearReadings(values, noise**2 / np.maximum(information, noise**2 / UNKNOWN))
 
     @cached_property
-    def _of_all(self) -> tuple[Array, Array]:
-        """Shares of the readings in their values, (R / S, S), and the information of all of them, (S,)."""
+    def _of_all(self) -> tuple[Array, Array, Array]:
+        """Information of the readings, (R / S, S), of all on each value, (S,), and that or 1."""
         information = (self.sensitivity**2).sum(axis=0)
-        return self.sensitivity**2 / np.where(information == 0, 1.0, information), information
+        return self.sensitivity**2, information, np.where(information == 0, 1.0, information)
 
     def values_at(self, q: Array) -> tuple[Array, Array]:
         """The values z of joint positions, (..., D) -> (..., S), and their slopes, (S, D), or (..., S, D)."""

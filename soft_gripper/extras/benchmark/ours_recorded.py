@@ -32,7 +32,7 @@ from soft_gripper.extras.hardware.replay.arm_estimation import ReplayInputs, arm
 from soft_gripper.extras.hardware.replay.held_out import fit_arm
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import TipLoad
-from soft_gripper.fingers.kinematics import as_points, forward_kinematics, gravity_torque, rotated
+from soft_gripper.fingers.kinematics import as_points, forward_kinematics, gravity_torque, in_space, rotated
 from soft_gripper.fingers.statics import resting_angles
 from soft_gripper.scenario.model_files import model_path
 from soft_gripper.scenario.named_estimators import estimator_function
@@ -137,7 +137,7 @@ def beam_tip(name: str) -> Estimator:
 
         def predict(inputs: Array) -> Array | tuple[Array, Array]:
             readings = sensors.response.reading(extension_ratios(sensors, sensors.shared_equally(inputs)))
-            found: ShapeEstimate = function(readings, np.zeros((len(inputs), finger.segments)), np.array(_DOWN))
+            found: ShapeEstimate = function(readings, np.zeros((len(inputs), finger.segments)), in_space(np.array(_DOWN)))
             mean = _moved(finger, place, found.q)
             if found.covariance is None:
                 return mean

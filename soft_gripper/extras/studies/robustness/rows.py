@@ -69,7 +69,8 @@ def estimated(
     """
     function, rows = estimator_function(estimator, layout, uncertainty, held.period), held.samples
     seeds = (1, readings.shape[1])
-    pressure, gravity = (np.tile(values[:, None], seeds) for values in (gain * held.pressure, held.gravity))
+    pressure = np.tile(gain * held.pressure[:, None], seeds)
+    gravity = np.tile(held.gravity[:, None], (*seeds, 1))
     finger = layout.finger
     driving = recorded_driving(function, finger, readings, pressure, gravity, held.period)
     if isinstance(function, RecursiveShape):

@@ -85,7 +85,7 @@ def test_a_pressure_that_is_read_too_high_misleads_who_uses_it(held, name, misle
 def test_a_filter_goes_through_all_samples_whichever_are_wanted(held) -> None:
     layout, rows = SensorLayout(held.simulated, 2), held.samples
     function = RecursiveShape(layout, Uncertainty(), held.period)
-    pressure, gravity = (np.tile(values[:, None], (1, 2)) for values in (held.pressure, held.gravity))
+    pressure, gravity = np.tile(held.pressure[:, None], (1, 2)), np.tile(held.gravity[:, None], (1, 2, 1))
     given = held.readings(2, None, 2), layout.finger.pressure_torque(pressure), gravity
     whole, some = function(*given), function.at(rows, *given)
     np.testing.assert_array_equal(some.q, whole.q[rows])
