@@ -12,6 +12,7 @@ import soft_gripper as sg
 from soft_gripper.control.grip import GripForce
 from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.diagrams.station_parts import Station
+from soft_gripper.estimators.finger_shape import FingerShape
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.extras.bench.bench import Bench, Measured
 from soft_gripper.extras.hardware.replay.arm_estimation import ArmEstimation, LogSource, NominalArm, RigidParts
@@ -66,6 +67,7 @@ def _all_systems() -> Iterator[Placed]:
     yield from _inside(Placed(make_private_station(sg.load_scenario("tip_distance_steps")).diagram))
     yield from _inside(Placed(Bench(sg.load_scenario("tip_distance_steps")).diagram))
     yield Placed(Measured(0.01, 8, "1"))
+    yield Placed(FingerShape(station("tip_distance_steps").fingers[0].finger))
     yield Placed(GripForce(["left_finger", "right_finger"]))
     yield from _inside(Placed(_arm_estimation()))
     yield Placed(LogSource("strain", np.zeros((2, 8)), 0.01, "1", path=("inner", "outer"), section=range(4)))

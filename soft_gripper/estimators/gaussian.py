@@ -76,7 +76,7 @@ class GaussianShape:
 
     def read(self, readings: Array) -> LinearReadings:
         """The values that are read, 0 where nothing is, and their variances."""
-        return self.layout.linear(readings, self.uncertainty.any_reading).uncertain_by(self.uncertainty.gain)
+        return self.layout.values(readings, self.uncertainty.any_reading).uncertain_by(self.uncertainty.gain)
 
     @cached_property
     def mechanics(self) -> Mechanics:

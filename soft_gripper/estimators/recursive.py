@@ -192,7 +192,7 @@ class RecursiveShape:
     def _remaining(self) -> Array:
         """Variance of the noise in the change of the values by the load, (S,)."""
         straight = self.layout.read(self.layout.straight)
-        return self.layout.linear(straight, _REMAINING * self.uncertainty.reading).variance
+        return self.layout.values(straight, _REMAINING * self.uncertainty.reading).variance
 
     def changes(self, known: Filter) -> Changes:
         """How far finger and sensors have moved, as learnt in free motion."""

@@ -173,6 +173,10 @@ class MeasurementModel(ABC):
         information = (self.sensitivity**2).sum(axis=0)
         return self.sensitivity**2, information, np.where(information == 0, 1.0, information)
 
+    def values(self, readings: Array, noise: float) -> LinearReadings:
+        """The values that estimators condition on, of which `values_at` has the slopes; arguments as of `linear`."""
+        return self.linear(readings, noise)
+
     def values_at(self, q: Array) -> tuple[Array, Array]:
         """The values z of joint positions, (..., D) -> (..., S), and their slopes, (S, D), or (..., S, D)."""
         return q @ self.matrix.T, self.matrix
@@ -210,9 +214,9 @@ class MeasurementModel(ABC):
 
 @dataclass(frozen=True)
 class SpatialSensors(MeasurementModel):
-    """Sensors that see every way in which their finger yields; a value is what a sensor measures."""
+    """Sensors that see every way in which their finger yields; estimators condition on what each measures."""
 
-    def linear(self, readings: Array, noise: float) -> LinearReadings:
+    def values(self, readings: Array, noise: float) -> LinearReadings:
         measured = self.measured(readings)
         read = np.isfinite(measured)
         return LinearReadings(np.where(read, measured, 0.0), np.where(read, noise**2, UNKNOWN))

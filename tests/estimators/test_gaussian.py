@@ -84,7 +84,7 @@ def least_squares(layout, read, pressure, gravity, assumed):
     finger, shape = layout.finger, GaussianShape(layout, assumed)
     driving, D = driven(finger, pressure), layout.straight.size
     compliance = 1 / np.concatenate([finger.stiffnesses[way] for way in layout.ways])
-    values, variance = layout.linear(read, assumed.reading)
+    values, variance = layout.values(read, assumed.reading)
     within_a_minute = assumed.reading**2 + assumed.offset**2 + 60 * assumed.drift**2
     variance = variance * within_a_minute / assumed.reading**2 + (assumed.gain * values) ** 2
     q = shape.guess(shape.read(read), driving, gravity)

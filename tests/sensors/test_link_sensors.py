@@ -34,7 +34,7 @@ def test_in_the_plane_they_read_curvature_and_heading(shipped_finger, bent):
     driving = shipped_finger.pressure_torque(np.array([6e4]))
     free = driving / shipped_finger.stiffness
     for layout in (curvature, orientation):
-        np.testing.assert_allclose(GaussianShape(layout)(layout.read(free), driving, np.zeros(1)).q, free, atol=1e-6)
+        np.testing.assert_allclose(GaussianShape(layout)(layout.read(free), driving, np.zeros(3)).q, free, atol=1e-6)
 
 
 def test_orientations_in_space_are_rotation_vectors(spatial):

@@ -137,7 +137,9 @@ def beam_tip(name: str) -> Estimator:
 
         def predict(inputs: Array) -> Array | tuple[Array, Array]:
             readings = sensors.response.reading(extension_ratios(sensors, sensors.shared_equally(inputs)))
-            found: ShapeEstimate = function(readings, np.zeros((len(inputs), finger.segments)), in_space(np.array(_DOWN)))
+            found: ShapeEstimate = function(
+                readings, np.zeros((len(inputs), finger.segments)), in_space(np.array(_DOWN))
+            )
             mean = _moved(finger, place, found.q)
             if found.covariance is None:
                 return mean

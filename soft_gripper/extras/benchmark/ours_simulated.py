@@ -68,15 +68,19 @@ def _contact(of: Callable[[ContactShape, Array], tuple[Array, Array]]) -> Estima
 def _force(found: ContactShape, inputs: Array) -> tuple[Array, Array]:
     """The force, with a band as wide as the 95 % interval of its posterior; 0 where nothing is detected."""
     known = _known(inputs)
+    contact = found(*known).contact
+    assert contact is not None
     low, _, high = np.nan_to_num(found.posterior(*known).force_interval, nan=0.0).T
-    mean = np.nan_to_num(found(*known).contact.force)
+    mean = np.nan_to_num(contact.force)
     return mean[:, None], np.maximum(high - np.abs(mean), np.abs(mean) - low)[:, None] / _BAND
 
 
 def _place(found: ContactShape, inputs: Array) -> tuple[Array, Array]:
     """The location, with a band as wide as its likelihood set; the middle, and all of it, where nothing is detected."""
     length, known = layout().finger.length, _known(inputs)
-    place, likely = found(*known).contact.arc_length, found.posterior(*known).arc_length_set
+    contact = found(*known).contact
+    assert contact is not None
+    place, likely = contact.arc_length, found.posterior(*known).arc_length_set
     ends = np.where(np.isfinite(likely), likely, [0.0, length])
     mean = np.where(np.isfinite(place), place, ends.mean(axis=1))
     return mean[:, None], np.maximum(ends[:, 1] - mean, mean - ends[:, 0])[:, None] / _BAND

@@ -10,18 +10,20 @@ M samples, S sets of sensors, P joints and tip, D joint positions.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
-from soft_gripper.estimators.spatial_estimator import Places
+from soft_gripper.estimators.estimate import ShapeEstimate
+from soft_gripper.estimators.finger_shape import Places
 from soft_gripper.estimators.uncertainty import Uncertainty, uncertainty_of
 from soft_gripper.extras.placement.catalogue import PATHS, STRAIN, Design, errors_of, leaves_its_plane
 from soft_gripper.extras.placement.samples import Samples
-from soft_gripper.extras.studies.contacts.estimators import Estimator, FoundContact
+from soft_gripper.extras.studies.contacts.found_contact import FoundContact
 from soft_gripper.fingers.finger import Finger
+from soft_gripper.scenario.named_estimators import estimator_function
 from soft_gripper.scenario.nominal_model import NominalModel
 from soft_gripper.scenario.schema import NominalConfig, SensorConfig, StrainErrorsConfig
 from soft_gripper.scenario.sensor_presets import sensor_layout, strain_errors
@@ -102,7 +104,7 @@ class Judge:
         """Raises an InputError unless an estimator of that name is for such fingers."""
         paths = (next(iter(PATHS)),) if leaves_its_plane(self.samples[0].finger) else ()
         layout = _layout(Design(STRAIN, (), paths), self.samples[0])
-        Estimator.of(estimator, layout, self.assumptions.uncertainty(STRAIN))
+        estimator_function(estimator, layout, self.assumptions.uncertainty(STRAIN))
 
     def predicted(self, design: Design) -> Errors:
         """The errors that `contact` states, of sensors without errors on the nominal finger."""
@@ -122,7 +124,7 @@ class Judge:
         readings = _read(layout, samples, errors, rng)
         for nominal in self.assumptions.nominal(samples.finger):
             known = sensor_layout(nominal, design.config(nominal, samples.sensor))
-            function = Estimator.of(estimator, known, self.assumptions.uncertainty(design.kind))
+            function = estimator_function(estimator, known, self.assumptions.uncertainty(design.kind))
             driving = np.repeat(samples.driving(nominal)[None], len(readings), axis=0)
             gravity = np.broadcast_to(samples.contacts.gravity, (*readings.shape[:-1], 3))
             yield _made(samples, function(readings, driving, gravity))
@@ -135,18 +137,18 @@ def _layout(design: Design, samples: Samples) -> MeasurementModel:
 def _stated(samples: Samples, layout: MeasurementModel, assumed: Uncertainty) -> _Squares:
     """Variances that `contact` states of exact readings; all of a force, and a place anywhere, where it knows none."""
     contacts, finger = samples.contacts, samples.finger
-    estimate = Estimator.of(RANKING, layout, assumed)
+    estimate = estimator_function(RANKING, layout, assumed)
     shape = estimate(layout.read(contacts.q), samples.driving(finger), contacts.gravity)
-    moves = np.moveaxis(Places(finger, layout.ways)(shape.q)[2], -3, -1)  # (M, P, 3, D)
-    pose = ((moves @ shape.covariance[:, None]) * moves).sum(axis=(-2, -1)).mean(axis=-1)
+    assert shape.covariance is not None
+    pose = Places(finger, layout.ways).variance(shape.q, shape.covariance).sum(axis=-1).mean(axis=-1)
     turns = _twist(finger)
     twist = (turns @ shape.covariance * turns).sum(axis=-1) if turns.any() else np.full(len(pose), np.nan)
-    found = FoundContact.of(shape.contact, contacts)
+    found = FoundContact.of(shape.contact, contacts, leaves_its_plane(finger))
     force = np.where(np.isfinite(found.force_std), found.force_std, contacts.normal_force)
     return _Squares(pose, twist, *_touched(samples, force**2, found.arc_length_std**2))
 
 
-def _made(samples: Samples, shape: Any) -> _Squares:
+def _made(samples: Samples, shape: ShapeEstimate) -> _Squares:
     """Squared errors of estimates, (S, M)."""
     finger, contacts = samples.finger, samples.contacts
     places, turns = Places(finger, ways_in_space(finger)), _twist(finger)
@@ -154,7 +156,7 @@ def _made(samples: Samples, shape: Any) -> _Squares:
     twist = ((shape.q - contacts.q) @ turns) ** 2 if turns.any() else np.full(pose.shape, np.nan)
     if shape.contact is None:
         return _Squares(pose, twist, np.full(pose.shape, np.nan), np.full(pose.shape, np.nan))
-    found = FoundContact.of(shape.contact, contacts)
+    found = FoundContact.of(shape.contact, contacts, leaves_its_plane(finger))
     force = np.nan_to_num(found.force) - contacts.normal_force
     return _Squares(pose, twist, *_touched(samples, force**2, (found.arc_length - contacts.arc_length) ** 2))
 

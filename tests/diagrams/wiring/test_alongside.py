@@ -8,13 +8,22 @@ from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.shape_estimator import POSTERIOR
+from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
 from soft_gripper.scenario.scenario_file import load_scenario
 
 SHORT = ["pressure.steps.all=[90e3]", "pressure.settle=0.2", "pressure.hold_samples=1", "sensor.sections=2"]
 SHORT += ["sensor.borders=[0.4]", "estimator.uncertainty.reading=3e-4", "nominal.youngs_modulus='+5 %'"]
 KINDS = ["gaussian", "spline", "contact", "own_blocks:mean_bend"]
 OF_FIT = ("contact_force", "contact_arc_length", "contact_force_std", "contact_arc_length_std")
-OF_CONTACT = {*OF_FIT, *(f"contact_{name}" for name in POSTERIOR)}
+OF_SPACE = (
+    "contact_force_vector",
+    "contact_force_vector_std",
+    "contact_force_world",
+    "contact_direction_std",
+    "contact_side",
+)
+OF_CONTACT = {*OF_FIT, *OF_SPACE, *(f"contact_{name}" for name in POSTERIOR)}
+WEIGHED = "gaussian", "contact"
 
 
 def run_of(*overrides):
@@ -43,7 +52,9 @@ def test_each_has_its_shape_and_its_errors_and_no_truth(recording):
     for kind in KINDS:
         found = signals_of(recording, "left_finger", kind)
         shape = {"estimated_joint_angles", "joint_positions", "joint_positions_world", "tip_pose", "arcs"}
-        weighed = {"joint_angle_covariance", "position_std"} if kind in ("gaussian", "contact") else set()
+        if kind in SHAPE_FUNCTIONS:
+            shape |= {"estimated_joint_positions", "estimated_tip_position"}
+        weighed = {"joint_angle_covariance", "position_std", "tip_position_std"} if kind in WEIGHED else set()
         contact = OF_CONTACT if kind == "contact" else set()
         assert found.keys() == shape | weighed | contact | {"pose_error", "fingertip_error"}
     assert recording["left_finger.contact.contact_force"].attrs["units"] == "N"

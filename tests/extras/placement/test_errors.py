@@ -7,7 +7,7 @@ from refusals import refused
 from soft_gripper.estimators.uncertainty import EXACT
 from soft_gripper.extras.placement.catalogue import CURVATURE, STRAIN, Design, errors_of
 from soft_gripper.extras.placement.errors import Assumptions, Errors, Judge
-from soft_gripper.extras.studies.contacts.estimators import Estimator
+from soft_gripper.scenario.named_estimators import estimator_function
 from soft_gripper.scenario.schema import SensorConfig
 from soft_gripper.scenario.sensor_presets import sensor_layout
 
@@ -47,14 +47,14 @@ def test_predicted_errors_are_those_that_contact_states(in_plane):
     contacts, finger = in_plane.contacts, in_plane.finger
     layout = sensor_layout(finger, SensorConfig(sections=3, borders=list(PLANAR.borders)))
     driving = finger.pressure_torque(contacts.pressure)
-    shape = Estimator.of("contact", layout, REALISTIC.uncertainty(STRAIN))(
+    shape = estimator_function("contact", layout, REALISTIC.uncertainty(STRAIN))(
         layout.read(contacts.q), driving, contacts.gravity
     )
     assert predicted.force == pytest.approx(np.sqrt(np.mean(shape.contact.force_std**2)))
     place = np.where(np.isfinite(shape.contact.arc_length), shape.contact.arc_length_std, finger.length / np.sqrt(12))
     assert predicted.place == pytest.approx(np.sqrt(np.mean(place**2)))
     assert np.isnan(predicted.twist)
-    gaussian = Estimator.of("gaussian", layout, REALISTIC.uncertainty(STRAIN))
+    gaussian = estimator_function("gaussian", layout, REALISTIC.uncertainty(STRAIN))
     np.testing.assert_allclose(
         shape.covariance, gaussian(layout.read(contacts.q), driving, contacts.gravity).covariance
     )

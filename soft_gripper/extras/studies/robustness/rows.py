@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from soft_gripper.arrays import Array
 from soft_gripper.estimators.driving_torque import recorded_driving
 from soft_gripper.estimators.estimate import ShapeEstimate
-from soft_gripper.estimators.finger_shape import position_std
+from soft_gripper.estimators.finger_shape import BENDS, Places
 from soft_gripper.estimators.recursive import RecursiveShape
 from soft_gripper.estimators.uncertainty import EXACT, Uncertainty, uncertainty_of
 from soft_gripper.evaluation.paper.scenario_run import SECTIONS
@@ -93,10 +93,11 @@ def covered(nominal: Finger, estimate: ShapeEstimate, truth: Array) -> NDArray[n
     """Whether the true positions lie in the 95 % bands across the finger, (..., N); the first joint does not move."""
     if estimate.covariance is None:
         return np.zeros(0, dtype=bool)
-    normals = forward_kinematics(estimate.q, nominal.segment_length).normals
-    across = (in_space(normals) * (truth - in_space(estimate.points(nominal)))).sum(axis=-1)
-    band = BAND * position_std(nominal, estimate.q, estimate.covariance)
-    within: NDArray[np.bool_] = (np.abs(across) <= band)[..., 1:]
+    normals = in_space(forward_kinematics(estimate.q, nominal.segment_length).normals)
+    across = (normals * (truth - in_space(estimate.points(nominal)))).sum(axis=-1)
+    moves = (Places(nominal, BENDS).moves(estimate.q) * normals[..., None, :, :]).sum(axis=-1)  # (..., D, N + 1)
+    variance = ((estimate.covariance @ moves) * moves).sum(axis=-2)
+    within: NDArray[np.bool_] = (np.abs(across) <= BAND * np.sqrt(np.maximum(variance, 0)))[..., 1:]
     return within
 
 
