@@ -105,18 +105,10 @@ def test_values_of_options():
     [
         ("run nowhere", "name"),
         ("run nowhere.yaml", "scenario"),
-        ("run free_bending --set =3", "--set"),
-        ("run free_bending --sections four", "--sections"),
-        ("run free_bending --out ~no_such_user/x", "--out"),
         ("sweep free_bending --vary sensor.seed=1,2 --method sobol --out x", "--method"),
         ("sweep free_bending --vary sensor.seed=1,2 --method grid --sample 4 --out x", "--method"),
-        ("sweep free_bending --vary sensor.seed --out x", "--vary"),
-        ("evaluate --jobs 0", "--jobs"),
-        ("place-sensors --count 2 --sensors perfect", "--sensors"),
         ("place-sensors --count 2 --nominal-error 100", "--nominal-error"),
         ("place-sensors --count 2 --scenarios box_grasp --recordings a.nc", "--scenarios"),
-        ("identify a.csv --finger a.urdf --free length --out fitted.csv", "--out"),
-        ("expand a.urdf --segments -1", "--segments"),
     ],
 )
 def test_mistakes_name_the_option(line, field):

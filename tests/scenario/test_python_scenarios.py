@@ -44,19 +44,11 @@ def test_a_scenario_of_python_holds_numbers_of_numpy():
 @pytest.mark.parametrize(
     ("part", "name", "value"),
     [
-        ("sensor", "sections", -1),
-        ("sensor", "sections", None),
-        ("sensor", "sections", 2.5),
-        ("sensor", "sections", "two"),
+        ("sensor", "sections", "2"),
         ("sensor", "period", np.zeros(2)),
-        ("sensor", "one_sided", "no"),
-        ("sensor", "errors", 3),
-        ("pressure", "steps", None),
         ("pressure", "steps", {"all": 3.0}),
         ("pressure", "settle", float("nan")),
         ("control", "gains", None),
-        ("control", "set_points", "0.08"),
-        ("estimator", "alongside", ["arcs", None]),
     ],
 )
 def test_a_value_of_another_type(part, name, value):
@@ -66,25 +58,19 @@ def test_a_value_of_another_type(part, name, value):
     assert caught.value.field.startswith(f"{part}.{name}")
 
 
-@pytest.mark.parametrize("name", ["kp", "ki", "kd", "derivative_filter", "tracking_time"])
-@pytest.mark.parametrize("value", [None, "text", float("nan"), [1.0]])
-def test_gains_are_numbers(name, value):
-    gains = sg.control.PidGains(**{name: value})
-    with pytest.raises(sg.InputError) as caught:
-        sg.make_station(replace(BASE, control=sg.ControlConfig(gains=gains)))
-    assert caught.value.field == f"control.gains.{name}"
-    with pytest.raises(sg.InputError) as caught:
-        sg.control.SampledPidController(gains, 0.01, 0.0, 1.0)
-    assert caught.value.field == name
-
-
 @pytest.mark.parametrize(
-    ("period", "minimum", "maximum", "field"),
-    [(0.0, 0.0, 1.0, "period"), (None, 0.0, 1.0, "period"), (0.1, None, 1.0, "limits[0]"), (0.1, 2.0, 1.0, "limits")],
+    ("kp", "period", "minimum", "field"),
+    [
+        (None, 0.1, 0.0, "kp"),
+        (1.0, 0.0, 0.0, "period"),
+        (1.0, None, 0.0, "period"),
+        (1.0, 0.1, None, "limits[0]"),
+        (1.0, 0.1, 2.0, "limits"),
+    ],
 )
-def test_limits_of_a_controller(period, minimum, maximum, field):
+def test_gains_and_limits_of_a_controller(kp, period, minimum, field):
     with pytest.raises(sg.InputError) as caught:
-        sg.control.SampledPidController(sg.control.PidGains(), period, minimum, maximum)
+        sg.control.SampledPidController(sg.control.PidGains(kp), period, minimum, 1.0)
     assert caught.value.field == field
 
 
@@ -155,28 +141,6 @@ def test_points_of_a_curve(x, y):
     with pytest.raises(sg.InputError) as caught:
         sg.PiecewiseLinear(np.array(x), np.array(y))
     assert caught.value.field == "points"
-
-
-@pytest.mark.parametrize("value", [None, "text", [1.0], True])
-@pytest.mark.parametrize(
-    ("make", "field"),
-    [
-        (lambda value: sg.sensors.StrainErrors(noise=value), "noise"),
-        (lambda value: sg.sensors.PressureErrors(delay=value), "delay"),
-        (lambda value: sg.estimators.Uncertainty(angle=value), "angle"),
-    ],
-)
-def test_numbers_of_a_dataclass(make, field, value):
-    with pytest.raises(sg.InputError) as caught:
-        make(value)
-    assert caught.value.field == field
-
-
-@pytest.mark.parametrize("length", [None, "0.1", [0.1], float("nan"), -1.0])
-def test_the_length_of_a_finger(length, shipped_finger):
-    with pytest.raises(sg.InputError) as caught:
-        replace(shipped_finger, length=length)
-    assert caught.value.field.endswith("length")
 
 
 def test_a_scenario_is_checked_once_and_again_when_it_was_changed(monkeypatch):

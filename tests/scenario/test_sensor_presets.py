@@ -62,32 +62,6 @@ def test_a_scenario_keeps_them(tmp_path):
     assert strain_errors(scenario.sensor).dead == (7,)
 
 
-@pytest.mark.parametrize(
-    ("override", "field", "value"),
-    [
-        ("errors.noise=-1.0e-3", "errors.noise", -0.001),
-        ("errors.creep=1.5", "errors.creep", 1.5),
-        ("errors.dropout=2", "errors.dropout", 2),
-        ("errors.saturation=[1.1, 0.9]", "errors.saturation", [1.1, 0.9]),
-        ("errors.saturation=[1.1]", "errors.saturation", [1.1]),
-        ("errors.saturation=[1.1, 1.1]", "errors.saturation", (1.1, 1.1)),
-        ("errors.quantization=0", "errors.quantization", 0),
-        ("errors.preset=perfect", "errors.preset", "perfect"),
-        ("errors.dead=[{section: 4}]", "errors.dead[0].section", 4),
-        ("errors.dead=[{path: left}]", "errors.dead[0].path", "left"),
-        ("errors.nois=1", "errors.nois", 1),
-        ("errors.noise=much", "errors.noise", "much"),
-        ("errors.delay=1.5", "errors.delay", 1.5),
-        ("pressure_errors.delay=-1", "pressure_errors.delay", -1),
-        ("seed=-1", "seed", -1),
-    ],
-)
-def test_what_there_cannot_be(override, field, value):
-    with pytest.raises(InputError) as caught:
-        load_scenario("free_bending", [f"sensor.{override}"])
-    assert (caught.value.field, caught.value.value) == (f"sensor.{field}", value)
-
-
 def test_a_preset_that_python_asks_for_is_known():
     with pytest.raises(InputError) as caught:
         strain_errors(SensorConfig(errors=StrainErrorsConfig(preset="perfect")))
