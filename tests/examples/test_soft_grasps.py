@@ -12,7 +12,7 @@ PAGE = (Path(__file__).parents[2] / "docs/extras/soft/soft_objects.md").read_tex
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", OBJECTS)
+@pytest.mark.parametrize("name", OBJECTS[:2])
 def test_numbers_of_the_page(name: str) -> None:
     (printed,) = re.findall(rf"^\| {name} \| [^|]* \| (.*) \|$", PAGE, re.MULTILINE)
     grasp = run_grasp(name)
