@@ -21,7 +21,15 @@ LIMIT = 120.0  # s of a call, which takes a tenth of a second as a rule: the mac
 LONGEST = 3000  # characters of a complaint
 RAW = re.compile(r"Traceback|^\w*Warning\b|^WARNING|^ERROR|^INFO|\bcore dumped", re.MULTILINE)
 OURS = "note: ", "soft-gripper: ", "soft-gripper ", "usage: ", " ", "2 fingers, ", "Recording", "Readings: "
-OURS += "left_finger: ", "right_finger: ", "The first malformed message ", "From a reading ", "Open http", "Rejected "
+OURS += (
+    "The last recording ",
+    "left_finger: ",
+    "right_finger: ",
+    "The first malformed message ",
+    "From a reading ",
+    "Open http",
+    "Rejected ",
+)
 PROFILE = settings(
     max_examples=NUMBER or 8,
     derandomize=not NUMBER,
