@@ -473,9 +473,9 @@ class SurfaceContact:
         torque: Array,
         explained: Explained,
     ) -> tuple[ContactForce, Array]:
-        """Contact and torque of K samples, those of several forces on a side in the places of the chosen ones."""
+        """Contact and torque of K samples, those of several forces on a face in the places of the chosen ones."""
         contact, torque = ContactForce(*(np.array(values) for values in contact)), torque.copy()
-        for k in np.flatnonzero(chosen):
+        for k in np.flatnonzero(chosen & np.isin(side, self.surface.side[self._smooth_places])):
             fields, torque[k] = self._several(int(k), int(side[k]), explained)
             for name, value in fields.items():
                 getattr(contact, name)[k] = value
@@ -484,12 +484,8 @@ class SurfaceContact:
     def _several(self, k: int, side: int, explained: Explained) -> tuple[dict[str, Array | float], Array]:
         """The forces on a side that explain sample k best: fields of their sum, and their torques at the joints."""
         left, found, _ = explained
-        surface, finger, assumed = self.surface, self.mechanics.layout.finger, self.mechanics.uncertainty
-        beside = (
-            surface.on_face & (surface.side == side) & (surface.arc_length >= assumed.nearest_contact * finger.length)
-        )
-        beside &= surface.arc_length < finger.length
-        smooth = np.flatnonzero(beside & ~surface.rough)
+        surface, assumed = self.surface, self.mechanics.uncertainty
+        smooth = np.flatnonzero(self._smooth_places & (surface.side == side))
         responses, usual, tangents = found.cells.response[k, smooth].T, self._possible.usual, surface.tangents
         rows = np.vstack([responses, np.eye(len(smooth)) / usual])
         forces, _ = nnls(rows, np.append(found.r[k], np.zeros(len(smooth))))
@@ -513,6 +509,13 @@ class SurfaceContact:
             "vector_std": _std(in_base.T @ after @ in_base),
         }
         return fields, self._torques(at, surface.link[smooth][:, None], wrenches).sum(axis=0)
+
+    @cached_property
+    def _smooth_places(self) -> NDArray[np.bool_]:
+        """Which cells are smooth, on faces, and where a contact may be, (C)."""
+        surface, length = self.surface, self.mechanics.layout.finger.length
+        nearest = self.mechanics.uncertainty.nearest_contact * length
+        return surface.on_face & ~surface.rough & (nearest <= surface.arc_length) & (surface.arc_length < length)
 
     def _torques(self, at: Posture, link: NDArray[np.int_], wrench: Array) -> Array:
         """At the joints, (..., D), of a wrench in the frame of a link, (..., 6) and (..., 1)."""
