@@ -111,8 +111,6 @@ class ShapeEstimator(ArrayBlock):
     from time 0, in discrete state.
     """
 
-    driving = "driving"  # the step with the driving torque of all joints, (D)
-
     def __init__(self, function: ShapeFunction, layout: MeasurementModel, gravity: Array):
         """The nominal sensors and finger; `gravity` in the world, (3,) m/s^2, zero for none.
 
@@ -122,16 +120,9 @@ class ShapeEstimator(ArrayBlock):
         super().__init__(_period_of(function))
         self.function, finger = function, layout.finger
         self.take(layout.quantity, layout.readings)
-        driven = [way for way in layout.ways if way == "bending" or way in finger.driven_ways]
-        for way in driven:
-            self.take(driving_port(way), finger.segments)
         self.take("X_WB", 12)
 
-        def driving(*found: Array) -> Array:
-            known = dict(zip(driven, found, strict=True))
-            return np.concatenate([known.get(way, np.zeros_like(found[0])) for way in layout.ways], axis=-1)
-
-        self.derive(self.driving, driving, *map(driving_port, driven))
+        self._take_driving(layout)
         self.derive("gravity", lambda X_WB: in_base(X_WB, gravity), "X_WB")
         found = self._derive_shape(function, layout, gravity)
         self._put_out_joints(layout, found)
@@ -146,6 +137,22 @@ class ShapeEstimator(ArrayBlock):
         if found.external_torque is not None:
             joints = range(finger.segments)
             self.put_out("external_torque", lambda shape: shape.external_torque, "shape", unit="N m", joint=joints)
+
+    def _take_driving(self, layout: MeasurementModel) -> None:
+        """Takes the driving torques of the ways in which a finger is driven, and derives that of all joints, (D)."""
+        driven = [way for way in layout.ways if way == "bending" or way in layout.finger.driven_ways]
+        ports = [driving_port(way) for way in driven]
+        for port in ports:
+            self.take(port, layout.finger.segments)
+
+        def driving(*found: Array) -> Array:
+            known = dict(zip(driven, found, strict=True))
+            return np.concatenate([known.get(way, np.zeros_like(found[0])) for way in layout.ways], axis=-1)
+
+        self.driving = ports[0]  # the port or step with it
+        if tuple(layout.ways) != ("bending",):
+            self.driving = "driving"
+            self.derive(self.driving, driving, *ports)
 
     def _derive_shape(self, function: ShapeFunction, layout: MeasurementModel, gravity: Array) -> ShapeEstimate:
         """Declares the step "shape", and "posterior" if the function has it; returns the shape of a straight finger."""
