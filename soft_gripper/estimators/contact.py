@@ -20,7 +20,8 @@ again,
     z ~ N((I + U U^T)^-1 U (r - F c), (I + U U^T)^-1) ,   all whitened, U = F times the spreads,
 
 which gives friction, hence the force as a vector, and the place within the cell. The contact that is reported is that
-of the most probable cell; its standard deviations are over the cells that hold nearly all of the posterior, about it.
+of the most probable cell. Its standard deviations are root mean square distances of the posterior from it: over all
+cells for force and place, over those that hold nearly all of the posterior for the vector.
 
 Contacts are smooth, with a probability of 0.3, or rough: the standard deviation of the friction in each direction is
 then the coefficient at the limit of the cone. So a force without friction is found as closely as the readings allow,
@@ -147,26 +148,10 @@ class SurfaceCells:
     on_face: NDArray[np.bool_]  # (C) not on an edge
 
     @cached_property
-    def by_wrench(self) -> csr_array:
-        """The wrenches as one matrix, (C (1 + 2 T), 6 L), of what wrenches on the links do."""
-        rows, columns = self.wrenches.reshape(-1, 6), 6 * self.link.repeat(self.wrenches.shape[1])
-        return _sparse(rows, columns)
-
-    @cached_property
-    def by_moment(self) -> csr_array:
-        """The straddled moments likewise, (C, 3 X), of what moments do at the joint and on the link of each pair."""
-        return _sparse(self.straddled, 3 * self._pairs[1])
-
-    @property
-    def pairs(self) -> tuple[NDArray[np.int_], NDArray[np.int_]]:
-        """Links and the joints next to them, of all cells, (X) each."""
-        link, nearest = self._pairs[0].T
-        return link, nearest
-
-    @cached_property
-    def _pairs(self) -> tuple[NDArray[np.int_], NDArray[np.int_]]:
+    def pairs(self) -> tuple[NDArray[np.int_], NDArray[np.int_], NDArray[np.int_]]:
+        """Links and the joints next to them, of all cells, (X) each, and the number of the pair of each cell, (C)."""
         pairs, number = np.unique(np.stack([self.link, self.nearest], axis=-1), axis=0, return_inverse=True)
-        return pairs, number.ravel()
+        return pairs[:, 0], pairs[:, 1], number.ravel()
 
     @property
     def tangents(self) -> int:
@@ -199,18 +184,18 @@ class SurfaceCells:
         )
 
 
-def _sparse(rows: Array, columns: NDArray[np.int_]) -> csr_array:
-    """A matrix of rows (M, n) that begin at columns (M)."""
+def _sparse(rows: Array, blocks: NDArray[np.int_], count: int) -> csr_array:
+    """A matrix of rows (M, n), each in one of `count` blocks of n columns."""
     M, n = rows.shape
-    indices = (columns[:, None] + np.arange(n)).ravel()
-    return csr_array((rows.ravel(), indices, n * np.arange(M + 1)), shape=(M, int(columns.max()) + n))
+    indices = (n * blocks[:, None] + np.arange(n)).ravel()
+    return csr_array((rows.ravel(), indices, n * np.arange(M + 1)), shape=(M, n * count))
 
 
 def _product(matrix: csr_array, values: Array) -> Array:
-    """A sparse matrix times (..., n, S)."""
-    flat = np.moveaxis(values, -2, 0)
-    found = np.asarray(matrix @ flat.reshape(len(flat), -1)[: matrix.shape[1]])
-    return np.moveaxis(found.reshape(-1, *flat.shape[1:]), 0, -2)
+    """A sparse matrix, (M, B n), times (..., B, n, S)."""
+    flat = np.moveaxis(values, (-3, -2), (0, 1))
+    found = np.asarray(matrix @ flat.reshape(matrix.shape[1], -1))
+    return np.moveaxis(found.reshape(-1, *flat.shape[2:]), 0, -2)
 
 
 class _Cell(NamedTuple):
@@ -328,7 +313,8 @@ class Explained(NamedTuple):
     """Values explained by one force: what it is in every cell, and how probable."""
 
     left: Unexplained
-    found: FittedCells
+    cells: Cells
+    found: FittedCells  # in the whitened cells
     posterior: Believed
 
 
@@ -343,14 +329,14 @@ class SurfaceContact:
         cells = self.cells(left.q, left.at, left.slopes)
         refined = not self.mechanics.only_bends  # there, friction has cells of its own
         found = fitted(left.residual, left.covariance, cells, self._possible.largest, refined)
-        return Explained(left, found, believed(found, left.read, self._possible))
+        return Explained(left, cells, found, believed(found, left.read, self._possible))
 
     def stated(self, explained: Explained) -> tuple[ContactForce, Array]:
         """The contact, and its torques at the joints: none where noise explains the values, or too few are read.
 
         One force, or several on the side that it presses if it leaves more than noise and more is read than it takes.
         """
-        left, found, posterior = explained
+        left, _, found, posterior = explained
         contact, torque, side = self.best(explained)
         noise = _most_of_noise(left.read - self.fewest)
         many = (left.read > self.fewest) & (found.chi_squared.min(axis=-1) > noise)
@@ -369,10 +355,10 @@ class SurfaceContact:
 
     def posterior(self, explained: Explained) -> ContactPosterior:
         """Posterior of the contact."""
-        left, found, posterior = explained
+        left, cells, found, posterior = explained
         length = self.mechanics.layout.finger.length
         nearest = self.mechanics.uncertainty.nearest_contact * length
-        several = None if self.mechanics.only_bends else self._corners(self.cells(left.q, left.at, left.slopes))
+        several = None if self.mechanics.only_bends else self._corners(cells)
         return in_cells(found, posterior, left.read, length, self._possible, nearest, left.moving, several)
 
     @property
@@ -391,16 +377,29 @@ class SurfaceContact:
         about = vector_product(np.swapaxes(moments, -1, -2), origins[..., None, :])  # forces act at the links' origins
         forces = forces + np.swapaxes(about, -1, -2)
         by_link = np.concatenate([turn @ moments, turn @ forces], axis=-2)  # (..., L, 6, S)
-        at_joint = turn[..., surface.pairs[0], :, :] @ np.diff(moments, axis=-3)[..., surface.pairs[1], :, :]
-        changes = _product(surface.by_wrench, by_link.reshape(*by_link.shape[:-3], -1, by_link.shape[-1]))
-        straddled = _product(surface.by_moment, at_joint.reshape(*at_joint.shape[:-3], -1, at_joint.shape[-1]))
+        link, joint, _ = surface.pairs
+        at_joint = turn[..., link, :, :] @ np.diff(moments, axis=-3)[..., joint, :, :]
+        changes, straddled = _product(self._by_wrench, by_link), _product(self._by_moment, at_joint)
         changes = changes.reshape(*changes.shape[:-2], len(surface.place), -1, changes.shape[-1])
         spreads = np.concatenate([changes[..., 1:, :], straddled[..., None, :]], axis=-2)
         return Cells(changes[..., 0, :], spreads, surface.place, surface.side, surface.prior, surface.angle)
 
+    @cached_property
+    def _by_wrench(self) -> csr_array:
+        """The wrenches of all cells as one matrix, (C (1 + 2 T), 6 L), of what wrenches on the links do."""
+        wrenches = self.surface.wrenches
+        rows, links = wrenches.reshape(-1, 6), self.surface.link.repeat(wrenches.shape[1])
+        return _sparse(rows, links, len(self.mechanics.links))
+
+    @cached_property
+    def _by_moment(self) -> csr_array:
+        """The straddled moments likewise, (C, 3 X), of what moments do at the joint and on the link of each pair."""
+        link, _, number = self.surface.pairs
+        return _sparse(self.surface.straddled, number, len(link))
+
     def best(self, explained: Explained) -> tuple[ContactForce, Array, NDArray[np.int_]]:
         """The most probable contact, its torques at the joints, (..., D), and the side that it presses, (...)."""
-        (left, found, posterior), surface, most = explained, self.surface, self._possible.largest
+        (left, _, found, posterior), surface, most = explained, self.surface, self._possible.largest
         weights, cells = _heaviest(posterior)
         force = np.minimum(_chosen(posterior.mean, cells), most)
         force[..., 0] = np.clip(_chosen(posterior.force, cells[..., :1])[..., 0], 0, most)
@@ -483,7 +482,7 @@ class SurfaceContact:
 
     def _several(self, k: int, side: int, explained: Explained) -> tuple[dict[str, Array | float], Array]:
         """The forces on a side that explain sample k best: fields of their sum, and their torques at the joints."""
-        left, found, _ = explained
+        left, _, found, _ = explained
         surface, assumed = self.surface, self.mechanics.uncertainty
         smooth = np.flatnonzero(self._smooth_places & (surface.side == side))
         responses, usual, tangents = found.cells.response[k, smooth].T, self._possible.usual, surface.tangents

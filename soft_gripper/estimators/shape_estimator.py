@@ -120,9 +120,9 @@ class ShapeEstimator(ArrayBlock):
         super().__init__(_period_of(function))
         self.function, finger = function, layout.finger
         self.take(layout.quantity, layout.readings)
+        self._take_driving(layout)
         self.take("X_WB", 12)
 
-        self._take_driving(layout)
         self.derive("gravity", lambda X_WB: in_base(X_WB, gravity), "X_WB")
         found = self._derive_shape(function, layout, gravity)
         self._put_out_joints(layout, found)
