@@ -23,7 +23,7 @@ from .force_posterior import ContactPosterior as ContactPosterior
 from .gaussian import GaussianShape as GaussianShape
 from .health import HealthFilter as HealthFilter
 from .health_monitor import HealthMonitor as HealthMonitor
-from .plane import bending_plane as bending_plane
+from .plane import planar_gravity as planar_gravity
 from .plane import pose_entries as pose_entries
 from .recursive import RecursiveShape as RecursiveShape
 from .shape_estimator import ShapeEstimator as ShapeEstimator

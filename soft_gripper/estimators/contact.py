@@ -62,8 +62,8 @@ from soft_gripper.estimators.force_posterior import (
     FittedCells,
     Forces,
     believed,
+    contact_posterior,
     fitted,
-    in_cells,
 )
 from soft_gripper.estimators.free_motion import AT_REST, STILL, FreeMotion, Lag, may_exceed
 from soft_gripper.estimators.gaussian import GaussianShape, gain_of
@@ -359,7 +359,7 @@ class SurfaceContact:
         length = self.mechanics.layout.finger.length
         nearest = self.mechanics.uncertainty.nearest_contact * length
         several = None if self.mechanics.only_bends else self._corners(cells)
-        return in_cells(found, posterior, left.read, length, self._possible, nearest, left.moving, several)
+        return contact_posterior(found, posterior, left.read, length, self._possible, nearest, left.moving, several)
 
     @property
     def fewest(self) -> int:

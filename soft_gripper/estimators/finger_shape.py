@@ -15,9 +15,9 @@ import numpy as np
 from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.estimators.arcs import ArcCurve, Arcs, join_arcs
-from soft_gripper.estimators.plane import bending_plane, from_base, to_world
+from soft_gripper.estimators.plane import from_base
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.fingers.kinematics import as_points
+from soft_gripper.fingers.kinematics import as_points, in_space
 from soft_gripper.fingers.spatial_chain import Posture, SpatialChain, posture, vector_product
 from soft_gripper.signals import POSE, XYZ, XZ
 
@@ -159,7 +159,7 @@ def put_out_curve(block: ArrayBlock, curve: str, joints: Sequence[int]) -> None:
     """Declares the pose outputs of a block with the input X_WB; `curve` is the step that they come from."""
 
     def world(curve: ArcCurve, X_WB: Array) -> Array:
-        return to_world(curve.joints, bending_plane(X_WB))
+        return from_base(X_WB, in_space(curve.joints))
 
     block.put_out("joint_positions", lambda curve: as_points(curve.joints), curve, unit="m", joint=joints, xz=XZ)
     tip_pose = "tip_pose", lambda curve: planar_pose(curve.tip, curve.tip_heading), curve

@@ -133,24 +133,6 @@ class Fits(NamedTuple):
     spread: Array  # log det R_c - log det R
 
 
-def posterior(
-    bends: Array, covariance: Array, read: Array, cells: Cells, length: float, forces: Forces, nearest: float
-) -> ContactPosterior:
-    """The posterior of one force.
-
-    Args:
-        bends: of the sections, not explained by what is known, rad, (..., S).
-        covariance: of these, rad^2, (..., S, S).
-        read: number of sections that are read, (...).
-        cells: where the force may act.
-        length: of the finger, m.
-        forces: which are possible.
-        nearest: place from which the second bound holds, m.
-    """
-    found = fitted(bends, covariance, cells, forces.largest)
-    return in_cells(found, believed(found, read, forces), read, length, forces, nearest, np.zeros(()))
-
-
 class FittedCells(NamedTuple):
     """The most likely force in every cell. Bends and cells are whitened: multiplied by R^-1/2."""
 
@@ -162,7 +144,14 @@ class FittedCells(NamedTuple):
 
 
 def fitted(bends: Array, covariance: Array, cells: Cells, largest: float, refined: bool = False) -> FittedCells:
-    """The force in every cell, as of `posterior`.
+    """The most likely force in every cell.
+
+    Args:
+        bends: of the sections, not explained by what is known, rad, (..., S).
+        covariance: of these, rad^2, (..., S, S).
+        cells: where the force may act.
+        largest: possible force, N.
+        refined: see below.
 
     If `refined`, F_0 is the best force under the covariance that 1 N has in the cell, instead of under R: where what is
     uncertain within a cell changes the bends as much as the force does, as friction on the side of a finger does, the
@@ -174,7 +163,7 @@ def fitted(bends: Array, covariance: Array, cells: Cells, largest: float, refine
     return FittedCells(whitening, r, cells, fits, _chi_squared(fits, largest))
 
 
-def in_cells(
+def contact_posterior(
     found: FittedCells,
     posterior: "Believed",
     read: Array,
@@ -184,10 +173,17 @@ def in_cells(
     moving: Array,
     several: Cells | None = None,
 ) -> ContactPosterior:
-    """The posterior of one force that is fitted in every cell, and `believed` in; other arguments as of `posterior`.
+    """The posterior of one force.
 
-    `moving` is 1 where a free finger in motion may have the bends, else 0, (...); `several` is where each of several
-    forces may act, if not in the cells of one.
+    Args:
+        found: the force `fitted` in every cell.
+        posterior: how much that is `believed`.
+        read: number of sections that are read, (...).
+        length: of the finger, m.
+        forces: which are possible.
+        nearest: place from which the second bound holds, m.
+        moving: 1 where a free finger in motion may have the bends, else 0, (...).
+        several: where each of several forces may act, if not in the cells of one.
     """
     r, cells, fits, chi_squared = found[1:]
     largest = forces.largest
@@ -224,7 +220,7 @@ def in_cells(
 
 
 def one_contact_misfit(bends: Array, covariance: Array, cells: Cells, largest: float) -> Array:
-    """Misfit that the best single force leaves of bends, in variances, (...); see `posterior`."""
+    """Misfit that the best single force leaves of bends, in variances, (...); see `fitted`."""
     return fitted(bends, covariance, cells, largest).chi_squared.min(axis=-1)
 
 

@@ -9,7 +9,17 @@ from scipy.sparse.csgraph import connected_components
 from scipy.special import chdtri
 
 from soft_gripper.estimators.contact import ContactShape, SurfaceContact
-from soft_gripper.estimators.force_posterior import HERE, NOTHING, SOMEWHERE, Cells, Forces, _joined, posterior
+from soft_gripper.estimators.force_posterior import (
+    HERE,
+    NOTHING,
+    SOMEWHERE,
+    Cells,
+    Forces,
+    _joined,
+    believed,
+    contact_posterior,
+    fitted,
+)
 from soft_gripper.estimators.mechanics import Mechanics
 from soft_gripper.estimators.shape_estimator import POSTERIOR
 from soft_gripper.estimators.uncertainty import EXACT, Uncertainty
@@ -28,6 +38,12 @@ def few_cells(count=12, width=0.0):
     across = 0.05 * np.stack([lever**2, np.maximum(lever - 0.5, 0) ** 2], axis=-1)
     spreads = width * np.stack([np.gradient(lever)[:, None] * across, across[:, ::-1]], axis=-2)
     return Cells(side[:, None] * across, spreads, place, side, np.full(2 * count, 0.5 / count), np.pi * (side < 0))
+
+
+def posterior(r, covariance, read, cells, forces=POSSIBLE):
+    """The posterior of one force on a finger at rest."""
+    found = fitted(r, covariance, cells, forces.largest)
+    return contact_posterior(found, believed(found, read, forces), read, LENGTH, forces, NEAREST, np.zeros(()))
 
 
 def cells_of(layout, q):
@@ -57,7 +73,7 @@ def test_the_posterior_is_the_dense_sum(r, width):
     probability of a contact within 1e-3; set and bounds within a step.
     """
     cells = few_cells(width=width)
-    found = posterior(np.array(r), COVARIANCE, np.array(2), cells, LENGTH, POSSIBLE, NEAREST)
+    found = posterior(np.array(r), COVARIANCE, np.array(2), cells)
     chi_squared, likelihood = dense(np.array(r), cells)
     assert found.misfit < 1
     prior = np.exp(-((FORCES / POSSIBLE.usual) ** 2) / 2)  # of forces that are equally spaced in their logarithm
@@ -86,7 +102,7 @@ def test_what_is_drawn_from_the_prior_lies_in_its_intervals():
     share = np.exp(-((FORCES / POSSIBLE.usual) ** 2) / 2)
     force = rng.choice(FORCES, count, p=share / share.sum()) * (rng.uniform(size=count) < 0.5)
     r = force[:, None] * cells.response[cell] + rng.multivariate_normal(np.zeros(2), COVARIANCE, count)
-    found = posterior(r, COVARIANCE, np.full(count, 2), cells, LENGTH, POSSIBLE, NEAREST)
+    found = posterior(r, COVARIANCE, np.full(count, 2), cells)
     pressed, low, high = force > 0, found.force_interval[:, 0], found.force_interval[:, 2]
     assert 0.95 < ((low <= force) & (force <= high))[pressed].mean() < 0.985
     assert ((found.force_set[:, 0] <= force) & (force <= found.force_set[:, 1])).mean() > 0.935
@@ -179,7 +195,7 @@ def test_the_bound_of_several_forces_is_that_of_the_dual_problem(r):
     least = (directions @ columns).min(axis=-1)
     left = np.sqrt(nnls(columns, whitening @ r)[1] ** 2 + 2.71)
     bounds = (directions @ whitening @ r + left)[least > 0] / least[least > 0]
-    found = posterior(np.array(r), COVARIANCE, np.array(2), cells, LENGTH, POSSIBLE, NEAREST)
+    found = posterior(np.array(r), COVARIANCE, np.array(2), cells)
     expected = max(bounds.min(), found.force_bounds[1])  # which allows more where one force alone leaves more
     assert found.force_bounds[2] == pytest.approx(expected, rel=1e-4)
 
@@ -203,7 +219,7 @@ def test_the_bound_of_several_forces_on_four_sections_is_that_of_a_bisection(shi
         r = columns @ forces + rng.standard_normal(4)
         level = nnls(columns, r)[1] ** 2 + 2.71
         weight = brentq(lambda log, r=r, level=level: drawn(r, log)[1] - level, -6, 6, xtol=1e-13)
-        found = posterior(std * r, std**2 * np.eye(4), np.array(4), cells, LENGTH, Forces(2.0, 100.0), NEAREST)
+        found = posterior(std * r, std**2 * np.eye(4), np.array(4), cells, Forces(2.0, 100.0))
         assert found.force_bounds[2] == pytest.approx(drawn(r, weight)[0], rel=1e-8)
 
 
@@ -250,7 +266,7 @@ def test_what_no_forces_explain_widens_the_bound_of_several_as_larger_variances_
     scale = left / chdtri(1, 1e-3)
     assert scale > 2
     bounds = [
-        posterior(r, covariance, np.array(2), cells, LENGTH, Forces(2.0, 1000.0), NEAREST).force_bounds[2]
+        posterior(r, covariance, np.array(2), cells, Forces(2.0, 1000.0)).force_bounds[2]
         for covariance in (COVARIANCE, scale * COVARIANCE)
     ]
     assert bounds[0] == pytest.approx(bounds[1], rel=1e-6)

@@ -13,7 +13,7 @@ from soft_gripper.diagrams.wiring.estimation import FingerEstimation
 from soft_gripper.diagrams.wiring.named_wires import vector_outputs
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.arc_shapes import ArcShape
-from soft_gripper.estimators.plane import bending_plane, pose_entries
+from soft_gripper.estimators.plane import planar_gravity, pose_entries
 from soft_gripper.estimators.shape_estimator import ShapeEstimator
 from soft_gripper.fingers.kinematics import as_points, forward_kinematics, gravity_torque
 from soft_gripper.scenario.scenario_file import load_scenario
@@ -33,10 +33,10 @@ def layout(shipped_finger):
 
 def balanced(layout, load):
     """Joint angles at which stiffness bears pressure, weight and a load, N m."""
-    plane, finger = bending_plane(pose_entries(X_WB)), layout.finger
+    gravity, finger = planar_gravity(pose_entries(X_WB), GRAVITY), layout.finger
     q = np.zeros(finger.segments)
     for _ in range(30):
-        weight = gravity_torque(finger, q, plane.planar(GRAVITY))
+        weight = gravity_torque(finger, q, gravity)
         q = (PRESSURE * finger.pressure_gain + weight + load) / finger.stiffness
     return q
 
