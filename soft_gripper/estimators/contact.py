@@ -111,7 +111,7 @@ class _Surface(NamedTuple):
     point: Array  # m
     normal: Array  # outward
     tangents: tuple[_Tangent, ...]  # T of them
-    straddled: float = _STRADDLED
+    straddled: float = 0.0  # m, see `_STRADDLED`
     is_rough: bool = True  # friction may be large
 
     def wrenches(self) -> Array:
@@ -281,12 +281,12 @@ def _tip(face: int, outline: _Outline, height: float, friction: float) -> _Surfa
 def _beside_in_plane(face: int, outline: _Outline, height: float, extent: float, friction: float) -> _Surfaces:
     """A face at a height above the origin of its link: smooth on one link, and of any friction along it."""
     point, normal = outline.toward(face)[0] + height * _Z, outline.toward(face)[1]
-    yield _IS_SMOOTH, _Surface(point, normal, (_Tangent(_Z, extent, _SMOOTH),), 0.0, is_rough=False)
+    yield _IS_SMOOTH, _Surface(point, normal, (_Tangent(_Z, extent, _SMOOTH),), is_rough=False)
     rubs = friction * np.linspace(-1, 1, _RUBS)
     std = (rubs[1] - rubs[0]) / math.sqrt(12)
     for i, rub in enumerate(rubs):
         share = _SLIDING if i in (0, _RUBS - 1) else (1 - 2 * _SLIDING) / (_RUBS - 2)
-        yield (1 - _IS_SMOOTH) * share, _Surface(point, normal, (_Tangent(_Z, extent, std, rub),))
+        yield (1 - _IS_SMOOTH) * share, _Surface(point, normal, (_Tangent(_Z, extent, std, rub),), _STRADDLED)
 
 
 def _tip_in_plane(face: int, outline: _Outline, height: float, friction: float) -> _Surfaces:
@@ -294,7 +294,7 @@ def _tip_in_plane(face: int, outline: _Outline, height: float, friction: float) 
     point, normal = outline.toward(face)[0] + height * _Z, outline.toward(face)[1]
     for rub in np.concatenate([-_RIM_RUBS, _RIM_RUBS]):
         std = (_RIM_RUBS[1] - _RIM_RUBS[0]) / math.sqrt(12)
-        yield _ON_TIP / (2 * len(_RIM_RUBS)), _Surface(point, normal, (_Tangent(_Z, 0.0, std, rub),))
+        yield _ON_TIP / (2 * len(_RIM_RUBS)), _Surface(point, normal, (_Tangent(_Z, 0.0, std, rub),), _STRADDLED)
 
 
 class Unexplained(NamedTuple):
@@ -377,11 +377,13 @@ class SurfaceContact:
         about = vector_product(np.swapaxes(moments, -1, -2), origins[..., None, :])  # forces act at the links' origins
         forces = forces + np.swapaxes(about, -1, -2)
         by_link = np.concatenate([turn @ moments, turn @ forces], axis=-2)  # (..., L, 6, S)
-        link, joint, _ = surface.pairs
-        at_joint = turn[..., link, :, :] @ np.diff(moments, axis=-3)[..., joint, :, :]
-        changes, straddled = _product(self._by_wrench, by_link), _product(self._by_moment, at_joint)
+        changes = _product(self._by_wrench, by_link)
         changes = changes.reshape(*changes.shape[:-2], len(surface.place), -1, changes.shape[-1])
-        spreads = np.concatenate([changes[..., 1:, :], straddled[..., None, :]], axis=-2)
+        spreads = changes[..., 1:, :]
+        if self.mechanics.only_bends:
+            link, joint, _ = surface.pairs
+            straddled = _product(self._by_moment, turn[..., link, :, :] @ np.diff(moments, axis=-3)[..., joint, :, :])
+            spreads = np.concatenate([spreads, straddled[..., None, :]], axis=-2)
         return Cells(changes[..., 0, :], spreads, surface.place, surface.side, surface.prior, surface.angle)
 
     @cached_property
@@ -405,9 +407,9 @@ class SurfaceContact:
         force[..., 0] = np.clip(_chosen(posterior.force, cells[..., :1])[..., 0], 0, most)
         response, spreads = _chosen(found.cells.response, cells), _chosen(found.cells.spreads, cells)
         z, of_z = _within(found.r, force, response, spreads)
-        force[..., 0], z[..., 0, :] = self._fitted_best(
-            found.r, force[..., 0], response[..., 0, :], spreads[..., 0, :, :]
-        )
+        if self.mechanics.only_bends:  # in space, friction along the finger would be taken for the place
+            of_best = force[..., 0], response[..., 0, :], spreads[..., 0, :, :]
+            force[..., 0], z[..., 0, :] = self._fitted_best(found.r, *of_best)
         local = _forces(surface.directions[cells], force, _chosen(posterior.std, cells), z, of_z)
         R = _chosen(left.at.chain.rotations, self.mechanics.links[surface.link[cells]])
         vectors = local @ np.swapaxes(R, -1, -2)
@@ -427,9 +429,10 @@ class SurfaceContact:
             side=surface.angle[cells[..., 0]],
         )
         wrenches = surface.wrenches[cells[..., 0]]
-        wrench = wrenches[..., 0, :] + (z[..., :1, :-1] @ wrenches[..., 1:, :])[..., 0, :]
+        wrench = wrenches[..., 0, :] + (z[..., :1, : 2 * T] @ wrenches[..., 1:, :])[..., 0, :]
         torque = self._torques(left.at.chain, surface.link[cells[..., :1]], force[..., :1] * wrench)
-        torque = torque + self._straddled(left.at.chain, best, force[..., :1] * z[..., 0, -1:])
+        if self.mechanics.only_bends:
+            torque = torque + self._straddled(left.at.chain, best, force[..., :1] * z[..., 0, -1:])
         return contact, torque, surface.side[cells[..., 0]]
 
     def _fitted_best(self, r: Array, force: Array, response: Array, spreads: Array) -> tuple[Array, Array]:
@@ -529,7 +532,7 @@ class SurfaceContact:
         """Cells of each of several forces: on the middles and the sides of faces, with friction at the cone."""
         surface = self.surface
         chosen = np.flatnonzero(surface.rough & surface.on_face & (cells.place % 2 == 1))
-        response = cells.response[..., chosen, None, :] + _CORNERS @ cells.spreads[..., chosen, :-1, :]
+        response = cells.response[..., chosen, None, :] + _CORNERS @ cells.spreads[..., chosen, :, :]
         response = response.reshape(*response.shape[:-3], -1, response.shape[-1])
         chosen = np.repeat(chosen, len(_CORNERS))
         others = cells.place[chosen], cells.side[chosen], cells.prior[chosen], cells.angle[chosen]

@@ -39,8 +39,9 @@ class FoundContact:
         size, true = (np.linalg.norm(force, axis=-1) for force in (contact.vector, contacts.force))
         cosine = (contacts.force * contact.vector).sum(axis=-1) / (true * size + 1e-30)
         degrees = np.where(size > 0, np.degrees(np.arccos(np.clip(cosine, -1, 1))), np.nan)
+        of_normal = np.divide(contacts.normal_force, true, out=np.ones(true.shape), where=true > 0)
         std = np.linalg.norm(contact.vector_std, axis=-1)
-        return cls(size / (true / contacts.normal_force), std, contact.arc_length, contact.arc_length_std, degrees)
+        return cls(size * of_normal, std, contact.arc_length, contact.arc_length_std, degrees)
 
 
 def driving_torque(finger: Finger, ways: tuple[str, ...], pressure: Array) -> Array:
