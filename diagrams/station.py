@@ -50,10 +50,10 @@ def make_private_station(scenario: Scenario, meshcat: Meshcat | None = None) -> 
     Raises:
         InputError: if a part of the scenario cannot be built.
     """
-    builder, station = _begun(scenario, meshcat)
+    builder, station = _begun(scenario, meshcat, composed=True)
     period = station.scenario.sensor.period
     logs = add_logs(builder, station.signals, period)
-    station.signals, removed = keep_what_is_read(builder, period, station.signals)
+    station.signals, removed = keep_what_is_read(builder, station.signals)
     return replace(_built(builder, station, logs), removed=removed)
 
 
@@ -62,10 +62,17 @@ def _begun(
     meshcat: Meshcat | None,
     make_sensor: MakeSensor | None = None,
     make_estimator: MakeEstimator | None = None,
+    composed: bool = False,
 ) -> tuple[DiagramBuilder, StationParts]:
     builder, looked_at = DiagramBuilder(), meshcat is not None  # nothing else that is added could look at the fingers
     station = add_station(
-        builder, scenario, meshcat, make_sensor=make_sensor, make_estimator=make_estimator, visuals=looked_at
+        builder,
+        scenario,
+        meshcat,
+        make_sensor=make_sensor,
+        make_estimator=make_estimator,
+        visuals=looked_at,
+        composed=composed,
     )
     return builder, station
 
@@ -89,6 +96,7 @@ def add_station(
     make_sensor: MakeSensor | None = None,
     make_estimator: MakeEstimator | None = None,
     visuals: bool = True,
+    composed: bool = False,
 ) -> StationParts:
     """Adds the blocks of a scenario to a diagram, to which you can add your own blocks and logs.
 
@@ -106,6 +114,7 @@ def add_station(
         meshcat: shows the scene and the estimates.
         make_sensor, make_estimator: make user blocks that replace those named in the scenario.
         visuals: see `add_plant`; False is for a diagram in which no Meshcat or camera looks at the fingers.
+        composed: sensors and estimation are one block each, not diagrams of blocks; the ports are the same.
 
     Raises:
         InputError: if a part of the scenario cannot be built, or the diagram already has a plant.
@@ -125,7 +134,7 @@ def add_station(
         drive = add_pressure_drive(builder, scene.fingers, scenario.pressure, scenario.tendons)
         station.signals |= {f"{model}.actuation": torque for model, torque in drive.actuations.items()}
         sensing = SensingConfig(
-            scenario.sensor, scenario.estimator, nominal, make_sensor, make_estimator, scenario.record
+            scenario.sensor, scenario.estimator, nominal, make_sensor, make_estimator, scenario.record, composed
         )
         station.signals |= add_sensing(builder, scene.fingers, drive.pressures, sensing, drive.tensions)
         set_point = add_drive_commands(builder, station, drive)

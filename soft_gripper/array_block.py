@@ -1,16 +1,15 @@
 """ArrayBlock: a block made of functions over arrays whose leading axes are free.
 
-Its ports call the functions for one sample. A recording calls them once for all samples, and a run whose diagram nobody
-sees computes the blocks that its loop reads together, sample by sample (`diagrams.live`): all three call the same
+Its ports call the functions for one sample, and a recording calls them once for all samples. Where nobody reads a
+diagram, several blocks are composed into one, for equal fingers at once (`diagrams.wiring.composed`): all call the same
 functions.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, is_dataclass
+from dataclasses import dataclass
 from functools import partial
 from inspect import signature
-from types import FunctionType
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 from pydrake.common import RandomDistribution
@@ -19,7 +18,6 @@ from pydrake.systems.framework import BasicVector, Context, DiscreteValues, Inpu
 
 from soft_gripper.arrays import Array
 from soft_gripper.cached import Cached, weakly
-from soft_gripper.quantity import rules
 from soft_gripper.signals import describe
 
 TIME = "time"  # source of a `sample` that takes the time, s
@@ -108,22 +106,18 @@ class ArrayBlock(LeafSystem):
         init = signature(cls.__init__)  # that of `__new__` says nothing
         cls.__signature__ = init.replace(parameters=[*init.parameters.values()][1:])
 
-    def __new__(cls, *arguments: Any, **named: Any) -> Self:
-        block = super().__new__(cls, *arguments, **named)
-        block.made_of = _fingerprint((arguments, named))
-        return block
-
     def __init__(self, period: float | None = None):
         """`period` of its samples, s; None if it neither samples nor remembers anything."""
         super().__init__()
-        self.made_of: Any  # of the arguments; blocks of a class that are made of equal things are alike
         self.steps: dict[str, Step] = {}
         self.outputs: dict[str, tuple[Callable[..., Any], tuple[str, ...]]] = {}  # functions and their steps
         self.period = period
         self._read: dict[str, Callable[[Context], Any]] = {}  # the steps
         self._tickets: dict[str, set[Any]] = {}  # of each step
         self._calcs: dict[str, Callable[[Context], Any]] = {}  # of the steps that are cached
-        self._groups: dict[str, int] = {}  # discrete state of samples and memories
+        # Samples and memories, by name, with their discrete state.
+        self._samples: dict[str, tuple[Sample, int]] = {}
+        self._memories: dict[str, tuple[Memory, int]] = {}
         if period is not None:
             self._last = int(self.DeclareDiscreteState([np.inf]))  # time of the last sample, s; infinite before any
             self.DeclareInitializationDiscreteUpdateEvent(weakly(self._begin))
@@ -147,14 +141,23 @@ class ArrayBlock(LeafSystem):
         self._tickets[name] = {self.nothing_ticket()}
 
     def derive(
-        self, name: str, function: Callable[..., Any], *sources: str, over_time: Callable[..., Any] | None = None
+        self,
+        name: str,
+        function: Callable[..., Any],
+        *sources: str,
+        over_time: Callable[..., Any] | None = None,
+        kept: bool = True,
     ) -> None:
-        """Declares a step that several others use, computed once per sample.
+        """Declares a step that several others use, computed once per sample; or by the only one, if it is not `kept`.
 
         `over_time` replaces the function for a whole recording, if the function handles a single sample only.
         """
         self.steps[name] = Function(function, sources, over_time or function)
-        self._keep(name, self._read_all(function, sources), self._tickets_of(sources))
+        read, tickets = _of_all(function, [self._read[source] for source in sources]), self._tickets_of(sources)
+        if kept:
+            self._keep(name, read, tickets)
+        else:
+            self._read[name], self._tickets[name] = read, tickets
 
     def show(self, name: str, function: Callable[[Context], Any], tickets: set[Any]) -> None:
         """Declares a step that is not an array, and an output that holds it; over all samples it is a list."""
@@ -176,11 +179,11 @@ class ArrayBlock(LeafSystem):
 
         `begin` has the size of the step, unless that is a vector input.
         """
-        size = self.GetInputPort(source).size() if self.HasInputPort(source) else np.size(begin)
-        step = Sample(source, np.broadcast_to(begin, size).astype(float), at_initialization, at_first)
-        self._declare_state(name, step.begin)
+        shape = (self.GetInputPort(source).size(),) if self.HasInputPort(source) else np.atleast_1d(begin).shape
+        step = Sample(source, np.broadcast_to(begin, shape).astype(float), at_initialization, at_first)
         self.steps[name], self._tickets[name] = step, {self.xd_ticket()}
-        self._read[name] = partial(weakly(self._state), name)
+        group, self._read[name] = self._declare_state(name, step.begin)
+        self._samples[name] = step, group
 
     def remember(
         self,
@@ -208,10 +211,11 @@ class ArrayBlock(LeafSystem):
                 is remembered; None: the memory is known only during a run.
         """
         begin = np.asarray(begin, dtype=float)
-        self._declare_state(name, begin)
-        self.steps[name] = Memory(function, sources, begin, keep, tuple(kept), begin_of, over_time)
-        read = self._read_all(lambda *values: function(values[0].reshape(begin.shape), *values[1:]), sources, (name,))
-        self._keep(name, read, self._tickets_of(sources) | {self.xd_ticket()})
+        self.steps[name] = step = Memory(function, sources, begin, keep, tuple(kept), begin_of, over_time)
+        group, held = self._declare_state(name, begin)
+        self._memories[name] = step, group
+        reads = [held, *(self._read[source] for source in sources)]
+        self._keep(name, _of_all(function, reads), self._tickets_of(sources) | {self.xd_ticket()})
 
     def put_out(
         self,
@@ -224,7 +228,7 @@ class ArrayBlock(LeafSystem):
     ) -> None:
         """Declares a vector output, ``function(*sources)``, folded into axes; see `describe`."""
         size = int(np.prod([len(labels) for labels in axes.values()]))
-        value = self._read_all(function, sources)
+        value = _of_all(function, [self._read[source] for source in sources])
 
         def calc(context: Context, output: BasicVector) -> None:
             output.SetFromVector(np.asarray(value(context)).reshape(-1))
@@ -232,10 +236,6 @@ class ArrayBlock(LeafSystem):
         port = self.DeclareVectorOutputPort(name, size, calc, self._tickets_of(sources))
         describe(port, unit, meanings, **axes)
         self.outputs[name] = function, sources
-
-    def read(self, name: str, context: Context) -> Any:
-        """A step of the present sample."""
-        return self._read[name](context)
 
     def follows(self, output: str, period: float) -> bool:
         """Whether `leaves` determine an output at all samples of a recording, `period` s apart."""
@@ -289,32 +289,34 @@ class ArrayBlock(LeafSystem):
             return [leaf for source in sources_of(step) for leaf in self._leaves(source)]
         return [name]
 
-    def _declare_state(self, name: str, begin: Array) -> None:
+    def _declare_state(self, name: str, begin: Array) -> tuple[int, Callable[[Context], Array]]:
+        """Declares the state of a step; returns its number, and what reads it."""
         if self.period is None:
             raise ValueError(f"step '{name}' samples or remembers: give the block a period")
-        self._groups[name] = int(self.DeclareDiscreteState(begin.ravel()))
+        group = int(self.DeclareDiscreteState(begin.ravel()))
 
-    def _state(self, name: str, context: Context) -> Array:
-        state: Array = context.get_discrete_state(self._groups[name]).value()
-        return state
+        def flat(context: Context) -> Array:
+            state: Array = context.get_discrete_state(group).value()
+            return state
+
+        return group, flat if begin.ndim == 1 else lambda context: flat(context).reshape(begin.shape)
 
     def _begin(self, context: Context, values: DiscreteValues) -> None:
         """Takes the samples at the initialization of a run, unless it goes on with the context of another."""
         if self._last_sample(context) <= context.get_time():
             return
         values.set_value(self._last, [np.inf])
-        for name, group in self._groups.items():
-            step = self.steps[name]
-            if isinstance(step, Sample):
-                values.set_value(group, self._source(step, context) if step.at_initialization else step.begin)
-            elif isinstance(step, Memory):
-                values.set_value(group, self._remembered_first(step, context).ravel())
+        for sample, group in self._samples.values():
+            first = self._source(sample, context) if sample.at_initialization else sample.begin
+            values.set_value(group, first.ravel())
+        for memory, group in self._memories.values():
+            values.set_value(group, self._remembered_first(memory, context).ravel())
 
     def _remembered_first(self, step: Memory, context: Context) -> Array:
         if step.begin_of is None:
             return step.begin
         function, source = step.begin_of
-        return function(self.read(source, context))
+        return function(self._read[source](context))
 
     def _advance(self, context: Context, values: DiscreteValues) -> None:
         """Takes samples, and remembers what belongs to the sample before; at the first there is none.
@@ -323,19 +325,18 @@ class ArrayBlock(LeafSystem):
         """
         is_later = self._last_sample(context) < context.get_time()
         values.set_value(self._last, [context.get_time()])
-        for name, group in self._groups.items():
-            step = self.steps[name]
-            if isinstance(step, Sample) and (is_later or step.at_first):
-                values.set_value(group, self._source(step, context))
-            elif isinstance(step, Memory) and is_later:
-                known = [self.read(source, context) for source in (name, *step.kept)]
-                values.set_value(group, step.keep(*known).ravel())
+        for sample, group in self._samples.values():
+            if is_later or sample.at_first:
+                values.set_value(group, self._source(sample, context).ravel())
+        for name, (memory, group) in self._memories.items() if is_later else ():
+            known = [self._read[source](context) for source in (name, *memory.kept)]
+            values.set_value(group, memory.keep(*known).ravel())
 
     def _last_sample(self, context: Context) -> float:
         return float(context.get_discrete_state(self._last).value()[0])
 
     def _source(self, step: Sample, context: Context) -> Any:
-        return [context.get_time()] if step.source == TIME else self.read(step.source, context)
+        return np.array([context.get_time()]) if step.source == TIME else self._read[step.source](context)
 
     def _keep(self, name: str, read: Callable[[Context], Any], tickets: set[Any]) -> None:
         """Adds the cache entry of a step."""
@@ -346,15 +347,12 @@ class ArrayBlock(LeafSystem):
     def _calc_step(self, name: str, context: Context, value: AbstractValue) -> None:
         value.set_value(self._calcs[name](context))
 
-    def _read_all(
-        self, function: Callable[..., Any], sources: Sequence[str], states: Sequence[str] = ()
-    ) -> Callable[[Context], Any]:
-        reads: list[Callable[[Context], Any]] = [partial(weakly(self._state), name) for name in states]
-        reads += [self._read[source] for source in sources]
-        return lambda context: function(*[read(context) for read in reads])
-
     def _tickets_of(self, sources: Sequence[str]) -> set[Any]:
         return {ticket for source in sources for ticket in self._tickets[source]}
+
+
+def _of_all(function: Callable[..., Any], reads: Sequence[Callable[[Context], Any]]) -> Callable[[Context], Any]:
+    return lambda context: function(*[read(context) for read in reads])
 
 
 def is_leaf(step: Step) -> bool:
@@ -367,25 +365,3 @@ def sources_of(step: Step) -> tuple[str, ...]:
     if isinstance(step, Sample):
         return () if step.source == TIME else (step.source,)
     return step.sources if isinstance(step, Function | Memory) else ()
-
-
-_PLAIN = (str, bool, int, float, complex, type, FunctionType, type(None))
-
-
-def _fingerprint(value: Any) -> Any:
-    """Equal for values that are equal but for names; what cannot be compared equals nothing.
-
-    It holds nothing but numbers, texts and functions: a plant would keep the diagram alive.
-    """
-    if isinstance(value, _PLAIN):  # first: most values are, and this test costs least
-        return value
-    if isinstance(value, np.ndarray):
-        return value.shape, value.tobytes()
-    if isinstance(value, tuple | list):
-        return type(value), *map(_fingerprint, value)
-    if is_dataclass(value) and not isinstance(value, type):
-        known = rules(type(value))
-        return type(value), *(_fingerprint(getattr(value, name)) for name, rule in known.items() if not rule.is_name)
-    if isinstance(value, Mapping):
-        return tuple((name, _fingerprint(each)) for name, each in value.items())
-    return object()

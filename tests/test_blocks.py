@@ -12,7 +12,7 @@ from pydrake.systems.framework import Diagram, PortDataType
 
 import soft_gripper
 from soft_gripper.array_block import ArrayBlock
-from soft_gripper.diagrams.station import make_station
+from soft_gripper.diagrams.station import make_private_station, make_station
 from soft_gripper.estimators.finger_shape import FingerShape
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.signals import signal_of
@@ -66,6 +66,8 @@ def examples(tmp_path_factory):
     for name, overrides in STATIONS:
         changes = [override.replace("{creeping}", str(creeping)) for override in overrides]
         stations.append(make_station(load_scenario(name, changes)))
+    dead = load_scenario("tip_distance_steps", ["sensor.faults=[{finger: left_finger}]", "estimator.type=gaussian"])
+    stations.append(make_private_station(dead))
     found = [block for station in stations for block in blocks(station.diagram)]
     found.append(FingerShape(stations[0].fingers[0].finger))
     distinct = {(type(block), block.period, *block.outputs, *ports(block).items()): block for block in found}

@@ -6,6 +6,7 @@ import numpy as np
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
 
 from soft_gripper.arrays import Array
+from soft_gripper.diagrams.wiring.composed import Part, add_part
 from soft_gripper.diagrams.wiring.named_wires import NamedWires, Ports, connect_known, inputs, vector_outputs
 from soft_gripper.diagrams.wiring.sensors import IDEAL
 from soft_gripper.errors import InputError
@@ -146,18 +147,16 @@ def add_estimation(
     Raises:
         InputError: if the estimator requires an unknown signal, or its shape does not fit this finger.
     """
-    estimation = make_estimation(layout, config, sensor, gravity, make_estimator)
-    return add_made_estimation(builder, name, estimation, measured, name_of(make_estimator, config.type))
+    made = make_estimation(layout, config, sensor, gravity, make_estimator)
+    part = add_part(builder, f"{name}.estimation", made)
+    return connect_estimation(builder, part, measured, name_of(make_estimator, config.type))
 
 
-def add_made_estimation(
-    builder: DiagramBuilder, name: str, estimation: FingerEstimation, measured: Mapping[str, OutputPort], made_by: str
-) -> Ports:
-    """Adds what `make_estimation` made; `made_by` names the estimator."""
-    builder.AddNamedSystem(f"{name}.estimation", estimation)
+def connect_estimation(builder: DiagramBuilder, part: Part, measured: Mapping[str, OutputPort], made_by: str) -> Ports:
+    """Connects what `make_estimation` made to the measured signals; `made_by` names the estimator."""
     with seen_from("estimator.type", made_by):
-        connect_known(builder, estimation, estimation_inputs(measured), "estimator")
-    return vector_outputs(estimation)
+        connect_known(builder, part.inputs, estimation_inputs(measured), "estimator")
+    return part.outputs
 
 
 def make_estimation(

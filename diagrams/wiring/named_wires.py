@@ -21,13 +21,15 @@ def inputs(system: System) -> dict[str, InputPort]:
     return {port.get_name(): port for port in map(system.get_input_port, range(system.num_input_ports()))}
 
 
-def connect_known(builder: DiagramBuilder, system: System, known: Mapping[str, OutputPort], what: str) -> None:
-    """Connects each input of a system to the signal with that name; `what` names the part for error messages.
+def connect_known(
+    builder: DiagramBuilder, ports: Mapping[str, InputPort], known: Mapping[str, OutputPort], what: str
+) -> None:
+    """Connects the input of each name to the signal with that name; `what` names the part for error messages.
 
     Raises:
         InputError: if there is no such signal, or its size differs.
     """
-    for name, port in inputs(system).items():
+    for name, port in ports.items():
         if name not in known:
             article = "an" if what[0] in "aeiou" else "a"
             raise InputError(what, "input port", name, f"{article} {what} may take: {', '.join(known)}")

@@ -201,12 +201,12 @@ def add_alongside(
         with seen_from("estimator.alongside", kind):
             estimation = AlongsideEstimation(estimator, layout.finger, period)
             builder.AddNamedSystem(f"{finger.name}.{label(kind)}.estimation", estimation)
-            connect_known(builder, estimation, estimation_inputs(known), "estimator")
+            connect_known(builder, inputs(estimation), estimation_inputs(known), "estimator")
         found = vector_outputs(estimation)
         if TRUE_JOINTS in known:
             errors = PoseError(finger.finger.segments, TIP in found)
             scoring = builder.AddNamedSystem(f"{finger.name}.{label(kind)}.scoring", errors)
-            connect_known(builder, scoring, {**known, **found}, "score")
+            connect_known(builder, inputs(scoring), {**known, **found}, "score")
             found |= vector_outputs(scoring)
         signals |= {f"{label(kind)}.{name}": port for name, port in found.items()}
     return signals

@@ -10,8 +10,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from pydrake.systems.framework import DiagramBuilder, OutputPort
 
+from soft_gripper.arrays import Array
+from soft_gripper.diagrams.wiring.composed import add_parts
 from soft_gripper.diagrams.wiring.drive import check_finalized
-from soft_gripper.diagrams.wiring.estimation import add_estimation
+from soft_gripper.diagrams.wiring.estimation import connect_estimation, make_estimation
 from soft_gripper.diagrams.wiring.grip_control import find_gripper, forms_gripper
 from soft_gripper.diagrams.wiring.named_wires import Ports, inputs
 from soft_gripper.diagrams.wiring.scoring import (
@@ -21,15 +23,16 @@ from soft_gripper.diagrams.wiring.scoring import (
     add_true_poses,
     add_width_error,
 )
-from soft_gripper.diagrams.wiring.sensors import add_sensors
+from soft_gripper.diagrams.wiring.sensors import connect_sensors, make_sensors
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.load.opening import Gripper, ObjectWidth
 from soft_gripper.scenario.named_estimators import MakeEstimator
 from soft_gripper.scenario.nominal_model import NominalModel
+from soft_gripper.scenario.own_functions import is_own, name_of
 from soft_gripper.scenario.schema import EstimatorConfig, RecordConfig, SensorConfig
-from soft_gripper.scenario.sensor_presets import ALL, MakeSensor
+from soft_gripper.scenario.sensor_presets import ALL, MakeSensor, strain_errors
 from soft_gripper.sensors.measurement import MeasurementModel
 from soft_gripper.truth.poses import TRUE_JOINTS, TRUE_TIP
 
@@ -62,6 +65,7 @@ class SensingConfig:
     make_sensor: MakeSensor | None = None  # in the place of the sensor that `sensor.type` names
     make_estimator: MakeEstimator | None = None  # in the place of the estimator that `estimator.type` names
     record: RecordConfig = field(default_factory=RecordConfig)  # which ground truth is added
+    composed: bool = False  # where nobody reads the blocks: see `wiring.composed`
 
 
 def add_sensing(
@@ -91,22 +95,20 @@ def add_sensing(
     config = config or SensingConfig()
     check_finalized(fingers)
     _check_faults(fingers, config.sensor)
-    is_scored = config.record.truth != "none"
-    signals = add_true_poses(builder, fingers, config.sensor.period) if fingers and is_scored else {}
-    layouts = {finger.name: config.nominal.layout(finger.finger, config.sensor) for finger in fingers}
-    for finger in fingers:
-        if finger.finger.pressures and finger.name not in pressures:
-            raise InputError("add_sensing", "pressures", list(pressures), f"has no entry for finger '{finger.name}'")
-        if finger.finger.tendons and finger.name not in (tensions or {}):
-            expected = f"has no entry for finger '{finger.name}'"
-            raise InputError("add_sensing", "tensions", list(tensions or {}), expected)
-        driving = {"pressure": pressures.get(finger.name), "tension": (tensions or {}).get(finger.name)}
-        driven = {name: port for name, port in driving.items() if port is not None}
-        truth = {name: signals[f"{finger.name}.{name}"] for name in (TRUE_JOINTS, TRUE_TIP) if is_scored}
-        found = _sense(builder, finger, driven, truth, layouts[finger.name], config)
-        signals |= {f"{finger.name}.{name}": port for name, port in found.items()}
     if not fingers:
-        return signals
+        return {}
+    is_scored = config.record.truth != "none"
+    signals = add_true_poses(builder, fingers, config.sensor.period) if is_scored else {}
+    layouts = {finger.name: config.nominal.layout(finger.finger, config.sensor) for finger in fingers}
+    driving = {finger.name: _driving(finger, pressures, tensions or {}) for finger in fingers}
+    measured = _add_sensors(builder, fingers, driving, config)
+    gravity = np.array(fingers[0].plant.gravity_field().gravity_vector())
+    estimated = _add_estimations(builder, layouts, gravity, measured, config)
+    for finger in fingers:
+        name = finger.name
+        truth = {one: signals[f"{name}.{one}"] for one in (TRUE_JOINTS, TRUE_TIP) if is_scored}
+        found = _with_truth(builder, finger, layouts[name], measured[name], estimated[name], truth, config)
+        signals |= {f"{name}.{signal}": port for signal, port in {**driving[name], **found}.items()}
     true_width = _add_true_contact(builder, fingers, config, signals)
     if not forms_gripper(fingers):
         return signals
@@ -143,26 +145,68 @@ def _add_true_contact(
     return width
 
 
-def _sense(
+def _driving(finger: PlantFinger, pressures: Mapping[str, OutputPort], tensions: Mapping[str, OutputPort]) -> Ports:
+    """What drives a finger."""
+    driving = {}
+    for kind, field_, ports, needed in (
+        ("pressure", "pressures", pressures, finger.finger.pressures),
+        ("tension", "tensions", tensions, finger.finger.tendons),
+    ):
+        if finger.name in ports:
+            driving[kind] = ports[finger.name]
+        elif needed:
+            raise InputError("add_sensing", field_, list(ports), f"has no entry for finger '{finger.name}'")
+    return driving
+
+
+def _add_sensors(
+    builder: DiagramBuilder, fingers: Sequence[PlantFinger], driving: Mapping[str, Ports], config: SensingConfig
+) -> dict[str, Ports]:
+    """What is measured on each finger."""
+    sensor, made_by = config.sensor, name_of(config.make_sensor, config.sensor.type)
+    made = {finger.name: make_sensors(finger.finger, sensor, config.make_sensor) for finger in fingers}
+    keys = {finger.name: (finger.finger.unnamed, strain_errors(sensor, finger.name)) for finger in fingers}
+    parts = add_parts(builder, "sensors", made, keys if config.composed and not is_own(made_by) else None)
+    drives = {name: (each.get("pressure"), each.get("tension")) for name, each in driving.items()}
+    return {
+        finger.name: connect_sensors(builder, finger, parts[finger.name], sensor, *drives[finger.name], made_by)
+        for finger in fingers
+    }
+
+
+def _add_estimations(
+    builder: DiagramBuilder,
+    layouts: Mapping[str, MeasurementModel],
+    gravity: Array,
+    measured: Mapping[str, Ports],
+    config: SensingConfig,
+) -> dict[str, Ports]:
+    """What is estimated of each finger."""
+    made_by, make = name_of(config.make_estimator, config.estimator.type), config.make_estimator
+    made = {
+        name: make_estimation(layout, config.estimator, config.sensor, gravity, make)
+        for name, layout in layouts.items()
+    }
+    keys = {name: layout.unnamed for name, layout in layouts.items()}
+    parts = add_parts(builder, "estimation", made, keys if config.composed and not is_own(made_by) else None)
+    return {name: connect_estimation(builder, part, measured[name], made_by) for name, part in parts.items()}
+
+
+def _with_truth(
     builder: DiagramBuilder,
     finger: PlantFinger,
-    driving: Ports,
-    truth: Ports,
     nominal: MeasurementModel,
+    measured: Ports,
+    estimated: Ports,
+    truth: Ports,
     config: SensingConfig,
 ) -> Ports:
-    sensor, estimator = config.sensor, config.estimator
-    gravity = np.array(finger.plant.gravity_field().gravity_vector())
-    pressure, tension = (driving.get(kind) for kind in ("pressure", "tension"))
-    measured = add_sensors(builder, finger, sensor, pressure, config.make_sensor, tension)
-    estimated = add_estimation(
-        builder, finger.name, nominal, estimator, sensor, gravity, measured, config.make_estimator
-    )
-    known = {**measured, **estimated}
+    """All signals of a finger: what is measured and estimated, ground truth, and what is estimated alongside."""
+    sensor, known = config.sensor, {**measured, **estimated}
     scores = add_scoring(builder, finger, sensor.period, known | truth) if truth else {}
-    alongside = add_alongside(builder, finger, nominal, estimator, sensor, measured | truth)
+    alongside = add_alongside(builder, finger, nominal, config.estimator, sensor, measured | truth)
     twice = (measured.keys() & estimated.keys()) | (known.keys() & {*scores, *truth, "pressure", "tension"})
     if twice:
         raise InputError("finger", "output ports", ", ".join(sorted(twice)), "have the name of another signal")
     del known["joint_angles"]  # of every step of the plant; what is sampled is logged
-    return {**driving, **known, **scores, **alongside}
+    return {**known, **scores, **alongside}

@@ -4,8 +4,10 @@ from pydrake.common import RandomDistribution
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
 from pydrake.systems.primitives import MatrixGain, RandomSource
 
-from soft_gripper.diagrams.wiring.named_wires import NamedWires, Ports, connect_known, inputs, vector_outputs
+from soft_gripper.diagrams.wiring.composed import Part, add_part
+from soft_gripper.diagrams.wiring.named_wires import NamedWires, Ports, connect_known, vector_outputs
 from soft_gripper.errors import InputError
+from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import SLIDES
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.scenario.own_functions import make_block, name_of, seen_from
@@ -82,10 +84,10 @@ def _random_input(name: str) -> dict[str, str]:
     return {"standard_normal": f"{name}{RANDOM}"}
 
 
-def _add_random(builder: DiagramBuilder, finger: str, sensors: FingerSensors, period: float) -> Ports:
+def _add_random(builder: DiagramBuilder, finger: str, sensors: Part, period: float) -> Ports:
     """Adds a `{finger}.{input}` for each random input of the sensors of a finger; returns them by input."""
     found = {}
-    for name, port in inputs(sensors).items():
+    for name, port in sensors.inputs.items():
         if name.endswith(RANDOM):
             source = RandomSource(RandomDistribution.kGaussian, port.size(), period)
             found[name] = builder.AddNamedSystem(f"{finger}.{name}", source).get_output_port()
@@ -133,31 +135,48 @@ def add_sensors(
     Raises:
         InputError: if the sensor requires an unknown signal, or has no readings.
     """
-    found, layout = make_sensor or find_sensor(config.type), sensor_layout(finger.finger, config)
+    part = add_part(builder, f"{finger.name}.sensors", make_sensors(finger.finger, config, make_sensor))
+    return connect_sensors(builder, finger, part, config, pressure, tension, name_of(make_sensor, config.type))
+
+
+def make_sensors(finger: Finger, config: SensorConfig, make_sensor: MakeSensor | None = None) -> FingerSensors:
+    """The sensors of a finger, in no diagram yet; arguments and errors as of `add_sensors`."""
+    found, layout = make_sensor or find_sensor(config.type), sensor_layout(finger, config)
     made_by = ("sensor.type", name_of(make_sensor, config.type))
     if is_kind(make_sensor):
         raise InputError("make_sensor", "class", made_by[1], "is a kind of sensor: name it as `sensor.type` instead")
-    make = SensorBlock if is_kind(found) else found
-    sensor = make_block(*made_by, make, layout, config.period)
+    sensor = make_block(*made_by, SensorBlock if is_kind(found) else found, layout, config.period)
     with seen_from(*made_by):
         _check(sensor, layout, config)
-        X_WB = add_base_pose(builder, finger, config.period)
-        possible = {
-            **{joints_port(way): add_joint_angles(builder, finger, way) for way in layout.ways},
-            "pressure": pressure,
-            "tension": tension,
-            "X_WB": X_WB,
-        }
-        known = {name: port for name, port in possible.items() if port is not None}
-        inside = FingerSensors(sensor, layout, config)
-        random = _add_random(builder, finger.name, inside, config.period)
-        sensors = builder.AddNamedSystem(f"{finger.name}.sensors", inside)
-        connect_known(builder, sensors, known | random, "sensor")
-        outputs = vector_outputs(sensors)
-        if layout.quantity not in outputs:
+        return FingerSensors(sensor, layout, config)
+
+
+def connect_sensors(
+    builder: DiagramBuilder,
+    finger: PlantFinger,
+    part: Part,
+    config: SensorConfig,
+    pressure: OutputPort | None,
+    tension: OutputPort | None,
+    made_by: str,
+) -> Ports:
+    """Connects what `make_sensors` made to what the sensors measure; `made_by` names the sensor."""
+    layout = sensor_layout(finger.finger, config)
+    X_WB = add_base_pose(builder, finger, config.period)
+    possible = {
+        **{joints_port(way): add_joint_angles(builder, finger, way) for way in layout.ways},
+        "pressure": pressure,
+        "tension": tension,
+        "X_WB": X_WB,
+    }
+    known = {name: port for name, port in possible.items() if port is not None}
+    with seen_from("sensor.type", made_by):
+        random = _add_random(builder, finger.name, part, config.period)
+        connect_known(builder, part.inputs, known | random, "sensor")
+        if layout.quantity not in part.outputs:
             expected = f"a sensor outputs its readings as '{layout.quantity}'"
-            raise InputError("sensor", "output ports", ", ".join(outputs), expected)
-    return {"joint_angles": known["joint_angles"], "X_WB": X_WB, **outputs}
+            raise InputError("sensor", "output ports", ", ".join(part.outputs), expected)
+    return {"joint_angles": known["joint_angles"], "X_WB": X_WB, **part.outputs}
 
 
 def _check(sensor: System, layout: MeasurementModel, config: SensorConfig) -> None:

@@ -72,6 +72,11 @@ class Finger:
     def __post_init__(self) -> None:
         check_config(f"finger '{self.name}'", self)
 
+    @property
+    def unnamed(self) -> tuple[Any, ...]:
+        """Equal for fingers that differ by nothing but their names."""
+        return tuple(getattr(self, each.name) for each in fields(self) if each.name != "name")
+
     def misfits(self) -> Iterator[Misfit]:
         """Rules across the fields: sensor paths within the finger, creep that leaves some stiffness, ways to yield."""
         yield from self._misplaced_sections()

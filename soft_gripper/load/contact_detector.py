@@ -16,11 +16,11 @@ _RELEASE = 0.5  # of the threshold, below which contact ends
 
 
 class Touch(NamedTuple):
-    """Result of one sample, or of T."""
+    """Result of a sample, (...) each."""
 
-    residual: float | Array  # N m
-    contact: float | Array  # 0 or 1
-    since: float | Array  # s, NaN before the first contact
+    residual: Array  # N m
+    contact: Array  # 0 or 1
+    since: Array  # s, NaN before the first contact
 
 
 class ContactDetector(ArrayBlock):
@@ -42,8 +42,6 @@ class ContactDetector(ArrayBlock):
     or more; docs/manipulation.md has what was measured with it.
     """
 
-    takes_axes = False
-
     def __init__(self, joints: int, base_joints: int, period: float, threshold: float = THRESHOLD):
         """`joints` of the finger, of which `base_joints` lie in the section at the base; `threshold` in N m."""
         super().__init__(period)
@@ -55,7 +53,7 @@ class ContactDetector(ArrayBlock):
         self.remember(
             *("touch", self._touch, *sources),
             begin=np.array([0.0, np.nan]),
-            keep=lambda touch: np.array(touch[1:]),
+            keep=lambda touch: np.stack(touch[1:], axis=-1),
             over_time=self._touches,
         )
         for name, field, unit in (
@@ -66,20 +64,21 @@ class ContactDetector(ArrayBlock):
             self.put_out(name, attrgetter(field), "touch", unit=unit)
 
     def _touch(self, before: Array, now: Array, torque: Array, tolerance: Array) -> Touch:
-        """One sample, after contact and since of the sample before."""
-        contact, since = before.tolist()
-        residual, allowed = (float(each[: self._base_joints].sum()) / self._base_joints for each in (torque, tolerance))
-        if not contact and abs(residual) - allowed > self._threshold:
-            contact, since = 1.0, float(now[0])
-        elif abs(residual) + allowed < _RELEASE * self._threshold:
-            contact = 0.0
-        return Touch(residual, contact, since)
+        """One sample, after contact and since of the sample before, (..., 2)."""
+        contact, since = before[..., 0], before[..., 1]
+        residual, allowed = (
+            each[..., : self._base_joints].sum(axis=-1) / self._base_joints for each in (torque, tolerance)
+        )
+        begins = (contact == 0) & (np.abs(residual) - allowed > self._threshold)
+        ends = ~begins & (np.abs(residual) + allowed < _RELEASE * self._threshold)
+        contact = np.where(begins, 1.0, np.where(ends, 0.0, contact))
+        return Touch(residual, contact, np.where(begins, now[..., 0], since))
 
     def _touches(self, *samples: Array) -> Touch:
         """All samples of a recording, (T,) each; the first is not remembered."""
         found: list[Touch] = []
         before = begin = np.array([0.0, np.nan])
         for sample in zip(*samples, strict=True):
-            before = np.array(found[-1][1:]) if len(found) > 1 else begin
+            before = np.stack(found[-1][1:], axis=-1) if len(found) > 1 else begin
             found.append(self._touch(before, *sample))
-        return Touch(*np.array(found).T)
+        return Touch(*np.moveaxis(np.array(found), -1, 0))

@@ -19,7 +19,7 @@ sensors see them yield, bending first, and N from the base to the tip in each. R
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from functools import cached_property
 from typing import Any, ClassVar, NamedTuple
 
@@ -85,6 +85,12 @@ class MeasurementModel(ABC):
         if isinstance(self.response, CalibratedResponse) and len(self.response.gains) != self.readings:
             expected = f"the layout has {self.readings} readings"
             raise InputError("calibration", "gains", list(self.response.gains), expected)
+
+    @property
+    def unnamed(self) -> tuple[Any, ...]:
+        """Equal for the sensors of fingers that differ by nothing but their names."""
+        others = (getattr(self, each.name) for each in fields(self) if each.name != "finger")
+        return type(self), self.finger.unnamed, *others
 
     @property
     @abstractmethod

@@ -10,11 +10,10 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import LogVectorOutput, TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 
-from soft_gripper.array_block import ArrayBlock
-from soft_gripper.diagrams.live import LiveSignals
 from soft_gripper.diagrams.private_run import keep_what_is_read
 from soft_gripper.diagrams.simulation import make_simulator, run_station
 from soft_gripper.diagrams.station import make_private_station, make_station
+from soft_gripper.diagrams.wiring.composed import Abreast, Composed
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.sensors.sensor_block import Hold
 
@@ -87,16 +86,21 @@ def test_a_private_diagram_exports_what_it_computes(name, overrides):
     for port in exported:
         assert port.Eval(simulator.get_context()).shape == read[port.get_name()][-1].shape
     names = {system.get_name() for system in diagram.GetSystems()}
-    assert not names & {"left_finger.sensors", "left_finger.estimation", "left_finger.scoring", "true_poses"}
-    assert station.removed.keys() >= {"left_finger.sensors", "left_finger.estimation"}
+    assert not names & {"left_finger.scoring", "right_finger.scoring", "true_poses"}
+    assert station.removed.keys() >= {"left_finger.scoring", "right_finger.scoring", "true_poses"}
 
 
-def test_nothing_read_is_nothing_added():
-    def live(name):
-        return [s for s in make_private_station(load_scenario(name)).diagram.GetSystems() if isinstance(s, LiveSignals)]
+def test_sensors_and_estimation_of_equal_fingers_are_a_block_each_if_anything_reads_them():
+    def parts(name, *overrides):
+        systems = make_private_station(load_scenario(name, overrides)).diagram.GetSystems()
+        return {system.get_name() for system in systems if isinstance(system, Abreast | Composed)}
 
-    assert not live("free_bending")
-    assert len(live("tip_distance_steps")) == 1
+    assert not parts("free_bending")
+    both = {"left_finger+right_finger.sensors", "left_finger+right_finger.estimation"}
+    assert parts("tip_distance_steps") == both
+    broken = "sensor.faults=[{finger: left_finger, kind: dead}]"
+    apart = {"left_finger.sensors", "right_finger.sensors", "left_finger+right_finger.estimation"}
+    assert parts("tip_distance_steps", broken) == apart
 
 
 def test_a_private_run_begins_at_any_time():
@@ -110,73 +114,6 @@ def test_a_private_run_begins_at_any_time():
     assert_near(*runs, 1e-12)
 
 
-class Waves:
-    """Sources, and blocks that hold what they put out."""
-
-    def __init__(self, *delays):
-        self.builder, self.holds, self.sources = DiagramBuilder(), [], []
-        for delay in delays:
-            bend = PiecewisePolynomial.FirstOrderHold([0, 10], [[len(self.holds), 10 + delay]])
-            source = self.builder.AddNamedSystem(f"source{len(self.sources)}", TrajectorySource(bend))
-            hold = self.builder.AddNamedSystem(f"hold{len(self.holds)}", Hold(PERIOD, 1, delay))
-            self.builder.Connect(source.get_output_port(), hold.get_input_port())
-            self.sources.append(source)
-            self.holds.append(hold)
-
-    def logs(self, is_private):
-        """What is logged of all blocks in a run, and the names of the blocks."""
-        logs = [LogVectorOutput(hold.get_output_port(), self.builder, PERIOD) for hold in self.holds]
-        if is_private:
-            keep_what_is_read(self.builder, PERIOD, {})
-        diagram = self.builder.Build()
-        simulator = Simulator(diagram)
-        simulator.AdvanceTo(1.0)
-        names = {system.get_name() for system in diagram.GetSystems()}
-        return np.array([log.FindLog(simulator.get_context()).data()[0] for log in logs]), names
-
-
-@pytest.mark.parametrize("delays", [(0,), (2, 2), (0, 2, 0), (1, 1, 3, 1)])
-def test_blocks_that_are_alike_keep_their_own_samples(delays):
-    found, names = Waves(*delays).logs(is_private=True)
-    assert "live" in names
-    assert not any(name.startswith("hold") for name in names)
-    np.testing.assert_array_equal(found, Waves(*delays).logs(is_private=False)[0])
-    assert len(np.unique(found[:, -1])) == len(delays)
-
-
-def test_blocks_that_are_alike_may_follow_each_other():
-    def chained(is_private):
-        waves = Waves(1)
-        again = waves.builder.AddNamedSystem("again", Hold(PERIOD, 1, 1))
-        waves.builder.Connect(waves.holds[0].get_output_port(), again.get_input_port())
-        waves.holds.append(again)
-        return waves.logs(is_private)[0]
-
-    np.testing.assert_array_equal(chained(True), chained(False))
-
-
-class Double(ArrayBlock):
-    def __init__(self):
-        super().__init__()
-        self.take("x", 1)
-        self.put_out("y", lambda x: 2 * x, "x")
-
-
-def test_other_periods_and_what_is_not_sampled_run_by_themselves():
-    waves = Waves(0)
-    double, slow = waves.builder.AddNamedSystem("double", Double()), Hold(2 * PERIOD, 1)
-    waves.builder.AddNamedSystem("slow", slow)
-    for block in (double, slow):
-        waves.builder.Connect(waves.sources[0].get_output_port(), block.get_input_port())
-    waves.holds += [double, slow]
-    found, names = waves.logs(is_private=True)
-    assert names >= {"double", "slow", "live"}
-    assert "hold0" not in names
-    time = PERIOD * np.arange(11)
-    np.testing.assert_allclose(found[1], 2 * time)
-    np.testing.assert_allclose(found[2][1:], np.floor((time[1:] - 1e-9) / (2 * PERIOD)) * 2 * PERIOD)
-
-
 class Reader(LeafSystem):
     def __init__(self):
         super().__init__()
@@ -184,36 +121,38 @@ class Reader(LeafSystem):
         self.DeclareVectorOutputPort("y", 1, lambda context, y: y.SetFromVector(3 * self._x.Eval(context)))
 
 
-def test_a_block_of_another_kind_gets_what_it_reads():
-    waves = Waves(0, 0)
-    reader = waves.builder.AddNamedSystem("reader", Reader())
-    waves.builder.Connect(waves.holds[1].get_output_port(), reader.get_input_port())
-    waves.holds = [*waves.holds[:1], reader]
-    found, _ = waves.logs(is_private=True)
-    assert found[1, -1] == pytest.approx(3 * (1 + 9 * 0.9 / 10))
+class Part(Diagram):
+    """A block of another kind that reads one made of functions."""
+
+    def __init__(self):
+        super().__init__()
+        builder = DiagramBuilder()
+        hold, reader = builder.AddNamedSystem("hold", Hold(PERIOD, 1)), builder.AddNamedSystem("reader", Reader())
+        builder.Connect(hold.get_output_port(), reader.get_input_port())
+        builder.ExportInput(hold.get_input_port(), "u")
+        builder.ExportOutput(reader.get_output_port(), "y")
+        builder.BuildInto(self)
 
 
-def test_what_a_block_of_another_kind_reads_inside_of_its_part_stays_with_it():
-    """A part of a diagram stays whole, and with it what feeds it."""
+def test_what_nothing_reads_leaves_the_diagram_and_the_rest_is_as_before():
+    def run(is_private):
+        builder = DiagramBuilder()
+        wave = TrajectorySource(PiecewisePolynomial.FirstOrderHold([0, 10], [[0, 10]]))
+        source = builder.AddNamedSystem("source", wave)
+        holds = [builder.AddNamedSystem(f"hold{i}", Hold(PERIOD, 1, i)) for i in range(3)]
+        part = builder.AddNamedSystem("part", Part())
+        for earlier, later in ((source, holds[0]), (holds[0], holds[1]), (holds[1], part), (source, holds[2])):
+            builder.Connect(earlier.get_output_port(), later.get_input_port())
+        log = LogVectorOutput(part.get_output_port(), builder, PERIOD)
+        signals = {f"hold{i}": hold.get_output_port() for i, hold in enumerate(holds)}
+        kept = keep_what_is_read(builder, signals) if is_private else None
+        diagram = builder.Build()
+        simulator = Simulator(diagram)
+        simulator.AdvanceTo(1.0)
+        names = {system.get_name() for system in diagram.GetSystems() if system is not log}
+        return kept, names, log.FindLog(simulator.get_context()).data()
 
-    class Part(Diagram):
-        def __init__(self):
-            super().__init__()
-            builder = DiagramBuilder()
-            hold, reader = builder.AddNamedSystem("hold", Hold(PERIOD, 1)), builder.AddNamedSystem("reader", Reader())
-            builder.Connect(hold.get_output_port(), reader.get_input_port())
-            builder.ExportInput(hold.get_input_port(), "u")
-            builder.ExportOutput(reader.get_output_port(), "y")
-            builder.BuildInto(self)
-
-    def read(is_private):
-        waves = Waves(1, 0)
-        part = waves.builder.AddNamedSystem("part", Part())
-        waves.builder.Connect(waves.holds[0].get_output_port(), part.get_input_port())
-        waves.holds = [part]
-        return waves.logs(is_private)
-
-    (found, names), (expected, _) = read(True), read(False)
+    (kept, names, found), (_, every, expected) = run(True), run(False)
     np.testing.assert_array_equal(found, expected)
-    assert "part" in names
-    assert "hold1" not in names, "nothing reads it"
+    assert every - names == {"hold2"} == kept.removed.keys(), "nothing reads it"
+    assert kept.signals.keys() == {"hold0", "hold1"}

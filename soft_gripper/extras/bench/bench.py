@@ -16,19 +16,20 @@ from soft_gripper.arrays import Array
 from soft_gripper.control.pid_controller import SampledPidController
 from soft_gripper.diagrams.commanding import grip_supply
 from soft_gripper.diagrams.scene import add_plant
+from soft_gripper.diagrams.wiring.composed import add_parts
 from soft_gripper.diagrams.wiring.drive import Commands
-from soft_gripper.diagrams.wiring.estimation import add_made_estimation, estimation_inputs, make_estimation
+from soft_gripper.diagrams.wiring.estimation import connect_estimation, make_estimation
 from soft_gripper.diagrams.wiring.grip_control import add_grip_control, add_set_points, find_gripper, forms_gripper
 from soft_gripper.diagrams.wiring.named_wires import Ports
 from soft_gripper.diagrams.wiring.sensing import add_object_width
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.driving_torque import DRIVING_TORQUE
 from soft_gripper.estimators.plane import planar_gravity
-from soft_gripper.extras.bench.together import add_together, can_stack
 from soft_gripper.fingers.kinematics import gravity_torque
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.scenario.checks import checked_scenario
 from soft_gripper.scenario.nominal_model import read_nominal_model
+from soft_gripper.scenario.own_functions import is_own
 from soft_gripper.scenario.schema import Scenario
 from soft_gripper.sensors.base_pose import AXES, UNITS, FixedBasePose
 from soft_gripper.sensors.measurement import MeasurementModel
@@ -257,13 +258,9 @@ def _estimated(parts: _Parts, scenario: Scenario, gravity: Array, measured: Mapp
     """The estimates of each finger, by name: of equal ones together."""
     config, sensor = scenario.estimator, scenario.sensor
     made = {name: make_estimation(layout, config, sensor, gravity) for name, layout in parts.layouts.items()}
-    if can_stack([*made.values()]):
-        fed = [estimation_inputs(measured[name]) for name in made]
-        return dict(zip(made, add_together(parts.builder, [*made.values()], fed), strict=True))
-    return {
-        name: add_made_estimation(parts.builder, name, estimation, measured[name], config.type)
-        for name, estimation in made.items()
-    }
+    keys = None if is_own(config.type) else {name: layout.unnamed for name, layout in parts.layouts.items()}
+    added = add_parts(parts.builder, "estimation", made, keys)
+    return {name: connect_estimation(parts.builder, part, measured[name], config.type) for name, part in added.items()}
 
 
 def _add_grip(parts: _Parts, fingers: Sequence[PlantFinger], scenario: Scenario) -> None:

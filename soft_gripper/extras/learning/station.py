@@ -353,7 +353,7 @@ def make_learning_station(
         InputError: if a part cannot be built, or does not fit the others.
     """
     builder, seen = DiagramBuilder(), picture or meshcat is not None
-    parts = add_station(builder, scenario, meshcat, visuals=seen)
+    parts = add_station(builder, scenario, meshcat, visuals=seen, composed=True)
     _add_action(builder, config, parts)
     handled = config.grasp or config.pick_place
     forces = None if handled is None else add_peak_force(builder, parts)
@@ -369,7 +369,7 @@ def make_learning_station(
     builder.ExportOutput(observation, "observation")
     if picture:
         builder.ExportOutput(_add_camera(builder, parts), "picture")
-    parts.signals = keep_what_is_read(builder, scenario.sensor.period, parts.signals).signals
+    parts.signals = keep_what_is_read(builder, parts.signals).signals
     diagram = builder.Build()
     parts.check(diagram)
     if handled is None:

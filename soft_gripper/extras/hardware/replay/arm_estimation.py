@@ -29,7 +29,8 @@ from pydrake.systems.primitives import Adder, ConstantVectorSource, MatrixGain
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.diagrams.private_run import keep_what_is_read
 from soft_gripper.diagrams.recording import Recording, add_logs, read_logs
-from soft_gripper.diagrams.wiring.named_wires import NamedWires, connect_known, vector_outputs
+from soft_gripper.diagrams.wiring.composed import add_part
+from soft_gripper.diagrams.wiring.named_wires import NamedWires, connect_known
 from soft_gripper.estimators.driving_torque import DRIVING_TORQUE, DrivingTorque
 from soft_gripper.estimators.finger_shape import ANGLES
 from soft_gripper.estimators.uncertainty import Uncertainty
@@ -283,11 +284,11 @@ def estimate_recording(
     signals = dict(known)
     for row, (estimator, count) in estimators.items():
         estimation = ArmEstimation(arm, estimator, count, inputs.bodies, inputs.period)
-        builder.AddNamedSystem(row, estimation)
-        connect_known(builder, estimation, known, "estimation")
-        signals |= {f"{row}.{name}": port for name, port in vector_outputs(estimation).items()}
+        part = add_part(builder, row, estimation)
+        connect_known(builder, part.inputs, known, "estimation")
+        signals |= {f"{row}.{name}": port for name, port in part.outputs.items()}
     logs = add_logs(builder, signals, inputs.period)
-    keep_what_is_read(builder, inputs.period, signals)
+    keep_what_is_read(builder, signals)
     simulator = Simulator(builder.Build())
     simulator.AdvanceTo((len(inputs.pressures) - 1) * inputs.period)
     return read_logs(logs, simulator.get_context(), about)

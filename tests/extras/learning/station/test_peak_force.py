@@ -24,7 +24,7 @@ def test_forces_are_along_normals_of_any_length_and_not_those_of_a_finger_on_its
 def whole_station(grasp_environment):
     """A station of SoftGrasp-v0 with the true signals, which nothing in it reads."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(module, "keep_what_is_read", lambda builder, period, signals: Kept(dict(signals), {}))
+        patch.setattr(module, "keep_what_is_read", lambda builder, signals: Kept(dict(signals), {}))
         return module.make_learning_station(grasp_environment.config, grasp_environment.scenario)
 
 

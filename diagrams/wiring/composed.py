@@ -1,0 +1,287 @@
+"""Parts of fingers as they run where nobody reads their blocks: each composed into one block, of equal fingers at once.
+
+A block in Python costs more by its ports, caches and events than by its arithmetic, and a small numpy operation costs
+as much for two fingers as for one. So `Composed` does what the blocks of a diagram do as one block, and `Abreast` does
+it for several equal fingers. Both call the functions of the blocks (ArrayBlock), and have the ports of the diagram.
+Parts with a block of the user's own stay as they are: it may do more than its functions say, and is named if it fails.
+"""
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import Any, NamedTuple
+
+import numpy as np
+from pydrake.systems.framework import Diagram, DiagramBuilder, InputPort, OutputPort, System
+
+from soft_gripper.array_block import TIME, ArrayBlock, Constant, Function, Memory, Sample, Step, is_leaf, sources_of
+from soft_gripper.arrays import Array
+from soft_gripper.diagrams.wiring.named_wires import Ports, inputs, vector_outputs
+from soft_gripper.signals import signal_of
+
+
+class Composed(ArrayBlock):
+    """The blocks of a diagram as one, with the inputs and outputs of the diagram; it leaves the diagram unused."""
+
+    def __init__(self, diagram: Diagram):
+        """All blocks of the diagram are made of functions of vectors, and sampled together."""
+        blocks = diagram.GetSystems()
+        super().__init__(next((block.period for block in blocks if block.period is not None), None))
+        for name, port in inputs(diagram).items():
+            self.take(name, port.size())
+        fed = _fed(diagram)
+        steps = {name: step for block in blocks for name, step in _steps(block, fed)}
+        ports = {name: _inner(diagram, port) for name, port in vector_outputs(diagram).items()}
+        outputs = {name: _output(port, fed) for name, port in ports.items()}
+        _declare(self, steps, outputs)
+        for name, port in ports.items():
+            function, sources = outputs[name]
+            self.put_out(name, function, *sources, **_described(port))
+
+
+class Abreast(ArrayBlock):
+    """One block for several equal fingers, whose steps have a leading axis of fingers.
+
+    ::
+
+        {finger}.{input} ---> Abreast ---> {finger}.{output}
+
+    A recording is computed finger by finger.
+    """
+
+    def __init__(self, one: ArrayBlock, fingers: Sequence[str]):
+        """`one` is the block of one finger."""
+        super().__init__(one.period)
+        self._one, number = one, len(fingers)
+        for name in inputs(one):
+            each = [f"{finger}.{name}" for finger in fingers]
+            for port in each:
+                self.take(port, one.GetInputPort(name).size())
+            self.derive(name, _stacked, *each)
+        steps = {name: _abreast(step, number) for name, step in one.steps.items() if not is_leaf(step)}
+        _declare(self, steps, one.outputs)
+        for name, (function, sources) in one.outputs.items():
+            port, together = one.GetOutputPort(name), f"{name} of all"
+            self.derive(together, _reshaped(function, (number, port.size())), *sources)
+            for i, finger in enumerate(fingers):
+                self.put_out(f"{finger}.{name}", partial(_row, i), together, **_described(port))
+
+    def follows(self, output: str, period: float) -> bool:
+        """See ArrayBlock."""
+        return self._one.follows(_apart(output)[1], period)
+
+    def leaves(self, output: str) -> list[str]:
+        """See ArrayBlock."""
+        finger, name = _apart(output)
+        return [f"{finger}.{leaf}" for leaf in self._one.leaves(name)]
+
+    def over_time(self, time: Array, leaves: Mapping[str, Any], outputs: Iterable[str]) -> dict[str, Array]:
+        """See ArrayBlock; the leaves and outputs of one finger, or of several."""
+        found: dict[str, Array] = {}
+        for finger in dict.fromkeys(_apart(output)[0] for output in outputs):
+            own = {
+                name: value for (of, name), value in ((_apart(leaf), v) for leaf, v in leaves.items()) if of == finger
+            }
+            names = [name for of, name in map(_apart, outputs) if of == finger]
+            found |= {f"{finger}.{name}": each for name, each in self._one.over_time(time, own, names).items()}
+        return found
+
+
+_Output = tuple[Callable[..., Any], Sequence[str]]  # a function and its steps
+
+
+def _declare(block: ArrayBlock, steps: Mapping[str, Step], outputs: Mapping[str, _Output]) -> None:
+    """Declares steps of a block that follow from each other and from its inputs; `outputs` will be put out.
+
+    What is read in one place only is not kept in a cache.
+    """
+    others = (step.kept if isinstance(step, Memory) else () for step in steps.values())
+    sources = (*map(sources_of, steps.values()), *others, *(names for _, names in outputs.values()))
+    readers = Counter(name for names in sources for name in names)
+    for name, step in steps.items():
+        if isinstance(step, Constant):
+            block.constant(name, step.value)
+        elif isinstance(step, Function):
+            block.derive(name, step.of, *step.sources, over_time=step.over_time, kept=readers[name] > 1)
+        elif isinstance(step, Sample):
+            options = {"at_initialization": step.at_initialization, "at_first": step.at_first}
+            block.sample(name, step.source, step.begin, **options)
+        elif isinstance(step, Memory):
+            block.remember(
+                name,
+                step.of,
+                *step.sources,
+                begin=step.begin,
+                keep=step.keep,
+                kept=step.kept,
+                begin_of=step.begin_of,
+                over_time=step.over_time,
+            )
+
+
+def _fed(diagram: Diagram) -> dict[tuple[System, str], str]:
+    """What feeds the inputs of the blocks of a diagram: its own inputs, and outputs of other blocks."""
+    fed = {}
+    for name, port in inputs(diagram).items():
+        for block, number in diagram.GetInputPortLocators(port.get_index()):
+            fed[block, block.get_input_port(number).get_name()] = name
+    for (block, number), (of, output) in diagram.connection_map().items():
+        fed[block, block.get_input_port(number).get_name()] = _wire(of.get_output_port(output))
+    return fed
+
+
+def _steps(block: ArrayBlock, fed: Mapping[tuple[System, str], str]) -> Iterator[tuple[str, Step]]:
+    """The steps of a block among others, with one for each of its outputs that feeds another block."""
+    name_of = partial(_name_of, block, fed)
+    for name, step in block.steps.items():
+        if not is_leaf(step):
+            yield name_of(name), _renamed(step, name_of)
+    for name, (function, sources) in block.outputs.items():
+        port = block.GetOutputPort(name)
+        if _wire(port) in fed.values():
+            size, steps = port.size(), tuple(map(name_of, sources))
+            yield _wire(port), Function(_flat(function, size), steps, _reshaped(function, (-1, size)))
+
+
+def _output(port: OutputPort, fed: Mapping[tuple[System, str], str]) -> _Output:
+    """What an output of a block puts out."""
+    if _wire(port) in fed.values():
+        return _same, [_wire(port)]
+    function, sources = port.get_system().outputs[port.get_name()]
+    return function, [_name_of(port.get_system(), fed, source) for source in sources]
+
+
+def _name_of(block: ArrayBlock, fed: Mapping[tuple[System, str], str], name: str) -> str:
+    """Name of a step of a block among those of others; the time is that of all."""
+    if name == TIME:
+        return name
+    return fed[block, name] if block.HasInputPort(name) else f"{block.get_name()}/{name}"
+
+
+def _renamed(step: Step, name_of: Callable[[str], str]) -> Step:
+    """A step whose sources have other names."""
+    if isinstance(step, Sample):
+        return replace(step, source=name_of(step.source))
+    if isinstance(step, Function):
+        return replace(step, sources=tuple(map(name_of, step.sources)))
+    if isinstance(step, Memory):
+        begin_of = None if step.begin_of is None else (step.begin_of[0], name_of(step.begin_of[1]))
+        sources, kept = tuple(map(name_of, step.sources)), tuple(map(name_of, step.kept))
+        return replace(step, sources=sources, kept=kept, begin_of=begin_of)
+    return step
+
+
+def _abreast(step: Step, number: int) -> Step:
+    """A step of one finger with a leading axis of several; they have one time."""
+
+    def repeated(value: Array) -> Array:
+        return np.broadcast_to(value, (number, *value.shape))
+
+    if isinstance(step, Constant):
+        return replace(step, value=repeated(step.value))
+    if isinstance(step, Memory) or (isinstance(step, Sample) and step.source != TIME):
+        return replace(step, begin=repeated(step.begin))
+    return step
+
+
+def _wire(port: OutputPort) -> str:
+    """Step of an output that feeds another block."""
+    return f"{port.get_system().get_name()}.{port.get_name()}"
+
+
+def _inner(diagram: Diagram, port: OutputPort) -> OutputPort:
+    """The output of a block that a diagram puts out."""
+    block, number = diagram.get_output_port_locator(port.get_index())
+    return block.get_output_port(number)
+
+
+def _described(port: OutputPort) -> dict[str, Any]:
+    signal = signal_of(port)
+    return {"unit": signal.unit, "meanings": signal.meanings, **signal.axes}
+
+
+def _same(value: Any) -> Any:
+    return value
+
+
+def _row(i: int, values: Array) -> Array:
+    return values[i]
+
+
+def _stacked(*values: Array) -> Array:
+    return np.array(values)
+
+
+def _reshaped(function: Callable[..., Any], shape: tuple[int, ...]) -> Callable[..., Array]:
+    return lambda *steps: np.asarray(function(*steps)).reshape(shape)
+
+
+def _flat(function: Callable[..., Any], size: int) -> Callable[..., Array]:
+    """A function whose values are vectors, of one finger or of each."""
+
+    def flat(*steps: Any) -> Array:
+        rows = np.asarray(function(*steps)).reshape(-1, size)
+        return rows[0] if len(rows) == 1 else rows
+
+    return flat
+
+
+def _apart(port: str) -> tuple[str, str]:
+    """Finger and name of a port of several fingers."""
+    finger, _, name = port.partition(".")
+    return finger, name
+
+
+class Part(NamedTuple):
+    """The ports of a part of one finger, by name."""
+
+    inputs: Mapping[str, InputPort]
+    outputs: Ports
+
+
+def add_part(builder: DiagramBuilder, name: str, part: System) -> Part:
+    """Adds a part of a finger to a diagram."""
+    builder.AddNamedSystem(name, part)
+    return Part(inputs(part), vector_outputs(part))
+
+
+def add_parts(
+    builder: DiagramBuilder, kind: str, parts: Mapping[str, Diagram], keys: Mapping[str, Any] | None = None
+) -> dict[str, Part]:
+    """Adds parts of fingers, `{finger}.{kind}`.
+
+    Args:
+        builder: of any diagram.
+        kind: of the parts.
+        parts: by finger, in no diagram yet.
+        keys: by finger: each part is composed, and those with equal keys, which do the same, are one block; None: they
+            stay diagrams of blocks.
+    """
+    if keys is None:
+        return {name: add_part(builder, f"{name}.{kind}", part) for name, part in parts.items()}
+    found: dict[str, Part] = {}
+    for names in _grouped(keys):
+        if len(names) == 1 or not all(block.takes_axes for block in parts[names[0]].GetSystems()):
+            found |= {name: add_part(builder, f"{name}.{kind}", Composed(parts[name])) for name in names}
+        else:
+            block = builder.AddNamedSystem(f"{'+'.join(names)}.{kind}", Abreast(Composed(parts[names[0]]), names))
+            found |= {name: Part(_of(name, inputs(block)), _of(name, vector_outputs(block))) for name in names}
+    return {name: found[name] for name in parts}
+
+
+def _grouped(keys: Mapping[str, Any]) -> list[list[str]]:
+    """Names with equal keys, together."""
+    groups: list[list[str]] = []
+    for name, key in keys.items():
+        group = next((group for group in groups if keys[group[0]] == key), None)
+        if group is None:
+            groups.append([name])
+        else:
+            group.append(name)
+    return groups
+
+
+def _of(finger: str, ports: Mapping[str, Any]) -> dict[str, Any]:
+    """The ports of one finger, without its name."""
+    return {name: port for (of, name), port in ((_apart(each), p) for each, p in ports.items()) if of == finger}
