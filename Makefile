@@ -55,15 +55,15 @@ types: $(READY)
 # Hostile input, FUZZ cases of every kind, different in every run.
 FUZZ ?= 1000
 fuzz: $(READY)
-	FUZZ=$(FUZZ) $(BIN)/python -m pytest -q tests/fuzz
+	FUZZ=$(FUZZ) $(BIN)/python -m pytest -q tests/extras/fuzz
 
 # Commands killed at random moments, KILLS times each; and runs for SOAK seconds, whose memory must not grow.
 KILLS ?= 40
 SOAK ?= 3600
 kills: $(READY)
-	KILLS=$(KILLS) $(BIN)/python -m pytest -q tests/endurance/test_random_kills.py tests/endurance/test_live_kills.py
+	KILLS=$(KILLS) $(BIN)/python -m pytest -q tests/extras/endurance/test_random_kills.py tests/extras/endurance/test_live_kills.py
 soak: $(READY)
-	SOAK=$(SOAK) $(BIN)/python -m pytest -q tests/endurance/test_soak.py
+	SOAK=$(SOAK) $(BIN)/python -m pytest -q tests/extras/endurance/test_soak.py
 
 # Before a release: the numbers that README and docs print, compared with what the evaluation writes.
 release-check: evaluate

@@ -99,6 +99,13 @@ def test_the_core_names_no_extra(path):
     assert re.findall(rf"\bextras[./]({'|'.join(EXTRAS)})\b", path.read_text(encoding="utf-8")) == []
 
 
+def test_no_test_of_the_core_names_an_extra():
+    """Nor do its helpers: the tests of extras, and of the whole product with them, are in tests/extras."""
+    paths = (path for path in (ROOT / "tests").rglob("*.py") if "extras" not in path.relative_to(ROOT).parts)
+    named = rf"\bextras[./]({'|'.join(EXTRAS)})\b"
+    assert [str(path) for path in paths if re.search(named, path.read_text(encoding="utf-8"))] == []
+
+
 @pytest.mark.parametrize("name", EXTRAS)
 def test_extras_use_each_other_as_listed(name):
     files = (PACKAGE / "extras" / name).rglob("*.py")

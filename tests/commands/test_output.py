@@ -6,11 +6,10 @@ from pathlib import Path
 
 import pytest
 from command_line import short, soft_gripper
-from refusals import refusal, refused
+from refusals import refusal
 
 from soft_gripper.commands.run import run_folder
 from soft_gripper.diagrams.view import meshcat_view as meshcats
-from soft_gripper.extras.hardware.commands import replay
 from soft_gripper.models import DIRECTORY
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 from soft_gripper.scenario.schema import Scenario
@@ -96,7 +95,7 @@ def test_run_in_a_browser_does_not_wait_where_nobody_is(monkeypatch: pytest.Monk
 
 @pytest.mark.parametrize(
     "command",
-    [["evaluate"], ["run", "free_bending"], ["export", "free_bending"], ["live", "tip_distance_steps"]],
+    [["evaluate"], ["run", "free_bending"]],
     ids=" ".join,
 )
 def test_a_folder_to_which_another_process_writes(command: list[str]) -> None:
@@ -117,5 +116,3 @@ def test_no_port_for_meshcat(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr(meshcats, "Meshcat", fail)
     assert "Meshcat: port = 'any': no free port" in refusal("run", "free_bending", "--html", "r.html", "--out", ".")
-    with refused("port", "any"):
-        replay.hidden_meshcat()

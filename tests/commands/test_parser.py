@@ -14,7 +14,6 @@ import pytest
 from soft_gripper.commands.options import number, whole
 from soft_gripper.commands.parser import command_parser, commands, parsed
 from soft_gripper.errors import InputError
-from soft_gripper.extras.studies.contacts.peg import PEG_FRICTION
 from soft_gripper.runs.sweep.run_sweep import METHODS
 
 HELP = command_parser().format_help()
@@ -55,7 +54,6 @@ def test_modules_of_all_commands_run_them():
 
 def test_defaults_and_choices_are_those_of_the_library():
     """They are written out, since nothing is imported for them."""
-    assert parsed(["contact-trials"]).friction == PEG_FRICTION
     (method,) = (option for command in commands() for option in command.options if "--method" in option.names)
     assert method.settings["choices"] == METHODS
 

@@ -10,8 +10,6 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem
 from soft_gripper.cached import Cached, weakly
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
-from soft_gripper.extras.learning.config import load_environment
-from soft_gripper.extras.learning.station import make_learning_station
 from soft_gripper.scenario.scenario_file import load_scenario
 
 OLD = tuple(map(int, version("drake").split(".")[:2])) < (1, 58)
@@ -56,12 +54,6 @@ def test_a_station_that_has_run():
     del station
     assert alive(blocks) == []
     assert len(recording["time"]) > 1
-
-
-def test_a_station_of_an_environment():
-    environment = load_environment("soft_grasp")
-    blocks = blocks_of(make_learning_station(environment.config, environment.scenario).diagram)
-    assert alive(blocks) == []
 
 
 class Block(LeafSystem):

@@ -1,4 +1,4 @@
-"""MJCF as it is found; what follows from classes, gears and files is checked with random models in tests/fuzz."""
+"""MJCF as it is found; classes, gears and files are checked with random models in tests/extras/fuzz."""
 
 import numpy as np
 import pytest

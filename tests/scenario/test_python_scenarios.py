@@ -88,7 +88,6 @@ def test_what_is_no_scenario(scenario):
     [
         sg.load_scenario,
         lambda name: sg.changed_scenario(name, {}),
-        sg.extras.learning.load_environment,
         sg.scenario.load_calibration,
         sg.model_path,
     ],

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from soft_gripper.commands.dispatch import dispatch
+from soft_gripper.commands.parser import parsed
 from soft_gripper.extras.studies.commands import contact_trials
 from soft_gripper.extras.studies.contacts import estimates as contact_estimates
 from soft_gripper.extras.studies.contacts.contacts import load_contacts
-from soft_gripper.extras.studies.contacts.peg import ContactRow
+from soft_gripper.extras.studies.contacts.peg import PEG_FRICTION, ContactRow
 from soft_gripper.extras.studies.contacts.trials import ContactErrorRow
 from soft_gripper.files.csv_table import read_csv
 
@@ -18,6 +19,11 @@ from soft_gripper.files.csv_table import read_csv
 def one_set_of_sensors(monkeypatch: pytest.MonkeyPatch) -> None:
     """In the place of many, which take their time."""
     monkeypatch.setattr(contact_estimates, "SEEDS", 1)
+
+
+def test_the_default_friction_is_that_of_the_peg() -> None:
+    """It is written out, since nothing is imported for it."""
+    assert parsed(["contact-trials"]).friction == PEG_FRICTION
 
 
 @pytest.mark.slow

@@ -14,6 +14,12 @@ def test_what_is_shipped_loads(name):
     assert environment.scenario.external[0] == "pressure"
 
 
+@pytest.mark.parametrize("name", [None, 3, ["free_bending"], float("nan")])
+def test_a_name_is_text(name):
+    with refused("name", name):
+        load_environment(name)
+
+
 def test_changes_reach_the_environment_and_its_scenario():
     changes = {"variation.mass": [0.1, 0.2], "scenario.sensor.sections": 4, "action.grip": "opening"}
     environment = load_environment("soft_grasp", changes)

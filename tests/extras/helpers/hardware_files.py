@@ -55,7 +55,7 @@ def _rows(columns: dict[str, Array]) -> Array:
 
 def published(name: str) -> Path:
     """The folder of a published data set; skips the test where it is not."""
-    root = Path(__file__).parents[2]
+    root = Path(__file__).parents[3]
     folders = [Path(os.environ["SOFT_GRIPPER_DATA"])] if os.environ.get("SOFT_GRIPPER_DATA") else []
     for folder in [*folders, root.parent / "shared/data"]:
         if (folder / name).is_dir():

@@ -23,7 +23,7 @@ _LONG = "n" * 300
 FILES: dict[str, str | bytes] = {  # beside them: loop.urdf, a link to itself, pipe.urdf, which is one, and a folder
     "file": "a file, below which nothing can be written, not even by root",
     "finger.urdf": FINGER,
-    "one_finger.yaml": (Path(__file__).parents[1] / "scenarios/defaults.yaml").read_text(),
+    "one_finger.yaml": (Path(__file__).parents[2] / "scenarios/defaults.yaml").read_text(),
     "limp.urdf": _LIMP,
     "no_finger.urdf": "<robot name='plain'><link name='base'/></robot>",
     **{f"binary.{ending}": b"\xff\xfe\x00" for ending in ("yaml", "urdf")},

@@ -13,7 +13,7 @@ from peers.task import Trial, load_task
 
 from soft_gripper.extras.export.mjcf import to_mjcf
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 MODULES = {"MuJoCo": "mujoco", "PyBullet": "pybullet", "PyElastica": "elastica"}
 MOMENT = ("pressure.settle=0.2", "pressure.hold_samples=10")
 FREE = {"scenario": "free_bending", "overrides": ["pressure.steps.all=[60e3]", *MOMENT]}

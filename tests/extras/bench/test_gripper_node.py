@@ -16,7 +16,7 @@ from soft_gripper.diagrams.station import make_station
 from soft_gripper.extras.bench.bench import Bench
 from soft_gripper.scenario.scenario_file import load_scenario
 
-NODE = Path(__file__).parents[2] / "examples" / "ros" / "gripper_node.py"
+NODE = Path(__file__).parents[3] / "examples" / "ros" / "gripper_node.py"
 BENCH = """source: "ros:"
 format: text
 fields: [t, a0, a1, a2, a3, pa, b0, b1, b2, b3, pb]
