@@ -11,11 +11,11 @@ from pydrake.systems.framework import Context, Diagram, System
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.station_parts import Station
+from soft_gripper.diagrams.wiring.estimation import usable
 from soft_gripper.diagrams.wiring.named_wires import vector_outputs
 from soft_gripper.diagrams.wiring.sensors import IDEAL
 from soft_gripper.errors import InputError, described
 from soft_gripper.estimators.finger_shape import ANGLES
-from soft_gripper.estimators.health_monitor import usable
 from soft_gripper.scenario.own_functions import is_own, label, module_of
 from soft_gripper.scenario.sensor_presets import sensor_layout
 

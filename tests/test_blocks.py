@@ -25,11 +25,10 @@ STATIONS = (
     ("box_grasp", [*SENSORS, "sensor.pressure_errors.delay=2", *ALL, "estimator.type=gaussian"]),
     ("box_grasp", [*SPACE, "estimator.type=gaussian", "estimator.alongside=[contact, recursive]"]),
     ("box_grasp", ["models.0.file={creeping}", "sensor.one_sided=true"]),
-    ("free_bending", ["estimator.health=true"]),
     ("pick_and_place_box", []),
 )
 SIZES = {"pressure": 5e4, "driving_torque": 0.05, "standard_normal": 1.0, "sampled_state": 0.1}
-DURING_A_RUN_ALONE = {"BasePoseSensor", "ErrorBlock", "HealthMonitor", "ReadingErrorBlock", "RecursiveEstimator"}
+DURING_A_RUN_ALONE = {"BasePoseSensor", "ErrorBlock", "ReadingErrorBlock", "RecursiveEstimator"}
 DURING_A_RUN_ALONE |= {"SpatialRecursiveEstimator", "TrueContact"}  # is what they put out known
 
 

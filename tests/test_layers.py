@@ -38,6 +38,7 @@ EXTRAS: dict[str, set[str]] = {
     "foxglove": set(),
     "grasps": set(),
     "hardware": set(),
+    "health": set(),
     "learning": set(),
     "page": set(),
     "placement": {"hardware", "studies"},

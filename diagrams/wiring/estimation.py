@@ -1,6 +1,7 @@
 """The estimation of a finger, applied: readings, pressure and base pose -> shape, load and contact."""
 
 from collections.abc import Mapping
+from types import MappingProxyType
 
 import numpy as np
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
@@ -12,9 +13,8 @@ from soft_gripper.diagrams.wiring.sensors import IDEAL
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.driving_torque import DRIVING_TORQUE, DrivingTorque, driving_port
 from soft_gripper.estimators.finger_shape import ANGLES, FingerShape
-from soft_gripper.estimators.health import HealthFilter
-from soft_gripper.estimators.health_monitor import HealthMonitor, usable
 from soft_gripper.estimators.recursive import EFFECTIVE_DRIVING_TORQUE
+from soft_gripper.extras import added, named
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.load.contact_detector import ContactDetector
 from soft_gripper.load.force_estimator import ForceEstimator
@@ -37,7 +37,7 @@ class FingerEstimation(Diagram):
                                 ^----- with creep -----------+                           |
                                                             contact, if detected <---- ContactDetector
 
-    With a monitor, its `usable_strain` takes the place of the readings (`health_monitor`).
+    With a monitor, its `usable_strain` takes the place of the readings (`make_monitor`).
 
     FingerShape is present if the estimator does not output the pose itself; if it outputs `external_torque`, that
     replaces the output of the ForceEstimator. The driving torque also goes to the ForceEstimator. With recorded signals
@@ -51,7 +51,7 @@ class FingerEstimation(Diagram):
         gravity: Array,
         period: float,
         contact_threshold: float | None = None,
-        monitor: HealthMonitor | None = None,
+        monitor: System | None = None,
     ):
         """
         Args:
@@ -60,13 +60,13 @@ class FingerEstimation(Diagram):
             gravity: in the world, (3,) m/s^2; zero leaves the finger's own weight in the external torque.
             period: of all samples, s.
             contact_threshold: N m; None: contact is not looked for.
-            monitor: of the health of finger and sensors; the estimator takes its usable readings. None: there is none.
+            monitor: of the readings; the estimator takes those that it judges usable. None: there is none.
 
         Raises:
             InputError: if the estimator does not estimate the joint angles of the finger.
         """
         super().__init__()
-        wires = shape_wires(estimator, layout.finger, period, monitor)
+        wires = shape_wires(estimator, layout.finger, period, {} if monitor is None else {layout.quantity: monitor})
         learnt = EFFECTIVE_DRIVING_TORQUE in vector_outputs(estimator)
         force = ForceEstimator(layout.finger, gravity, period, learnt)
         wires.add("force_estimator", force, {DRIVING_TORQUE: EFFECTIVE_DRIVING_TORQUE} if learnt else {})
@@ -86,8 +86,12 @@ _TAKEN = {
 }
 
 
-def shape_wires(estimator: System, finger: Finger, period: float, monitor: HealthMonitor | None = None) -> NamedWires:
-    """An estimator, preceded by DrivingTorque and a monitor, and followed by FingerShape unless it outputs the pose.
+def shape_wires(
+    estimator: System, finger: Finger, period: float, monitors: Mapping[str, System] = MappingProxyType({})
+) -> NamedWires:
+    """An estimator, preceded by DrivingTorque and monitors, and followed by FingerShape unless it outputs the pose.
+
+    `monitors` are blocks by the quantity whose usable readings they put out.
 
     Raises:
         InputError: if the estimator does not estimate the joint angles of the finger.
@@ -96,10 +100,9 @@ def shape_wires(estimator: System, finger: Finger, period: float, monitor: Healt
     _check(estimator, finger.segments, shape)
     others = [way for way in finger.driven_ways if way != "bending" and driving_port(way) in inputs(estimator)]
     wires.add(DRIVING_TORQUE, DrivingTorque(finger, period, others), later={ANGLES})
-    quantity = "" if monitor is None else monitor.function.layout.quantity
-    if monitor is not None:
-        wires.add("health", monitor)
-    wires.add("estimator", estimator, {quantity: usable(quantity)} if monitor is not None else {})
+    for quantity, monitor in monitors.items():
+        wires.add(f"{quantity}_monitor", monitor)
+    wires.add("estimator", estimator, {quantity: usable(quantity) for quantity in monitors})
     if not vector_outputs(shape).keys() <= vector_outputs(estimator).keys():
         wires.add("shape", shape)
     return wires
@@ -172,9 +175,28 @@ def make_estimation(
     compensated = np.asarray(gravity, dtype=float) * config.compensate_gravity
     made_by = ("estimator.type", name_of(make_estimator, config.type))
     estimator = make_block(*made_by, make, layout, compensated, period)
-    monitor = HealthMonitor(HealthFilter(layout, known, period), compensated) if config.health else None
+    monitor = make_monitor(layout, config, sensor, compensated)
     with seen_from(*made_by):
         return FingerEstimation(estimator, layout, compensated, period, config.contact_threshold, monitor)
+
+
+def make_monitor(
+    layout: MeasurementModel, config: EstimatorConfig, sensor: SensorConfig, gravity: Array
+) -> System | None:
+    """What judges the readings before an estimator takes them: a block of an extra, if a field of the scenario asks.
+
+    An extra names it as `MONITORS = {field: "module:function"}` in its `adds`, by a field that it adds to `estimator`;
+    the function takes these arguments. The block puts out the `usable` readings, NaN where they are not.
+    """
+    every = {field: name for each in added("MONITORS") for field, name in each.items()}
+    chosen = next((name for field, name in every.items() if getattr(config, field)), None)
+    monitor: System | None = None if chosen is None else named(chosen)(layout, config, sensor, gravity)
+    return monitor
+
+
+def usable(quantity: str) -> str:
+    """Name of the port with the readings that a monitor judges usable."""
+    return f"usable_{quantity}"
 
 
 def estimation_inputs(measured: Mapping[str, OutputPort]) -> Ports:

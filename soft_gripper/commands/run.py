@@ -5,7 +5,7 @@ import os
 import sys
 from collections.abc import Sequence
 from contextlib import nullcontext
-from itertools import count
+from itertools import chain, count
 from pathlib import Path
 from typing import Any
 
@@ -22,8 +22,8 @@ from soft_gripper.diagrams.simulation import check_closed, run_station
 from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.diagrams.view.meshcat_view import hidden_meshcat, write_animation
-from soft_gripper.estimators.faults import FAULTS
 from soft_gripper.evaluation.paper.forces import recorded_force_table
+from soft_gripper.extras import added, named
 from soft_gripper.files.csv_table import write_csv
 from soft_gripper.files.output import atomic_file, check_file, lock_folder
 from soft_gripper.pictures.phases import phases_figure
@@ -65,7 +65,8 @@ def _simulated(
         print(line, file=sys.stderr)
     with console.progress(name, scenario.duration) as progress:
         recording = run_station(station, meshcat, progress)
-    for line in (*named_faults(station, recording), *followed(station, recording)):
+    reports = (named(name)(station, recording) for name in added("REPORTS"))
+    for line in (*chain.from_iterable(reports), *followed(station, recording)):
         print(line)
     written = [out / file for file in _write(out, name, station, recording, console)]
     if options.mcap is not None:
@@ -80,18 +81,6 @@ def _simulated(
         written.append(options.video)
     console.wrote(*written)
     return recording
-
-
-def named_faults(station: Station, recording: Recording) -> list[str]:
-    """The fault of every finger of which one is named at the end, and since when one is."""
-    lines = []
-    for finger in station.fingers:
-        name = f"{finger.name}.fault"
-        if name in recording.data and (fault := int(recording[name].values[-1])):
-            probability = recording[f"{finger.name}.fault_probabilities"].values[-1, fault]
-            since = recording["time"].values[recording[name].values.ravel() == 0].max(initial=0.0)
-            lines.append(f"{finger.name}: {FAULTS[fault]} ({probability:.0%}), since {since:.2f} s")
-    return lines
 
 
 def followed(station: Station, recording: Recording) -> list[str]:

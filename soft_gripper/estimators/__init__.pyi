@@ -16,13 +16,10 @@ from .driving_torque import recorded_driving as recorded_driving
 from .estimate import ContactForce as ContactForce
 from .estimate import ShapeEstimate as ShapeEstimate
 from .estimate import ShapeFunction as ShapeFunction
-from .faults import FAULTS as FAULTS
 from .finger_shape import FingerShape as FingerShape
 from .finger_shape import position_std as position_std
 from .force_posterior import ContactPosterior as ContactPosterior
 from .gaussian import GaussianShape as GaussianShape
-from .health import HealthFilter as HealthFilter
-from .health_monitor import HealthMonitor as HealthMonitor
 from .plane import planar_gravity as planar_gravity
 from .plane import pose_entries as pose_entries
 from .recursive import RecursiveShape as RecursiveShape

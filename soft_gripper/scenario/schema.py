@@ -335,7 +335,7 @@ class StrainErrorsConfig:
 
 @dataclass
 class SensorFaultConfig:
-    """A strain sensor that fails during a run, see docs/health.md."""
+    """A strain sensor that fails during a run."""
 
     kind: str = quantity("dead", known=SENSOR_FAULTS)
     finger: str = "all"  # its name, or "all"
@@ -410,7 +410,6 @@ class EstimatorConfig:
     type: str = "arcs"  # of the shape, see docs/estimators.md; or your own "module:function"
     alongside: list[str] = field(default_factory=list)  # further types, recorded and scored without affecting the run
     uncertainty: UncertaintyConfig = field(default_factory=UncertaintyConfig)  # of probabilistic estimators
-    health: bool = False  # name faults of fingers and sensors, and drop faulty sensors; see docs/health.md
     compensate_gravity: bool = True  # remove the finger's own weight from the force estimate
     # Torque above which contact is detected; None: no contact detection.
     contact_threshold: float | None = quantity(None, "N m", above=0)

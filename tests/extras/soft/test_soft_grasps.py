@@ -8,7 +8,7 @@ import pytest
 
 from pictures.soft_grasps import OBJECTS, run_grasp
 
-PAGE = (Path(__file__).parents[2] / "docs/extras/soft/soft_objects.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).parents[3] / "docs/extras/soft/soft_objects.md").read_text(encoding="utf-8")
 
 
 @pytest.mark.slow

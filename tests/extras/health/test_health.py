@@ -11,11 +11,11 @@ from scipy.stats import multivariate_normal
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.contact import ContactShape
-from soft_gripper.estimators.faults import FAULTS, Hypotheses
 from soft_gripper.estimators.gaussian import GaussianShape
-from soft_gripper.estimators.health import _MOST, _SUDDEN, LOOK, HealthFilter, _Observation, _updated
-from soft_gripper.estimators.health_monitor import HealthMonitor, named
 from soft_gripper.estimators.uncertainty import Uncertainty, uncertainty_of
+from soft_gripper.extras.health.faults import FAULTS, Hypotheses
+from soft_gripper.extras.health.health_filter import _MOST, _SUDDEN, LOOK, HealthFilter, _Observation, _updated
+from soft_gripper.extras.health.health_monitor import HealthMonitor, named
 from soft_gripper.fingers.kinematics import gravity_torque, in_space
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.sensors.sensor_layout import SensorLayout

@@ -1,6 +1,6 @@
 """How many faults of sensors and fingers are found and named, how soon, and how often one is named without any.
 
-    python -m soft_gripper.extras.studies.health
+    python -m soft_gripper.extras.health.study
 
 writes `health.csv`, `health_runs.csv` and a figure into results/health. Half of the runs have one fault. Every run is
 simulated by itself, with a scenario, pressures, supply, object place and sensor errors of its own, and 12 s long. The
@@ -23,10 +23,10 @@ from pydrake.math import RigidTransform
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_private_station
-from soft_gripper.estimators.faults import FAULTS
-from soft_gripper.estimators.health import LOOK, HealthFilter
-from soft_gripper.estimators.health_monitor import named
 from soft_gripper.estimators.uncertainty import uncertainty_of
+from soft_gripper.extras.health.faults import FAULTS
+from soft_gripper.extras.health.health_filter import LOOK, HealthFilter
+from soft_gripper.extras.health.health_monitor import named
 from soft_gripper.files.csv_table import write_csv
 from soft_gripper.pictures.style import COLORS, STYLE, save_figure
 from soft_gripper.runs.executor import open_executor

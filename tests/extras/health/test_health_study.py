@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from soft_gripper.extras.studies.health import (
+from soft_gripper.extras.health.study import (
     DECLARED,
     EVERY,
     EXACT,

@@ -38,10 +38,10 @@ from scipy.special import log_ndtr
 
 from soft_gripper.arrays import Array
 from soft_gripper.estimators.contact import SurfaceContact
-from soft_gripper.estimators.faults import FAULTS, Hypotheses
 from soft_gripper.estimators.force_posterior import one_contact_misfit
 from soft_gripper.estimators.mechanics import Mechanics
 from soft_gripper.estimators.uncertainty import Uncertainty
+from soft_gripper.extras.health.faults import FAULTS, Hypotheses
 from soft_gripper.sensors.measurement import MeasurementModel
 
 LOOK = 10  # samples

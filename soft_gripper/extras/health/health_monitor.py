@@ -4,18 +4,28 @@ import numpy as np
 
 from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array
+from soft_gripper.diagrams.wiring.estimation import usable
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.driving_torque import DRIVING_TORQUE
-from soft_gripper.estimators.faults import FAULTS
-from soft_gripper.estimators.health import HealthFilter, Known
 from soft_gripper.estimators.plane import in_base
+from soft_gripper.extras.health.faults import FAULTS
+from soft_gripper.extras.health.health_filter import HealthFilter, Known
+from soft_gripper.scenario.schema import EstimatorConfig, SensorConfig
+from soft_gripper.scenario.sensor_presets import uncertainty
+from soft_gripper.sensors.measurement import MeasurementModel
 
 NAMED = 0.95  # probability that something is wrong from which a fault is named, and a sensor dropped
 
 
-def usable(quantity: str) -> str:
-    """Name of the port with the readings of sensors that are not judged faulty."""
-    return f"usable_{quantity}"
+def make_monitor(
+    layout: MeasurementModel, config: EstimatorConfig, sensor: SensorConfig, gravity: Array
+) -> "HealthMonitor":
+    """The monitor of a finger, by the `estimator` and `sensor` parts of a scenario; `gravity` in the world, m/s^2.
+
+    Raises:
+        InputError: if the finger leaves its plane, or no pressure bends it.
+    """
+    return HealthMonitor(HealthFilter(layout, uncertainty(config, sensor), sensor.period), gravity)
 
 
 class HealthMonitor(ArrayBlock):

@@ -1,0 +1,17 @@
+"""What `soft-gripper run` says of the health of fingers."""
+
+from soft_gripper.diagrams.recording import Recording
+from soft_gripper.diagrams.station_parts import Station
+from soft_gripper.extras.health.faults import FAULTS
+
+
+def named_faults(station: Station, recording: Recording) -> list[str]:
+    """The fault of every finger of which one is named at the end, and since when one is."""
+    lines = []
+    for finger in station.fingers:
+        name = f"{finger.name}.fault"
+        if name in recording.data and (fault := int(recording[name].values[-1])):
+            probability = recording[f"{finger.name}.fault_probabilities"].values[-1, fault]
+            since = recording["time"].values[recording[name].values.ravel() == 0].max(initial=0.0)
+            lines.append(f"{finger.name}: {FAULTS[fault]} ({probability:.0%}), since {since:.2f} s")
+    return lines
