@@ -16,8 +16,10 @@ READY := .venv/ready
 evaluate: $(READY)
 	$(BIN)/soft-gripper evaluate --out results/evaluation
 
-# Three on two cores: some tests wait for browsers, sockets and processes.
+# Three on two cores: some tests wait for browsers, sockets and processes. One thread each: more are slower on matrices
+# as small as those of a finger.
 PYTEST = python -m pytest -n 3 --dist loadscope
+test test-slow test-older check: export OPENBLAS_NUM_THREADS = 1
 
 test: $(READY)
 	$(BIN)/$(PYTEST) -m "not slow"
