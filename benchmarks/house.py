@@ -17,7 +17,7 @@ OVERUSED = "live", "table", "tables", "run", "session", "task"
 PLANAR = re.compile(r"\bPlanar\b|\bcomplex\b|\b1j\b|\.imag\b|\.conj\b")
 PAPER = "estimators/arcs.py", "estimators/arc_shapes.py", "evaluation/paper"  # where planar mathematics belongs
 SHAPE = re.compile(r"class (\w*)(Contact|Gaussian|Recursive)Shape\b")
-BLOCK = re.compile(r"class \w*Estimator\((?:ArrayBlock|ShapeEstimator)\)")
+BLOCK = re.compile(r"class (?!Force)\w*Estimator\((?:ArrayBlock|ShapeEstimator)\)")
 
 
 def files(*folders: str) -> list[Path]:

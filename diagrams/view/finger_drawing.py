@@ -25,7 +25,7 @@ BAND_SIGNAL = "position_std"
 
 
 def drawn_signals(known: Collection[str]) -> list[str]:
-    """Those of the known signals of a finger from which it is drawn, with contact and band; none without a shape.
+    """Chooses the known signals of a finger from which it is drawn, with contact and band; none without a shape.
 
     A finger that only bends is drawn in its plane, where its curve is one of arcs.
     """

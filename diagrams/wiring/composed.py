@@ -121,7 +121,7 @@ def _declare(block: ArrayBlock, steps: Mapping[str, Step], outputs: Mapping[str,
 
 
 def _fed(diagram: Diagram) -> dict[tuple[System, str], str]:
-    """What feeds the inputs of the blocks of a diagram: its own inputs, and outputs of other blocks."""
+    """Finds what feeds the inputs of the blocks of a diagram: its own inputs, and outputs of other blocks."""
     fed = {}
     for name, port in inputs(diagram).items():
         for block, number in diagram.GetInputPortLocators(port.get_index()):
@@ -145,7 +145,7 @@ def _steps(block: ArrayBlock, fed: Mapping[tuple[System, str], str]) -> Iterator
 
 
 def _output(port: OutputPort, fed: Mapping[tuple[System, str], str]) -> _Output:
-    """What an output of a block puts out."""
+    """The function and the steps of an output of a block."""
     if _wire(port) in fed.values():
         return _same, [_wire(port)]
     function, sources = port.get_system().outputs[port.get_name()]

@@ -183,7 +183,7 @@ def make_estimation(
 def make_monitor(
     layout: MeasurementModel, config: EstimatorConfig, sensor: SensorConfig, gravity: Array
 ) -> System | None:
-    """What judges the readings before an estimator takes them: a block of an extra, if a field of the scenario asks.
+    """The block that judges the readings before an estimator takes them, of an extra, if a field of the scenario asks.
 
     An extra names it as `MONITORS = {field: "module:function"}` in its `adds`, by a field that it adds to `estimator`;
     the function takes these arguments. The block puts out the `usable` readings, NaN where they are not.

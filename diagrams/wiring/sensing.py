@@ -146,7 +146,7 @@ def _add_true_contact(
 
 
 def _driving(finger: PlantFinger, pressures: Mapping[str, OutputPort], tensions: Mapping[str, OutputPort]) -> Ports:
-    """What drives a finger."""
+    """The signals that drive a finger, by kind."""
     driving = {}
     for kind, field_, ports, needed in (
         ("pressure", "pressures", pressures, finger.finger.pressures),
@@ -162,7 +162,7 @@ def _driving(finger: PlantFinger, pressures: Mapping[str, OutputPort], tensions:
 def _add_sensors(
     builder: DiagramBuilder, fingers: Sequence[PlantFinger], driving: Mapping[str, Ports], config: SensingConfig
 ) -> dict[str, Ports]:
-    """What is measured on each finger."""
+    """Adds the sensors; returns the measured signals of each finger."""
     sensor, made_by = config.sensor, name_of(config.make_sensor, config.sensor.type)
     made = {finger.name: make_sensors(finger.finger, sensor, config.make_sensor) for finger in fingers}
     keys = {finger.name: (finger.finger.unnamed, strain_errors(sensor, finger.name)) for finger in fingers}
@@ -181,7 +181,7 @@ def _add_estimations(
     measured: Mapping[str, Ports],
     config: SensingConfig,
 ) -> dict[str, Ports]:
-    """What is estimated of each finger."""
+    """Adds the estimation; returns the estimated signals of each finger."""
     made_by, make = name_of(config.make_estimator, config.estimator.type), config.make_estimator
     made = {
         name: make_estimation(layout, config.estimator, config.sensor, gravity, make)

@@ -70,7 +70,7 @@ Answer = tuple[HTTPStatus, str, bytes]  # and the type of its body, and the body
 
 
 class LivePage(Protocol):
-    """What surrounds a scene: files, and the messages that a page is sent and sends."""
+    """The surroundings of a scene: files, and the messages that a page is sent and sends."""
 
     def file(self, path: str) -> tuple[str, bytes] | None:
         """Type and content of a file; None if there is no such file."""

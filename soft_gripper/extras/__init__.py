@@ -25,7 +25,7 @@ def command_modules() -> list[Any]:
 
 
 def added(name: str) -> list[Any]:
-    """What extras add to the core under a name of their modules `adds`; see docs/howto/own_extra.md.
+    """Collects what extras add to the core under a name of their modules `adds`; see docs/howto/own_extra.md.
 
     These modules are imported whenever a scenario is read, and so import nothing that takes long.
     """
@@ -35,7 +35,7 @@ def added(name: str) -> list[Any]:
 
 
 def named(name: str) -> Any:
-    """What "module:name" stands for."""
+    """Imports what "module:name" names."""
     module, _, found = name.partition(":")
     return getattr(import_module(module), found)
 

@@ -73,7 +73,7 @@ def find_named(field: str, name: str, known: Mapping[str, Any]) -> Any:
 
 
 def made(field: str, name: str, make: Callable[..., Any], *arguments: Any) -> Any:
-    """What a function, which may be a user's own, returns.
+    """Calls a function, which may be a user's own.
 
     Raises:
         InputError: if it fails.

@@ -1,4 +1,4 @@
-"""What `soft-gripper run` says of the health of fingers."""
+"""Lines of `soft-gripper run` on the health of fingers."""
 
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.station_parts import Station

@@ -38,7 +38,7 @@ class Recorder(Protocol):
 
 
 class Driver(ABC):
-    """What a session drives."""
+    """The interface of what a session drives."""
 
     panel = Panel(())
     signals: Mapping[str, OutputPort] = {}  # that can be plotted, by name

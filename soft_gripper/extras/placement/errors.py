@@ -70,7 +70,7 @@ class Assumptions:
         return errors_of(kind, self.preset)
 
     def strain_errors(self, kind: str) -> StrainErrors | None:
-        """The same, as sensors have them."""
+        """Errors of readings as sensors have them."""
         return strain_errors(SensorConfig(errors=self.errors(kind)))
 
     def uncertainty(self, kind: str) -> Uncertainty:
@@ -162,7 +162,7 @@ def _made(samples: Samples, shape: ShapeEstimate) -> _Squares:
 
 
 def _touched(samples: Samples, force: Array, place: Array) -> tuple[Array, Array]:
-    """Of the samples that are touched; a place that is not found may be anywhere."""
+    """Errors of the samples that are touched; a place that is not found may be anywhere."""
     anywhere = np.where(np.isfinite(place), place, samples.finger.length**2 / 12)
     return np.where(samples.touched, force, np.nan), np.where(samples.touched, anywhere, np.nan)
 

@@ -25,7 +25,7 @@ class FoundContact:
 
     @classmethod
     def of(cls, contact: ContactForce | None, contacts: Contacts, in_space: bool = False) -> "FoundContact":
-        """What is found of contacts, (M), each (..., M).
+        """Estimates of contacts, (M), each (..., M).
 
         In space the friction is estimated as well: its share is taken to be the true one.
         """

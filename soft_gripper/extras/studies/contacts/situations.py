@@ -172,7 +172,7 @@ def _stated_of(
     readings: Array,
     measured: Array,
 ) -> Stated:
-    """What is stated of contacts whose readings and pressures, `measured` over the true ones, are known."""
+    """Estimates of contacts whose readings and pressures, `measured` over the true ones, are known."""
     layout = sensor_layout(condition.nominal_finger(seen), config)
     estimator = ContactShape(layout, assumed)
     given = readings, driving_torque(layout.finger, layout.ways, measured * contacts.pressure), contacts.gravity
