@@ -114,19 +114,17 @@ class _Surface(NamedTuple):
     straddled: float = 0.0  # m, see `_STRADDLED`
     is_rough: bool = True  # friction may be large
 
-    def wrenches(self) -> Array:
-        """Wrench of a force of 1 N, and its changes, (1 + 2 T, 6): by friction and by the place, along the tangents."""
-        rubbing = [_wrench(self.point, each.friction * each.along) for each in self.tangents]
-        moved = [
-            np.append(np.cross(each.extent / math.sqrt(12) * each.along, -self.normal), np.zeros(3))
-            for each in self.tangents
-        ]
-        pushing = sum((each.rub * each.along for each in self.tangents), -self.normal)
-        return np.array([_wrench(self.point, pushing), *rubbing, *moved])
 
-
-def _wrench(point: Array, force: Array) -> Array:
-    return np.append(np.cross(point, force), force)
+def _wrenches(surfaces: Sequence[_Surface]) -> Array:
+    """Wrenches of a force of 1 N on each, and their changes, (C, 1 + 2 T, 6): by friction and by the place."""
+    point, normal = (np.array(each)[:, None] for each in zip(*(each[:2] for each in surfaces), strict=True))
+    tangents = [zip(*each.tangents, strict=True) for each in surfaces]
+    along, extent, friction, rub = (np.array(each) for each in zip(*tangents, strict=True))
+    pushing = (rub[..., None] * along).sum(axis=-2, keepdims=True) - normal
+    forces = np.concatenate([pushing, friction[..., None] * along], axis=-2)
+    wrenches = np.concatenate([vector_product(point, forces), forces], axis=-1)
+    moved = vector_product(extent[..., None] / math.sqrt(12) * along, -normal)
+    return np.concatenate([wrenches, np.concatenate([moved, np.zeros_like(moved)], axis=-1)], axis=-2)
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,7 +162,7 @@ class SurfaceCells:
         place, side, face, share, s, surfaces = (
             list(each) for each in zip(*_cells(finger, ways, friction), strict=True)
         )
-        wrenches, tangents = np.array([each.wrenches() for each in surfaces]), len(surfaces[0].tangents)
+        wrenches, tangents = _wrenches(surfaces), len(surfaces[0].tangents)
         middles = (np.array(place) + 0.5) / (max(place) + 1) * finger.length
         along = [each.tangents[0].extent * each.tangents[0].along[2] for each in surfaces]
         return cls(
@@ -175,7 +173,7 @@ class SurfaceCells:
             link=np.searchsorted(finger.joint_arc_lengths, s),
             nearest=np.abs(middles[:, None] - finger.joint_arc_lengths).argmin(axis=-1),
             wrenches=wrenches,
-            straddled=np.array([np.cross(each.straddled * _Z, -each.normal) for each in surfaces]),
+            straddled=np.array([vector_product(each.straddled * _Z, -each.normal) for each in surfaces]),
             directions=wrenches[:, : 1 + tangents, 3:],
             extent=np.array(along) / math.sqrt(12),
             angle=np.angle(np.exp(2j * math.pi * np.array(face) / _AROUND)),

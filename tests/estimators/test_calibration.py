@@ -62,9 +62,9 @@ def test_errors_of_a_bench_are_found_if_the_tip_is_measured(shipped_finger):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("tip", [False, True])
-def test_bands_cover_the_truth_in_100_draws(shipped_finger, tip):
+def test_bands_cover_the_truth_in_50_draws(shipped_finger, tip):
     layout, within, errors = SensorLayout(shipped_finger, 2), [], []
-    for seed in range(100):
+    for seed in range(50):
         ratio = 1 + 0.1 * np.random.default_rng(seed).standard_normal()
         samples, gains, offsets = free_bending(layout, ratio, BENCH, seed, tip)
         found = calibrate(layout, [samples])

@@ -19,8 +19,7 @@ def run(name, *overrides):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("sections", [2, 4])
-@pytest.mark.parametrize("name", ["obstructed_inside", "obstructed_outside"])
+@pytest.mark.parametrize(("name", "sections"), [("obstructed_inside", 4), ("obstructed_outside", 2)])
 def test_what_is_stated_of_a_force_is_true_in_time(name, sections):
     """Of samples with more than 0.05 N; before contact nothing is detected, and bounds are not far above the force."""
     data = run(name, f"sensor.sections={sections}")

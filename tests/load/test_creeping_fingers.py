@@ -104,6 +104,7 @@ def stated(row: str) -> list[float]:
     return [float(cell.strip(" %")) for cell in line.split("|")[2:-1]]
 
 
+@pytest.mark.published
 def test_the_page_states_what_creep_costs(tmp_path: Path) -> None:
     """An exact model but for creep, ideal sensors: the force on a held box, and false contacts in free air, %."""
     gripper = f"models.0.file={write_creeping(GRIPPER, tmp_path, SHARE, 2.0)}"
@@ -134,7 +135,6 @@ def test_memory_is_that_of_the_true_angles(free: dict[str, Recording], shipped_f
     assert memory.max() > 0.02
 
 
-@pytest.mark.slow
 def test_a_grip_keeps_its_force(grip: dict[str, Recording]) -> None:
     """Within 2 % from the first second on, though the fingers creep all the while; contact is kept."""
     force = values(grip["aware"], "true_contact_force", 1.2)
@@ -144,7 +144,6 @@ def test_a_grip_keeps_its_force(grip: dict[str, Recording]) -> None:
     assert np.ptp(values(grip["aware"], "sampled_pressure", 1.2)) > 300
 
 
-@pytest.mark.slow
 def test_who_knows_nothing_of_creep_lets_go(grip: dict[str, Recording]) -> None:
     """A fifth of the force and more is lost, and none of it is noticed."""
     assert values(grip["unaware"], "true_contact_force", 2.4).max() < 0.8 * LIMIT

@@ -196,7 +196,7 @@ def test_a_motor_winds_a_pair(tmp_path):
 PUBLISHED_FREE = ["density", "youngs_modulus", "tendon.lever", "tendon.angle", "tendon.slack", "tendon.stiffness"]
 
 
-@pytest.mark.slow
+@pytest.mark.published
 def test_the_published_trunk():
     """What the page on identification states: fitted without a load and with 300 g; 100 g is not in the fit at all."""
     folder = published("soft_trunk")

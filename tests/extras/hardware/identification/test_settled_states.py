@@ -224,7 +224,7 @@ def test_a_tendon_needs_a_first_guess_of_its_stiffness(tmp_path):
         read(tmp_path, rows, finger=replace(TWO, tendons=(stiff, replace(soft, stiffness=0.0))))
 
 
-@pytest.mark.slow
+@pytest.mark.published
 @pytest.mark.parametrize(("robot", "fitted", "left_out"), [("v4", 4.0, 3.9), ("v6", 7.9, 7.5)])
 def test_published_robots(robot, fitted, left_out):
     """The errors that the page on identification states; families left out are predicted nearly as well."""

@@ -59,7 +59,7 @@ def test_what_is_fitted_and_what_tests_go_where_they_belong(tmp_path, monkeypatc
     assert finger == read_finger(BEAM.finger_file)
 
 
-@pytest.mark.slow
+@pytest.mark.published
 def test_the_segment_is_fitted_as_well_as_the_documentation_says():
     """By the documented fit: 4.69 % of the largest displacement; the bar of 4 % is missed."""
     data, errors = published("pneumatic_segment").parent, []
