@@ -4,7 +4,7 @@ An estimator of this project is a function of arrays whose leading axes are free
 sample and an evaluation once for a whole recording, or for many of them.
 """
 
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -72,3 +72,17 @@ class ShapeFunction(Protocol):
                 see `driving_torque`.
             gravity: in B, (..., 3) m/s^2.
         """
+
+
+def estimates_at(function: ShapeFunction, rows: NDArray[np.int_], *samples: Any) -> ShapeEstimate:
+    """Estimates at some samples of a recording, by increasing indices; a filter takes all samples before them.
+
+    `samples` are the arguments of the function at all samples, (T, ...), or tuples of arrays.
+    """
+    if hasattr(function, "at"):
+        found: ShapeEstimate = function.at(rows, *samples)
+        return found
+    chosen: list[Any] = [
+        type(each)(*(part[rows] for part in each)) if isinstance(each, tuple) else each[rows] for each in samples
+    ]
+    return function(*chosen)

@@ -9,7 +9,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.fingers.plant_finger import PlantFinger
-from soft_gripper.runs.scores.poses import HeldStep, held_samples, held_steps
+from soft_gripper.runs.scores.poses import HeldStep, held_rows, held_samples, held_steps
 from soft_gripper.runs.scores.readings import ReadAgain, external_torque_again, read_again
 from soft_gripper.sensors.measurement import MeasurementModel
 
@@ -101,9 +101,10 @@ def _contact_rows(
     name: str, station: Station, recording: Recording, finger: PlantFinger, again: ReadAgain
 ) -> Iterator[ContactForceRow]:
     scenario, layout = station.scenario, again.layout
-    contact = again.shape(ESTIMATOR).contact
+    held = held_rows(scenario, recording)
+    contact = again.shape(ESTIMATOR, held.ravel()).contact
     assert contact is not None
-    force, s = (held_samples(scenario, recording, part) for part in (contact.force, contact.arc_length))
+    force, s = (part.reshape(held.shape) for part in (contact.force, contact.arc_length))
     forces = (held_samples(scenario, recording, f"{finger.name}.{signal}") for signal in _TRUTH)
     place = held_samples(scenario, recording, f"{finger.name}.true_contact_arc_length")
     columns = [each.mean(axis=-1) for each in (force, *forces)]

@@ -105,12 +105,14 @@ def pose_table(
 ) -> list[PoseRow]:
     """A row for each estimator, finger, number of sections and steady state, in this order."""
     rows: list[PoseRow] = []
+    held = held_rows(station.scenario, recording)
     for estimator in estimators:
         for finger in station.fingers:
             for count in sections:
-                again = read_again(station, recording, finger, count)
+                shape = read_again(station, recording, finger, count).shape(estimator, held.ravel())
                 steps = held_steps(name, station, finger, estimator, count)
-                rows += _rows(steps, station, recording, finger, *_errors(recording, finger, again.shape(estimator)))
+                errors = (error.reshape(held.shape) for error in _errors(recording, finger, shape, held.ravel()))
+                rows += _rows(steps, station, recording, finger, *errors)
     return rows
 
 
@@ -123,7 +125,8 @@ def recorded_pose_table(name: str, station: Station, recording: Recording) -> li
     """A row for each finger and steady state, for the estimator of the scenario."""
     rows: list[PoseRow] = []
     for finger in station.fingers:
-        errors = (recording[f"{finger.name}.{error}"].values for error in ("pose_error", "fingertip_error"))
+        signals = (f"{finger.name}.{error}" for error in ("pose_error", "fingertip_error"))
+        errors = (held_samples(station.scenario, recording, signal) for signal in signals)
         rows += _rows(held_steps(name, station, finger), station, recording, finger, *errors)
     return rows
 
@@ -131,11 +134,11 @@ def recorded_pose_table(name: str, station: Station, recording: Recording) -> li
 def _rows(
     steps: Sequence[HeldStep], station: Station, recording: Recording, finger: PlantFinger, pose: Array, tip: Array
 ) -> Iterator[PoseRow]:
-    """The rows of one finger from its errors at each sample, m, (T)."""
+    """The rows of one finger from its errors at the held samples, m, (steps, hold_samples)."""
     scenario = station.scenario
     turns = (f"{finger.name}.{name}" for name in ("sampled_joint_angles", "true_sideways_angles", "true_twist_angles"))
     bend, *others = (_mean_turn(scenario, recording, name) for name in turns)
-    errors = (1e3 * held_samples(scenario, recording, error).mean(axis=-1) for error in (pose, tip))
+    errors = (1e3 * error.mean(axis=-1) for error in (pose, tip))
     for step, *values in zip(steps, bend, *errors, *others, strict=True):
         yield PoseRow(*astuple(step), *map(float, values))
 
@@ -148,8 +151,10 @@ def _mean_turn(scenario: Scenario, recording: Recording, signal: str) -> Array:
     return turn
 
 
-def _errors(recording: Recording, finger: PlantFinger, shape: ShapeEstimate) -> tuple[Array, Array]:
-    """Pose and fingertip error at each sample, m, (T)."""
-    joints, tip = (recording[f"{finger.name}.{name}"].values for name in (TRUE_JOINTS, TRUE_TIP))
+def _errors(
+    recording: Recording, finger: PlantFinger, shape: ShapeEstimate, samples: NDArray[np.int_]
+) -> tuple[Array, Array]:
+    """Pose and fingertip error of the shape at some samples, m, (M)."""
+    joints, tip = (recording[f"{finger.name}.{name}"].values[samples] for name in (TRUE_JOINTS, TRUE_TIP))
     points = in_space(shape.points(finger.finger))
     return pose_error(joints, points[..., :-1, :]), fingertip_error(tip, points[..., -1, :])

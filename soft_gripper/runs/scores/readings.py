@@ -12,7 +12,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.estimators.driving_torque import recorded_driving
-from soft_gripper.estimators.estimate import ShapeEstimate, ShapeFunction
+from soft_gripper.estimators.estimate import ShapeEstimate, ShapeFunction, estimates_at
 from soft_gripper.estimators.free_motion import base_acceleration, recorded_lag
 from soft_gripper.estimators.plane import in_base
 from soft_gripper.estimators.uncertainty import Uncertainty
@@ -36,11 +36,12 @@ class ReadAgain:
     pull: Array  # (T, 3) gravity less the acceleration of the base, likewise
     period: float  # s, sampling period
 
-    def shape(self, estimator: str = "arcs") -> ShapeEstimate:
-        """The estimate of a built-in estimator from the readings."""
+    def shape(self, estimator: str = "arcs", samples: NDArray[np.int_] | None = None) -> ShapeEstimate:
+        """The estimate of a built-in estimator from the readings, at some samples (M), or at all T."""
         function, driving, gravity = self._function(estimator), self._driving(estimator), self.gravity[1:]
         lag = recorded_lag(function, driving, gravity, self.pull[1:])
-        return function(self.readings[1:], driving, gravity, *lag).at(self._rows)
+        rows, number = np.unique(self._rows if samples is None else self._rows[samples], return_inverse=True)
+        return estimates_at(function, rows, self.readings[1:], driving, gravity, *lag).at(number)
 
     def driving(self, estimator: str = "arcs") -> Array:
         """The driving torque of the finger, with creep computed from an estimator's shapes, N m, (T, N)."""

@@ -18,9 +18,8 @@ from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
 from soft_gripper.estimators.driving_torque import recorded_driving
-from soft_gripper.estimators.estimate import ShapeEstimate
+from soft_gripper.estimators.estimate import ShapeEstimate, estimates_at
 from soft_gripper.estimators.finger_shape import BENDS, Places
-from soft_gripper.estimators.recursive import RecursiveShape
 from soft_gripper.estimators.uncertainty import EXACT, Uncertainty, uncertainty_of
 from soft_gripper.evaluation.paper.scenario_run import SECTIONS
 from soft_gripper.extras.studies.robustness.plants import FingerAtRest, Plant
@@ -73,10 +72,7 @@ def estimated(
     gravity = np.tile(held.gravity[:, None], (*seeds, 1))
     finger = layout.finger
     driving = recorded_driving(function, finger, readings, pressure, gravity, held.period)
-    if isinstance(function, RecursiveShape):
-        estimate = function.at(rows, readings, driving, gravity)
-    else:
-        estimate = function(readings[rows], driving[rows], gravity[rows])
+    estimate = estimates_at(function, rows, readings, driving, gravity)
     truth = held.points(np.append(finger.joint_arc_lengths, finger.length))
     return errors_of(finger, estimate, truth[:, None])
 
