@@ -19,18 +19,20 @@ evaluate: $(READY)
 # Three on two cores: some tests wait for browsers, sockets and processes. One thread each: more are slower on matrices
 # as small as those of a finger.
 PYTEST = python -m pytest -n 3 --dist loadscope
+QUICK = "not slow and not published"
 test test-slow test-older check: export OPENBLAS_NUM_THREADS = 1
 
 test: $(READY)
-	$(BIN)/$(PYTEST) -m "not slow"
+	$(BIN)/$(PYTEST) -m $(QUICK)
 	@$(MAKE) --no-print-directory test-older
 
-# Long runs, which hardly depend on the version of Python.
+# Long runs, which hardly depend on the version of Python. In the order of the files: by the number of its tests, the
+# file that takes longest would come last, and run alone.
 test-slow: $(READY)
-	$(BIN)/$(PYTEST) -m slow
+	$(BIN)/$(PYTEST) --no-loadscope-reorder -m "slow and not published"
 
 test-older: older
-	$(or $(if $(OLDER),.venv-older/bin/$(PYTEST) -m "not slow"),@echo "$(ONE_PYTHON): the tests ran on one only.")
+	$(or $(if $(OLDER),.venv-older/bin/$(PYTEST) -m $(QUICK)),@echo "$(ONE_PYTHON): the tests ran on one only.")
 
 # The environment for that; it may be made while tests run in .venv, but once.
 ONE_PYTHON = No Python older than that of .venv was found
@@ -41,7 +43,7 @@ MAKE_OLDER = test .venv-older/ready -nt .venv/ready || { $(OLDER) -m venv .venv-
 	.venv-older/bin/python -m pip install -q -c constraints.txt -e .[dev] && touch .venv-older/ready; }
 
 check: lint types
-	$(BIN)/$(PYTEST) -m "not slow"
+	$(BIN)/$(PYTEST) -m $(QUICK)
 
 lint: $(READY)
 	$(BIN)/ruff format --check .
@@ -67,8 +69,10 @@ kills: $(READY)
 soak: $(READY)
 	SOAK=$(SOAK) $(BIN)/python -m pytest -q tests/extras/endurance/test_soak.py
 
-# Before a release: the numbers that README and docs print, compared with what the evaluation writes.
+# Before a release: the numbers that README and docs print, compared with what the evaluation writes, and computed anew
+# from published recordings, where those are (SOFT_GRIPPER_DATA).
 release-check: evaluate
+	$(BIN)/$(PYTEST) -m published
 	EVALUATION=$(abspath results/evaluation) $(BIN)/python -m pytest -q tests/docs/test_published.py
 
 wheel: $(READY)
