@@ -6,6 +6,7 @@ block needs no log if its inputs can be traced back to logged ports.
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from importlib.metadata import version
 from itertools import pairwise
 from pathlib import Path
@@ -481,19 +482,23 @@ _POINTS = (
 )
 
 
+@cache
+def _versions() -> str:
+    return ", ".join(f"{name} {version(name)}" for name in ("soft-gripper", "drake", "numpy"))
+
+
 def provenance(scenario: Scenario, sensor: str, estimator: str, notes: Iterable[Note] = ()) -> dict[str, str]:
     """Attributes of a recording: description, scenario as YAML, versions, frames, and notes on files, if there are any.
 
     `sensor` and `estimator` name the blocks, which may be user blocks instead of the scenario's.
     """
-    versions = (f"{name} {version(name)}" for name in ("soft-gripper", "drake", "numpy"))
     return {
         "description": scenario.description,
         "contact": "surface" if scenario.contact == "surface" else f"{scenario.contact_points} {_POINTS}",
         "scenario": dump_scenario(scenario),
         "sensor": sensor,
         "estimator": estimator,
-        "versions": ", ".join(versions),
+        "versions": _versions(),
         "frames": FRAMES,
         **({"notes": said} if (said := as_text(notes)) else {}),
     }

@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator
 from copy import copy, deepcopy
 from dataclasses import replace
 from hashlib import sha256
+from pathlib import Path
 
 import numpy as np
 from pydrake.common import RandomGenerator
@@ -71,7 +72,9 @@ def _built_of(scenario: Scenario) -> tuple[str, ...] | None:
     """The scenario and the contents of its files; None if these cannot be known."""
     types = (scenario.sensor.type, scenario.estimator.type, *scenario.estimator.alongside)
     named = [*(model.file for model in scenario.models), scenario.nominal.file, scenario.nominal.calibration]
-    contents = [_content(file) for file in named if file is not None]
+    paths = [model_path(file) for file in named if file is not None]
+    places = dict.fromkeys(DIRECTORY if path.is_relative_to(DIRECTORY) else path for path in paths)
+    contents = list(map(_content, places))
     if any(":" in name for name in types) or None in contents:
         return None
     of_a_run = replace(scenario.sensor, seed=0)
@@ -79,10 +82,9 @@ def _built_of(scenario: Scenario) -> tuple[str, ...] | None:
     return repr(plain_values(built)), *filter(None, contents)  # YAML takes ten times as long
 
 
-def _content(file: str) -> str | None:
-    """A fingerprint of a file's content; None if the file is missing or refers to others."""
-    path = model_path(file)
-    if path.is_relative_to(DIRECTORY):
+def _content(path: Path) -> str | None:
+    """A fingerprint of a file, or of the shipped models; None if the file is missing or refers to others."""
+    if path == DIRECTORY:
         return str([(each.name, each.stat().st_mtime_ns) for each in sorted(DIRECTORY.rglob("*"))])
     if not path.is_file() or path.suffix.lower() == ".gltf":
         return None

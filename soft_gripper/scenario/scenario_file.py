@@ -2,18 +2,21 @@
 
 import copy
 import os
+from collections import OrderedDict
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from pydrake.common.yaml import yaml_dump, yaml_dump_typed, yaml_load_data
 
+from soft_gripper.cached import kept
 from soft_gripper.errors import InputError
 from soft_gripper.files.document import load_config, require
 from soft_gripper.files.text import name_of
 from soft_gripper.files.yaml_text import parse_yaml, read_yaml
 from soft_gripper.scenario.checks import check_scenario, checked_scenario
-from soft_gripper.scenario.drake_values import without_numpy
+from soft_gripper.scenario.drake_values import plain_values, without_numpy
 from soft_gripper.scenario.schema import Scenario
 from soft_gripper.scenario.shipped import scenario_path
 
@@ -111,10 +114,22 @@ def dump_scenario(scenario: Scenario, folder: Path | None = None) -> str:
 
     Paths are relative to `folder`, where the text will be stored; without one they are absolute.
     """
-    scenario = copy.deepcopy(checked_scenario("scenario", scenario))
+    seed = checked_scenario("scenario", scenario).sensor.seed
+    scenario = replace(scenario, sensor=replace(scenario.sensor, seed=_ANY_SEED))
     if folder is not None:
+        scenario = copy.deepcopy(scenario)
         for part, field in _files(scenario):
             setattr(part, field, os.path.relpath(getattr(part, field), folder.resolve()))
+    text = kept(_texts, repr(plain_values(scenario)), lambda: _dumped(scenario), _MOST_TEXTS)
+    return text.replace(f"seed: {_ANY_SEED}\n", f"seed: {seed}\n")
+
+
+_ANY_SEED = 31415926535897932  # in a kept text, in the place of the seed of a run
+_MOST_TEXTS = 8  # kept, since runs that differ in their seeds have one, and writing it takes 15 ms
+_texts: OrderedDict[str, str] = OrderedDict()
+
+
+def _dumped(scenario: Scenario) -> str:
     document = yaml_load_data(yaml_dump_typed(scenario))
     document["simulator_config"].pop("publish_every_time_step", None)  # gone from newer Drakes
     text: str = yaml_dump(document)
