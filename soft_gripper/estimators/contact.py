@@ -41,7 +41,7 @@ one in its plane of a finger that only bends.
 """
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -316,6 +316,14 @@ class Explained(NamedTuple):
     posterior: Believed
 
 
+class _Several(NamedTuple):
+    """Several forces on a side of one sample."""
+
+    fields: Mapping[str, Array | float]  # of the contact that they are together
+    torque: Array  # (D) at the joints
+    chi_squared: float  # of what they do not explain
+
+
 @dataclass(frozen=True)
 class SurfaceContact:
     """The contact on the surface of a finger that explains what is read."""
@@ -473,16 +481,21 @@ class SurfaceContact:
         torque: Array,
         explained: Explained,
     ) -> tuple[ContactForce, Array]:
-        """Contact and torque of K samples, those of several forces on a face in the places of the chosen ones."""
+        """Contact and torque of K samples; of the chosen ones those of several forces, if these explain more than one.
+
+        One force rubs along the finger and across it as it likes, which several may do less.
+        """
         contact, torque = ContactForce(*(np.array(values) for values in contact)), torque.copy()
         for k in np.flatnonzero(chosen & np.isin(side, self.surface.side[self._smooth_places])):
-            fields, torque[k] = self._several(int(k), int(side[k]), explained)
-            for name, value in fields.items():
-                getattr(contact, name)[k] = value
+            several = self._several(int(k), int(side[k]), explained)
+            if several.chi_squared <= explained.found.chi_squared[k].min():
+                torque[k] = several.torque
+                for name, value in several.fields.items():
+                    getattr(contact, name)[k] = value
         return contact, torque
 
-    def _several(self, k: int, side: int, explained: Explained) -> tuple[dict[str, Array | float], Array]:
-        """The forces on a side that explain sample k best: fields of their sum, and their torques at the joints."""
+    def _several(self, k: int, side: int, explained: Explained) -> _Several:
+        """The forces on a side that explain sample k best."""
         left, _, found, _ = explained
         surface, assumed = self.surface, self.mechanics.uncertainty
         smooth = np.flatnonzero(self._smooth_places & (surface.side == side))
@@ -490,8 +503,10 @@ class SurfaceContact:
         rows = np.vstack([responses, np.eye(len(smooth)) / usual])
         forces, _ = nnls(rows, np.append(found.r[k], np.zeros(len(smooth))))
         of_friction = assumed.friction / math.sqrt(3) / _SMOOTH * forces
-        rubbing = of_friction[:, None, None] * found.cells.spreads[k, smooth, :tangents]
-        after = _covariance_of_several(responses, rubbing.reshape(-1, len(responses)), forces, usual)
+        rubbing = (of_friction[:, None, None] * found.cells.spreads[k, smooth, :tangents]).reshape(-1, len(responses))
+        uncertain = np.eye(len(responses)) + rubbing.T @ rubbing
+        rest = found.r[k] - responses @ forces
+        after = _covariance_of_several(responses, uncertain, forces, usual)
         total, s = forces.sum(), surface.arc_length[smooth]
         pressing = total if total > 0 else np.nan
         center = forces @ s / pressing
@@ -508,7 +523,8 @@ class SurfaceContact:
             "vector": forces @ in_base,
             "vector_std": _std(in_base.T @ after @ in_base),
         }
-        return fields, self._torques(at, surface.link[smooth][:, None], wrenches).sum(axis=0)
+        torque = self._torques(at, surface.link[smooth][:, None], wrenches).sum(axis=0)
+        return _Several(fields, torque, float(rest @ np.linalg.solve(uncertain, rest)))
 
     @cached_property
     def _smooth_places(self) -> NDArray[np.bool_]:
@@ -720,17 +736,16 @@ def _direction_std(vector: Array, covariance: Array) -> Array:
     return np.sqrt(np.maximum(np.trace(covariance, axis1=-2, axis2=-1) - along, 0) / square)
 
 
-def _covariance_of_several(responses: Array, rubbing: Array, forces: Array, usual: float) -> Array:
+def _covariance_of_several(responses: Array, uncertain: Array, forces: Array, usual: float) -> Array:
     """The covariance of the forces in M cells, (M, M) N^2, each of which may equally press on the adjacent cell.
 
-    `responses` are whitened, (S, M), and so are the changes by friction of one standard deviation, `rubbing`, (..., S).
+    `responses` are whitened, (S, M), and `uncertain` is the covariance of what they leave, friction included, (S, S).
     """
     pressing = forces > 0
     near = pressing | ~pressing.any()  # if none is found, there may be one anywhere
     near[1:] |= pressing[:-1]
     near[:-1] |= pressing[1:]
     shared = usual**2 * near[:, None] * responses.T
-    uncertain = np.eye(len(responses)) + rubbing.T @ rubbing
     return np.asarray(usual**2 * np.diag(near) - shared @ np.linalg.solve(responses @ shared + uncertain, shared.T))
 
 

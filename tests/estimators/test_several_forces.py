@@ -48,8 +48,8 @@ def found(layout, q, s, forces, side=1, friction=0.45, std=0.01, noise=0.0):
     left = Unexplained(each, mechanics.posture(each), layout.values_at(each)[1], read, residual, covariance)
     explained, number = contact.explain(left), side if mechanics.only_bends or side > 0 else 5
     fits = [contact._several(k, number, explained) for k in range(len(residual))]
-    fields = {name: np.squeeze([fit[name] for fit, _ in fits]) for name in fits[0][0]}
-    torque = np.array([torque for _, torque in fits])
+    fields = {name: np.squeeze([fit.fields[name] for fit in fits]) for name in fits[0].fields}
+    torque = np.array([fit.torque for fit in fits])
     remaining = residual - torque * mechanics.compliance(q) @ A.T
     return SimpleNamespace(
         **fields, torque=torque, left=remaining, changed=changed, std=std, usual=mechanics.usual_force

@@ -96,3 +96,11 @@ def test_the_figure_has_a_panel_for_every_case():
     figure = coverage_figure([*rows, *[{**each, "sections": "2"} for each in rows]])
     assert len(figure.axes) == 4
     assert len(SITUATIONS) == 10
+
+
+@pytest.mark.parametrize("model", MODELS[:2])
+def test_one_force_with_friction_is_not_taken_for_several(model):
+    """In space, where ideal sensors read more than it takes: of 250 contacts a few leave more than noise."""
+    found = drawn("in space", Case(4, False, model), 500, 1)
+    far = found.place > 0.7
+    assert np.abs(found.estimated_place - found.place)[far].max() < 0.2
