@@ -18,7 +18,7 @@ from scipy.stats import spearmanr
 from soft_gripper.arrays import Array
 from soft_gripper.extras.design.run_design import DESIGN
 from soft_gripper.extras.design.study_file import DesignStudy, load_design_study
-from soft_gripper.extras.design.tables import DESIGNS
+from soft_gripper.extras.design.study_tables import DESIGNS
 from soft_gripper.extras.export.folder import export_mjcf
 from soft_gripper.files.yaml_text import parse_yaml
 from soft_gripper.scenario.scenario_file import changed_scenario

@@ -29,7 +29,7 @@ from soft_gripper.errors import InputError
 from soft_gripper.extras.bench.messages import MOST_BYTES
 from soft_gripper.extras.bench.threads import Inbox, Message, Outbox, write_all
 from soft_gripper.extras.hardware.table import Columns
-from soft_gripper.extras.hardware.tables import OTHER_THAN_TEXT, is_bag_folder, read_table
+from soft_gripper.extras.hardware.table_files import OTHER_THAN_TEXT, is_bag_folder, read_table
 from soft_gripper.files.document import given
 from soft_gripper.scenario.own_functions import blamed_on, find_function
 

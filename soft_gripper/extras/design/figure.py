@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from soft_gripper.arrays import Array
 from soft_gripper.extras.design.run_design import Design, Designed
 from soft_gripper.extras.design.sensitivity import Sensitivity
-from soft_gripper.extras.design.tables import SHARE_HELD, sensitivity_rows, short_names
+from soft_gripper.extras.design.study_tables import SHARE_HELD, sensitivity_rows, short_names
 from soft_gripper.pictures.style import ESTIMATOR_COLORS, STYLE
 from soft_gripper.runs.sweep.run_sweep import Range
 

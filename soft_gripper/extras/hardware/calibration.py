@@ -23,7 +23,7 @@ from soft_gripper.extras.hardware.recorded_run import load_run, read_signal
 from soft_gripper.extras.hardware.recording_schema import RecordingConfig
 from soft_gripper.extras.hardware.recordings import HardwareRecording, check_relative, read_recording
 from soft_gripper.extras.hardware.table import Columns, Table
-from soft_gripper.extras.hardware.tables import read_table
+from soft_gripper.extras.hardware.table_files import read_table
 from soft_gripper.files.document import given, require
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.scenario.calibration_file import CalibrationConfig, as_config

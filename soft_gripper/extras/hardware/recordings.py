@@ -27,7 +27,7 @@ from soft_gripper.extras.hardware.recording_schema import (
     load_description,
 )
 from soft_gripper.extras.hardware.table import Columns, Table
-from soft_gripper.extras.hardware.tables import is_bag_folder, read_table
+from soft_gripper.extras.hardware.table_files import is_bag_folder, read_table
 from soft_gripper.files.document import given, require
 from soft_gripper.files.notes import LEFT_OUT, Note, collected, note
 

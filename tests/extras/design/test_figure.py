@@ -9,7 +9,7 @@ from soft_gripper.extras.design.figure import BEST, design_figure
 from soft_gripper.extras.design.ranking import Score
 from soft_gripper.extras.design.run_design import Design, Designed, DesignTest
 from soft_gripper.extras.design.study_file import DesignConfig, DesignStudy, EndConfig
-from soft_gripper.extras.design.tables import DESIGNS, SENSITIVITY, TESTS, short_names, write_tables
+from soft_gripper.extras.design.study_tables import DESIGNS, SENSITIVITY, TESTS, short_names, write_tables
 from soft_gripper.runs.sweep.run_sweep import Range, Values
 
 FORCE, ENERGY = EndConfig("force"), EndConfig("energy")

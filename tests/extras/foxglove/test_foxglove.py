@@ -14,7 +14,7 @@ from mcap.reader import make_reader
 
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.extras.foxglove.write_mcap import layout
-from soft_gripper.extras.hardware.tables import Columns, read_table
+from soft_gripper.extras.hardware.table_files import Columns, read_table
 
 TIME = np.array([0.0, 0.01, 0.02])
 TURN = Rotation.from_euler("xyz", [0.3, 0.2, -0.4])  # of the base

@@ -13,7 +13,7 @@ from soft_gripper.extras.placement.catalogue import CURVATURE, KINDS, PATHS, STR
 from soft_gripper.extras.placement.commands.place_sensors import check_runs
 from soft_gripper.extras.placement.errors import Assumptions, Errors
 from soft_gripper.extras.placement.place_sensors import best_designs, place_sensors
-from soft_gripper.extras.placement.tables import MEAN, design_rows, made_rows, placement_figure, scenario_part
+from soft_gripper.extras.placement.placed_report import MEAN, design_rows, made_rows, placement_figure, scenario_part
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.schema import SensorConfig
 from soft_gripper.scenario.sensor_presets import sensor_layout, uncertainty

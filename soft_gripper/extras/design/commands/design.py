@@ -12,7 +12,14 @@ from soft_gripper.extras.design.files import design_files, write_design
 from soft_gripper.extras.design.run_design import TABLE, Designed, most_runs, run_design
 from soft_gripper.extras.design.sensitivity import Sensitivity
 from soft_gripper.extras.design.study_file import load_design_study
-from soft_gripper.extras.design.tables import TestRow, reason, sensitivity_rows, short_names, test_rows, write_tables
+from soft_gripper.extras.design.study_tables import (
+    TestRow,
+    reason,
+    sensitivity_rows,
+    short_names,
+    test_rows,
+    write_tables,
+)
 from soft_gripper.files.output import lock_folder
 from soft_gripper.pictures.style import save_figure
 from soft_gripper.runs.executor import open_executor

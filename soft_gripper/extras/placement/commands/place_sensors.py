@@ -16,8 +16,7 @@ from soft_gripper.extras.hardware.recorded_run import RecordedRun, load_run
 from soft_gripper.extras.placement.catalogue import leaves_its_plane
 from soft_gripper.extras.placement.errors import Assumptions
 from soft_gripper.extras.placement.place_sensors import place_sensors
-from soft_gripper.extras.placement.samples import Samples, held_fingers, single_contacts
-from soft_gripper.extras.placement.tables import (
+from soft_gripper.extras.placement.placed_report import (
     MEAN,
     MadeRow,
     design_row,
@@ -26,6 +25,7 @@ from soft_gripper.extras.placement.tables import (
     placement_figure,
     scenario_part,
 )
+from soft_gripper.extras.placement.samples import Samples, held_fingers, single_contacts
 from soft_gripper.files.csv_table import write_csv
 from soft_gripper.files.output import atomic_file, lock_folder
 from soft_gripper.pictures.style import save_figure

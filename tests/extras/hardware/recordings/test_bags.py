@@ -16,7 +16,7 @@ from soft_gripper.errors import InputError  # noqa: E402
 from soft_gripper.extras.hardware import reading_apart  # noqa: E402
 from soft_gripper.extras.hardware.recordings import find_recordings, read_recording  # noqa: E402
 from soft_gripper.extras.hardware.table import Columns  # noqa: E402
-from soft_gripper.extras.hardware.tables import read_table  # noqa: E402  # noqa: E402
+from soft_gripper.extras.hardware.table_files import read_table  # noqa: E402  # noqa: E402
 from soft_gripper.files.notes import collected  # noqa: E402
 
 OF_BAG = """

@@ -10,7 +10,7 @@ from soft_gripper.errors import InputError
 from soft_gripper.extras.hardware import reading_apart
 from soft_gripper.extras.hardware.recordings import read_recording
 from soft_gripper.extras.hardware.table import Columns
-from soft_gripper.extras.hardware.tables import read_table
+from soft_gripper.extras.hardware.table_files import read_table
 
 ezc3d = pytest.importorskip("ezc3d", reason="C3D files take ezc3d: pip install 'soft-gripper[c3d]'")
 

@@ -8,7 +8,7 @@ from refusals import refused
 
 from soft_gripper.extras.hardware.recordings import read_recording
 from soft_gripper.extras.hardware.table import Columns
-from soft_gripper.extras.hardware.tables import read_table
+from soft_gripper.extras.hardware.table_files import read_table
 
 
 @pytest.fixture
