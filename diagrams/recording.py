@@ -4,7 +4,7 @@ An ArrayBlock computes its outputs at all samples of a recording from its inputs
 block needs no log if its inputs can be traced back to logged ports.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from importlib.metadata import version
@@ -31,8 +31,10 @@ from pydrake.systems.framework import (
     System,
 )
 from pydrake.systems.primitives import Multiplexer, VectorLogSink
+from xarray.backends import BackendArray
+from xarray.core import indexing
 
-from soft_gripper.array_block import ArrayBlock
+from soft_gripper.array_block import TIME, ArrayBlock
 from soft_gripper.arrays import Array
 from soft_gripper.cached import Cached
 from soft_gripper.control.task import Phase
@@ -139,26 +141,52 @@ class SignalSources:
         return None if shown is None else self._logged(shown)
 
 
-def derive(sources: Mapping[str, Source], time: Array, logged: Mapping[int, Any]) -> dict[str, Array]:
-    """Signals at all samples, (T, size) each, by name.
+class Samples(Mapping[str, Array]):
+    """Signals at all samples of a run, (T, size) each, by name; those of blocks are computed when they are read."""
 
-    Args:
-        sources: the sources of the signals.
-        time: times of the samples, s, (T,).
-        logged: contents of the logs, (T, size) each or lists of T, by port number.
-    """
-    known: dict[Derived, dict[str, Array]] = {}
+    def __init__(self, sources: Mapping[str, Source], time: Array, logged: Mapping[int, Any]):
+        """
+        Args:
+            sources: the sources of the signals.
+            time: times of the samples, s, (T,).
+            logged: contents of the logs, (T, size) each or lists of T, by port number.
+        """
+        self.time, self._sources, self._logged = time, sources, logged
+        self._known: dict[Derived, _KnownSteps] = {}
 
-    def values(source: Source) -> Any:
+    def __getitem__(self, name: str) -> Array:
+        found: Array = self.values_of(self._sources[name])
+        return found
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._sources)
+
+    def __len__(self) -> int:
+        return len(self._sources)
+
+    def is_logged(self, name: str) -> bool:
+        """Whether a signal is known without computing it."""
+        return isinstance(self._sources[name], Logged)
+
+    def values_of(self, source: Source) -> Any:
+        """What a source has at all samples."""
         if isinstance(source, Logged):
-            return logged[source.number]
-        block = source.of
-        if block not in known:
-            leaves = {name: values(each) for name, each in block.leaves.items()}
-            known[block] = block.block.over_time(time, leaves, block.outputs)
-        return known[block][source.name]
+            return self._logged[source.number]
+        if source.of not in self._known:
+            self._known[source.of] = _KnownSteps(self, source.of.leaves)
+        return source.of.block.output_over_time(source.name, self._known[source.of])
 
-    return {name: values(source) for name, source in sources.items()}
+
+class _KnownSteps(dict[str, Any]):
+    """The steps of a block that have been computed at all samples; leaves are read when a step takes them."""
+
+    def __init__(self, samples: Samples, leaves: Mapping[str, Source]):
+        super().__init__({TIME: samples.time})
+        self._samples, self._leaves = samples, leaves
+
+    def __missing__(self, leaf: str) -> Any:
+        self[leaf] = self._samples.values_of(self._leaves[leaf])
+        return self[leaf]
 
 
 class ValueLog(LeafSystem):
@@ -218,8 +246,8 @@ class SignalLogs(Diagram):
         """The logged ports, in the order of the inputs, by their indices among those of the sources."""
         return [*self._sizes, *self._values]
 
-    def samples(self, root_context: Context) -> tuple[Array, dict[str, Array]]:
-        """Times, (T,) s, and all signals, (T, size) each, in the context of the root diagram."""
+    def samples(self, root_context: Context) -> Samples:
+        """All signals, in the context of the root diagram."""
         return self.computed(*self.taken(root_context))
 
     def taken(self, root_context: Context) -> tuple[Array, dict[int, Any]]:
@@ -230,9 +258,9 @@ class SignalLogs(Diagram):
         values = {number: [*sink.values(root_context)] for number, sink in self._values.items()}
         return log.sample_times().copy(), vectors | values
 
-    def computed(self, time: Array, logged: Mapping[int, Any]) -> tuple[Array, dict[str, Array]]:
+    def computed(self, time: Array, logged: Mapping[int, Any]) -> Samples:
         """The samples in what was `taken`; unlike that, in any thread."""
-        return time, derive(self._sources, time, logged)
+        return Samples(self._sources, time, logged)
 
     def clear(self, root_context: Context) -> None:
         """Forgets all samples, in the context of the root diagram."""
@@ -293,7 +321,7 @@ class Recording:
     entries differ, the units along the last axis, "m, m, rad", which are also in the coordinate `{axis}_units`.
     A signal that encodes states as numbers names them in `flag_meanings`. A value at time t is the value of the port at
     t: a sampled signal still has the sample before the one taken at t. The attributes of the recording describe the
-    run, see `provenance`.
+    run, see `provenance`. Signals that follow from others are computed when they are first read.
     """
 
     data: xr.Dataset
@@ -380,24 +408,52 @@ def read_logs(logs: SignalLogs, root_context: Context, about: Mapping[str, str] 
         root_context: the context of the root diagram.
         about: attributes of the recording, see `provenance`.
     """
-    return make_recording(logs.signals, *logs.samples(root_context), about)
+    return make_recording(logs.signals, logs.samples(root_context), about)
+
+
+class _Computed(BackendArray):
+    """The values of a signal, computed when they are read; xarray asks for them, and keeps them."""
+
+    dtype = np.dtype(float)
+
+    def __init__(self, samples: Samples, name: str, shape: tuple[int, ...]):
+        self.shape, self._samples, self._name = shape, samples, name
+
+    @property
+    def cached(self) -> Any:
+        """An array of xarray that computes them once, and can be written to."""
+        lazy: Any = indexing.LazilyIndexedArray(self)
+        written_to = indexing.CopyOnWriteArray(lazy)
+        return indexing.MemoryCachedArray(written_to)  # type: ignore[no-untyped-call]
+
+    def __getitem__(self, key: indexing.ExplicitIndexer) -> Array:
+        values = self._samples[self._name].reshape(self.shape)
+        found: Array = indexing.explicit_indexing_adapter(
+            key, self.shape, indexing.IndexingSupport.BASIC, values.__getitem__
+        )
+        return found
+
+    def __reduce__(self) -> Any:
+        """A copy, in another process too, has the values."""
+        return indexing.NumpyIndexingAdapter, (self._samples[self._name].reshape(self.shape),)
 
 
 def make_recording(
-    signals: Mapping[str, Signal], time: Array, samples: Mapping[str, Array], about: Mapping[str, str] | None = None
+    signals: Mapping[str, Signal], samples: Samples, about: Mapping[str, str] | None = None
 ) -> Recording:
-    """Labels the samples of signals, (T, size) each, at times, (T,) s; `about` as for `read_logs`."""
+    """Labels the samples of signals; `about` as for `read_logs`."""
     names, variables = _axis_names(signals), {}
     coords: dict[str, Any] = {}
     for name, signal in signals.items():
         labels = {names[name, axis]: list(values) for axis, values in signal.axes.items()}
-        values = samples[name].reshape(-1, *map(len, labels.values()))
-        variables[name] = (["time", *labels], values, _attributes(signal))
+        shape = len(samples.time), *map(len, labels.values())
+        values = samples[name].reshape(shape) if samples.is_logged(name) else _Computed(samples, name, shape).cached
+        variables[name] = xr.Variable(["time", *labels], values, _attributes(signal))
         coords |= {axis: (axis, np.array(entries), _NO_UNIT) for axis, entries in labels.items()}
         if not isinstance(signal.unit, str):
             last = list(labels)[-1]
             coords[f"{last}_units"] = (last, np.array(signal.unit), _NO_UNIT)
-    coords["time"] = ("time", time, {"units": "s"})
+    coords["time"] = ("time", samples.time, {"units": "s"})
     return Recording(xr.Dataset(variables, coords, dict(about or {})))
 
 

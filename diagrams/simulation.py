@@ -180,11 +180,14 @@ def run_to_end(station: Station, meshcat: Meshcat | None = None, progress: Progr
 
 def _recording(station: Station, context: Context) -> Recording:
     """The recording of a run, after checking that the outputs of user blocks are finite."""
+    own = own_blocks(station)
     try:
         recording = station.recording(context)
+        if own:
+            recording.data.load()  # what fails is to be blamed on its block
     except (Exception, SystemExit) as failure:  # raised by functions that are called for all samples at once
         raise blamed(station, context, failure) or failure from failure
-    check_values(own_blocks(station), recording)
+    check_values(own, recording)
     note_missing(recording)
     return recording
 
@@ -266,6 +269,7 @@ def _blame(station: Station, context: Context, failure: BaseException | None, ha
         return
     try:
         recording = station.recording(context)
+        recording.data.load()
     except (Exception, SystemExit):  # raised by a function that cannot handle NaN
         return
     check_values(blocks, recording)

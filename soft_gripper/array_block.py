@@ -254,25 +254,33 @@ class ArrayBlock(LeafSystem):
             outputs: names of ports.
         """
         known: dict[str, Any] = {TIME: time, **leaves}
-        found = {}
-        for name in outputs:
-            function, sources = self.outputs[name]
-            found[name] = np.reshape(function(*[self._at_all(source, known) for source in sources]), (len(time), -1))
-        return found
+        return {name: self.output_over_time(name, known) for name in outputs}
+
+    def output_over_time(self, output: str, known: dict[str, Any]) -> Array:
+        """An output at all T samples, (T, size).
+
+        Args:
+            output: name of the port.
+            known: time and leaves as of `over_time`; steps that are computed are added.
+        """
+        function, sources = self.outputs[output]
+        values = function(*[self._at_all(source, known) for source in sources])
+        return np.reshape(values, (len(known[TIME]), -1))
 
     def _at_all(self, name: str, known: dict[str, Any]) -> Any:
-        if name not in known:
-            step = self.steps[name]
-            if isinstance(step, Constant):
-                known[name] = np.broadcast_to(step.value, (*known[TIME].shape, *step.value.shape))
-            elif isinstance(step, Sample):
-                values = self._at_all(step.source, known)
-                known[name] = step.over_time(values[:, None] if step.source == TIME else values)
-            elif isinstance(step, Memory):
-                assert step.over_time is not None
-                known[name] = step.over_time(*[self._at_all(source, known) for source in step.sources])
-            elif isinstance(step, Function):
-                known[name] = step.over_time(*[self._at_all(source, known) for source in step.sources])
+        step = self.steps.get(name)
+        if name in known or step is None or is_leaf(step):
+            return known[name]
+        if isinstance(step, Constant):
+            known[name] = np.broadcast_to(step.value, (*known[TIME].shape, *step.value.shape))
+        elif isinstance(step, Sample):
+            values = self._at_all(step.source, known)
+            known[name] = step.over_time(values[:, None] if step.source == TIME else values)
+        elif isinstance(step, Memory):
+            assert step.over_time is not None
+            known[name] = step.over_time(*[self._at_all(source, known) for source in step.sources])
+        elif isinstance(step, Function):
+            known[name] = step.over_time(*[self._at_all(source, known) for source in step.sources])
         return known[name]
 
     def _follows(self, name: str, period: float) -> bool:

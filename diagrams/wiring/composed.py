@@ -7,7 +7,7 @@ Parts with a block of the user's own stay as they are: it may do more than its f
 """
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any, NamedTuple
@@ -76,16 +76,24 @@ class Abreast(ArrayBlock):
         finger, name = _apart(output)
         return [f"{finger}.{leaf}" for leaf in self._one.leaves(name)]
 
-    def over_time(self, time: Array, leaves: Mapping[str, Any], outputs: Iterable[str]) -> dict[str, Array]:
-        """See ArrayBlock; the leaves and outputs of one finger, or of several."""
-        found: dict[str, Array] = {}
-        for finger in dict.fromkeys(_apart(output)[0] for output in outputs):
-            own = {
-                name: value for (of, name), value in ((_apart(leaf), v) for leaf, v in leaves.items()) if of == finger
-            }
-            names = [name for of, name in map(_apart, outputs) if of == finger]
-            found |= {f"{finger}.{name}": each for name, each in self._one.over_time(time, own, names).items()}
-        return found
+    def output_over_time(self, output: str, known: dict[str, Any]) -> Array:
+        """See ArrayBlock; the steps of each finger are its own."""
+        finger, name = _apart(output)
+        if finger not in known:
+            known[finger] = _StepsOfFinger(known, finger)
+        return self._one.output_over_time(name, known[finger])
+
+
+class _StepsOfFinger(dict[str, Any]):
+    """What is known of one finger at all samples."""
+
+    def __init__(self, known: Mapping[str, Any], finger: str):
+        super().__init__({TIME: known[TIME]})
+        self._known, self._finger = known, finger
+
+    def __missing__(self, leaf: str) -> Any:
+        self[leaf] = self._known[f"{self._finger}.{leaf}"]
+        return self[leaf]
 
 
 _Output = tuple[Callable[..., Any], Sequence[str]]  # a function and its steps

@@ -117,5 +117,5 @@ def test_a_block_may_follow_from_what_follows_from_another_output_of_it():
     simulator = Simulator(builder.Build())
     simulator.AdvanceTo(0.1)
     assert logged_names(logs) == {"source.y0"}
-    _, found = logs.samples(simulator.get_context())
+    found = logs.samples(simulator.get_context())
     assert [found[name].tolist() for name in names] == [[[24.0], [24.0]], [[6.0], [6.0]]]

@@ -37,7 +37,7 @@ def test_every_signal_is_sampled_with_the_period():
     assert recording["time"].values.tolist() == [0.0, 0.125, 0.25, 0.375, 0.5]
     np.testing.assert_allclose(recording["ramp"], 5.0 * recording["time"])
     assert recording.data.attrs == {"about": "a ramp"}
-    assert len(logs.samples(simulator.get_context())[0]) == 5
+    assert len(logs.samples(simulator.get_context()).time) == 5
 
 
 def test_a_vector_is_folded_along_its_axes():

@@ -1,0 +1,53 @@
+"""Signals of a recording are computed when they are read, once, whatever is done with the recording before."""
+
+import copy
+import pickle
+from unittest.mock import patch
+
+import numpy as np
+import pytest
+
+from soft_gripper.diagrams.recording import Recording
+from soft_gripper.diagrams.simulation import simulate
+from soft_gripper.estimators.contact import ContactShape
+from soft_gripper.scenario.scenario_file import load_scenario
+
+SHORT = "estimator.type=contact", "sensor.sections=2", "pressure.steps.all=[60e3]", "pressure.settle=0.2"
+POSTERIOR = "left_finger.contact_force_bounds", "left_finger.contact_probability"
+
+
+@pytest.fixture
+def recording():
+    return simulate(load_scenario("free_bending", [*SHORT, "pressure.hold_samples=5"]))
+
+
+def test_what_is_not_read_is_not_computed():
+    with patch.object(ContactShape, "posterior", autospec=True, side_effect=ContactShape.posterior) as posterior:
+        found = simulate(load_scenario("free_bending", [*SHORT, "pressure.hold_samples=5"]))
+        assert np.isfinite(found["left_finger.tip_pose"].values).all()
+        assert posterior.call_count == 0
+        twice = [[found[name].values for name in POSTERIOR] for _ in range(2)]
+        assert posterior.call_count == 1, "both follow from one posterior"
+        np.testing.assert_array_equal(twice[0][1], twice[1][1])
+
+
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda found: pickle.loads(pickle.dumps(found))])
+def test_a_copy_has_the_signals(recording, copied):
+    other = copied(recording)
+    assert other.data.identical(recording.data)
+
+
+def test_a_file_has_the_signals(recording, tmp_path):
+    recording.save(tmp_path / "recording.nc")
+    assert Recording.load(tmp_path / "recording.nc").data.identical(recording.data)
+
+
+def test_a_part_is_that_of_all(recording):
+    name = "left_finger.estimated_joint_positions"
+    part = recording.data[name].isel(time=slice(3, 8), joint=2).sel(xyz="z").values
+    np.testing.assert_array_equal(part, recording[name].values[3:8, 2, 2])
+
+
+def test_a_signal_can_be_written_to(recording):
+    recording["left_finger.tip_pose"][:] = 1.0
+    assert (recording["left_finger.tip_pose"].values == 1.0).all()
