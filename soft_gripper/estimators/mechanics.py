@@ -108,11 +108,20 @@ class Mechanics:
         return np.asarray(np.where(self._is_inner, by_inner, np.swapaxes(by_inner, -1, -2)))
 
     def load_modes(self, at: BentFinger) -> Array:
-        """Torques of the strongest modes of a load in a posture, (..., D, M).
+        """Torques of the strongest modes of a load in a posture, (..., D, M) or (D, M).
 
         The modes are of forces that turn with the links, so that a mode means the same however far the finger is bent.
         On the straight finger they are the modes of the load across it in each plane, and along it if it stretches.
+        Of a finger that only bends they are always those of the straight one: they couple no ways, and a filter that
+        follows them while it bends would believe to read modes that it never does.
         """
+        return self._straight_modes if self.only_bends else self._modes_at(at)
+
+    @cached_property
+    def _straight_modes(self) -> Array:
+        return self._modes_at(self.posture(self.layout.straight))
+
+    def _modes_at(self, at: BentFinger) -> Array:
         torques = self._unit_torques(at)
         return np.asarray(torques.reshape(*torques.shape[:-2], 3 * len(self._forces.frames)) @ self._strongest[1])
 

@@ -8,26 +8,27 @@ A Kalman filter (Kalman 1960, doi 10.1115/1.3662552), extended for the gain of t
     c, b  gain error and offset of every reading:  strain = (1 + c) h(q) + b + noise
 
 All but the load are slow: next to constant, the offsets drift, and the bend does as far as the finger may creep in a
-way that its model does not know (`creep`). They are learnt in free motion alone. Whether the
-finger is free is seen from what the readings differ from those of the free finger, averaged over some samples: as
-long as it is no more than noise and the uncertainty of the slow states explain, the slow states are corrected, and
-cautiously, for errors of sensors are not white. While the finger is loaded they are kept as they are, with their
-uncertainty counted (Schmidt 1966, doi 10.1016/B978-1-4831-6716-9.50011-4): else a load that lasts would pass for an
-offset. What cannot be seen is a load that begins before anything is learnt and looks like a finger that bends less
-than assumed: let the finger move freely first, or give a smaller `bend_per_pressure`.
+way that its model does not know (`creep`). They are learnt in free motion alone. Whether the finger is free is seen
+from what the readings differ from those of the free finger, averaged over some samples: as long as it is no more than
+noise and the uncertainty of the slow states explain, the slow states are corrected, and cautiously, for errors of
+sensors are not white. While the finger is loaded they are kept as they are, with their uncertainty counted (Schmidt
+1966, doi 10.1016/B978-1-4831-6716-9.50011-4): else a load that lasts would pass for an offset. The shape of a sample
+has the r and d that its readings ask for beside the load, though nothing is learnt from them; else a finger that is
+not as stiff as assumed would not have the shape that is read. What cannot be seen is a load that begins before
+anything is learnt and looks like a finger that bends less than assumed: let the finger move freely first, or give a
+smaller `bend_per_pressure`.
 
-The
-innovation test says when readings are other than predicted: the squared innovation, normalised by its covariance, over
-the limit that noise exceeds in one of 1000 samples (Bar-Shalom, Li and Kirubarajan 2001, section 5.4).
+The innovation test says when readings are other than predicted: the squared innovation, normalised by its covariance,
+over the limit that noise exceeds in one of 1000 samples (Bar-Shalom, Li and Kirubarajan 2001, section 5.4).
 
 A reading that is NaN is left out, and one that no load explains is taken for an outlier: both widen the covariance.
 While the bend of a section is hardly read nothing is learnt, and when that lasts the finger counts as loaded.
 
-V follows the bent chain, and as that couples the ways in which its joints yield, readings are linearized about the
-finger under the load that is known; what the load adds to the readings is the difference between that finger and the
-free one. The contact is that which explains the change of the values by the load (`SurfaceContact`), r = A C V z , with
-the uncertainty of all states. There may be more values than a load changes independently, so a little noise is added
-to each; of them count as many as the load explains, beside that noise.
+V follows the bent chain where it leaves its plane, and as that couples the ways in which its joints yield, readings
+are linearized about the finger under the load that is known; what the load adds to the readings is the difference
+between that finger and the free one. The contact is that which explains the change of the values by the load
+(`SurfaceContact`), r = A C V z , with the uncertainty of all states. There may be more values than a load changes
+independently, so a little noise is added to each; of them count as many as the load explains, beside that noise.
 
 Leading axes are free; R readings, S values, D joints, way after way, M modes of the load, n states.
 
@@ -90,6 +91,7 @@ class Filter(NamedTuple):
     difference: Array  # (..., R) averaged deviation of the readings from those of the free finger
     loaded: NDArray[np.bool_]  # (...)
     innovation: Array  # (...) squared and normalised, 1 where noise leaves more in 1 of 1000 samples
+    drive: Array  # (..., 2) r and d of this sample
     q: Array  # (..., D) rad, and m where joints slide
 
 
@@ -123,7 +125,7 @@ class RecursiveShape:
         nothing = np.zeros((*shape, self.layout.readings))
         return Filter(
             *(np.zeros((*shape, states)), covariance, nothing, np.zeros(shape, bool)),
-            *(np.zeros(shape), np.zeros((*shape, len(self.layout.straight)))),
+            *(np.zeros(shape), np.zeros((*shape, 2)), np.zeros((*shape, len(self.layout.straight)))),
         )
 
     def step(self, before: Filter, readings: Array, driving: Array, gravity: Array) -> Filter:
@@ -146,10 +148,10 @@ class RecursiveShape:
         blind = self._is_blind(noise < _MISSING)
         loaded |= blind & (covariance[..., 0, 0] > _BLIND_SAMPLES * self._walks[0])
         left = difference - by_load * (loaded | blind)[..., None]
-        mean, covariance = self._update(mean, covariance, left, by_state, noise, loaded, blind & ~loaded)
-        q = mechanics.free(self.effective_driving(mean, driving) + weight + self._torque(modes, mean))
+        mean, covariance, drive = self._update(mean, covariance, left, by_state, noise, loaded, blind & ~loaded)
+        q = mechanics.free(self.effective_driving(drive, driving) + weight + self._torque(modes, mean))
         limit = chdtri(np.maximum(read.sum(axis=-1), 1), _CHANCE)
-        return Filter(mean, covariance, average, loaded, innovation / limit, q)
+        return Filter(mean, covariance, average, loaded, innovation / limit, drive, q)
 
     def estimate(self, known: Filter, driving: Array) -> ShapeEstimate:
         """The shape and the contact after a sample at a driving torque, (..., D)."""
@@ -202,10 +204,13 @@ class RecursiveShape:
         parts = M, M + 1, gains, slice(gains.stop, None)
         return Changes(*(values[..., part] for part in parts for values in (known.mean, std)))
 
-    def effective_driving(self, mean: Array, driving: Array) -> Array:
-        """The driving torque of the nominal finger at the pressure that drives it, (..., D)."""
-        share, pressure = mean[..., self._modes, None], mean[..., self._modes + 1, None]
-        return driving * (1 + share) + pressure * self.mechanics.pressure_gain
+    def effective_driving(self, drive: Array, driving: Array) -> Array:
+        """The driving torque of the nominal finger at the pressure that drives it, (..., D), by r and d, (..., 2)."""
+        return driving * (1 + drive[..., :1]) + drive[..., 1:] * self.mechanics.pressure_gain
+
+    def _drive(self, mean: Array) -> Array:
+        """r and d, (..., 2)."""
+        return mean[..., self._modes : self._modes + 2]
 
     def _torque(self, modes: Array, mean: Array) -> Array:
         """Torque of the load at the joints, (..., D)."""
@@ -253,7 +258,7 @@ class RecursiveShape:
         block.derive("posterior", self.posterior, "known", driving)
         block.put_out(
             EFFECTIVE_DRIVING_TORQUE,
-            lambda known, driving: self.effective_driving(known.mean, driving)[..., : len(joints)],
+            lambda known, driving: self.effective_driving(known.drive, driving)[..., : len(joints)],
             *("known", driving),
             unit="N m",
             joint=joints,
@@ -307,7 +312,7 @@ class RecursiveShape:
 
     def _expected(self, mean: Array, driving: Array, weight: Array, modes: Array) -> tuple[Array, Array, Array]:
         """Strains of the free finger, (..., R), what the load adds to the readings, (..., R), and their Jacobian."""
-        known = self.effective_driving(mean, driving) + weight
+        known = self.effective_driving(self._drive(mean), driving) + weight
         strain = self.layout.predict(self.mechanics.free(known))
         bent = self.mechanics.free(known + self._torque(modes, mean))
         loaded, H = self.layout.linearized(bent)
@@ -361,8 +366,11 @@ class RecursiveShape:
         noise: Array,
         loaded: NDArray[np.bool_],
         blind: NDArray[np.bool_],
-    ) -> tuple[Array, Array]:
-        """Loaded: the load corrected, slow states kept. Free: no load, slow states corrected. Blind: all kept."""
+    ) -> tuple[Array, Array, Array]:
+        """Mean and covariance for the next sample, and r and d of this one.
+
+        Loaded: the load corrected, slow states kept. Free: no load, slow states corrected. Blind: all kept.
+        """
         loads = (loaded | blind)[..., None] | self._is_slow
         mean = mean * loads
         covariance = covariance * (loads[..., :, None] & loads[..., None, :])
@@ -370,11 +378,13 @@ class RecursiveShape:
         crossed = covariance @ np.swapaxes(by_state, -1, -2)
         spread = by_state @ crossed + noise[..., None] * np.eye(noise.shape[-1])
         gain = np.swapaxes(np.linalg.solve(spread, np.swapaxes(crossed, -1, -2)), -1, -2)
-        gain = gain * ((loaded[..., None] != self._is_slow) & ~blind[..., None])[..., None]
+        gain = gain * ~blind[..., None, None]
+        drive = self._drive(mean + (gain @ left[..., None])[..., 0])
+        gain = gain * (loaded[..., None] != self._is_slow)[..., None]
         keep = np.eye(self._states) - gain @ by_state
         covariance = keep @ covariance @ np.swapaxes(keep, -1, -2)
         covariance = covariance + (gain * noise[..., None, :]) @ np.swapaxes(gain, -1, -2)
-        return mean + (gain @ left[..., None])[..., 0], covariance
+        return mean + (gain @ left[..., None])[..., 0], covariance, drive
 
 
 def _size(difference: Array, spread: Array) -> Array:
