@@ -169,7 +169,7 @@ class Samples(Mapping[str, Array]):
         return isinstance(self._sources[name], Logged)
 
     def values_of(self, source: Source) -> Any:
-        """What a source has at all samples."""
+        """The values of a source at all samples."""
         if isinstance(source, Logged):
             return self._logged[source.number]
         if source.of not in self._known:

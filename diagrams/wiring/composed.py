@@ -85,7 +85,7 @@ class Abreast(ArrayBlock):
 
 
 class _StepsOfFinger(dict[str, Any]):
-    """What is known of one finger at all samples."""
+    """The steps of one finger at all samples; leaves are taken from those of all fingers."""
 
     def __init__(self, known: Mapping[str, Any], finger: str):
         super().__init__({TIME: known[TIME]})
