@@ -135,7 +135,8 @@ def simulate(scenario: Scenario, meshcat: Meshcat | None = None, progress: Progr
     A scenario that differs from one of the last few only in its seed and its solver reuses the same blocks, see
     `kept_station`. Others are built; with Drake before 1.58, every station built stays in memory for as long as
     the process runs: 8 MB with two fingers. For thousands of different scenarios use `run_sweep`, whose worker
-    processes are replaced when they have grown.
+    processes are replaced when they have grown. Signals are computed when they are read, and until all have been, a
+    recording keeps the blocks of its station in memory: ``recording.data.load()`` reads all.
 
     Args:
         scenario: the scenario to run.
@@ -183,8 +184,8 @@ def _recording(station: Station, context: Context) -> Recording:
     own = own_blocks(station)
     try:
         recording = station.recording(context)
-        if own:
-            recording.data.load()  # what fails is to be blamed on its block
+        if own or not station.removed:  # what fails is to be blamed on its block; no recording keeps a user's diagram
+            recording.data.load()
     except (Exception, SystemExit) as failure:  # raised by functions that are called for all samples at once
         raise blamed(station, context, failure) or failure from failure
     check_values(own, recording)
