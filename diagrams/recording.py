@@ -408,7 +408,9 @@ def read_logs(logs: SignalLogs, root_context: Context, about: Mapping[str, str] 
         root_context: the context of the root diagram.
         about: attributes of the recording, see `provenance`.
     """
-    return make_recording(logs.signals, logs.samples(root_context), about)
+    recording = make_recording(logs.signals, logs.samples(root_context), about)
+    recording.data.load()  # or the diagram would live as long as its recording
+    return recording
 
 
 class _Computed(BackendArray):
@@ -441,7 +443,7 @@ class _Computed(BackendArray):
 def make_recording(
     signals: Mapping[str, Signal], samples: Samples, about: Mapping[str, str] | None = None
 ) -> Recording:
-    """Labels the samples of signals; `about` as for `read_logs`."""
+    """Labels the samples of signals, which are computed when they are read; `about` as for `read_logs`."""
     names, variables = _axis_names(signals), {}
     coords: dict[str, Any] = {}
     for name, signal in signals.items():

@@ -184,8 +184,8 @@ def _recording(station: Station, context: Context) -> Recording:
     own = own_blocks(station)
     try:
         recording = station.recording(context)
-        if own or not station.removed:  # what fails is to be blamed on its block; no recording keeps a user's diagram
-            recording.data.load()
+        if own:
+            recording.data.load()  # what fails is to be blamed on its block
     except (Exception, SystemExit) as failure:  # raised by functions that are called for all samples at once
         raise blamed(station, context, failure) or failure from failure
     check_values(own, recording)

@@ -10,7 +10,7 @@ from pydrake.systems.framework import Context, Diagram, InputPort, OutputPort, S
 from soft_gripper.control.couplings import Mimic
 from soft_gripper.control.task import TaskMachine
 from soft_gripper.diagrams.arm import Arm
-from soft_gripper.diagrams.recording import Recording, SignalLogs, provenance, read_logs
+from soft_gripper.diagrams.recording import Recording, SignalLogs, make_recording, provenance, read_logs
 from soft_gripper.diagrams.scene import check_starts_apart
 from soft_gripper.diagrams.task_plan import check_paths
 from soft_gripper.diagrams.wiring.external import External
@@ -99,5 +99,7 @@ class Station:
         return self.parts.task
 
     def recording(self, context: Context) -> Recording:
-        """The recording of all logs, from the context of the root diagram."""
-        return read_logs(self.logs, context, self.parts.about)
+        """The recording of all logs, from the context of the root diagram; of a private station not computed yet."""
+        if not self.removed:
+            return read_logs(self.logs, context, self.parts.about)
+        return make_recording(self.logs.signals, self.logs.samples(context), self.parts.about)

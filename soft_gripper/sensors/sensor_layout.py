@@ -77,7 +77,7 @@ class SensorLayout(MeasurementModel):
 
     @cached_property
     def _of_inverse(self) -> tuple[Array, Array, Array]:
-        """Constants of the readings: 2 o^2, 2 o |a + i o| and arg(a + i o), (paths, 1)."""
+        """Terms of the inverse that no reading changes: 2 o^2, 2 o |a + i o| and arg(a + i o), (paths, 1)."""
         half, offset = self.finger.segment_length / 2, self.offsets[:, None]
         offset = np.where(offset == 0, half, offset)  # a path on the neutral axis measures nothing, and has no weight
         return 2 * offset**2, 2 * offset * np.hypot(half, offset), np.arctan2(offset, half)
