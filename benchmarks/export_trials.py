@@ -26,8 +26,8 @@ from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.extras.export.folder import export_mjcf
 from soft_gripper.extras.export.run_mjcf import simulate
 from soft_gripper.extras.grasps.trial import Variation, draw, random_numbers, varied
-from soft_gripper.files.csv_table import write_csv
 from soft_gripper.files.output import writable_folder
+from soft_gripper.files.row_table import write_csv
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.schema import Scenario
 

@@ -23,7 +23,7 @@ from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.estimators.uncertainty import EXACT
 from soft_gripper.extras.benchmark.random_objects import free_model, with_errors, with_mesh
 from soft_gripper.extras.grasps.trial import RandomObject
-from soft_gripper.files.csv_table import write_csv
+from soft_gripper.files.row_table import write_csv
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import forward_kinematics
 from soft_gripper.load.opening import Gripper, InnerSurface

@@ -12,6 +12,8 @@ from typing import Any
 
 from tqdm import tqdm
 
+from soft_gripper.files.row_table import write_csv
+
 SIMULATED = "{desc} {bar} {n:.0f}/{total:.0f} s simulated [{elapsed}<{remaining}]"
 
 
@@ -23,8 +25,10 @@ class Console:
     json: bool = False
     document: dict[str, Any] = field(default_factory=dict)
 
-    def table(self, name: str, rows: Sequence[Any]) -> None:
-        """Adds a table, given as dataclass rows, to the JSON document."""
+    def table(self, name: str, rows: Sequence[Any], file: Path | None = None) -> None:
+        """Adds a table, given as dataclass rows, to the JSON document, and writes it as a CSV file."""
+        if file is not None:
+            write_csv(file, rows)
         self.document[name] = [asdict(row) for row in rows]
 
     def wrote(self, *files: Path) -> None:

@@ -6,12 +6,13 @@ from concurrent.futures import Executor
 from pathlib import Path
 
 from soft_gripper.commands.console import Console
-from soft_gripper.commands.tables import print_claims, print_table
+from soft_gripper.commands.printing import print_claims
 from soft_gripper.evaluation.paper.scenario_run import SCENARIOS, SECTIONS
 from soft_gripper.evaluation.report.bars import ARCS
 from soft_gripper.evaluation.report.evaluate import RUNS, run_scenarios, summarize, unfinished
 from soft_gripper.evaluation.report.page import Evaluation
 from soft_gripper.files.output import lock_folder
+from soft_gripper.files.row_table import print_table
 from soft_gripper.runs.executor import open_executor
 from soft_gripper.runs.scores.poses import PoseRow, mean_errors, of_estimator
 from soft_gripper.scenario.scenario_file import load_scenario

@@ -14,7 +14,7 @@ from pydrake.geometry import Meshcat
 from soft_gripper.commands.changes import changes_line
 from soft_gripper.commands.chosen_station import chosen_station
 from soft_gripper.commands.console import Console
-from soft_gripper.commands.tables import print_grasps, print_phases, print_poses, print_steps, print_truth
+from soft_gripper.commands.printing import print_grasps, print_phases, print_poses, print_truth
 from soft_gripper.commands.viewing import viewed
 from soft_gripper.control.task import Outcome
 from soft_gripper.diagrams.recording import Recording
@@ -24,8 +24,8 @@ from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.diagrams.view.meshcat_view import hidden_meshcat, write_animation
 from soft_gripper.evaluation.paper.forces import recorded_force_table
 from soft_gripper.extras import added, named
-from soft_gripper.files.csv_table import write_csv
 from soft_gripper.files.output import atomic_file, check_file, lock_folder
+from soft_gripper.files.row_table import print_rows
 from soft_gripper.pictures.phases import phases_figure
 from soft_gripper.pictures.video import check_video, write_video
 from soft_gripper.runs.scores.poses import recorded_pose_table
@@ -157,8 +157,7 @@ def _write_grasps(out: Path, station: Station, recording: Recording, console: Co
         return []
     tables: dict[str, Sequence[Any]] = {"grasps": grasps, "grips": grips}
     for table, rows in tables.items():
-        write_csv(out / f"{table}.csv", rows)
-        console.table(table, rows)
+        console.table(table, rows, out / f"{table}.csv")
     print_grasps(grasps, grips)
     return [f"{table}.csv" for table in tables]
 
@@ -168,12 +167,11 @@ def _write_scores(out: Path, name: str, station: Station, recording: Recording, 
     files: list[str] = []
     if station.task is not None:
         phases = phase_table(station, recording)
-        write_csv(out / "phases.csv", phases)
         with atomic_file(out / "phases.png") as partial:
             phases_figure(station.scenario, recording, station.task.phases).savefig(partial, format="png")
         assert station.scenario.task is not None
         print_phases(phases, outcome(recording), station.scenario.task)
-        console.table("phases", phases)
+        console.table("phases", phases, out / "phases.csv")
         console.document["outcome"] = outcome(recording).words
         looked_for = station.scenario.estimator.contact_threshold is not None
         is_judged = station.scenario.record.truth == "all"
@@ -187,15 +185,11 @@ def _write_scores(out: Path, name: str, station: Station, recording: Recording, 
         return files
     if station.scenario.control.set_points is not None:
         steps = step_table(station, recording)
-        write_csv(out / "steps.csv", steps)
-        print_steps(steps)
-        console.table("steps", steps)
+        console.table("steps", steps, out / "steps.csv")
+        print_rows(steps)
         return [*files, "steps.csv"]
     poses = recorded_pose_table(name, station, recording)
-    write_csv(out / "metrics.csv", poses)
-    forces = recorded_force_table(name, station, recording)
-    write_csv(out / "forces.csv", forces)
+    console.table("poses", poses, out / "metrics.csv")
+    console.table("forces", recorded_force_table(name, station, recording), out / "forces.csv")
     print_poses(poses)
-    console.table("poses", poses)
-    console.table("forces", forces)
     return [*files, "metrics.csv", "forces.csv"]

@@ -3,9 +3,9 @@
 import argparse
 
 from soft_gripper.commands.chosen_station import chosen_station
-from soft_gripper.commands.tables import print_steps
 from soft_gripper.control.pid_controller import PidGains
 from soft_gripper.errors import InputError
+from soft_gripper.files.row_table import print_rows
 from soft_gripper.runs.executor import open_executor
 from soft_gripper.runs.tuning import follow, tune
 
@@ -25,7 +25,7 @@ def run(options: argparse.Namespace) -> None:
         with open_executor(1, options.scheduler) as executor:
             gains = tune(scenario, executor, options.evaluations, report)
     steps = follow(scenario, gains)
-    print_steps(steps)
+    print_rows(steps)
     options.console.table("steps", steps)
     options.console.table("gains", [gains])
     unit = "Pa"

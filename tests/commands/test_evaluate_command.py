@@ -23,8 +23,8 @@ from soft_gripper.evaluation.paper.contact_table import ContactRow, contact_summ
 from soft_gripper.evaluation.paper.scenario_run import evaluated_scenario
 from soft_gripper.evaluation.report.evaluate import CAPTIONS, CONTACT, FREE, RUNS, SCENARIOS, TASK
 from soft_gripper.evaluation.report.page import Evaluation
-from soft_gripper.files.csv_table import read_csv
 from soft_gripper.files.output import atomic_folder
+from soft_gripper.files.row_table import read_csv
 from soft_gripper.runs.scores.poses import PoseRow, of_estimator
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from soft_gripper.commands.tables import print_poses
+from soft_gripper.commands.printing import print_poses
 from soft_gripper.runs.scores.poses import PoseRow
 
 
@@ -19,6 +19,6 @@ def test_a_finger_in_its_plane_has_a_bend_alone(capsys: pytest.CaptureFixture[st
 
 def test_a_finger_in_space_turns_sideways_and_twists(capsys: pytest.CaptureFixture[str]) -> None:
     heading, row = printed(capsys, -3.0, 0.0)
-    columns = "bend [degrees] sideways [degrees] twist [degrees] pose error [mm] fingertip error [mm]"
+    columns = "bend angle [degrees] sideways angle [degrees] twist angle [degrees] pose error [mm] tip error [mm]"
     assert " ".join(heading.split()).endswith(f"pressure [kPa] {columns}")
     assert row.split() == ["finger", "60.0", "12.00", "-3.00", "0.00", "0.100", "0.200"]

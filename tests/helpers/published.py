@@ -18,7 +18,7 @@ from soft_gripper.evaluation.paper.contact_table import ContactRow, of_touched_f
 from soft_gripper.evaluation.paper.forces import LAYOUTS, ContactForceRow, ForceRow
 from soft_gripper.evaluation.report.bars import estimator_claims
 from soft_gripper.evaluation.report.evaluate import CONTACT, FREE, SCENARIOS
-from soft_gripper.files.csv_table import read_csv
+from soft_gripper.files.row_table import read_csv
 from soft_gripper.runs.scores.poses import PoseRow, of_estimator
 
 ROOT = Path(__file__).parents[2]

@@ -14,8 +14,8 @@ from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
 from soft_gripper.estimators.uncertainty import EXACT
 from soft_gripper.evaluation.paper.contact_table import contact_table
 from soft_gripper.evaluation.paper.forces import LAYOUTS, contact_force_table, force_table
-from soft_gripper.files.csv_table import write_csv
 from soft_gripper.files.output import atomic_folder, is_whole
+from soft_gripper.files.row_table import write_csv
 from soft_gripper.pictures.rendering import SceneRenderer
 from soft_gripper.pictures.scenes_figure import largest_pressure
 from soft_gripper.pictures.torque_bar import recorded_limit

@@ -32,8 +32,8 @@ from soft_gripper.evaluation.paper.scenario_run import (
 )
 from soft_gripper.evaluation.report.bars import estimator_claims
 from soft_gripper.evaluation.report.page import Evaluation, difference_figure, estimators_figure, write_report
-from soft_gripper.files.csv_table import Row, read_csv, write_csv
 from soft_gripper.files.output import atomic_folder, read_folder, write_folder
+from soft_gripper.files.row_table import Row, read_csv, write_csv
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.pictures.phases import phases_figure
 from soft_gripper.pictures.scenes_figure import scenes_figure, section_figure

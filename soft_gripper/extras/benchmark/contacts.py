@@ -16,7 +16,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.extras.studies.contacts.contacts import Contacts, read_finger
 from soft_gripper.extras.studies.contacts.estimates import HELD, REALISTIC, contact_readings, preset_errors
 from soft_gripper.extras.studies.contacts.peg import PEG_FRICTION, as_arrays, run_contact
-from soft_gripper.files.csv_table import write_csv
+from soft_gripper.files.row_table import write_csv
 from soft_gripper.fingers.kinematics import as_points, forward_kinematics
 from soft_gripper.sensors.sensor_layout import SensorLayout
 

@@ -15,7 +15,7 @@ from soft_gripper.extras.benchmark.random_objects import SHAPES
 from soft_gripper.extras.hardware.identification.simulated_motion import MeasuredMotion, measured_motion, turned
 from soft_gripper.extras.hardware.recording_schema import load_description
 from soft_gripper.extras.hardware.recordings import read_recording
-from soft_gripper.files.csv_table import read_csv
+from soft_gripper.files.row_table import read_csv
 from soft_gripper.files.text import read_text
 from soft_gripper.fingers.kinematics import as_points
 

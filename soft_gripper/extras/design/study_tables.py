@@ -12,7 +12,7 @@ from soft_gripper.extras.design.ranking import GRASP, number, over
 from soft_gripper.extras.design.run_design import DESIGN, Designed
 from soft_gripper.extras.design.sensitivity import Sensitivity, sensitivities
 from soft_gripper.extras.design.study_file import EndConfig
-from soft_gripper.files.csv_table import write_rows
+from soft_gripper.files.row_table import write_rows
 from soft_gripper.runs.scores.grasp import HELD
 from soft_gripper.runs.sweep.run_sweep import cell
 

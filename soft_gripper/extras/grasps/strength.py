@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import matplotlib as mpl
 import numpy as np
@@ -83,12 +83,12 @@ class StrengthRow:
 
     load: str
     direction: str
-    strength: float
+    strength: Annotated[float, ".3f"]
     unit: str
     ended: str
-    stiffness: float
-    moved_mm: float
-    turned_deg: float
+    stiffness: Annotated[float, ".2f"]
+    moved_mm: Annotated[float, ".1f"]
+    turned_deg: Annotated[float, ".1f"]
 
 
 class Load(NamedTuple):

@@ -30,7 +30,7 @@ from soft_gripper.extras.grasps.trial import (
     trial_row,
     vary,
 )
-from soft_gripper.files.csv_table import cells, columns, of_cells
+from soft_gripper.files.row_table import cells, columns, of_cells
 from soft_gripper.pictures.style import STYLE, save_figure
 from soft_gripper.runs.scores.grasp import Grasp
 from soft_gripper.runs.scores.recorded_grasps import objects_of, recorded_grasp

@@ -24,6 +24,7 @@ An error that lasts longer than the window, such as a tendon that has slackened 
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -50,12 +51,12 @@ class Weighing:
     """A row of the table: the mass at the tip, from all rows of a span of time."""
 
     recording: str
-    begin_s: float
-    end_s: float
+    begin_s: Annotated[float, ".0f"]
+    end_s: Annotated[float, ".0f"]
     rows: int
-    load_g: float
-    band_g: float  # to either side, 95 %
-    named_g: float  # by the file's name; 0 if it names none
+    load_g: Annotated[float, ".1f"]
+    band_g: Annotated[float, ".1f"]  # to either side, 95 %
+    named_g: Annotated[float, "g"]  # by the file's name; 0 if it names none
 
 
 def weigh(finger: Finger, states: SettledStates, window: float, tare: SettledStates | None = None) -> list[Weighing]:

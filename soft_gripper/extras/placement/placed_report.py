@@ -1,7 +1,7 @@
 """Designs of sensors as rows of tables, as a figure, and as part of a scenario."""
 
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import matplotlib as mpl
 import numpy as np
@@ -28,10 +28,10 @@ class DesignRow:
     kind: str
     borders: str  # shares of the length
     paths: str
-    pose_mm: float
-    twist_deg: float
-    force_n: float
-    place_mm: float
+    pose_mm: Annotated[float, ".2f"]
+    twist_deg: Annotated[float, ".2f"]
+    force_n: Annotated[float, ".3f"]
+    place_mm: Annotated[float, ".1f"]
     score: float  # geometric mean of the errors in SI units
 
 
@@ -45,10 +45,10 @@ class MadeRow:
     borders: str
     paths: str
     run: str  # or the mean over all
-    pose_mm: float
-    twist_deg: float
-    force_n: float
-    place_mm: float
+    pose_mm: Annotated[float, ".2f"]
+    twist_deg: Annotated[float, ".2f"]
+    force_n: Annotated[float, ".3f"]
+    place_mm: Annotated[float, ".1f"]
 
 
 MEAN = "mean"

@@ -5,7 +5,7 @@ truth is that of the plant (`TrueContact`), sampled with the sensors.
 """
 
 from dataclasses import dataclass, fields
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,12 +45,12 @@ class FingerGrip:
     """
 
     finger: str
-    normal_force_n: float
-    friction_force_n: float
-    contact_area_mm2: float
-    mean_pressure_kpa: float
-    largest_pressure_kpa: float
-    largest_impulse_mns: float
+    normal_force_n: Annotated[float, ".3f"]
+    friction_force_n: Annotated[float, ".3f"]
+    contact_area_mm2: Annotated[float, ".1f"]
+    mean_pressure_kpa: Annotated[float, ".1f"]
+    largest_pressure_kpa: Annotated[float, ".1f"]
+    largest_impulse_mns: Annotated[float, ".1f"]
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import astuple, dataclass
-from typing import TypeVar
+from typing import Annotated, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +29,7 @@ class HeldStep:
     estimator: str
     nominal: str
     sections: int
-    pressure_kpa: float  # NaN unless the finger has one chamber
+    pressure_kpa: Annotated[float, ".1f"]  # NaN unless the finger has one chamber
 
 
 Row = TypeVar("Row", bound=HeldStep)
@@ -76,11 +76,11 @@ def held_rows(scenario: Scenario, recording: Recording) -> NDArray[np.int_]:
 class PoseRow(HeldStep):
     """Averages over the steady state of one step."""
 
-    bend_angle_deg: float
-    pose_error_mm: float
-    tip_error_mm: float
-    sideways_angle_deg: float = 0.0  # of fingers in space, like the bend: the sum over the joints
-    twist_angle_deg: float = 0.0
+    bend_angle_deg: Annotated[float, ".2f"]
+    pose_error_mm: Annotated[float, ".3f"]
+    tip_error_mm: Annotated[float, ".3f"]
+    sideways_angle_deg: Annotated[float, ".2f"] = 0.0  # of fingers in space, like the bend: the sum over the joints
+    twist_angle_deg: Annotated[float, ".2f"] = 0.0
 
 
 def errors_of(rows: Sequence[PoseRow], scenario: str, sections: int, error: str) -> Array:

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Annotated
 
 import matplotlib as mpl
 import numpy as np
@@ -51,13 +52,13 @@ class StepRow:
     """
 
     step: int
-    from_mm: float
-    to_mm: float
-    overshoot_percent: float
+    from_mm: Annotated[float, ".1f"]
+    to_mm: Annotated[float, ".1f"]
+    overshoot_percent: Annotated[float, ".2f"]
     crossings: int
-    settling_s: float
-    steady_error_estimated_mm: float
-    steady_error_true_mm: float
+    settling_s: Annotated[float, ".2f"]
+    steady_error_estimated_mm: Annotated[float, ".4f"]
+    steady_error_true_mm: Annotated[float, ".3f"]
 
 
 def step_table(station: Station, recording: Recording) -> list[StepRow]:
@@ -101,11 +102,11 @@ class PhaseRow:
     """One phase; opening, torque and pressure are the estimated or measured values at its end."""
 
     phase: str
-    began_s: float
-    lasted_s: float
-    opening_mm: float
-    torque_mnm: float
-    pressure_kpa: float
+    began_s: Annotated[float, ".2f"]
+    lasted_s: Annotated[float, ".2f"]
+    opening_mm: Annotated[float, ".1f"]
+    torque_mnm: Annotated[float, ".1f"]
+    pressure_kpa: Annotated[float, ".1f"]
 
 
 def phase_table(station: Station, recording: Recording) -> list[PhaseRow]:

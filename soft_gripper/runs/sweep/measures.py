@@ -16,7 +16,7 @@ import numpy as np
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.errors import InputError
-from soft_gripper.files.csv_table import columns
+from soft_gripper.files.row_table import columns
 from soft_gripper.runs.scores.grasp import Grasp
 from soft_gripper.runs.scores.poses import held_samples, recorded_pose_table
 from soft_gripper.runs.scores.recorded_grasps import objects_of, recorded_grasp

@@ -9,7 +9,7 @@ from soft_gripper.diagrams.recording import Recording
 from soft_gripper.evaluation.paper.contact_table import ContactRow
 from soft_gripper.evaluation.paper.forces import ContactForceRow, ForceRow
 from soft_gripper.evaluation.paper.scenario_run import evaluated_scenario, is_finished, run_scenario
-from soft_gripper.files.csv_table import read_csv
+from soft_gripper.files.row_table import read_csv
 from soft_gripper.runs.scores.poses import PoseRow
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 

@@ -34,8 +34,8 @@ from soft_gripper.evaluation.report.evaluate import (
     summarize,
     unfinished,
 )
-from soft_gripper.files.csv_table import read_csv, write_csv
 from soft_gripper.files.output import atomic_folder
+from soft_gripper.files.row_table import read_csv, write_csv
 from soft_gripper.runs.scores.poses import PoseRow, of_estimator
 from soft_gripper.runs.scores.steps import PhaseRow
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario

@@ -20,7 +20,7 @@ from soft_gripper.diagrams.recording import Recording
 from soft_gripper.extras.grasps.adds import TrialsConfig
 from soft_gripper.extras.grasps.trial import draw, random_numbers
 from soft_gripper.extras.grasps.trials import run_trial
-from soft_gripper.files.csv_table import write_csv
+from soft_gripper.files.row_table import write_csv
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 
 COMMAND = [*LISTENING, "grasp-trials"]

@@ -12,7 +12,7 @@ from soft_gripper.extras.studies.contacts import estimates as contact_estimates
 from soft_gripper.extras.studies.contacts.contacts import load_contacts
 from soft_gripper.extras.studies.contacts.peg import PEG_FRICTION, ContactRow
 from soft_gripper.extras.studies.contacts.trials import ContactErrorRow
-from soft_gripper.files.csv_table import read_csv
+from soft_gripper.files.row_table import read_csv
 
 
 @pytest.fixture(autouse=True)

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 from scipy.stats import binomtest
 
-from soft_gripper.commands.tables import print_table
 from soft_gripper.extras.design.figure import design_figure
 from soft_gripper.extras.design.files import design_files, write_design
 from soft_gripper.extras.design.run_design import TABLE, Designed, most_runs, run_design
@@ -21,6 +20,7 @@ from soft_gripper.extras.design.study_tables import (
     write_tables,
 )
 from soft_gripper.files.output import lock_folder
+from soft_gripper.files.row_table import print_table
 from soft_gripper.pictures.style import save_figure
 from soft_gripper.runs.executor import open_executor
 from soft_gripper.scenario.scenario_file import changed_scenario, files_read

@@ -2,15 +2,13 @@
 
 import argparse
 import math
-from dataclasses import astuple
 from pathlib import Path
 
 from soft_gripper.commands.chosen_station import chosen_scenario, station_of
-from soft_gripper.commands.tables import print_table
 from soft_gripper.diagrams.simulation import check_closed
 from soft_gripper.extras.grasps.strength import LOADS, NOT_HELD, Shake, grasp_strength, held_object, strength_figure
-from soft_gripper.files.csv_table import write_csv
 from soft_gripper.files.output import lock_folder
+from soft_gripper.files.row_table import print_rows
 from soft_gripper.pictures.style import save_figure
 from soft_gripper.runs.executor import open_executor
 
@@ -27,12 +25,9 @@ def run(options: argparse.Namespace) -> int:
     executor = open_executor(options.jobs, options.scheduler)
     with options.console.jobs(len(LOADS), "loads", "nothing is kept") as report, executor as opened:
         rows = grasp_strength(scenario, opened, held, shake, report)
-    write_csv(options.out / TABLE, rows)
+    options.console.table("strength", rows, options.out / TABLE)
     save_figure(strength_figure(rows, f"{name}: strength of the grasp of {held}"), options.out / FIGURE)
-    columns = {"load": "", "direction": "", "strength": ".3f", "": "", "ended": "", "stiffness": ".2f"}
-    columns |= {"moved [mm]": ".1f", "turned [degrees]": ".1f"}
-    print_table(columns, map(astuple, rows), f"Grasp of {held}: the largest load that it withstands beside the weight")
+    print_rows(rows, f"Grasp of {held}: the largest load that it withstands beside the weight")
     print("Stiffness: N/mm along, mN m/degree about an axis; x: the first finger closes, z: it points")
-    options.console.table("strength", rows)
     options.console.wrote(*(options.out / file for file in (TABLE, f"{FIGURE}.png", f"{FIGURE}.svg")))
     return int(all(row.ended == NOT_HELD for row in rows))

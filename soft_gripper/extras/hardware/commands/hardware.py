@@ -4,7 +4,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from soft_gripper.commands.tables import print_claims
+from soft_gripper.commands.printing import print_claims
 from soft_gripper.extras.hardware.commands.printing import print_identified, print_replay
 from soft_gripper.extras.hardware.identification.identified_finger import Identified, with_finger, write_text
 from soft_gripper.extras.hardware.published import (
@@ -18,8 +18,8 @@ from soft_gripper.extras.hardware.published import (
     published_recordings,
     replay_published,
 )
-from soft_gripper.files.csv_table import write_csv
 from soft_gripper.files.output import lock_folder
+from soft_gripper.files.row_table import write_csv
 from soft_gripper.pictures.style import save_figure
 from soft_gripper.runs.executor import open_executor
 

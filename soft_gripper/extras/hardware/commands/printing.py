@@ -1,17 +1,16 @@
 """Tables of fits and replays, printed."""
 
 from collections.abc import Sequence
-from dataclasses import astuple
 
 import numpy as np
 
 from soft_gripper.arrays import Array
-from soft_gripper.commands.tables import print_table
 from soft_gripper.extras.hardware.identification.fit import Confidence, MotionScore
 from soft_gripper.extras.hardware.identification.free_parameters import FreeParameters
 from soft_gripper.extras.hardware.identification.identified_finger import Identified, Tested, doubts
 from soft_gripper.extras.hardware.identification.settled_states import IdentifiedStates, TestedStates
 from soft_gripper.extras.hardware.replay.held_out import ALL, ArmReplay, ReplayRow
+from soft_gripper.files.row_table import print_rows, print_table
 
 _CORRELATED = 0.9
 
@@ -51,9 +50,7 @@ def print_identified_states(found: TestedStates) -> None:
     if isinstance(found, IdentifiedStates):
         _print_parameters(found.fit.free, found.fit.x, found.confidence)
         _print_correlations(found.fit.free, found.confidence)
-    columns = {"recording": "", "role": "", "rows moved": "", "marker": "", "rows": "d"}
-    columns |= {"root mean square": ".2f", "mean": ".2f", "95 %": ".2f"}
-    print_table(columns, map(astuple, found.scores), "marker errors [mm], the mean offset removed")
+    print_rows(found.scores, "marker errors, the mean offset removed, by the family of the rows")
     if isinstance(found, IdentifiedStates):
         print("Left out: predicted by a fit to the other families; each family has a mean offset of its own.")
 

@@ -17,9 +17,9 @@ from soft_gripper.extras.hardware.replay.held_out import (
     replay_recordings,
 )
 from soft_gripper.extras.hardware.replay.view import show_replays
-from soft_gripper.files.csv_table import write_csv
 from soft_gripper.files.document import require
 from soft_gripper.files.output import check_file, lock_folder
+from soft_gripper.files.row_table import write_csv
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.pictures.style import save_figure

@@ -15,6 +15,7 @@ import re
 from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -271,9 +272,9 @@ class StateScore:
     family: str  # "all": all rows; or the family
     marker: str  # "all"; or its name, if there are several
     rows: int
-    rms_mm: float
-    mean_mm: float
-    percentile_95_mm: float
+    rms_mm: Annotated[float, ".2f"]
+    mean_mm: Annotated[float, ".2f"]
+    percentile_95_mm: Annotated[float, ".2f"]
 
 
 @dataclass(frozen=True)

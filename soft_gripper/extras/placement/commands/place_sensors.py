@@ -2,11 +2,9 @@
 
 import argparse
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import astuple
 from pathlib import Path
 
 from soft_gripper.commands.console import Console
-from soft_gripper.commands.tables import print_table
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.diagrams.station_parts import Station
@@ -18,7 +16,6 @@ from soft_gripper.extras.placement.errors import Assumptions
 from soft_gripper.extras.placement.place_sensors import place_sensors
 from soft_gripper.extras.placement.placed_report import (
     MEAN,
-    MadeRow,
     design_row,
     design_rows,
     made_rows,
@@ -26,8 +23,8 @@ from soft_gripper.extras.placement.placed_report import (
     scenario_part,
 )
 from soft_gripper.extras.placement.samples import Samples, held_fingers, single_contacts
-from soft_gripper.files.csv_table import write_csv
 from soft_gripper.files.output import atomic_file, lock_folder
+from soft_gripper.files.row_table import print_rows, write_csv
 from soft_gripper.pictures.style import save_figure
 from soft_gripper.scenario.named_estimators import find_estimator
 from soft_gripper.scenario.scenario_file import load_scenario
@@ -50,28 +47,20 @@ def run(options: argparse.Namespace) -> None:
         raise
     made = made_rows(placed)
     write_csv(out / TABLE, design_rows(placed))
-    write_csv(out / MADE_TABLE, made)
     save_figure(placement_figure(placed), out / FIGURE)
     parts = {kind: scenario_part(placed, kind, samples[0].sensor, assumptions) for kind in placed.kinds}
     for kind, part in parts.items():
         with atomic_file(out / f"{kind}.yaml") as partial:
             partial.write_text(part, encoding="utf-8")
     best = [design_row(one.design, one.predicted) for one in placed.best]
-    errors = {"joints and tip [mm]": ".2f", "twist [degrees]": ".2f", "force [N]": ".3f", "place [mm]": ".1f"}
-    columns = {"sensors": "d", "kind": "", "borders": "", "paths": "", **errors}
-    print_table(columns, [astuple(row)[:-1] for row in best], "the best designs, as predicted")
+    print_rows(best, "the best designs, as predicted; pose: joints and tip", leave=("score",))
     title = f"errors of {options.estimator} in the runs (root mean squares), of the best designs and of equal sections"
-    print_table({"sections": "", **columns}, [_without_run(row) for row in made if row.run == MEAN], title)
+    print_rows([row for row in made if row.run == MEAN], title, leave=("run",))
     print("\n" + parts[min(best, key=lambda row: row.score).kind], end="")
     options.console.table("designs", best)
-    options.console.table("made", made)
+    options.console.table("made", made, out / MADE_TABLE)
     files = TABLE, MADE_TABLE, f"{FIGURE}.png", f"{FIGURE}.svg", *(f"{kind}.yaml" for kind in placed.kinds)
     options.console.wrote(*(out / file for file in files))
-
-
-def _without_run(row: MadeRow) -> list[object]:
-    cells = list(astuple(row))
-    return [*cells[:5], *cells[6:]]
 
 
 def _samples(options: argparse.Namespace) -> Iterator[Samples]:

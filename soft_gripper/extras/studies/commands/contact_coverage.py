@@ -2,9 +2,9 @@
 
 import argparse
 
-from soft_gripper.commands.tables import print_table
 from soft_gripper.extras.studies.contacts.coverage import ERRORS, FIGURE, KEYS, SHARES, TABLE, CoverageStudy
 from soft_gripper.files.output import lock_folder
+from soft_gripper.files.row_table import print_table
 from soft_gripper.runs.executor import open_executor
 
 

@@ -10,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 
-from soft_gripper.commands.tables import print_table
 from soft_gripper.extras.studies.contacts.contacts import Contacts, load_contacts, save_contacts
 from soft_gripper.extras.studies.contacts.estimates import ESTIMATOR, check_estimator
 from soft_gripper.extras.studies.contacts.peg import SIDES, Contact, as_arrays, contact_row, run_contacts
@@ -22,8 +21,8 @@ from soft_gripper.extras.studies.contacts.trials import (
     ContactErrorRow,
     score_contacts,
 )
-from soft_gripper.files.csv_table import write_csv
 from soft_gripper.files.output import lock_folder
+from soft_gripper.files.row_table import headings, print_table, write_csv
 from soft_gripper.runs.executor import open_executor
 
 TABLE, ARRAYS = "contacts.csv", "contacts.nc"
@@ -73,20 +72,26 @@ def _print_summary(contacts: Sequence[Contact]) -> None:
     print(f"{reasons.total():5} drawn again" + (f": {listed}" if listed else ""))
 
 
+_ERRORS = [f"{of}_{statistic}_percent" for of in ("force", "place") for statistic in ("mean", "median", "90")]
+
+
 def _print_errors(rows: Sequence[ContactErrorRow]) -> None:
     """Prints the errors of both sides together; the table also lists them by side."""
     columns = {"estimator": "", "sections": "", "sensors": "", "stiffness": "", "calibrated": "", "found [%]": ".0f"}
-    errors = ("force [%]", "median", "90 %", "place [%]", "median ", "90 % ")
     title = "errors (mean, median, 90th percentile), relative to force and length; section boundaries in mm"
-    print_table(columns | dict.fromkeys(errors, ".2f"), [_cells(row) for row in rows if row.side == BOTH], title)
+    print_table(columns | headings(ContactErrorRow, _ERRORS), [_cells(row) for row in rows if row.side == BOTH], title)
 
 
 def _cells(row: ContactErrorRow) -> list[str | float]:
     sensors = f"{row.sensors} {row.averaged}" if row.averaged > 1 else row.sensors
     nominal = row.nominal.removeprefix("youngs_modulus ").removeprefix("as simulated") or "exact"
-    forces, places = (
-        [getattr(row, f"{of}_{statistic}_percent") for statistic in ("mean", "median", "90")]
-        for of in ("force", "place")
-    )
     layout = f"{row.sections}: {row.borders}"
-    return [row.estimator, layout, sensors, nominal, row.calibration, row.found_percent, *forces, *places]
+    return [
+        row.estimator,
+        layout,
+        sensors,
+        nominal,
+        row.calibration,
+        row.found_percent,
+        *(getattr(row, name) for name in _ERRORS),
+    ]

@@ -4,7 +4,7 @@ import argparse
 from collections.abc import Sequence
 
 from soft_gripper.commands.evaluate import print_by_sensors
-from soft_gripper.commands.tables import print_claims
+from soft_gripper.commands.printing import print_claims
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
 from soft_gripper.evaluation.paper.scenario_run import SCENARIOS, SECTIONS, evaluated_scenario, is_finished

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import matplotlib as mpl
 import numpy as np
@@ -25,7 +25,7 @@ from soft_gripper.extras.studies.contacts.estimates import (
     contact_estimates,
 )
 from soft_gripper.extras.studies.contacts.found_contact import FoundContact
-from soft_gripper.files.csv_table import write_csv
+from soft_gripper.files.row_table import write_csv
 from soft_gripper.pictures.style import COLORS, STYLE, save_figure
 
 BOTH, *SIDES = "both", "inner", "outer"
@@ -47,12 +47,12 @@ class ContactErrorRow:
     side: str  # "both", "inner" or "outer"
     contacts: int  # by every set of sensors
     found_percent: float
-    force_mean_percent: float  # of the true force
-    force_median_percent: float
-    force_90_percent: float  # 90th percentile
-    place_mean_percent: float  # of the length
-    place_median_percent: float
-    place_90_percent: float
+    force_mean_percent: Annotated[float, ".2f"]  # of the true force
+    force_median_percent: Annotated[float, ".2f"]
+    force_90_percent: Annotated[float, ".2f"]  # 90th percentile
+    place_mean_percent: Annotated[float, ".2f"]  # of the length
+    place_median_percent: Annotated[float, ".2f"]
+    place_90_percent: Annotated[float, ".2f"]
     force_within_2_std_percent: float
     place_within_2_std_percent: float
 

@@ -16,8 +16,8 @@ from soft_gripper.errors import InputError
 from soft_gripper.evaluation.paper.scenario_run import SCENARIOS
 from soft_gripper.extras.studies.robustness.plants import PLANTS, touched_fingers
 from soft_gripper.extras.studies.robustness.rows import NOISES, PlantRow, RobustnessRow, plant_table, robustness_table
-from soft_gripper.files.csv_table import Row, read_csv, write_csv
 from soft_gripper.files.output import is_whole, read_folder, write_folder
+from soft_gripper.files.row_table import Row, read_csv, write_csv
 from soft_gripper.runs.study import run_study
 from soft_gripper.scenario.scenario_file import load_scenario
 

@@ -10,7 +10,7 @@ from soft_gripper.extras.studies.contacts import estimates as contact_estimates
 from soft_gripper.extras.studies.contacts.contacts import Contacts
 from soft_gripper.extras.studies.contacts.peg import as_arrays, run_contact
 from soft_gripper.extras.studies.contacts.trials import SCORES, ContactErrorRow, score_contacts
-from soft_gripper.files.csv_table import read_csv
+from soft_gripper.files.row_table import read_csv
 
 pytestmark = pytest.mark.slow
 

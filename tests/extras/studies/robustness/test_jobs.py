@@ -14,8 +14,8 @@ from soft_gripper.extras.studies.robustness.jobs import (
     unfinished,
 )
 from soft_gripper.extras.studies.robustness.rows import PlantRow, RobustnessRow
-from soft_gripper.files.csv_table import read_csv, write_csv
 from soft_gripper.files.output import SUMS, atomic_folder
+from soft_gripper.files.row_table import read_csv, write_csv
 
 ALL = [*NOISE_JOBS, *PLANT_JOBS]
 NOISY, RUBBER = "free_bending/noise_2", "rubber/box_grasp"

@@ -1,69 +1,37 @@
-"""Prints tables to the terminal."""
+"""Prints what runs and the evaluation found to the terminal."""
 
 import math
 import sys
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import astuple
+from collections.abc import Sequence
 from itertools import groupby
 from operator import attrgetter
-from typing import Any
 
 import numpy as np
 
 from soft_gripper.control.task import Outcome
 from soft_gripper.evaluation.paper.claims import Claim, verdict
+from soft_gripper.files.row_table import headings, print_rows, print_table
 from soft_gripper.runs.scores.grasp import NEVER_TOUCHED
 from soft_gripper.runs.scores.poses import PoseRow
 from soft_gripper.runs.scores.recorded_grasps import ObjectGrasp, ObjectGrip
 from soft_gripper.runs.scores.recorded_task import Judged
-from soft_gripper.runs.scores.steps import PhaseRow, StepRow
+from soft_gripper.runs.scores.steps import PhaseRow
 from soft_gripper.scenario.schema import TaskConfig
-
-
-def print_table(columns: Mapping[str, str], rows: Iterable[Sequence[Any]], title: str = "") -> None:
-    """Prints rows of cells below the names of their columns.
-
-    Args:
-        columns: format specification of each column, by column name; "": text, aligned left.
-        rows: cells in the order of the columns.
-        title: a line printed above the table.
-    """
-    texts = [[format(cell, form) for cell, form in zip(row, columns.values(), strict=True)] for row in rows]
-    widths = [max(map(len, cells)) for cells in zip(columns, *texts, strict=True)]
-    print(f"\n{title}" if title else "")
-    for line in (list(columns), *texts):
-        cells = zip(line, widths, columns.values(), strict=True)
-        print("  ".join(f"{text:{'>' if form else '<'}{width}}" for text, width, form in cells).rstrip())
 
 
 def print_poses(rows: Sequence[PoseRow]) -> None:
     """Prints a line for each steady state, with its pressure or, unless all fingers have one chamber, its number."""
-    has_pressures = all(map(math.isfinite, (row.pressure_kpa for row in rows)))
-    columns = {"finger": ""} | ({"pressure [kPa]": ".1f"} if has_pressures else {"step": "d"})
-    turns = {"bend [degrees]": attrgetter("bend_angle_deg")}
-    if any(row.sideways_angle_deg or row.twist_angle_deg for row in rows):
-        turns["sideways [degrees]"] = attrgetter("sideways_angle_deg")
-        turns["twist [degrees]"] = attrgetter("twist_angle_deg")
-    columns |= dict.fromkeys(turns, ".2f") | {"pose error [mm]": ".3f", "fingertip error [mm]": ".3f"}
+    has_pressures = all(math.isfinite(row.pressure_kpa) for row in rows)
+    leaves_plane = any(row.sideways_angle_deg or row.twist_angle_deg for row in rows)
+    turns = ["bend_angle_deg", *(["sideways_angle_deg", "twist_angle_deg"] if leaves_plane else [])]
+    names = [*(["pressure_kpa"] if has_pressures else []), *turns, "pose_error_mm", "tip_error_mm"]
+    steps = {} if has_pressures else {"step": "d"}
     cells = [
-        (
-            *(r.finger, r.pressure_kpa if has_pressures else step),
-            *(turn(r) for turn in turns.values()),
-            *(r.pose_error_mm, r.tip_error_mm),
-        )
+        [row.finger, *([] if has_pressures else [step]), *(getattr(row, name) for name in names)]
         for _, of_finger in groupby(rows, attrgetter("finger"))
-        for step, r in enumerate(of_finger, 1)
+        for step, row in enumerate(of_finger, 1)
     ]
-    print_table(columns, cells)
-
-
-def print_steps(rows: Sequence[StepRow]) -> None:
-    """Prints a line for each step of the gripper opening."""
-    columns = {"step": "d", "from [mm]": ".1f", "to [mm]": ".1f", "overshoot [%]": ".2f", "settling [s]": ".2f"}
-    columns |= {"steady error [mm]: estimated": ".4f", "true": ".3f"}
-    shown = attrgetter("step", "from_mm", "to_mm", "overshoot_percent", "settling_s")
-    steady = attrgetter("steady_error_estimated_mm", "steady_error_true_mm")
-    print_table(columns, ([*shown(row), *steady(row)] for row in rows))
+    print_table({"finger": "", **steps, **headings(PoseRow, names)}, cells)
 
 
 def print_truth(row: Judged) -> None:
@@ -77,14 +45,12 @@ def print_truth(row: Judged) -> None:
 
 def print_grasps(grasps: Sequence[ObjectGrasp], grips: Sequence[ObjectGrip]) -> None:
     """Prints how each object is held: a line for each finger, and a line on the whole grasp."""
-    columns = {"finger": "", "normal force [N]": ".3f", "friction force [N]": ".3f", "area [mm^2]": ".1f"}
-    columns |= {"mean pressure [kPa]": ".1f", "largest pressure [kPa]": ".1f", "largest impulse [mN s]": ".1f"}
     for grasp in grasps:
-        rows = [astuple(grip)[1:] for grip in grips if grip.object == grasp.object]
         if grasp.grasp == NEVER_TOUCHED:
             print(f"\nGrasp of {grasp.object}: {grasp.grasp}")
             continue
-        print_table(columns, rows, f"Grasp of {grasp.object}: {grasp.grasp}")
+        held = [grip for grip in grips if grip.object == grasp.object]
+        print_rows(held, f"Grasp of {grasp.object}: {grasp.grasp}", leave=("object",))
         if not math.isnan(grasp.slip_ratio):
             print(
                 f"It slips below {grasp.least_force_n:.2f} N of {grasp.normal_force_n:.2f} N ({grasp.slip_ratio:.0%});"
@@ -101,9 +67,7 @@ def print_grasps(grasps: Sequence[ObjectGrasp], grips: Sequence[ObjectGrip]) -> 
 
 def print_phases(rows: Sequence[PhaseRow], outcome: Outcome, task: TaskConfig) -> None:
     """Prints a line for each phase of a task, and its outcome."""
-    columns = {"phase": "", "began [s]": ".2f", "lasted [s]": ".2f"}
-    columns |= {"at its end: opening [mm]": ".1f", "torque [mN m]": ".1f", "pressure [kPa]": ".1f"}
-    print_table(columns, map(astuple, rows))
+    print_rows(rows, "Phases, with the opening, the torque and the pressure at the end of each")
     late = f", not finished after {task.time_limit:g} s (task.time_limit)" if outcome == Outcome.RUNNING else ""
     print(f"\nOutcome, as estimated: {outcome.words}{late}")
 

@@ -1,12 +1,13 @@
 """CSV tables: what is written is read again, in plain text that every program opens."""
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import pytest
 from refusals import refused
 
 from soft_gripper.evaluation.paper.forces import ForceRow
-from soft_gripper.files.csv_table import read_csv, write_csv
+from soft_gripper.files.row_table import print_rows, read_csv, write_csv
 from soft_gripper.runs.scores.poses import PoseRow
 
 POSES = [
@@ -75,3 +76,27 @@ def test_a_table_that_fails_leaves_the_old_one(tmp_path):
         write_csv(tmp_path / "table.csv", [*POSES, "no row"])
     assert (tmp_path / "table.csv").read_bytes() == before
     assert [path.name for path in tmp_path.iterdir()] == ["table.csv"]
+
+
+@dataclass(frozen=True)
+class Printed:
+    finger: str
+    tip_error_mm: Annotated[float, ".2f"]
+    step: int
+    largest_impulse_mns: Annotated[float, ".1f"] = 0.0
+
+
+def test_a_table_is_printed_under_headings_with_units(capsys):
+    print_rows([Printed("left", 1.234, 10), Printed("right", 12.5, 9, 3.14)], "Errors", leave=("step",))
+    assert capsys.readouterr().out.splitlines() == [
+        "",
+        "Errors",
+        "finger  tip error [mm]  largest impulse [mN s]",
+        "left              1.23                     0.0",
+        "right            12.50                     3.1",
+    ]
+
+
+def test_a_printed_row_is_read_again(tmp_path):
+    write_csv(tmp_path / "table.csv", [Printed("left", 1.25, 10)])
+    assert read_csv(tmp_path / "table.csv", Printed) == [Printed("left", 1.25, 10)]

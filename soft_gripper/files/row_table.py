@@ -1,0 +1,125 @@
+"""Tables of dataclass rows: CSV files, and text for people.
+
+The name of a field ends in its unit, and its type has the format in which it is printed:
+
+    @dataclass(frozen=True)
+    class Row:
+        finger: str
+        tip_error_mm: Annotated[float, ".2f"]
+
+A CSV file has the column `tip_error_mm`, and a terminal the column "tip error [mm]", with two decimals.
+"""
+
+import csv
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import astuple, fields
+from io import StringIO
+from pathlib import Path
+from typing import Annotated, Any, TypeVar, get_args, get_origin, get_type_hints
+
+from soft_gripper.errors import InputError
+from soft_gripper.files.output import atomic_file
+from soft_gripper.files.text import read_text
+
+Row = TypeVar("Row")
+
+
+def write_csv(path: Path, rows: Sequence[Any]) -> None:
+    """Writes rows of one dataclass under the names of its fields."""
+    write_rows(path, columns(type(rows[0])), map(cells, rows))
+
+
+def write_rows(path: Path, names: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
+    """Writes rows of cells under the names of their columns."""
+    with atomic_file(path) as partial, partial.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(names)
+        writer.writerows(rows)
+
+
+def read_csv(path: Path, row: type[Row]) -> list[Row]:
+    """Reads what `write_csv` wrote from rows of type `row`, whose fields are str, bool, int or float.
+
+    Raises:
+        InputError: if the file is missing, has no rows, or contains anything else.
+    """
+    names = columns(row)
+    try:
+        records = list(csv.DictReader(StringIO(read_text(path))))
+        rows = [of_cells([record[name] for name in names], row) for record in records]
+    except (KeyError, TypeError, ValueError, csv.Error) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(path, "file", path.name, f"is not a table as it was written: {error!r}") from None
+    if not rows:
+        raise InputError(path, "file", path.name, "holds no rows")
+    return rows
+
+
+def columns(row: type[Any]) -> list[str]:
+    """The names of the columns of a table of such rows."""
+    return [field.name for field in fields(row)]
+
+
+def cells(row: Any) -> list[str]:
+    """The cells of a row as `write_csv` writes them."""
+    return [_text(value) for value in astuple(row)]
+
+
+def of_cells(texts: Sequence[str], row: type[Row]) -> Row:
+    """The row with these cells; raises a ValueError if they do not fit."""
+    kinds = get_type_hints(row)
+    return row(*(_value(text, kinds[name]) for text, name in zip(texts, columns(row), strict=True)))
+
+
+def _value(text: str, kind: Any) -> Any:
+    return text == "True" if kind is bool else kind(text)
+
+
+def _text(value: object) -> str:
+    # Adding zero turns -0.0 into 0.0.
+    return f"{round(value, 6) + 0.0:.6f}" if isinstance(value, float) else str(value)
+
+
+def print_table(columns: Mapping[str, str], rows: Iterable[Sequence[Any]], title: str = "") -> None:
+    """Prints rows of cells below the headings of their columns.
+
+    Args:
+        columns: format specification of each column, by heading; "": text, aligned left.
+        rows: cells in the order of the columns.
+        title: a line printed above the table.
+    """
+    texts = [[format(cell, form) for cell, form in zip(row, columns.values(), strict=True)] for row in rows]
+    widths = [max(map(len, cells)) for cells in zip(columns, *texts, strict=True)]
+    print(f"\n{title}" if title else "")
+    for line in (list(columns), *texts):
+        cells = zip(line, widths, columns.values(), strict=True)
+        print("  ".join(f"{text:{'>' if form else '<'}{width}}" for text, width, form in cells).rstrip())
+
+
+def print_rows(rows: Sequence[Any], title: str = "", leave: Collection[str] = ()) -> None:
+    """Prints rows of one dataclass under the headings of its fields, without the fields `leave`."""
+    kind = type(rows[0])
+    shown = [name for name in columns(kind) if name not in leave]
+    print_table(headings(kind, shown), ([getattr(row, name) for name in shown] for row in rows), title)
+
+
+def headings(row: type[Any], names: Sequence[str]) -> dict[str, str]:
+    """The format of each of these fields of a row, by its heading, for `print_table`."""
+    kinds = get_type_hints(row, include_extras=True)
+    return {_heading(name): _format(kinds[name]) for name in names}
+
+
+_UNITS = {"deg": "degrees", "g": "g", "kpa": "kPa", "mj": "mJ", "mm": "mm", "mm2": "mm^2", "mnm": "mN m", "mns": "mN s"}
+_UNITS |= {"ms": "ms", "n": "N", "percent": "%", "s": "s"}
+
+
+def _heading(name: str) -> str:
+    words, _, unit = name.rpartition("_")
+    return f"{words} [{_UNITS[unit]}]".replace("_", " ") if words and unit in _UNITS else name.replace("_", " ")
+
+
+def _format(kind: Any) -> str:
+    if get_origin(kind) is Annotated:
+        return str(get_args(kind)[1])
+    return {int: "d", float: "g"}.get(kind, "")
