@@ -61,7 +61,7 @@ def test_a_damaged_recording_is_refused_or_gives_finite_numbers(recorded, tmp_pa
             refused.append((how, error.field))
         else:
             assert all(np.isfinite(part).all() for finger in numbers for part in finger), how
-    assert not recwarn.list
+    assert [each.message for each in recwarn if issubclass(each.category, RuntimeWarning)] == []  # of arithmetic
     assert kinds > 150
     assert len(refused) > 0.5 * kinds
     assert {("time: a gap", "time[71]"), ("scenario: a number", "scenario"), ("gzip", "file")} <= set(refused)
