@@ -65,7 +65,7 @@ _SET, _BOUND = 3.84, 2.71  # chi-squared of one degree of freedom: 95 % on two s
 _CHANCE = 1e-3  # that noise alone exceeds a misfit of 1
 _DECADES = 3  # of forces, below the largest
 _STRONGLY = 1e3  # draws to the largest sum, relative to the largest response
-_MOST_SETS, _EQUAL = 50, 1e-9  # of forces that are tried; relative
+_MOST_SETS, _EQUAL, _SINGULAR = 50, 1e-9, 1e-10  # of forces that are tried; relative
 _EDGES, _FINER = 41, 2  # of the bins of force, and how often what holds nearly all is divided again
 _INTERVAL, _TAIL, _LOWER_TAILS = 0.95, 1e-4, 41
 _FIRST = 1.0  # N, force whose uncertainty within a cell is assumed first, if refined
@@ -238,9 +238,11 @@ def _fit(r: Array, cells: Cells, guess: Array, largest: float) -> Fits:
 
     Vectors are multiplied by the inverse square root of that, one u after the other.
     """
-    spreads = np.moveaxis(guess[..., None, None] * cells.spreads, -2, 0)
-    parts = np.broadcast_arrays(cells.response, r[..., None, :], *spreads)
-    vectors = np.stack([np.moveaxis(part, -1, 0) for part in parts], axis=1)  # (S, 2 + D, ..., C): sums are quick
+    spreads = guess[..., None, None] * cells.spreads  # (..., C, D, S)
+    leading = np.broadcast_shapes(spreads.shape[:-2], cells.response.shape[:-1], (*r.shape[:-1], 1))
+    vectors = np.empty((*leading, spreads.shape[-2] + 2, spreads.shape[-1]))
+    vectors[..., 0, :], vectors[..., 1, :], vectors[..., 2:, :] = cells.response, r[..., None, :], spreads
+    vectors = vectors.transpose(-1, -2, *range(vectors.ndim - 2)).copy()  # (S, 2 + D, ..., C): sums are quick
     log_determinant = np.zeros(vectors.shape[2:])
     while vectors.shape[1] > 2:
         vectors, u = vectors[:, :-1], vectors[:, -1:]
@@ -345,9 +347,14 @@ def _at_level(columns: Array, pressing: Array, r: Array, level: float) -> tuple[
 
 
 def _solved(matrix: Array, sought: Array) -> Array:
-    """The least-squares solution; of one equation, which is the usual number, without a decomposition."""
-    if matrix.size == 1:
+    """The least-squares solution; of one equation or two, which are the usual numbers, without a decomposition."""
+    if len(matrix) == 1:
         return sought / matrix if matrix.item() else np.zeros_like(sought)
+    if len(matrix) == 2:
+        (a, b), (_, d) = matrix.tolist()
+        determinant = a * d - b * b
+        if determinant > _SINGULAR * a * d:
+            return np.asarray(np.array([[d, -b], [-b, a]]) @ sought / determinant)
     found: Array = np.linalg.lstsq(matrix, sought, rcond=None)[0]
     return found
 
@@ -453,7 +460,7 @@ class _Masses(NamedTuple):
 
 def _masses_of(posterior: Believed, largest: float) -> list[_Masses]:
     """The densities of each sample, scaled by the highest."""
-    logs, edges = posterior.heights, largest * np.logspace(-_DECADES, 0, _EDGES)
+    logs, edges = posterior.heights, _divided(largest / 10**_DECADES, largest)
     weights = np.exp(logs - logs.max(axis=-1, keepdims=True))
     flat = (values.reshape(-1, values.shape[-1]) for values in (weights, posterior.force, posterior.std))
     found = []
@@ -489,17 +496,28 @@ def _finer_interval(masses: _Masses) -> Array:
     before, upto = 0.0, masses.upto / total
     for _ in range(_FINER):  # divides what holds nearly all of it once more
         within = np.clip(np.searchsorted(upto, (_TAIL, 1 - _TAIL)) - np.array([1, 0]), 0, len(edges) - 1)
-        before, edges = float(upto[within[0]]), np.geomspace(edges[within[0]], edges[within[1]], _EDGES)
+        before, edges = float(upto[within[0]]), _divided(*edges[within])
         upto = before + _integrals(*cells, edges) / total
     return _interval(upto, edges)
 
 
+def _divided(least: float, most: float) -> Array:
+    """Edges of bins whose widths grow in proportion to them, from the least to the largest, (E)."""
+    return np.asarray(least * (most / least) ** _BIN_EDGES)
+
+
+_BIN_EDGES = np.linspace(0, 1, _EDGES)
+# Shares below an interval of 95 %, and those up to its end; the last interval has equal tails.
+_BELOW = np.array([0.0, *np.geomspace(_TAIL, 1 - _INTERVAL - _TAIL, _LOWER_TAILS), (1 - _INTERVAL) / 2])
+_SHARES = np.concatenate([_BELOW, _BELOW + _INTERVAL, [0.5]])
+
+
 def _interval(upto: Array, edges: Array) -> Array:
     """Least, median and largest force, (3) N, of the intervals of 95 %, from the shares up to each edge."""
-    below = np.array([0.0, *np.geomspace(_TAIL, 1 - _INTERVAL - _TAIL, _LOWER_TAILS), (1 - _INTERVAL) / 2])
-    least, most = (np.interp(share, upto, edges) for share in (below, below + _INTERVAL))
-    both = [int((most - least).argmin()), -1]  # the shortest, and that with equal tails
-    return np.array([least[both].min(), np.interp(0.5, upto, edges), most[both].max()])
+    found = np.interp(_SHARES, upto, edges)
+    least, most = found[: len(_BELOW)], found[len(_BELOW) : -1]
+    shortest = int((most - least).argmin())
+    return np.array([min(least[shortest], least[-1]), found[-1], max(most[shortest], most[-1])])
 
 
 def _integrals(weights: Array, forces: Array, stds: Array, edges: Array) -> Array:
