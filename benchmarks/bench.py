@@ -32,10 +32,10 @@ from soft_gripper.diagrams.scene import add_plant
 from soft_gripper.diagrams.simulation import run_station, solver_config
 from soft_gripper.diagrams.station import make_private_station, make_station
 from soft_gripper.diagrams.station_parts import Station
+from soft_gripper.estimators.named_estimators import find_estimator
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.scenario.model_files import model_path
-from soft_gripper.scenario.named_estimators import find_estimator
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.schema import SensorConfig
 from soft_gripper.scenario.sensor_presets import sensor_layout

@@ -16,7 +16,7 @@ from soft_gripper.diagrams.wiring.named_wires import vector_outputs
 from soft_gripper.diagrams.wiring.sensors import IDEAL
 from soft_gripper.errors import InputError, described
 from soft_gripper.estimators.finger_shape import ANGLES
-from soft_gripper.scenario.own_functions import is_own, label, module_of
+from soft_gripper.registry import is_own, label, module_of
 from soft_gripper.scenario.sensor_presets import sensor_layout
 
 _LOGGER = logging.getLogger(__name__)

@@ -40,11 +40,11 @@ from soft_gripper.cached import Cached
 from soft_gripper.control.task import Phase
 from soft_gripper.diagrams.wires import Level
 from soft_gripper.errors import InputError, first_line, shortened
-from soft_gripper.extras import added, named
 from soft_gripper.files.document import require
 from soft_gripper.files.notes import Note, as_text
 from soft_gripper.files.output import atomic_file
 from soft_gripper.files.text import check_regular
+from soft_gripper.registry import registered
 from soft_gripper.scenario.scenario_file import dump_scenario
 from soft_gripper.scenario.schema import Scenario
 from soft_gripper.signals import Signal, signal_of
@@ -343,10 +343,10 @@ class Recording:
         Extras may write other forms, by the ending of the name.
         """
         file = Path(path)
-        for writers in added("RECORDINGS"):
-            if file.suffix in writers:
-                named(writers[file.suffix])(self.data, file)
-                return
+        write = registered("RECORDINGS").get(file.suffix)
+        if write is not None:
+            write(self.data, file)
+            return
         with atomic_file(file) as partial:
             self.data.to_netcdf(partial, engine="scipy")
 

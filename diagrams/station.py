@@ -15,11 +15,11 @@ from soft_gripper.diagrams.wiring.drive import add_pressure_drive
 from soft_gripper.diagrams.wiring.plant_signals import add_plant_signals
 from soft_gripper.diagrams.wiring.sensing import SensingConfig, add_sensing
 from soft_gripper.errors import InputError
+from soft_gripper.estimators.named_estimators import MakeEstimator
 from soft_gripper.files.notes import collected
+from soft_gripper.registry import name_of
 from soft_gripper.scenario.checks import check_finger_names, checked_scenario
-from soft_gripper.scenario.named_estimators import MakeEstimator
 from soft_gripper.scenario.nominal_model import read_nominal_model
-from soft_gripper.scenario.own_functions import name_of
 from soft_gripper.scenario.schema import Scenario
 from soft_gripper.scenario.sensor_presets import MakeSensor
 

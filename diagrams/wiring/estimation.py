@@ -13,13 +13,12 @@ from soft_gripper.diagrams.wiring.sensors import IDEAL
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.driving_torque import DRIVING_TORQUE, DrivingTorque, driving_port
 from soft_gripper.estimators.finger_shape import ANGLES, FingerShape
+from soft_gripper.estimators.named_estimators import MakeEstimator, find_estimator
 from soft_gripper.estimators.recursive import EFFECTIVE_DRIVING_TORQUE
-from soft_gripper.extras import added, named
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.load.contact_detector import ContactDetector
 from soft_gripper.load.force_estimator import ForceEstimator
-from soft_gripper.scenario.named_estimators import MakeEstimator, find_estimator
-from soft_gripper.scenario.own_functions import make_block, name_of, seen_from
+from soft_gripper.registry import blamed_on, make_block, name_of, registered
 from soft_gripper.scenario.schema import EstimatorConfig, SensorConfig
 from soft_gripper.scenario.sensor_presets import uncertainty
 from soft_gripper.sensors.measurement import MeasurementModel
@@ -157,7 +156,7 @@ def add_estimation(
 
 def connect_estimation(builder: DiagramBuilder, part: Part, measured: Mapping[str, OutputPort], made_by: str) -> Ports:
     """Connects what `make_estimation` made to the measured signals; `made_by` names the estimator."""
-    with seen_from("estimator.type", made_by):
+    with blamed_on("estimator.type", made_by):
         connect_known(builder, part.inputs, estimation_inputs(measured), "estimator")
     return part.outputs
 
@@ -176,7 +175,7 @@ def make_estimation(
     made_by = ("estimator.type", name_of(make_estimator, config.type))
     estimator = make_block(*made_by, make, layout, compensated, period)
     monitor = make_monitor(layout, config, sensor, compensated)
-    with seen_from(*made_by):
+    with blamed_on(*made_by):
         return FingerEstimation(estimator, layout, compensated, period, config.contact_threshold, monitor)
 
 
@@ -188,10 +187,8 @@ def make_monitor(
     An extra names it as `MONITORS = {field: "module:function"}` in its `adds`, by a field that it adds to `estimator`;
     the function takes these arguments. The block puts out the `usable` readings, NaN where they are not.
     """
-    every = {field: name for each in added("MONITORS") for field, name in each.items()}
-    chosen = next((name for field, name in every.items() if getattr(config, field)), None)
-    monitor: System | None = None if chosen is None else named(chosen)(layout, config, sensor, gravity)
-    return monitor
+    make = next((make for field, make in registered("MONITORS").items() if getattr(config, field)), None)
+    return None if make is None else make(layout, config, sensor, gravity)
 
 
 def usable(quantity: str) -> str:

@@ -13,12 +13,12 @@ from soft_gripper.diagrams.wiring.estimation import estimation_inputs, shape_wir
 from soft_gripper.diagrams.wiring.named_wires import NamedWires, Ports, connect_known, inputs, vector_outputs
 from soft_gripper.estimators.driving_torque import driving_port
 from soft_gripper.estimators.finger_shape import TIP
+from soft_gripper.estimators.named_estimators import find_estimator
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.load.force_estimator import DELAY
+from soft_gripper.registry import blamed_on, label, make_block
 from soft_gripper.scenario.deformables import deformable_body
-from soft_gripper.scenario.named_estimators import find_estimator
-from soft_gripper.scenario.own_functions import label, make_block, seen_from
 from soft_gripper.scenario.schema import EstimatorConfig, SensorConfig
 from soft_gripper.scenario.sensor_presets import uncertainty
 from soft_gripper.sensors.measurement import MeasurementModel
@@ -198,7 +198,7 @@ def add_alongside(
     for kind in config.alongside:
         make = find_estimator(kind, uncertainty(config, sensor), "estimator.alongside")
         estimator = make_block("estimator.alongside", kind, make, layout, gravity, period)
-        with seen_from("estimator.alongside", kind):
+        with blamed_on("estimator.alongside", kind):
             estimation = AlongsideEstimation(estimator, layout.finger, period)
             builder.AddNamedSystem(f"{finger.name}.{label(kind)}.estimation", estimation)
             connect_known(builder, inputs(estimation), estimation_inputs(known), "estimator")

@@ -25,12 +25,12 @@ from soft_gripper.diagrams.wiring.scoring import (
 )
 from soft_gripper.diagrams.wiring.sensors import connect_sensors, make_sensors
 from soft_gripper.errors import InputError
+from soft_gripper.estimators.named_estimators import MakeEstimator
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.load.opening import Gripper, ObjectWidth
-from soft_gripper.scenario.named_estimators import MakeEstimator
+from soft_gripper.registry import is_own, name_of
 from soft_gripper.scenario.nominal_model import NominalModel
-from soft_gripper.scenario.own_functions import is_own, name_of
 from soft_gripper.scenario.schema import EstimatorConfig, RecordConfig, SensorConfig
 from soft_gripper.scenario.sensor_presets import ALL, MakeSensor, strain_errors
 from soft_gripper.sensors.measurement import MeasurementModel

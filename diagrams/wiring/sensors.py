@@ -10,9 +10,9 @@ from soft_gripper.errors import InputError
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import SLIDES
 from soft_gripper.fingers.plant_finger import PlantFinger
-from soft_gripper.scenario.own_functions import make_block, name_of, seen_from
+from soft_gripper.registry import blamed_on, make_block, name_of
 from soft_gripper.scenario.schema import SensorConfig
-from soft_gripper.scenario.sensor_presets import MakeSensor, find_sensor, is_kind, sensor_layout, strain_errors
+from soft_gripper.scenario.sensor_presets import SENSORS, MakeSensor, is_kind, sensor_layout, strain_errors
 from soft_gripper.sensors.base_pose import BasePoseSensor, FixedBasePose
 from soft_gripper.sensors.error_block import ErrorBlock
 from soft_gripper.sensors.measurement import MeasurementModel
@@ -141,12 +141,12 @@ def add_sensors(
 
 def make_sensors(finger: Finger, config: SensorConfig, make_sensor: MakeSensor | None = None) -> FingerSensors:
     """The sensors of a finger, in no diagram yet; arguments and errors as of `add_sensors`."""
-    found, layout = make_sensor or find_sensor(config.type), sensor_layout(finger, config)
+    found, layout = make_sensor or SENSORS.find(config.type), sensor_layout(finger, config)
     made_by = ("sensor.type", name_of(make_sensor, config.type))
     if is_kind(make_sensor):
         raise InputError("make_sensor", "class", made_by[1], "is a kind of sensor: name it as `sensor.type` instead")
     sensor = make_block(*made_by, SensorBlock if is_kind(found) else found, layout, config.period)
-    with seen_from(*made_by):
+    with blamed_on(*made_by):
         _check(sensor, layout, config)
         return FingerSensors(sensor, layout, config)
 
@@ -170,7 +170,7 @@ def connect_sensors(
         "X_WB": X_WB,
     }
     known = {name: port for name, port in possible.items() if port is not None}
-    with seen_from("sensor.type", made_by):
+    with blamed_on("sensor.type", made_by):
         random = _add_random(builder, finger.name, part, config.period)
         connect_known(builder, part.inputs, known | random, "sensor")
         if layout.quantity not in part.outputs:

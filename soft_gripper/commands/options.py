@@ -10,7 +10,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from soft_gripper.extras import added
+from soft_gripper.registry import registered
 from soft_gripper.scenario.shipped import preset_names, scenario_path
 
 PROGRAM = "soft-gripper"
@@ -90,7 +90,7 @@ def mcap_path(text: str) -> Path:
     """Reads a path that ends in .mcap."""
     if not text.endswith(".mcap"):
         raise ValueError("give a name that ends in .mcap")
-    if not any(".mcap" in writers for writers in added("RECORDINGS")):
+    if ".mcap" not in registered("RECORDINGS"):
         raise ValueError("nothing here writes MCAP files; a recording is recording.nc")
     if find_spec("mcap") is None:  # found out before a run, not after it
         raise ValueError("MCAP files require mcap: pip install 'soft-gripper[ros]'")

@@ -23,11 +23,11 @@ from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.diagrams.view.meshcat_view import hidden_meshcat, write_animation
 from soft_gripper.evaluation.paper.forces import recorded_force_table
-from soft_gripper.extras import added, named
 from soft_gripper.files.output import atomic_file, check_file, lock_folder
 from soft_gripper.files.row_table import print_rows
 from soft_gripper.pictures.phases import phases_figure
 from soft_gripper.pictures.video import check_video, write_video
+from soft_gripper.registry import registered
 from soft_gripper.runs.scores.poses import recorded_pose_table
 from soft_gripper.runs.scores.recorded_grasps import recorded_grasps
 from soft_gripper.runs.scores.recorded_task import judged
@@ -65,7 +65,7 @@ def _simulated(
         print(line, file=sys.stderr)
     with console.progress(name, scenario.duration) as progress:
         recording = run_station(station, meshcat, progress)
-    reports = (named(name)(station, recording) for name in added("REPORTS"))
+    reports = (report(station, recording) for report in registered("REPORTS").values())
     for line in (*chain.from_iterable(reports), *followed(station, recording)):
         print(line)
     written = [out / file for file in _write(out, name, station, recording, console)]

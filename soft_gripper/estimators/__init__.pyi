@@ -20,11 +20,11 @@ from .finger_shape import FingerShape as FingerShape
 from .finger_shape import position_std as position_std
 from .force_posterior import ContactPosterior as ContactPosterior
 from .gaussian import GaussianShape as GaussianShape
+from .named_estimators import SHAPE_FUNCTIONS as SHAPE_FUNCTIONS
 from .plane import planar_gravity as planar_gravity
 from .plane import pose_entries as pose_entries
 from .recursive import RecursiveShape as RecursiveShape
 from .shape_estimator import ShapeEstimator as ShapeEstimator
-from .shape_functions import SHAPE_FUNCTIONS as SHAPE_FUNCTIONS
 from .spatial_curvature import SpatialCurvatureShape as SpatialCurvatureShape
 from .uncertainty import Uncertainty as Uncertainty
 from .uncertainty import uncertainty_of as uncertainty_of

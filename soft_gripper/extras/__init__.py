@@ -34,12 +34,6 @@ def added(name: str) -> list[Any]:
     return [getattr(module, name) for module in modules if hasattr(module, name)]
 
 
-def named(name: str) -> Any:
-    """Imports what "module:name" names."""
-    module, _, found = name.partition(":")
-    return getattr(import_module(module), found)
-
-
 __all__ = names()
 
 
@@ -50,4 +44,4 @@ def __getattr__(name: str) -> ModuleType:
 
 
 def __dir__() -> list[str]:
-    return [*names(), "added", "command_modules", "named", "names"]
+    return [*names(), "added", "command_modules", "names"]

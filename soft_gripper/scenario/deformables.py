@@ -17,7 +17,7 @@ from pydrake.multibody.tree import DeformableBody, ModelInstanceIndex
 from pydrake.systems.framework import Context, DiagramBuilder, OutputPort
 
 from soft_gripper.arrays import Array
-from soft_gripper.extras import added, named
+from soft_gripper.registry import registered
 from soft_gripper.scenario.schema import MeshConfig, ModelConfig
 
 
@@ -102,10 +102,7 @@ class DeformableKind(ABC):
 @cache
 def deformable_kind() -> DeformableKind | None:
     """The kind that an extra adds; None if there is none."""
-    for name in added("DEFORMABLES"):
-        found: DeformableKind = named(name)()
-        return found
-    return None
+    return next((make() for make in registered("DEFORMABLES").values()), None)
 
 
 def is_deformable(config: MeshConfig) -> bool:

@@ -13,7 +13,6 @@ the finger and their sampling period, s:
 
 from collections.abc import Callable
 from dataclasses import fields, replace
-from functools import partial
 from typing import Any, TypeGuard
 
 from pydrake.systems.framework import System
@@ -21,7 +20,7 @@ from pydrake.systems.framework import System
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.uncertainty import Uncertainty, uncertainty_of
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.scenario.own_functions import find_named, made
+from soft_gripper.registry import Registry, blamed_on
 from soft_gripper.scenario.schema import (
     DeadSensorConfig,
     EstimatorConfig,
@@ -40,21 +39,10 @@ from soft_gripper.sensors.strain_errors import SensorFault, StrainErrors
 
 MakeSensor = Callable[[SensorLayout, float], System]
 ALL = "all"  # names every finger
-SENSORS: dict[str, type[MeasurementModel]] = {
-    "strain": SensorLayout,
-    "curvature": CurvatureSensors,
-    "orientation": OrientationSensors,
-}
-
-
-def find_sensor(name: str) -> type[MeasurementModel] | MakeSensor:
-    """The sensor that `sensor.type` names: a kind of sensor, or a function that makes a strain sensor.
-
-    Raises:
-        InputError: if there is none.
-    """
-    found: type[MeasurementModel] | MakeSensor = find_named("sensor.type", name, SENSORS)
-    return found
+# Kinds of sensors; a user's own may also be a function that makes a strain sensor.
+SENSORS = Registry[type[MeasurementModel] | MakeSensor](
+    "sensor.type", {"strain": SensorLayout, "curvature": CurvatureSensors, "orientation": OrientationSensors}
+)
 
 
 def is_kind(found: object) -> TypeGuard[type[MeasurementModel]]:
@@ -71,7 +59,7 @@ def sensor_layout(finger: Finger, config: SensorConfig) -> MeasurementModel:
     """
     points = LINEAR if config.response is None else tuple(map(tuple, config.response))
     borders = None if config.borders is None else tuple(config.borders)
-    found = find_sensor(config.type)
+    found = SENSORS.find(config.type)
     kind = found if is_kind(found) else SensorLayout
     options: dict[str, Any] = {"response": ResponseCurve(points), "borders": borders}
     if not issubclass(kind, SensorLayout):
@@ -84,8 +72,8 @@ def sensor_layout(finger: Finger, config: SensorConfig) -> MeasurementModel:
         kind, options["paths"] = PathSensors, named_paths(config.layout, finger)
     else:
         options["one_sided"] = config.one_sided
-    layout: MeasurementModel = made("sensor.type", config.type, partial(kind, **options), finger, config.sections)
-    return layout
+    with blamed_on("sensor.type", config.type):
+        return kind(finger, config.sections, **options)
 
 
 def _path(config: SensorPathConfig) -> SensorPath:

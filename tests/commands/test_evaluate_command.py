@@ -17,7 +17,7 @@ from PIL import Image
 from published import ROOT, SENTENCES, TABLES, Written, sentence_problems, table_problems
 
 from soft_gripper.commands import main
-from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
+from soft_gripper.estimators.named_estimators import SHAPE_FUNCTIONS
 from soft_gripper.evaluation.paper.claims import Claim
 from soft_gripper.evaluation.paper.contact_table import ContactRow, contact_summary
 from soft_gripper.evaluation.paper.scenario_run import evaluated_scenario

@@ -11,12 +11,11 @@ from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput, Ma
 
 from soft_gripper.diagrams.wiring.estimation import FingerEstimation
 from soft_gripper.estimators.driving_torque import DrivingTorque, internal_angles, recorded_driving
-from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
+from soft_gripper.estimators.named_estimators import SHAPE_FUNCTIONS, find_estimator
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.fingers.creep import memory_torque
 from soft_gripper.fingers.finger_parts import CreepBranch, PressureLaw
 from soft_gripper.fingers.kinematics import gravity_torque, in_space
-from soft_gripper.scenario.named_estimators import find_estimator
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 from soft_gripper.signals import signal_of
 

@@ -12,9 +12,9 @@ from pydrake.systems.primitives import LogVectorOutput
 
 from soft_gripper.diagrams.wiring.named_wires import vector_outputs
 from soft_gripper.estimators.finger_shape import Places, position_std
+from soft_gripper.estimators.named_estimators import SHAPE_FUNCTIONS
 from soft_gripper.estimators.plane import in_base, pose_entries
 from soft_gripper.estimators.shape_estimator import POSTERIOR, ShapeEstimator
-from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.sensors.sensor_block import SensorBlock
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
+from soft_gripper.estimators.named_estimators import SHAPE_FUNCTIONS
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.fingers.statics import free_bending_angles
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios

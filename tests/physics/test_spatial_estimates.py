@@ -14,7 +14,7 @@ from pydrake.multibody.plant import ExternallyAppliedSpatialForce_
 
 from soft_gripper.diagrams.simulation import make_simulator, simulate
 from soft_gripper.diagrams.station import make_station
-from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
+from soft_gripper.estimators.named_estimators import SHAPE_FUNCTIONS
 from soft_gripper.scenario.scenario_file import load_scenario
 
 PAGE = Path(__file__).parents[2] / "docs" / "estimators.md"

@@ -3,8 +3,8 @@
 import pytest
 
 from soft_gripper.errors import InputError
+from soft_gripper.estimators.named_estimators import estimator_function
 from soft_gripper.estimators.uncertainty import Uncertainty
-from soft_gripper.scenario.named_estimators import estimator_function
 from soft_gripper.sensors.sensor_layout import SensorLayout
 
 

@@ -10,7 +10,7 @@ from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.diagrams.view.meshcat_view import hidden_meshcat, write_animation
 from soft_gripper.errors import InputError
-from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
+from soft_gripper.estimators.named_estimators import SHAPE_FUNCTIONS
 from soft_gripper.estimators.uncertainty import EXACT
 from soft_gripper.evaluation.paper.contact_table import contact_table
 from soft_gripper.evaluation.paper.forces import LAYOUTS, contact_force_table, force_table

@@ -27,9 +27,9 @@ from soft_gripper.estimators.driving_torque import DRIVING_TORQUE
 from soft_gripper.estimators.plane import planar_gravity
 from soft_gripper.fingers.kinematics import gravity_torque
 from soft_gripper.fingers.plant_finger import PlantFinger
+from soft_gripper.registry import is_own
 from soft_gripper.scenario.checks import checked_scenario
 from soft_gripper.scenario.nominal_model import read_nominal_model
-from soft_gripper.scenario.own_functions import is_own
 from soft_gripper.scenario.schema import Scenario
 from soft_gripper.sensors.base_pose import AXES, UNITS, FixedBasePose
 from soft_gripper.sensors.measurement import MeasurementModel

@@ -31,7 +31,7 @@ from soft_gripper.extras.bench.threads import Inbox, Message, Outbox, write_all
 from soft_gripper.extras.hardware.table import Columns
 from soft_gripper.extras.hardware.table_files import OTHER_THAN_TEXT, is_bag_folder, read_table
 from soft_gripper.files.document import given
-from soft_gripper.scenario.own_functions import blamed_on, find_function
+from soft_gripper.registry import OWN, blamed_on
 
 MOST_WAITING = 4096  # messages that are read at once
 LOOPBACK = "127.0.0.1"
@@ -101,7 +101,7 @@ class Endpoints:
         found: Source | None = self._opened("source", address, open_one)
         if found is not None:
             return found
-        return Inbox(self._own_messages(address, find_function("source", address)), period)
+        return Inbox(self._own_messages(address, OWN.find(address, "source")), period)
 
     def sink(self, address: str) -> Sink:
         """Where results go.
@@ -129,14 +129,14 @@ class Endpoints:
 
     def _own_messages(self, address: str, messages: Callable[[], Iterable[Message]]) -> Iterator[Message]:
         """Messages of a user's generator, whose errors name it."""
-        with blamed_on(self._where, "source", address):
+        with blamed_on("source", address, self._where):
             yield from messages()
 
     def _own_sink(self, address: str) -> Sink:
-        function = find_function("sink", address)
+        function = OWN.find(address, "sink")
 
         def take(_: bytes, results: dict[str, Any]) -> None:
-            with blamed_on(self._where, "sink", address):
+            with blamed_on("sink", address, self._where):
                 function(results)
 
         return take

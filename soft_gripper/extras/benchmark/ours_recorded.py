@@ -14,6 +14,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.estimators.driving_torque import driving_torque, internal_angles
 from soft_gripper.estimators.estimate import ShapeEstimate
 from soft_gripper.estimators.finger_shape import position_std
+from soft_gripper.estimators.named_estimators import estimator_function
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.extras.benchmark.baselines import Estimator, Predict
 from soft_gripper.extras.benchmark.benchmark_task import Recorded, Task
@@ -35,7 +36,6 @@ from soft_gripper.fingers.finger_parts import TipLoad
 from soft_gripper.fingers.kinematics import as_points, forward_kinematics, gravity_torque, in_space, rotated
 from soft_gripper.fingers.statics import resting_angles
 from soft_gripper.scenario.model_files import model_path
-from soft_gripper.scenario.named_estimators import estimator_function
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 
 

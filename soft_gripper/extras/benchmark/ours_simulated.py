@@ -9,6 +9,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.estimators.contact import ContactShape
 from soft_gripper.estimators.estimate import ShapeEstimate
 from soft_gripper.estimators.finger_shape import position_std
+from soft_gripper.estimators.named_estimators import estimator_function
 from soft_gripper.estimators.uncertainty import EXACT, Uncertainty
 from soft_gripper.extras.benchmark.baselines import Estimator, Predict
 from soft_gripper.extras.benchmark.benchmark_task import Recorded, Task
@@ -20,7 +21,6 @@ from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import as_points, gravity_torque
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.scenario.model_files import model_path
-from soft_gripper.scenario.named_estimators import estimator_function
 from soft_gripper.sensors.sensor_layout import SensorLayout
 
 # Of the mean of 20 samples of a realistic sensor: gain errors and hysteresis of 1 % at strains up to 0.15, and noise;

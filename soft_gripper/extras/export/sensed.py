@@ -13,11 +13,11 @@ from soft_gripper.arrays import Array
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.estimate import ShapeEstimate, ShapeFunction
+from soft_gripper.estimators.named_estimators import estimator_function
 from soft_gripper.estimators.plane import in_base
 from soft_gripper.estimators.recursive import RecursiveShape
 from soft_gripper.extras.export.tree import scoped_name
 from soft_gripper.fingers.plant_finger import PlantFinger
-from soft_gripper.scenario.named_estimators import estimator_function
 from soft_gripper.scenario.nominal_model import read_nominal_model
 from soft_gripper.scenario.schema import Scenario
 from soft_gripper.scenario.sensor_presets import sensor_layout, uncertainty

@@ -18,12 +18,12 @@ from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.estimate import ShapeEstimate
 from soft_gripper.estimators.finger_shape import Places
+from soft_gripper.estimators.named_estimators import estimator_function
 from soft_gripper.estimators.uncertainty import Uncertainty, uncertainty_of
 from soft_gripper.extras.placement.catalogue import PATHS, STRAIN, Design, errors_of, leaves_its_plane
 from soft_gripper.extras.placement.samples import Samples
 from soft_gripper.extras.studies.contacts.found_contact import FoundContact
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.scenario.named_estimators import estimator_function
 from soft_gripper.scenario.nominal_model import NominalModel
 from soft_gripper.scenario.schema import NominalConfig, SensorConfig, StrainErrorsConfig
 from soft_gripper.scenario.sensor_presets import sensor_layout, strain_errors

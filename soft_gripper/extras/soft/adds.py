@@ -15,4 +15,4 @@ class SoftMesh:
 
 
 FIELDS = {"MeshConfig": SoftMesh}
-DEFORMABLES = "soft_gripper.extras.soft.soft_kind:SoftKind"
+DEFORMABLES = {"soft": "soft_gripper.extras.soft.soft_kind:SoftKind"}

@@ -14,11 +14,11 @@ from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.estimators.driving_torque import recorded_driving
 from soft_gripper.estimators.estimate import ShapeEstimate, ShapeFunction, estimates_at
 from soft_gripper.estimators.free_motion import base_acceleration, recorded_lag
+from soft_gripper.estimators.named_estimators import estimator_function
 from soft_gripper.estimators.plane import in_base
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.load.force_estimator import SAMPLES, Motion, TorqueBalance, windows
-from soft_gripper.scenario.named_estimators import estimator_function
 from soft_gripper.scenario.nominal_model import read_nominal_model
 from soft_gripper.scenario.sensor_presets import sensor_layout, uncertainty
 from soft_gripper.sensors.measurement import MeasurementModel

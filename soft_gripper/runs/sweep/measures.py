@@ -17,12 +17,12 @@ from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.errors import InputError
 from soft_gripper.files.row_table import columns
+from soft_gripper.registry import OWN, blamed_on
 from soft_gripper.runs.scores.grasp import Grasp
 from soft_gripper.runs.scores.poses import held_samples, recorded_pose_table
 from soft_gripper.runs.scores.recorded_grasps import objects_of, recorded_grasp
 from soft_gripper.runs.scores.recorded_task import Judged, judged
 from soft_gripper.runs.scores.steps import outcome, step_table
-from soft_gripper.scenario.own_functions import blamed_on, find_function
 from soft_gripper.scenario.schema import Scenario
 
 OPTION = "--measure"
@@ -86,7 +86,7 @@ def names_of(kind: Sequence[type[Any]], own: Sequence[str]) -> list[str]:
         InputError: if a user measure cannot be imported.
     """
     for name in own:
-        find_function(OPTION, name)
+        OWN.find(name, OPTION)
     return [*dict.fromkeys(name for part in kind for name in columns(part)), *map(column_of, own)]
 
 
@@ -115,8 +115,8 @@ def column_of(name: str) -> str:
 
 
 def _own_measure(name: str, station: Station, recording: Recording) -> Any:
-    function = find_function(OPTION, name)
-    with blamed_on("sweep", OPTION, name):
+    function = OWN.find(name, OPTION)
+    with blamed_on(OPTION, name, "sweep"):
         found = function(station, recording)
     value = found.item() if isinstance(found, np.generic | np.ndarray) and found.size == 1 else found
     if not isinstance(value, Real | str):

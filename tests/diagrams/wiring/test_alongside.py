@@ -7,8 +7,8 @@ from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.errors import InputError
+from soft_gripper.estimators.named_estimators import SHAPE_FUNCTIONS
 from soft_gripper.estimators.shape_estimator import POSTERIOR
-from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
 from soft_gripper.scenario.scenario_file import load_scenario
 
 SHORT = ["pressure.steps.all=[90e3]", "pressure.settle=0.2", "pressure.hold_samples=1", "sensor.sections=2"]

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from refusals import refused
 
+from soft_gripper.estimators.named_estimators import estimator_function
 from soft_gripper.estimators.uncertainty import EXACT
 from soft_gripper.extras.placement.catalogue import CURVATURE, STRAIN, Design, errors_of
 from soft_gripper.extras.placement.errors import Assumptions, Errors, Judge
-from soft_gripper.scenario.named_estimators import estimator_function
 from soft_gripper.scenario.schema import SensorConfig
 from soft_gripper.scenario.sensor_presets import sensor_layout
 

@@ -22,7 +22,7 @@ from soft_gripper.extras.benchmark.tasks import TASKS
 from soft_gripper.extras.hardware.recordings import DATA_FOLDER
 from soft_gripper.files.output import atomic_file, check_file
 from soft_gripper.pictures.style import save_figure
-from soft_gripper.scenario.own_functions import find_function
+from soft_gripper.registry import OWN
 
 
 def run(options: argparse.Namespace) -> int:
@@ -34,7 +34,7 @@ def run(options: argparse.Namespace) -> int:
     if given is not None and not given.is_dir():
         raise InputError("benchmark", "--data", str(given), "give a folder of recordings")
     check_file(options.out)
-    own = {} if options.estimator is None else {options.estimator: find_function("--estimator", options.estimator)}
+    own = {} if options.estimator is None else {options.estimator: OWN.find(options.estimator, "--estimator")}
     folders = {task: folder for task in TASKS if (folder := _folder(task, given)) is not None}
     with TemporaryDirectory() as copies:
         scores = _scores(folders, own, Path(copies))

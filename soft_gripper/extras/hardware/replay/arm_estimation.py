@@ -33,14 +33,14 @@ from soft_gripper.diagrams.wiring.composed import add_part
 from soft_gripper.diagrams.wiring.named_wires import NamedWires, connect_known
 from soft_gripper.estimators.driving_torque import DRIVING_TORQUE, DrivingTorque
 from soft_gripper.estimators.finger_shape import ANGLES
+from soft_gripper.estimators.named_estimators import find_estimator
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.extras.hardware.recordings import HardwareRecording
 from soft_gripper.extras.hardware.replay.wire_lengths import WireGeometry, as_strain
 from soft_gripper.files.document import given, require
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import as_planar, as_points, forward_kinematics, rotated
-from soft_gripper.scenario.named_estimators import find_estimator
-from soft_gripper.scenario.own_functions import make_block
+from soft_gripper.registry import make_block
 from soft_gripper.sensors.sensor_layout import SensorLayout
 from soft_gripper.signals import XZ, describe
 

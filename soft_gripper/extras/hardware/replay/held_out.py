@@ -13,7 +13,7 @@ from tqdm import tqdm
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.errors import InputError
-from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
+from soft_gripper.estimators.named_estimators import SHAPE_FUNCTIONS, find_estimator
 from soft_gripper.estimators.uncertainty import EXACT, Uncertainty
 from soft_gripper.extras.hardware.replay.arm_estimation import (
     PERIOD,
@@ -28,7 +28,6 @@ from soft_gripper.files.document import require
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import as_points
 from soft_gripper.pictures.style import ESTIMATOR_COLORS, STYLE
-from soft_gripper.scenario.named_estimators import find_estimator
 
 _OFTEN = 1.0  # s, between two reports of the progress at least
 Rows = Mapping[str, tuple[str, int]]  # name of an estimator and its sensors per side, by the name of the row

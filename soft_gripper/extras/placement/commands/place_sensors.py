@@ -9,6 +9,7 @@ from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.errors import InputError
+from soft_gripper.estimators.named_estimators import find_estimator
 from soft_gripper.evaluation.paper.scenario_run import SCENARIOS
 from soft_gripper.extras.hardware.recorded_run import RecordedRun, load_run
 from soft_gripper.extras.placement.catalogue import leaves_its_plane
@@ -26,7 +27,6 @@ from soft_gripper.extras.placement.samples import Samples, held_fingers, single_
 from soft_gripper.files.output import atomic_file, lock_folder
 from soft_gripper.files.row_table import print_rows, write_csv
 from soft_gripper.pictures.style import save_figure
-from soft_gripper.scenario.named_estimators import find_estimator
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.schema import Scenario
 

@@ -6,14 +6,13 @@ from collections.abc import Sequence
 from soft_gripper.commands.evaluate import print_by_sensors
 from soft_gripper.commands.printing import print_claims
 from soft_gripper.errors import InputError
-from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
+from soft_gripper.estimators.named_estimators import SHAPE_FUNCTIONS, find_estimator
 from soft_gripper.evaluation.paper.scenario_run import SCENARIOS, SECTIONS, evaluated_scenario, is_finished
 from soft_gripper.extras.studies.robustness.claims import realistic, summarize_robustness
 from soft_gripper.extras.studies.robustness.jobs import FOLDER, NOISE_JOBS, PLANT_JOBS, run_robustness, unfinished
 from soft_gripper.extras.studies.robustness.rows import PlantRow, RobustnessRow
 from soft_gripper.files.output import lock_folder
 from soft_gripper.runs.executor import open_executor
-from soft_gripper.scenario.named_estimators import find_estimator
 
 
 def run(options: argparse.Namespace) -> int:

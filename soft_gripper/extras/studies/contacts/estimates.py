@@ -15,6 +15,7 @@ import numpy as np
 
 from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
+from soft_gripper.estimators.named_estimators import estimator_function
 from soft_gripper.estimators.recursive import RecursiveShape
 from soft_gripper.estimators.shape_estimator import straight_shape
 from soft_gripper.estimators.uncertainty import EXACT, Uncertainty
@@ -24,7 +25,6 @@ from soft_gripper.extras.studies.contacts.found_contact import FoundContact, dri
 from soft_gripper.extras.studies.contacts.self_calibration import CALIBRATIONS, FreeMotion
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.statics import resting_angles
-from soft_gripper.scenario.named_estimators import estimator_function
 from soft_gripper.scenario.nominal_model import describe_nominal_model, read_nominal_model
 from soft_gripper.scenario.schema import NominalConfig, SensorConfig, StrainErrorsConfig
 from soft_gripper.scenario.sensor_presets import strain_errors

@@ -20,6 +20,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.estimators.driving_torque import recorded_driving
 from soft_gripper.estimators.estimate import ShapeEstimate, estimates_at
 from soft_gripper.estimators.finger_shape import BENDS, Places
+from soft_gripper.estimators.named_estimators import estimator_function
 from soft_gripper.estimators.uncertainty import EXACT, Uncertainty, uncertainty_of
 from soft_gripper.evaluation.paper.scenario_run import SECTIONS
 from soft_gripper.extras.studies.robustness.plants import FingerAtRest, Plant
@@ -28,7 +29,6 @@ from soft_gripper.fingers.kinematics import forward_kinematics, in_space
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.runs.scores.readings import with_sections
 from soft_gripper.scenario.model_files import model_path
-from soft_gripper.scenario.named_estimators import estimator_function
 from soft_gripper.scenario.nominal_model import read_nominal_model
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.schema import NominalConfig, SensorConfig, StrainErrorsConfig

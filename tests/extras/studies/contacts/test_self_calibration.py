@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
+from soft_gripper.estimators.named_estimators import SHAPE_FUNCTIONS
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.extras.studies.contacts.self_calibration import (
     FreeMotion,

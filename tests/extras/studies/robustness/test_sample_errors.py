@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from soft_gripper.estimators.estimate import ShapeEstimate
+from soft_gripper.estimators.named_estimators import SHAPE_FUNCTIONS
 from soft_gripper.estimators.recursive import RecursiveShape
-from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.extras.studies.robustness.rows import Errors, covered, errors_of, estimated, in_mm, together
 from soft_gripper.fingers.kinematics import forward_kinematics, in_space

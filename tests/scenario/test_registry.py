@@ -7,17 +7,17 @@ from pydrake.systems.primitives import ZeroOrderHold
 from refusals import refused
 
 from soft_gripper.errors import InputError
+from soft_gripper.estimators.named_estimators import find_estimator
 from soft_gripper.estimators.shape_estimator import ShapeEstimator
-from soft_gripper.scenario.named_estimators import find_estimator
-from soft_gripper.scenario.own_functions import label, make_block
-from soft_gripper.scenario.sensor_presets import SENSORS, find_sensor
+from soft_gripper.registry import OWN, blamed_on, label, make_block
+from soft_gripper.scenario.sensor_presets import SENSORS
 from soft_gripper.sensors.sensor_layout import SensorLayout
 
 
 def test_names_of_the_project(shipped_finger):
     layout = SensorLayout(shipped_finger, 3)
     assert list(SENSORS) == ["strain", "curvature", "orientation"]
-    assert find_sensor("strain") is SensorLayout
+    assert SENSORS.find("strain") is SensorLayout
     assert isinstance(find_estimator("gaussian")(layout, [0, 0, -9.81], 0.01), ShapeEstimator)
 
 
@@ -26,7 +26,7 @@ def test_functions_of_the_users(monkeypatch, tmp_path):
     (tmp_path / "lab_sensors.py").write_text("def make(layout, period):\n    return period\n")
     monkeypatch.chdir(tmp_path)
     path = list(sys.path)
-    assert find_sensor("lab_sensors:make")(None, 0.5) == 0.5
+    assert SENSORS.find("lab_sensors:make")(None, 0.5) == 0.5
     assert sys.path == path
     assert find_estimator("own_blocks:mean_bend").__name__ == "mean_bend"
 
@@ -37,18 +37,18 @@ def test_functions_in_a_file_wherever_it_is(monkeypatch, tmp_path):
         (tmp_path / folder).mkdir()
         (tmp_path / folder / "lab_file.py").write_text(f"def make(layout, period):\n    return {answer}\n")
     monkeypatch.chdir(tmp_path)
-    assert [find_sensor(f"{folder}/lab_file.py:make")(None, 0.5) for folder in ("one", "two")] == [1, 2]
-    assert find_sensor("one/lab_file.py:make") is find_sensor(f"{tmp_path}/one/lab_file.py:make")
+    assert [SENSORS.find(f"{folder}/lab_file.py:make")(None, 0.5) for folder in ("one", "two")] == [1, 2]
+    assert SENSORS.find("one/lab_file.py:make") is SENSORS.find(f"{tmp_path}/one/lab_file.py:make")
     assert label(f"{tmp_path}/one/lab_file.py:make") == "lab_file:make"
     with refused("sensor.type", "one/nothing.py:make") as caught:
-        find_sensor("one/nothing.py:make")
+        SENSORS.find("one/nothing.py:make")
     assert "FileNotFoundError" in caught.value.expected
 
 
 def test_what_is_installed_comes_before_the_current_folder(monkeypatch, tmp_path):
     (tmp_path / "math.py").write_text("def sqrt(x):\n    return 'mine'\n")
     monkeypatch.chdir(tmp_path)
-    assert find_sensor("math:sqrt")(4.0) == 2.0
+    assert SENSORS.find("math:sqrt")(4.0) == 2.0
 
 
 @pytest.mark.parametrize(
@@ -68,7 +68,7 @@ def test_what_is_not_there(monkeypatch, tmp_path, name, complaint):
     (tmp_path / "broken_module.py").write_text("def make(:\n")
     monkeypatch.chdir(tmp_path)
     with pytest.raises(InputError) as caught:
-        find_sensor(name)
+        SENSORS.find(name)
     assert str(caught.value).startswith(f"scenario: sensor.type = {name!r}: {complaint}")
 
 
@@ -99,7 +99,7 @@ def test_a_module_that_ends_python(monkeypatch, tmp_path):
     (tmp_path / "script_without_guard.py").write_text("import sys\nsys.exit(0)\n")
     monkeypatch.chdir(tmp_path)
     with refused("sensor.type", "script_without_guard:make"):
-        find_sensor("script_without_guard:make")
+        SENSORS.find("script_without_guard:make")
 
 
 def test_a_block_is_part_of_one_finger():
@@ -123,3 +123,16 @@ def test_what_a_function_refuses_names_the_function_if_it_is_the_users(name, whe
 def test_the_field_is_that_of_the_estimator():
     with refused("estimator.type", "arc"):
         find_estimator("arc")
+
+
+def test_where_nothing_is_registered_a_function_of_ones_own_is_to_be_given():
+    assert OWN.find("math:sqrt", "--measure")(4.0) == 2.0
+    with refused("--measure", "sqrt") as caught:
+        OWN.find("sqrt", "--measure")
+    assert caught.value.expected == 'give "module:function" of your own'
+
+
+def test_a_failure_of_this_project_is_blamed_on_nobody():
+    """It is a bug, whose traceback is wanted."""
+    with pytest.raises(KeyError), blamed_on("sensor.type", "strain"):
+        raise KeyError("nothing")

@@ -1,0 +1,179 @@
+"""Registries: what is registered under a name by this project, by an extra, or named by a user who wrote it.
+
+A user's own is named "module:function", and imported from Python's path and the current folder, or "file.py:function",
+wherever the file is: not from the folder of a scenario, so that an untrusted scenario cannot bring its own code.
+Sensors, estimators, measures, the ends of a bench, and what extras add are all found here. Whatever a user's module or
+function raises becomes one line that names the field and the function.
+"""
+
+import importlib
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from copy import copy
+from dataclasses import fields
+from importlib.machinery import SourceFileLoader
+from pathlib import Path
+from types import MappingProxyType, ModuleType
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from soft_gripper.errors import InputError, described
+from soft_gripper.extras import added
+
+if TYPE_CHECKING:  # commands are declared without Drake
+    from pydrake.systems.framework import System
+
+_T = TypeVar("_T")
+_Class = TypeVar("_Class", bound=type)
+_IN_USE = "_soft_gripper_in_use"  # attribute of a block that is part of a diagram
+
+
+class Registry(dict[str, _T]):
+    """What this project registers, by name; a user's own is found beside it."""
+
+    def __init__(self, field: str, known: Mapping[str, _T] = MappingProxyType({})):
+        """`field` is the field of a scenario, or the option of a command, that gives a name."""
+        super().__init__(known)
+        self._field = field
+
+    def find(self, name: str, field: str | None = None) -> _T:
+        """What is registered under a name, or a user's own; `field` gives the name, if it is another one.
+
+        Raises:
+            InputError: if it does not exist, cannot be imported, or is not callable.
+        """
+        if name in self:
+            return self[name]
+        field = field or self._field
+        module, _, function = name.rpartition(":")
+        if not module or not function:
+            known = f"known: {', '.join(self)}; or " if self else ""
+            raise InputError("scenario", field, name, f'{known}give "module:function" of your own')
+        try:
+            found: _T = _named(name)
+        except (Exception, SystemExit) as error:  # whatever a user's module may raise
+            where = "" if module.endswith(".py") else f"; looked where Python looks, and in {Path.cwd()}"
+            raise InputError("scenario", field, name, f"cannot be imported: {described(error)}{where}") from error
+        if not callable(found):
+            raise InputError("scenario", field, name, "is not callable")
+        return found
+
+
+OWN = Registry[Callable[..., Any]]("function")  # where nothing is registered: a user's own alone
+
+
+def registered(kind: str) -> dict[str, Callable[..., Any]]:
+    """What extras register under a kind, by name; each is imported when it is called.
+
+    An extra declares it in its module `adds` as {name: "module:function"}, see docs/howto/own_extra.md.
+    """
+    return {name: _later(text) for declared in added(kind) for name, text in declared.items()}
+
+
+def _later(text: str) -> Callable[..., Any]:
+    return lambda *arguments: _named(text)(*arguments)
+
+
+def with_added_fields(of: _Class) -> _Class:
+    """A class of the schema, before it becomes a dataclass, with the fields that extras add to it in `FIELDS`."""
+    for declared in added("FIELDS"):
+        for each in fields(declared[of.__name__]) if of.__name__ in declared else ():
+            of.__annotations__[each.name] = each.type
+            setattr(of, each.name, copy(each))
+    return of
+
+
+def is_own(name: str) -> bool:
+    """Whether a name is that of a user's function."""
+    return ":" in name
+
+
+def module_of(name: str) -> str:
+    """The name that the module of a user's function has in Python."""
+    module = name.rpartition(":")[0]
+    return str(Path(module).expanduser().resolve()) if module.endswith(".py") else module
+
+
+def label(name: str) -> str:
+    """The name of an estimator in the names of signals, which have no folders."""
+    module, colon, function = name.rpartition(":")
+    return f"{Path(module).stem}:{function}" if colon and module.endswith(".py") else name
+
+
+def name_of(make: Callable[..., "System"] | None, type_name: str) -> str:
+    """The name of a block in tables, recordings and messages: a user's function, or the type in the scenario."""
+    return type_name if make is None else f"{make.__module__}:{getattr(make, '__qualname__', repr(make))}"
+
+
+@contextmanager
+def blamed_on(field: str, name: str, where: object = "scenario") -> Iterator[None]:
+    """A failure of a user's function inside becomes an InputError that names it; one about its block names it too.
+
+    Args:
+        field: the field or option that names the function.
+        name: of the function; failures of this project's own are left as they are.
+        where: the file or command that has the field.
+    """
+    try:
+        yield
+    except InputError as error:
+        if not is_own(name):
+            raise
+        raise error.inside(f"{field} = {name}") from error.__cause__
+    except (Exception, SystemExit) as error:  # whatever a user's function may raise
+        if not is_own(name):
+            raise
+        raise InputError(where, field, name, f"failed: {described(error)}") from error
+
+
+def make_block(field: str, name: str, make: Callable[..., "System"], *arguments: Any) -> "System":
+    """The block that a function makes from its arguments.
+
+    Args:
+        field: the scenario field or option that names the function.
+        name: a built-in block, or a user's own, see `name_of`.
+        make: the function.
+        arguments: its arguments.
+
+    Raises:
+        InputError: if it fails, does not return a system, or returns a block that it returned before.
+    """
+    from pydrake.systems.framework import System
+
+    with blamed_on(field, name):
+        block = make(*arguments)
+    if not isinstance(block, System):
+        raise InputError("scenario", field, name, f"returned {type(block).__name__}; return a Drake System")
+    if hasattr(block, _IN_USE):
+        raise InputError("scenario", field, name, "returned the same block twice; make a new one for each finger")
+    setattr(block, _IN_USE, True)
+    return block
+
+
+def _named(name: str) -> Any:
+    """What "module:name" or "file.py:name" names."""
+    return getattr(_imported(module_of(name)), name.rpartition(":")[2])
+
+
+def _imported(module: str) -> ModuleType:
+    """A module by its name, for which the current folder is searched last, or by its file, which is run once."""
+    if module.endswith(".py"):
+        return _imported_file(module)
+    here = str(Path.cwd())
+    sys.path.append(here)
+    try:
+        return importlib.import_module(module)
+    finally:
+        sys.path.remove(here)
+
+
+def _imported_file(file: str) -> ModuleType:
+    if file not in sys.modules:
+        sys.modules[file] = module = ModuleType(file)
+        module.__file__ = file
+        try:
+            SourceFileLoader(file, file).exec_module(module)
+        except BaseException:
+            del sys.modules[file]
+            raise
+    return sys.modules[file]
