@@ -22,21 +22,22 @@ from pydrake.systems.framework import Context, EventStatus, LeafSystem
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.diagrams.view.finger_drawing import (
     BAND_SIGNAL,
-    LEAST_FORCE,
-    LENGTH,
     Contact,
+    arcs_of_table,
+    contact_arrow,
     estimated_contact,
     estimated_corners,
+    frames_along,
     is_in_space,
     link_frames,
-    pressed_point,
 )
-from soft_gripper.diagrams.view.torque_colors import color
-from soft_gripper.estimators.arcs import Arcs, join_arcs
+from soft_gripper.diagrams.view.torque_colors import link_colors
+from soft_gripper.estimators.arcs import Arcs
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import as_points
 
 PROUD = 1e-3  # m, how far the estimate protrudes from the sides of the finger
+_SIDES = {"left": 1, "right": -1}  # of the bending plane, with the sign of y
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,12 +84,6 @@ def rounded(value: float) -> float:
     return round(float(value) * _STEPS) / _STEPS
 
 
-def arcs_of_table(table: Array) -> Arcs:
-    """The arcs in a reshaped `arcs` port of an estimator, (S, 7)."""
-    _, _, _, kappa, length, _, _ = table.T
-    return join_arcs(kappa * length, length)
-
-
 def arc_frames(arcs: Arcs) -> tuple[Planar, Array, Array]:
     """Centres (m in B) of the arcs, headings (rad) of the radii to their starting points, and radii (m), each (S)."""
     headings = arcs.heading - np.sign(arcs.theta) * np.pi / 2
@@ -108,21 +103,27 @@ _LEAST = 1e-6  # m; Meshcat has no shape without width
 
 
 def place_ribbon(meshcat: Meshcat, drawn: DrawnFinger) -> None:
-    """Makes the pieces, 1 m wide."""
+    """Makes the pieces, 1 m wide. They protrude less than the curve, which covers them."""
     inside, outside = drawn.sides
-    thickness = outside - inside - PROUD / 2  # protrudes less than the curve, which covers it
-    for i, length in enumerate(np.diff(drawn.finger.link_ends)):
-        for side, sign in (("left", 1), ("right", -1)):
-            path = f"{_ribbon_path(drawn, i)}/{side}"
-            meshcat.SetObject(path, Box(1.0, thickness, 1.03 * length), BAND_COLOR)
-            meshcat.SetProperty(path, "position", [0.0, sign * (inside + thickness / 2), 0.0])
+    _place_pieces(meshcat, BAND, drawn, (1.0, outside - PROUD / 2 - inside), 1.03, BAND_COLOR)
+
+
+def _place_pieces(
+    meshcat: Meshcat, group: str, drawn: DrawnFinger, size: tuple[float, float], stretch: float, rgba: Rgba
+) -> None:
+    """Makes a box on either side of every link, of a size (x, y) in m; `stretch` is its length by that of the link."""
+    for i, length in enumerate(stretch * np.diff(drawn.finger.link_ends)):
+        for side, sign in _SIDES.items():
+            path = f"{group}/{drawn.name}/{i}/{side}"
+            meshcat.SetObject(path, Box(*size, length), rgba)
+            meshcat.SetProperty(path, "position", [0.0, sign * (drawn.sides[0] + size[1] / 2), 0.0])
 
 
 def widen_ribbon(meshcat: Meshcat, drawn: DrawnFinger, std: Array, time: float) -> None:
     """Scales the pieces by the standard deviations of joints and tip, (N + 1) m; hides unknown ones."""
     for i, width in enumerate(2 * STDS * _in_links(std)):
-        for side in ("left", "right"):
-            path = f"{_ribbon_path(drawn, i)}/{side}"
+        for side in _SIDES:
+            path = f"{BAND}/{drawn.name}/{i}/{side}"
             meshcat.SetProperty(path, "visible", bool(np.isfinite(width)), time)
             if np.isfinite(width):
                 meshcat.SetProperty(path, "scale", [max(rounded(width), _LEAST), 1.0, 1.0], time)
@@ -132,10 +133,6 @@ def _in_links(std: Array) -> Array:
     """At the midpoints of the links, (N + 1)."""
     ends = np.concatenate([[0.0], std])
     return (ends[:-1] + ends[1:]) / 2
-
-
-def _ribbon_path(drawn: DrawnFinger, link: int) -> str:
-    return f"{BAND}/{drawn.name}/{link}"
 
 
 CONTACT = "/drake/estimate/contact"
@@ -167,24 +164,14 @@ def draw_links(meshcat: Meshcat, path: str, corners: Array, time: float) -> None
 
 def draw_arrow(meshcat: Meshcat, drawn: DrawnFinger, corners: Array, contact: Contact, time: float) -> None:
     """Poses the arrow of a contact where the surface is pressed; hides it where that is not known."""
-    path, size = _arrow_path(drawn), float(np.linalg.norm(contact.force))
-    begin = pressed_point(drawn.finger, corners, float(contact.arc_length), float(contact.side))
-    known = bool(size >= LEAST_FORCE and np.isfinite(begin).all())  # not if it is NaN
-    meshcat.SetProperty(path, "visible", known, time)
-    if known:
-        _pose(meshcat, path, begin, _turned_about_y(contact.force / size), time)
-        length = rounded(max(LENGTH * size - _HEAD, 0.0))
+    path, found = _arrow_path(drawn), contact_arrow(drawn.finger, corners, contact)
+    meshcat.SetProperty(path, "visible", found is not None, time)
+    if found is not None:
+        begin, along = found[0], found[1] - found[0]
+        _pose(meshcat, path, begin, RotationMatrix(frames_along(along)), time)
+        length = rounded(max(float(np.linalg.norm(along)) - _HEAD, 0.0))
         meshcat.SetProperty(f"{path}/shaft", "scale", [1.0, 1.0, length], time)
         meshcat.SetProperty(f"{path}/head", "position", [0.0, 0.0, length], time)
-
-
-def _turned_about_y(z: Array) -> RotationMatrix:
-    """A rotation to a direction, (3), in which y stays as it is if it can, so that both sides of an arrow do."""
-    x = np.cross([0.0, 1.0, 0.0], z)
-    if np.linalg.norm(x) < _LEAST:
-        return RotationMatrix.MakeFromOneVector(z, 2)
-    x /= np.linalg.norm(x)
-    return RotationMatrix(np.stack([x, np.cross(z, x), z], axis=-1))
 
 
 def _arrow_path(drawn: DrawnFinger) -> str:
@@ -239,12 +226,7 @@ class EstimateVisualizer(LeafSystem):
         self._meshcat.SetProperty(ARCS, "visible", False)
         for finger in self.fingers:
             inside, outside = finger.sides
-            for i, length in enumerate(1.1 * np.diff(finger.finger.link_ends)):
-                box = Box(2 * PROUD, outside - inside, length)
-                for side, y in (("left", (inside + outside) / 2), ("right", -(inside + outside) / 2)):
-                    path = f"{CURVE}/{finger.name}/{i}/{side}"
-                    self._meshcat.SetObject(path, box, _CURVE_COLOR)
-                    self._meshcat.SetProperty(path, "position", [0.0, y, 0.0])
+            _place_pieces(self._meshcat, CURVE, finger, (2 * PROUD, outside - inside), 1.1, _CURVE_COLOR)
             for i in range(finger.sections):
                 self._place_arc(f"{ARCS}/{finger.name}/{i}/unit")
             if "contact_arc_length" in finger.signals:
@@ -292,8 +274,7 @@ class EstimateVisualizer(LeafSystem):
                 self._meshcat.SetProperty(f"{path}/unit/end", "rotation[y]", float(arcs.theta[i]), time)
 
     def _color_skin(self, finger: DrawnFinger, torque: Array, time: float) -> None:
-        """Colours each link by the torque at its proximal joint; the first link takes the colour of the second."""
-        colors = _linear(color(np.concatenate([torque[:1], torque]), self._limit)).tolist()
+        colors = _linear(link_colors(torque, self._limit)).tolist()
         for paths, rgb in zip(finger.skin, colors, strict=True):
             for path in paths:
                 for channel, value in zip("rgb", rgb, strict=True):

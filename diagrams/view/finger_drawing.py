@@ -11,8 +11,10 @@ from typing import NamedTuple
 import numpy as np
 
 from soft_gripper.arrays import Array
+from soft_gripper.estimators.arcs import Arcs, join_arcs
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import AXES
+from soft_gripper.fingers.kinematics import as_planar, in_space
 from soft_gripper.sensors.sensor_block import joints_port
 from soft_gripper.truth.poses import corners
 
@@ -22,6 +24,7 @@ LEAST_FORCE = 0.02  # N, smallest that is drawn
 SHAPES = ("estimated_joint_positions", "estimated_tip_position"), ("joint_positions", "tip_pose")
 CONTACTS = ("contact_force_vector", "contact_arc_length", "contact_side"), ("contact_force", "contact_arc_length")
 BAND_SIGNAL = "position_std"
+_LEAST_SINE = 1e-6  # of the angle between a vector and the y of B, below which x is that of B
 
 
 def drawn_signals(known: Collection[str]) -> list[str]:
@@ -47,12 +50,8 @@ def estimated_corners(signals: Mapping[str, Array]) -> Array:
     joints, tip = (signals[name] for name in SHAPES[0 if is_in_space(signals) else 1])
     if is_in_space(signals):
         return corners(joints.reshape(*tip.shape[:-1], -1, 3), tip)
-    return corners(_out_of_plane(joints.reshape(*tip.shape[:-1], -1, 2)), _out_of_plane(tip[..., :2]))
-
-
-def _out_of_plane(points: Array) -> Array:
-    """Points x, z (..., 2) of the bending plane as (..., 3)."""
-    return points @ np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    planar = joints.reshape(*tip.shape[:-1], -1, 2), tip[..., :2]
+    return corners(*(in_space(as_planar(points)) for points in planar))
 
 
 class Contact(NamedTuple):
@@ -78,14 +77,16 @@ def estimated_contact(signals: Mapping[str, Array], corners: Array) -> Contact |
 
 
 def link_frames(corners: Array) -> Array:
-    """Rotations in B, (..., N + 1, 3, 3), of the links.
+    """Rotations in B, (..., N + 1, 3, 3), of the links: in the bending plane, x points inward; NaN if unknown."""
+    return frames_along(np.diff(corners, axis=-2))
 
-    Their z points along the link, and y is as near to the y of B as can be: in the bending plane, x points inward.
-    """
-    along = np.diff(corners, axis=-2)
-    z = along / np.linalg.norm(along, axis=-1, keepdims=True)
+
+def frames_along(vectors: Array) -> Array:
+    """Rotations in B, (..., 3, 3), whose z points along vectors, (..., 3), and y as near to the y of B as can be."""
+    z = vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
     x = np.cross([0.0, 1.0, 0.0], z)
-    x /= np.linalg.norm(x, axis=-1, keepdims=True)
+    size = np.linalg.norm(x, axis=-1, keepdims=True)
+    x = np.where(size < _LEAST_SINE, [1.0, 0.0, 0.0], x / np.maximum(size, _LEAST_SINE))
     return np.stack([x, np.cross(z, x), z], axis=-1)
 
 
@@ -119,7 +120,41 @@ def pressed_point(finger: Finger, corners: Array, s: float, side: float) -> Arra
     return np.asarray(point + frame[:, :2] @ across)
 
 
+def arrow(begin: Array, force: Array) -> Array | None:
+    """The arrow of a force, (3) N, at a point, (3) m: from there to where it points, (2, 3) m.
+
+    None if the force is below `LEAST_FORCE`, or force or point are not known.
+    """
+    ends = np.array([begin, begin + LENGTH * force])
+    return ends if np.isfinite(ends).all() and np.linalg.norm(force) >= LEAST_FORCE else None
+
+
+def contact_arrow(finger: Finger, corners: Array, contact: Contact | None) -> Array | None:
+    """The arrow of a contact, (2, 3) m in B, from where the surface is pressed; None: none is drawn, see `arrow`."""
+    if contact is None:
+        return None
+    return arrow(pressed_point(finger, corners, float(contact.arc_length), float(contact.side)), contact.force)
+
+
 def in_world(X_WB: Array, points: Array) -> Array:
     """Points in B (..., M, 3) m in the world, of fingers whose base has the pose [R | p], (..., 3, 4)."""
     placed: Array = points @ np.swapaxes(X_WB[..., :3], -1, -2) + X_WB[..., None, :, 3]
     return placed
+
+
+def force_in_world(signals: Mapping[str, Array], corners: Array) -> tuple[Array, Array] | None:
+    """Where the estimated contact force acts on the middle line of the links, (..., 3) m, and the force, (..., 3) N.
+
+    Both in the world, by the `X_WB` (..., 3, 4) among the signals of a finger; None if no contact is estimated.
+    """
+    contact, X_WB = estimated_contact(signals, corners), signals["X_WB"]
+    if contact is None:
+        return None
+    at = points_on_links(corners, contact.arc_length)[0]
+    return in_world(X_WB, at[..., None, :])[..., 0, :], (X_WB[..., :3] @ contact.force[..., None])[..., 0]
+
+
+def arcs_of_table(table: Array) -> Arcs:
+    """The arcs in an `arcs` port of an estimator, (S, 7)."""
+    _, _, _, kappa, length, _, _ = table.T
+    return join_arcs(kappa * length, length)

@@ -32,7 +32,7 @@ from pydrake.systems.framework import Context, DiagramBuilder, OutputPort
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.scene import Scene
 from soft_gripper.diagrams.view.estimate_visualizer import DrawnFinger, EstimateVisualizer
-from soft_gripper.diagrams.view.finger_drawing import drawn_signals
+from soft_gripper.diagrams.view.finger_drawing import LEAST_FORCE, LENGTH, drawn_signals
 from soft_gripper.diagrams.view.torque_colors import draw_torque_legend, round_limit
 from soft_gripper.diagrams.wiring.named_wires import inputs
 from soft_gripper.errors import InputError, first_line
@@ -244,11 +244,11 @@ def set_up_view(
 
 
 def _contact_arrows() -> ContactVisualizerParams:
-    """Draws true contact forces as arrows of 25 mm/N, without their moments."""
+    """Draws true contact forces as the estimated ones, without their moments."""
     return ContactVisualizerParams(
         publish_period=PERIOD,
-        newtons_per_meter=40.0,
-        force_threshold=0.02,
+        newtons_per_meter=1 / LENGTH,
+        force_threshold=LEAST_FORCE,
         moment_threshold=np.inf,
         radius=0.8e-3,
         color=_ARROW_COLOR,

@@ -29,6 +29,11 @@ def color(torque: Array, limit: float) -> Array:
     return rgba[..., :3]
 
 
+def link_colors(torque: Array, limit: float) -> Array:
+    """Colours of links, (N + 1, 3): by the torque at the proximal joint, (N) N m; the first is as the second."""
+    return color(np.concatenate([torque[:1], torque]), limit)
+
+
 def round_limit(torque: float) -> float:
     """A round limit for the scale: the smallest of 1, 2, 3 and 5 times a power of ten that covers `torque`, N m."""
     power = 10.0 ** np.floor(np.log10(torque))

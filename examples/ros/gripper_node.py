@@ -27,11 +27,10 @@ from scipy.spatial.transform import Rotation
 import soft_gripper as sg
 from soft_gripper.diagrams.view.finger_drawing import (
     drawn_signals,
-    estimated_contact,
     estimated_corners,
+    force_in_world,
     in_world,
     link_frames,
-    points_on_links,
 )
 from soft_gripper.extras.bench.bench import Bench
 from soft_gripper.extras.bench.bench_driver import COMMANDS, BenchDriver
@@ -114,13 +113,11 @@ def known(bench, finger):
     own = [name.removeprefix(f"{finger}.") for name in bench.signals if name.startswith(f"{finger}.")]
     names = [*drawn_signals(own), "X_WB", "estimated_joint_angles"]
     read = dict(zip(names, bench.read([f"{finger}.{name}" for name in names]).values(), strict=True))
-    X_WB, corners = read["X_WB"].reshape(3, 4), estimated_corners(read)
+    read["X_WB"] = X_WB = read["X_WB"].reshape(3, 4)
+    corners = estimated_corners(read)
     frames = X_WB[:, :3] @ link_frames(corners)
     poses = list(zip(in_world(X_WB, corners), [*frames, frames[-1]], strict=True))
-    at = force = None
-    if (contact := estimated_contact(read, corners)) is not None:
-        at = in_world(X_WB, points_on_links(corners, contact.arc_length)[0][None])[0]
-        force = X_WB[:, :3] @ contact.force
+    at, force = force_in_world(read, corners) or (None, None)
     return SimpleNamespace(poses=poses, angles=read["estimated_joint_angles"], at=at, force=force)
 
 

@@ -37,8 +37,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.scene import add_plant
 from soft_gripper.diagrams.view.meshcat_view import box_corners, nearest_eye, upright_view, viewing_direction
-from soft_gripper.diagrams.view.torque_colors import color
-from soft_gripper.fingers.plant_finger import PlantFinger
+from soft_gripper.diagrams.view.torque_colors import link_colors
 from soft_gripper.scenario.schema import Scenario
 
 
@@ -294,12 +293,8 @@ class SceneRenderer:
             signals = self.scene.signals(time)
             for finger in self.scene.fingers:
                 torque = signals[f"{finger.name}.true_external_torque"].values
-                self._paint(finger, color(torque, self._torque_limit))
-
-    def _paint(self, finger: PlantFinger, joint_colors: Array) -> None:
-        """Colours each link by the torque at its proximal joint; the first link takes the colour of the second."""
-        for link, rgb in zip(finger.links, [joint_colors[0], *joint_colors], strict=True):
-            self._paint_body(link.index(), Rgba(*rgb))
+                for link, rgb in zip(finger.links, link_colors(torque, self._torque_limit), strict=True):
+                    self._paint_body(link.index(), Rgba(*rgb))
 
     def _paint_body(self, body: BodyIndex, rgba: Rgba) -> None:
         scene_graph, context = self.scene.scene_graph, self.scene.scene_graph_context

@@ -3,7 +3,7 @@
 A finger that leaves this plane is drawn from the side as well, and so is its estimate if it is one in space.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -17,22 +17,21 @@ from matplotlib.transforms import Affine2D
 
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.diagrams.recording import Recording
-from soft_gripper.diagrams.view.estimate_visualizer import arcs_of_table
 from soft_gripper.diagrams.view.finger_drawing import (
+    BAND_SIGNAL,
     CONTACTS,
-    LEAST_FORCE,
-    LENGTH,
-    Contact,
+    arcs_of_table,
+    arrow,
+    contact_arrow,
     drawn_signals,
     estimated_contact,
     estimated_corners,
     is_in_space,
-    pressed_point,
 )
 from soft_gripper.diagrams.view.torque_colors import add_torque_bar, color
 from soft_gripper.estimators.arcs import Arcs, points_on_arcs
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.fingers.kinematics import as_planar, as_points
+from soft_gripper.fingers.kinematics import as_points
 from soft_gripper.pictures.torque_bar import torque_limit
 from soft_gripper.sensors.measurement import MeasurementModel
 from soft_gripper.truth.poses import TRUE_JOINTS, TRUE_TIP, corners
@@ -121,41 +120,15 @@ def _write_radius(axes: Axes, layout: MeasurementModel, arcs: Arcs, section: int
     axes.text(x, z, text, ha="center", va="center", fontsize="small", **look)
 
 
-class Arrow(NamedTuple):
-    """A force on a finger: from the face that it presses on to where it pushes, (x, z) m in B."""
-
-    begin: Array
-    end: Array
-
-
-def arrows(begin: Array, force: Array) -> tuple[Arrow | None, Arrow | None]:
-    """The arrow of a force, (3) N in B, at a point, (3) m, as seen along y and along x; None where it is not known."""
-    ends = np.array([begin, begin + LENGTH * force])
-    if not np.isfinite(ends).all() or np.linalg.norm(force) < LEAST_FORCE:
-        return None, None
-    in_plane, aside = (Arrow(*ends[:, axes]) for axes in (_IN_PLANE, _ASIDE))
-    return in_plane, aside
-
-
-def arrows_of_contact(finger: Finger, corners: Array, contact: Contact | None) -> tuple[Arrow | None, Arrow | None]:
-    """The arrows of a contact of a finger with these corners; None: there is none."""
-    if contact is None:
-        return None, None
-    return arrows(pressed_point(finger, corners, float(contact.arc_length), float(contact.side)), contact.force)
-
-
-def draw_force(axes: Axes, arrow: Arrow, color: str, label: str, width: float = 1.4) -> None:
-    """An arrow with its name for the legend; a narrower one lies over a wider one."""
+def draw_force(axes: Axes, arrow: Array, color: str, label: str, width: float = 1.4) -> None:
+    """An arrow, (2, 2) m, with its name for the legend; a narrower one lies over a wider one."""
     begin, end = (tuple(1e3 * point) for point in arrow)
     look: dict[str, Any] = {"arrowstyle": "-|>", "mutation_scale": 6 * width, "shrinkA": 0, "shrinkB": 0}
     axes.add_patch(FancyArrowPatch(begin, end, color=color, lw=width, zorder=5 + 1 / width, **look))
     axes.plot([], [], color=color, lw=width, marker=">", ms=4, label=label)
 
 
-_BAND = f"± {_STDS} standard deviations"
-
-
-def draw_band(axes: Axes, points: Array, std: Array, label: str = _BAND) -> None:
+def draw_band(axes: Axes, points: Array, std: Array, label: str = "") -> None:
     """Two standard deviations on either side of the curve from base to tip, (N + 2, 2) m, of its N + 1 other points."""
     along = np.gradient(points, axis=0)
     across = along[:, ::-1] * np.array([1.0, -1.0]) / np.linalg.norm(along, axis=-1, keepdims=True)
@@ -167,51 +140,50 @@ def draw_band(axes: Axes, points: Array, std: Array, label: str = _BAND) -> None
 
 STYLE: dict[Any, Any] = {"font.size": 9, "axes.spines.top": False, "axes.spines.right": False}
 TITLES = ("(a) simulation", "(b) estimated arcs", "(c) estimate")
-_ESTIMATED_JOINTS = "estimated_joint_positions"
 WIDTH = 8.4  # inches
 _TRUE_WIDTH = 2.4  # points, so that the estimated force does not hide the true one
+
+
+class Shown(NamedTuple):
+    """A finger, simulated or estimated, at one time, in B."""
+
+    corners: Array  # (N + 2, 3) m, base, joints and tip
+    torque: Array  # (N) N m, external
+    force: Array | None  # (2, 3) m, the arrow of its contact force, if there is one
+    std: Array | None = None  # (N + 1) m, of the joints and the tip across the finger, if available
 
 
 class Snapshot(NamedTuple):
     """One finger at one time of a recording, in B."""
 
-    corners: Array  # (N + 2, 3) m, the true base, joints and tip
+    true: Shown
+    estimate: Shown
+    is_in_space: bool  # whether the estimate is, and not in the bending plane
     arcs: Arcs
-    joints: Planar  # (N) m, estimated
-    torque: Array  # (N) N m, estimated
-    true_torque: Array  # (N) N m
+    joints: Array  # (N, 2) x, z; m, estimated, as seen along y
     pose_error: float  # m
-    true_contact: Arrow | None
-    true_contact_aside: Arrow | None  # as seen along x: (y, z)
-    curve: Array  # (N + 2, 3) m, the estimated base, joints and tip
-    estimated: Array | None  # likewise, if in space
-    contact: Arrow | None  # estimated, if available
-    contact_aside: Arrow | None  # likewise, as seen along x
-    std: Array | None  # (N + 1) m, of the estimated joints and tip across the finger, if available
 
 
 def read_snapshot(layout: MeasurementModel, recording: Recording, time: float) -> Snapshot:
     """The finger of `layout`, which was recorded with these sensors, at a time, s."""
-    name, now = layout.finger.name, recording.data.sel(time=time, method="nearest")
-    signals = {str(kind).removeprefix(f"{name}."): signal.values for kind, signal in now.data_vars.items()}
+    finger, now = layout.finger, recording.data.sel(time=time, method="nearest")
+    signals = {str(kind).removeprefix(f"{finger.name}."): signal.values for kind, signal in now.data_vars.items()}
     true = corners(signals[TRUE_JOINTS], signals[TRUE_TIP])
-    of_true = {name: signals[f"true_{name}"] for name in CONTACTS[1] if f"true_{name}" in signals}
-    in_plane, aside = arrows_of_contact(layout.finger, true, estimated_contact(of_true, true))[0], None
     if leaves_plane(true):
-        in_plane, aside = _true_in_space(signals)
+        true_force = _true_in_space(signals)
+    else:
+        of_true = {name: signals[f"true_{name}"] for name in CONTACTS[1] if f"true_{name}" in signals}
+        true_force = contact_arrow(finger, true, estimated_contact(of_true, true))
     drawn = {name: signals[name] for name in drawn_signals(signals)}
     curve = estimated_corners(drawn)
-    contact, contact_aside = arrows_of_contact(layout.finger, curve, estimated_contact(drawn, curve))
+    force = contact_arrow(finger, curve, estimated_contact(drawn, curve))
     return Snapshot(
-        true,
+        Shown(true, signals["true_external_torque"], true_force),
+        Shown(curve, signals["external_torque"], force, drawn.get(BAND_SIGNAL)),
+        is_in_space(drawn),
         arcs_of_table(signals["arcs"]),
-        as_planar(signals["joint_positions"]),
-        signals["external_torque"],
-        signals["true_external_torque"],
+        signals["joint_positions"],
         float(signals["pose_error"].item()),
-        in_plane,
-        aside,
-        *(curve, curve if is_in_space(drawn) else None, contact, contact_aside, signals.get("position_std")),
     )
 
 
@@ -220,13 +192,13 @@ def leaves_plane(corners: Array) -> bool:
     return bool(np.abs(corners[..., 1]).max() > _OFF_PLANE)
 
 
-def _true_in_space(signals: Mapping[str, Array]) -> tuple[Arrow | None, Arrow | None]:
-    """The true contact force at the centre of pressure, as seen along y and along x; None where nothing presses."""
+def _true_in_space(signals: Mapping[str, Array]) -> Array | None:
+    """The arrow of the true contact force at the centre of pressure, (2, 3) m; None where nothing presses."""
     force = signals.get("true_contact_force_world")
     if force is None:
-        return None, None
+        return None
     X_WB = signals["X_WB"]
-    return arrows(X_WB[:, :3].T @ (signals["contact_center"] - X_WB[:, 3]), X_WB[:, :3].T @ force)
+    return arrow(X_WB[:, :3].T @ (signals["contact_center"] - X_WB[:, 3]), X_WB[:, :3].T @ force)
 
 
 def shape_figure(layout: MeasurementModel, recording: Recording, time: float) -> Figure:
@@ -243,7 +215,8 @@ def shape_figure(layout: MeasurementModel, recording: Recording, time: float) ->
     arcs = len(snapshot.arcs.theta)
     if arcs != layout.sections:  # an estimator may have one arc per segment
         layout = replace(layout, sections=arcs, borders=None)
-    limit = torque_limit([snapshot.torque, snapshot.true_torque])
+    true, estimate = snapshot.true, snapshot.estimate
+    limit = torque_limit([estimate.torque, true.torque])
     x_limits, z_limits = _limits(layout, snapshot)
     aside, y_limits = _aside(snapshot), _limits_aside(finger, snapshot)
     widths = [float(np.ptp(limits)) for limits in [*x_limits, *[y_limits] * len(aside)]]
@@ -252,21 +225,23 @@ def shape_figure(layout: MeasurementModel, recording: Recording, time: float) ->
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(WIDTH, min(max(height, 3.2), highest)), layout="compressed")
         panels = figure.subplots(1, len(widths), sharey=True, width_ratios=widths)
-        draw_segments(panels[0], finger, snapshot.corners, color(snapshot.true_torque, limit))
-        draw_segments(panels[1], finger, snapshot.corners, np.full((finger.segments, 3), 0.94))
+        draw_segments(panels[0], finger, true.corners, color(true.torque, limit))
+        draw_segments(panels[1], finger, true.corners, np.full((finger.segments, 3), 0.94))
         draw_arcs(panels[1], layout, snapshot.arcs)
         _draw_joints(panels[1], snapshot)
-        colors = color(snapshot.torque, limit)
-        if snapshot.estimated is None:
-            draw_tube(panels[2], layout, snapshot.arcs, colors)
+        if snapshot.is_in_space:
+            draw_segments(panels[2], finger, estimate.corners, color(estimate.torque, limit))
         else:
-            draw_segments(panels[2], finger, snapshot.estimated, colors)
-        _draw_contact(panels, snapshot)
+            draw_tube(panels[2], layout, snapshot.arcs, color(estimate.torque, limit))
+        _draw_load(panels[0], _IN_PLANE, true.force)
+        _draw_load(panels[2], _IN_PLANE, None if estimate.force is None else true.force, estimate)
         for axes, limits, title in zip(panels, x_limits, TITLES, strict=False):
             draw_base(axes, finger)
             axes.set(title=title, xlabel="x [mm]", aspect="equal", xlim=limits, ylim=z_limits)
-        for axes, (title, shape, torque) in zip(panels[3:], aside, strict=True):
-            _draw_aside(axes, finger, snapshot, shape, color(torque, limit))
+        for axes, (title, shown) in zip(panels[3:], aside, strict=True):
+            draw_segments(axes, finger, shown.corners, color(shown.torque, limit), aside=True)
+            draw_base(axes, finger, aside=True)
+            _draw_load(axes, _ASIDE, true.force, shown if shown is estimate else None, "_")
             axes.set(xlabel="y [mm]", aspect="equal", xlim=y_limits, ylim=z_limits)
             axes.set_title(title, fontsize="medium")
         panels[0].set_ylabel("z [mm]")
@@ -276,43 +251,41 @@ def shape_figure(layout: MeasurementModel, recording: Recording, time: float) ->
     return figure
 
 
-def _aside(snapshot: Snapshot) -> list[tuple[str, Array, Array]]:
-    """Titles, base, joints and tip, and torques of what is drawn from the side as well."""
-    if not leaves_plane(snapshot.corners):
-        return []
-    drawn = [("(d) simulation", snapshot.corners, snapshot.true_torque)]
-    estimated = snapshot.estimated
-    return drawn if estimated is None else [*drawn, ("(e) estimate", estimated, snapshot.torque)]
+def _draw_load(
+    axes: Axes, view: list[int], true: Array | None, estimate: Shown | None = None, hidden: str = ""
+) -> None:
+    """The arrow of the true force and, of an estimate, its force and uncertainty, as seen by two axes of B.
+
+    The legend has what is in the first and third panels: names that begin with "_", as `hidden`, are not in it.
+    """
+    if estimate is not None and estimate.std is not None:
+        draw_band(axes, estimate.corners[:, view], estimate.std, f"{hidden}± {_STDS} standard deviations")
+    if estimate is not None and estimate.force is not None:
+        draw_force(axes, estimate.force[:, view], ESTIMATED_COLOR, f"{hidden}estimated contact force")
+    if true is not None:
+        named = hidden if estimate is None else "_"
+        draw_force(axes, true[:, view], TRUE_COLOR, f"{named}true contact force", _TRUE_WIDTH)
 
 
-def _draw_aside(axes: Axes, finger: Finger, snapshot: Snapshot, shape: Array, colors: Array) -> None:
-    """The simulation or, with its force and uncertainty, the estimate, seen along x."""
-    draw_segments(axes, finger, shape, colors, aside=True)
-    draw_base(axes, finger, aside=True)
-    if shape is snapshot.estimated:
-        if snapshot.std is not None:
-            draw_band(axes, shape[:, _ASIDE], snapshot.std, f"_{_BAND}, in the third panel")
-        if snapshot.contact_aside is not None:
-            draw_force(axes, snapshot.contact_aside, ESTIMATED_COLOR, "_estimated, in the third panel")
-    if snapshot.true_contact_aside is not None:
-        draw_force(axes, snapshot.true_contact_aside, TRUE_COLOR, "_true, in the first panel", _TRUE_WIDTH)
+def _aside(snapshot: Snapshot) -> list[tuple[str, Shown]]:
+    """Titles and what is drawn from the side as well."""
+    drawn = [("(d) simulation", snapshot.true), ("(e) estimate", snapshot.estimate)]
+    return drawn[: 1 + snapshot.is_in_space] if leaves_plane(snapshot.true.corners) else []
 
 
 def _limits_aside(finger: Finger, snapshot: Snapshot) -> Array:
     """Limits of y, mm, in the panels from the side."""
-    arrows, half = (snapshot.true_contact_aside, snapshot.contact_aside), 1e3 * finger.base.width
-    points = [snapshot.corners[:, 1], *(np.stack(arrow)[:, 0] for arrow in arrows if arrow is not None)]
-    y = 1e3 * np.concatenate(points)
+    arrows, half = (snapshot.true.force, snapshot.estimate.force), 1e3 * finger.base.width
+    y = 1e3 * np.concatenate([each[:, 1] for each in (snapshot.true.corners, *arrows) if each is not None])
     return np.array([y.min() - half, y.max() + half])
 
 
 def _limits(layout: MeasurementModel, snapshot: Snapshot) -> tuple[list[Array], Array]:
     """Limits of x in the three panels, and of z, mm; the centres of arcs are shown if they are near."""
-    x, z = 1e3 * snapshot.corners[:, ::2].T
+    x, z = 1e3 * snapshot.true.corners[:, ::2].T
     free = 1e3 * layout.finger.base.thickness
     outer, inner = (1e3 * float(face) for face in (layout.finger.base.outer_face, layout.finger.base.inner_face))
-    arrows = [arrow for arrow in (snapshot.true_contact, snapshot.contact) if arrow is not None]
-    tips = [1e3 * arrow.end[0] for arrow in arrows]
+    tips = [1e3 * each[1, 0] for each in (snapshot.true.force, snapshot.estimate.force) if each is not None]
     finger = np.array([min([min(x) + outer, *tips]) - free / 2, max([max(x) + inner, *tips]) + free / 2])
     centers = in_mm(snapshot.arcs.centers)[:, 0]
     near = centers[np.abs(centers - np.mean(x)) < 1e3 * layout.finger.length]
@@ -320,22 +293,9 @@ def _limits(layout: MeasurementModel, snapshot: Snapshot) -> tuple[list[Array], 
     return [finger, with_centers, finger], np.array([max(*z + free, 0.9e3 * layout.finger.length), -0.7 * free])
 
 
-def _draw_contact(panels: Sequence[Axes], snapshot: Snapshot) -> None:
-    """Draws the true force in the first and last panels, and the estimate in the last."""
-    if snapshot.std is not None:
-        draw_band(panels[2], snapshot.curve[:, _IN_PLANE], snapshot.std)
-    if snapshot.true_contact is not None:
-        draw_force(panels[0], snapshot.true_contact, TRUE_COLOR, "true contact force", _TRUE_WIDTH)
-    if snapshot.contact is not None:
-        draw_force(panels[2], snapshot.contact, ESTIMATED_COLOR, "estimated contact force")
-        if snapshot.true_contact is not None:
-            draw_force(panels[2], snapshot.true_contact, TRUE_COLOR, "_true, beside it", _TRUE_WIDTH)
-
-
 def _draw_joints(axes: Axes, snapshot: Snapshot) -> None:
     estimated = f"estimated joints (mean error {1e3 * snapshot.pose_error:.2f} mm)"
-    axes.plot(
-        *(1e3 * snapshot.corners[1:-1, ::2].T), "o", ms=5.5, mfc="white", mec="black", mew=0.9, label="true joints"
-    )
-    axes.plot(*in_mm(snapshot.joints).T, ".", ms=4, color="black", label=estimated)
+    true = 1e3 * snapshot.true.corners[1:-1, _IN_PLANE]
+    axes.plot(*true.T, "o", ms=5.5, mfc="white", mec="black", mew=0.9, label="true joints")
+    axes.plot(*(1e3 * snapshot.joints).T, ".", ms=4, color="black", label=estimated)
     axes.plot([], [], lw=0.8, ls=(0, (4, 2)), color="0.4", label="radii [mm] from the arc centres")

@@ -5,26 +5,27 @@ import pytest
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
-from soft_gripper.diagrams.view.finger_drawing import estimated_contact, pressed_point
+from soft_gripper.arrays import Array
+from soft_gripper.diagrams.view.finger_drawing import contact_arrow, estimated_contact, pressed_point
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import as_points, forward_kinematics, in_space
-from soft_gripper.pictures.shape_figure import Arrow, arrows_of_contact, draw_band
+from soft_gripper.pictures.shape_figure import draw_band
 from soft_gripper.truth.poses import corners
 
 
-def arrow_of(finger: Finger, force: float, s: float) -> Arrow | None:
+def arrow_of(finger: Finger, force: float, s: float) -> Array | None:
     """Of a straight finger: across it is x."""
     ends = np.outer(finger.link_ends, [0.0, 0.0, 1.0])
     signals = {"contact_force": np.array([force]), "contact_arc_length": np.array([s])}
-    return arrows_of_contact(finger, ends, estimated_contact(signals, ends))[0]
+    return contact_arrow(finger, ends, estimated_contact(signals, ends))
 
 
 @pytest.mark.parametrize(("force", "face"), [(0.5, "inner_face"), (-0.5, "outer_face")])
 def test_an_arrow_begins_at_the_face_and_is_25_mm_a_newton(shipped_finger: Finger, force: float, face: str) -> None:
     arrow = arrow_of(shipped_finger, force, 0.08)
     assert arrow is not None
-    np.testing.assert_allclose(arrow.begin, [float(getattr(shipped_finger.section(0.08), face)), 0.08])
-    np.testing.assert_allclose(arrow.end - arrow.begin, [-0.025 * force, 0.0])
+    np.testing.assert_allclose(arrow[0], [float(getattr(shipped_finger.section(0.08), face)), 0.0, 0.08], atol=1e-16)
+    np.testing.assert_allclose(arrow[1] - arrow[0], [-0.025 * force, 0.0, 0.0], atol=1e-16)
 
 
 @pytest.mark.parametrize(("force", "s"), [(0.0, 0.08), (0.01, 0.08), (np.nan, 0.08), (1.0, np.nan)])

@@ -28,11 +28,10 @@ from soft_gripper.diagrams.view.finger_drawing import (
     LEAST_FORCE,
     LENGTH,
     drawn_signals,
-    estimated_contact,
     estimated_corners,
+    force_in_world,
     in_world,
     link_frames,
-    points_on_links,
 )
 from soft_gripper.errors import InputError
 from soft_gripper.files.output import atomic_file
@@ -166,7 +165,7 @@ def _drawn(data: xr.Dataset) -> Iterator[tuple[str, str, Make]]:
             in_B = estimated_corners(signals)
             points, turns = in_world(X_WB, in_B), X_WB[:, :, :3] @ link_frames(in_B)[:, -1]
             yield f"/{name}/tip_in_world", "foxglove.PoseInFrame", _pose(points[:, -1], _quaternions(turns))
-            yield f"/{name}/shape", "foxglove.SceneUpdate", _scene(name, "shape", points, _force(signals, in_B))
+            yield f"/{name}/shape", "foxglove.SceneUpdate", _scene(name, "shape", points, force_in_world(signals, in_B))
         if {TRUE_JOINTS, TRUE_TIP} <= signals.keys():
             points = in_world(X_WB, corners(signals[TRUE_JOINTS], signals[TRUE_TIP]))
             yield f"/{name}/true_shape", "foxglove.SceneUpdate", _scene(name, "true_shape", points, None)
@@ -191,15 +190,6 @@ def _pose(p: Array, xyzw: Array) -> Make:
         return {"pose": {"position": _xyz(p[i]), "orientation": dict(zip("xyzw", xyzw[i].tolist(), strict=True))}}
 
     return make
-
-
-def _force(signals: Mapping[str, Array], corners: Array) -> tuple[Array, Array] | None:
-    """Where the estimated contact force acts, (T, 3) m, and the force, (T, 3) N, in the world; None: not estimated."""
-    contact, X_WB = estimated_contact(signals, corners), signals["X_WB"]
-    if contact is None:
-        return None
-    at = points_on_links(corners, contact.arc_length)[0]
-    return in_world(X_WB, at[:, None])[:, 0], (X_WB[:, :, :3] @ contact.force[:, :, None])[:, :, 0]
 
 
 def _scene(name: str, kind: str, points: Array, forces: tuple[Array, Array] | None) -> Make:
