@@ -36,8 +36,13 @@ class Registry(dict[str, _T]):
         super().__init__(known)
         self._field = field
 
-    def find(self, name: str, field: str | None = None) -> _T:
-        """What is registered under a name, or a user's own; `field` gives the name, if it is another one.
+    def find(self, name: str, field: str | None = None, where: object = "scenario") -> _T:
+        """What is registered under a name, or a user's own.
+
+        Args:
+            name: as the user gives it.
+            field: that gives the name, if it is not that of the registry.
+            where: the file or command that has the field.
 
         Raises:
             InputError: if it does not exist, cannot be imported, or is not callable.
@@ -48,14 +53,14 @@ class Registry(dict[str, _T]):
         module, _, function = name.rpartition(":")
         if not module or not function:
             known = f"known: {', '.join(self)}; or " if self else ""
-            raise InputError("scenario", field, name, f'{known}give "module:function" of your own')
+            raise InputError(where, field, name, f'{known}give "module:function" of your own')
         try:
             found: _T = _named(name)
         except (Exception, SystemExit) as error:  # whatever a user's module may raise
-            where = "" if module.endswith(".py") else f"; looked where Python looks, and in {Path.cwd()}"
-            raise InputError("scenario", field, name, f"cannot be imported: {described(error)}{where}") from error
+            looked = "" if module.endswith(".py") else f"; looked where Python looks, and in {Path.cwd()}"
+            raise InputError(where, field, name, f"cannot be imported: {described(error)}{looked}") from error
         if not callable(found):
-            raise InputError("scenario", field, name, "is not callable")
+            raise InputError(where, field, name, "is not callable")
         return found
 
 

@@ -101,7 +101,7 @@ class Endpoints:
         found: Source | None = self._opened("source", address, open_one)
         if found is not None:
             return found
-        return Inbox(self._own_messages(address, OWN.find(address, "source")), period)
+        return Inbox(self._own_messages(address, OWN.find(address, "source", self._where)), period)
 
     def sink(self, address: str) -> Sink:
         """Where results go.
@@ -133,7 +133,7 @@ class Endpoints:
             yield from messages()
 
     def _own_sink(self, address: str) -> Sink:
-        function = OWN.find(address, "sink")
+        function = OWN.find(address, "sink", self._where)
 
         def take(_: bytes, results: dict[str, Any]) -> None:
             with blamed_on("sink", address, self._where):

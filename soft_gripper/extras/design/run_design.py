@@ -26,6 +26,7 @@ from soft_gripper.extras.design.search import DesignSearch
 from soft_gripper.extras.design.study_file import DesignConfig, DesignStudy
 from soft_gripper.extras.design.walls import least_wall
 from soft_gripper.files.output import lock_folder
+from soft_gripper.registry import Registry
 from soft_gripper.runs.study import StudyTables, describe, run_study
 from soft_gripper.runs.sweep.measures import kind_of, names_of
 from soft_gripper.runs.sweep.run_sweep import ERROR, Axis, cell, run_and_measure
@@ -258,11 +259,10 @@ def _check_measures(study: DesignStudy, known: Sequence[str]) -> None:
     if GRASP not in known:
         expected = "has no free object to hold, or does not record its contact (record.truth)"
         raise InputError(study.file, "scenario", study.scenario, expected)
+    measures = Registry[Any]("measure", dict.fromkeys(known[1:]) | OWN)
     named = {f"ends[{i}].measure": end.measure for i, end in enumerate(config.ends)}
     for place, name in (named | {f"limits.{name}": name for name in config.limits}).items():
-        if name not in known and name not in own_measures(study):
-            expected = f"no such measure; known: {', '.join([*known[1:], *OWN])}, or your own module:function"
-            raise InputError(study.file, place, name, expected)
+        measures.find(name, place, study.file)
 
 
 def _checked(study: DesignStudy, in_cases: Sequence[Case]) -> Any:

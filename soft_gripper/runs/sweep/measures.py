@@ -86,7 +86,7 @@ def names_of(kind: Sequence[type[Any]], own: Sequence[str]) -> list[str]:
         InputError: if a user measure cannot be imported.
     """
     for name in own:
-        OWN.find(name, OPTION)
+        OWN.find(name, OPTION, "sweep")
     return [*dict.fromkeys(name for part in kind for name in columns(part)), *map(column_of, own)]
 
 
@@ -115,7 +115,7 @@ def column_of(name: str) -> str:
 
 
 def _own_measure(name: str, station: Station, recording: Recording) -> Any:
-    function = OWN.find(name, OPTION)
+    function = OWN.find(name, OPTION, "sweep")
     with blamed_on(OPTION, name, "sweep"):
         found = function(station, recording)
     value = found.item() if isinstance(found, np.generic | np.ndarray) and found.size == 1 else found

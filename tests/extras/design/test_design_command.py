@@ -66,7 +66,7 @@ def test_from_a_study_to_files_of_the_best_design(tmp_path):
 @pytest.mark.parametrize(
     ("changes", "says"),
     [
-        ({"ends": [{"measure": "grip"}]}, "ends[0].measure = 'grip': no such measure; known: normal_force_n"),
+        ({"ends": [{"measure": "grip"}]}, "ends[0].measure = 'grip': known: normal_force_n"),
         ({"scenario": "free_bending", "set": {}, "vary": {"sensor.sections": "1..4"}}, "has no free object to hold"),
     ],
 )

@@ -34,7 +34,8 @@ def run(options: argparse.Namespace) -> int:
     if given is not None and not given.is_dir():
         raise InputError("benchmark", "--data", str(given), "give a folder of recordings")
     check_file(options.out)
-    own = {} if options.estimator is None else {options.estimator: OWN.find(options.estimator, "--estimator")}
+    chosen = [] if options.estimator is None else [options.estimator]
+    own = {name: OWN.find(name, "--estimator", "benchmark") for name in chosen}
     folders = {task: folder for task in TASKS if (folder := _folder(task, given)) is not None}
     with TemporaryDirectory() as copies:
         scores = _scores(folders, own, Path(copies))
