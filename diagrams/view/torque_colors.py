@@ -1,5 +1,6 @@
 """The colours of external torque: one scale for all pictures, on screen and on paper."""
 
+from collections.abc import Iterable
 from io import BytesIO
 from typing import Any
 
@@ -14,7 +15,9 @@ from pydrake.geometry import InMemoryMesh, Mesh, Meshcat
 from pydrake.math import RigidTransform
 
 from soft_gripper.arrays import Array
+from soft_gripper.diagrams.recording import Recording
 
+MIN_LIMIT = 5e-3  # N m, of the scale; smaller torques are noise, and should not fill the bar
 # Diverging from light grey, and safe for colour-blind readers: blue holds a finger open, red closes it.
 COLORMAP = mpl.colormaps["coolwarm"].with_extremes(bad="0.35")
 
@@ -38,6 +41,17 @@ def round_limit(torque: float) -> float:
     """A round limit for the scale: the smallest of 1, 2, 3 and 5 times a power of ten that covers `torque`, N m."""
     power = 10.0 ** np.floor(np.log10(torque))
     return float(next(power * step for step in (1, 2, 3, 5, 10) if torque <= power * step * (1 + 1e-9)))
+
+
+def torque_limit(torques: Iterable[Array]) -> float:
+    """The limit of a bar that covers all torques, N m; NaN (unknown) torques are ignored."""
+    return max([MIN_LIMIT, *(float(np.nanmax(np.abs(torque), initial=0.0)) for torque in torques)])
+
+
+def recorded_limit(*recordings: Recording) -> float:
+    """The limit of a bar that covers the true external torques of all fingers in `recordings`, N m."""
+    signals = [item for recording in recordings for item in recording.data.items()]
+    return torque_limit(signal.values for name, signal in signals if str(name).endswith(".true_external_torque"))
 
 
 def add_torque_bar(figure: Figure, limit: float, label: str = "external torque", **where: Any) -> Colorbar:

@@ -10,12 +10,11 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from soft_gripper.diagrams.recording import Recording
-from soft_gripper.diagrams.view.torque_colors import add_torque_bar
+from soft_gripper.diagrams.view.torque_colors import add_torque_bar, recorded_limit
 from soft_gripper.diagrams.wiring.drive import pressure_steps
 from soft_gripper.fingers.cross_section import CrossSection
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.pictures.rendering import SceneRenderer
-from soft_gripper.pictures.torque_bar import recorded_limit
 from soft_gripper.scenario.schema import Scenario
 
 # Inches.

@@ -28,11 +28,10 @@ from soft_gripper.diagrams.view.finger_drawing import (
     estimated_corners,
     is_in_space,
 )
-from soft_gripper.diagrams.view.torque_colors import add_torque_bar, color
+from soft_gripper.diagrams.view.torque_colors import add_torque_bar, color, torque_limit
 from soft_gripper.estimators.arcs import Arcs, points_on_arcs
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import as_points
-from soft_gripper.pictures.torque_bar import torque_limit
 from soft_gripper.sensors.measurement import MeasurementModel
 from soft_gripper.truth.poses import TRUE_JOINTS, TRUE_TIP, corners
 

@@ -13,13 +13,12 @@ from PIL import Image, ImageDraw, ImageFont
 
 from soft_gripper.control.task import Outcome
 from soft_gripper.diagrams.recording import Recording
-from soft_gripper.diagrams.view.torque_colors import add_torque_bar
+from soft_gripper.diagrams.view.torque_colors import add_torque_bar, recorded_limit
 from soft_gripper.errors import InputError
 from soft_gripper.files.output import atomic_file
 from soft_gripper.pictures.phases import CloseUp
 from soft_gripper.pictures.rendering import Picture, SceneRenderer
 from soft_gripper.pictures.shape_figure import leaves_plane
-from soft_gripper.pictures.torque_bar import recorded_limit
 from soft_gripper.scenario.schema import Scenario
 from soft_gripper.truth.poses import TRUE_JOINTS
 

@@ -9,6 +9,7 @@ from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.diagrams.view.meshcat_view import hidden_meshcat, write_animation
+from soft_gripper.diagrams.view.torque_colors import recorded_limit
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.named_estimators import SHAPE_FUNCTIONS
 from soft_gripper.estimators.uncertainty import EXACT
@@ -18,7 +19,6 @@ from soft_gripper.files.output import atomic_folder, is_whole
 from soft_gripper.files.row_table import write_csv
 from soft_gripper.pictures.rendering import SceneRenderer
 from soft_gripper.pictures.scenes_figure import largest_pressure
-from soft_gripper.pictures.torque_bar import recorded_limit
 from soft_gripper.runs.scores.poses import pose_table
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 from soft_gripper.scenario.schema import Scenario

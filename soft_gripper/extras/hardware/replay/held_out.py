@@ -24,6 +24,7 @@ from soft_gripper.extras.hardware.replay.arm_estimation import (
 )
 from soft_gripper.extras.hardware.replay.geometry_band import body_band, extrapolations
 from soft_gripper.extras.hardware.replay.geometry_fit import FittedGeometry, fit_drive, fit_geometry, measured
+from soft_gripper.extras.hardware.replay.view import arm_corners
 from soft_gripper.files.document import require
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import as_points
@@ -250,10 +251,8 @@ def _draw_shape(axes: Axes, one: Replayed, colors: dict[str, str]) -> None:
     bodies = one.signals["measured_bodies"].values[1:]
     place = 1 + int(np.argmax(np.abs(np.diff(bodies[:, :, 0], axis=1, prepend=0.0)).sum(axis=1)))
     for row, color in colors.items():
-        joints = one.signals[f"{row}.joint_positions"].values[place]
-        ends = one.signals[f"{row}.body_positions"].values[place]
-        line = 1e3 * np.concatenate([[[0.0, 0.0]], joints, ends[-1:]])
-        axes.plot(*line.T, color=color, lw=1.6, marker="o", ms=2)
+        x, _, z = 1e3 * arm_corners(one.signals, row, place).T
+        axes.plot(x, z, color=color, lw=1.6, marker="o", ms=2)
     axes.plot(*(1e3 * bodies[place - 1].T), color=_MEASURED, ls="", marker="s", mfc="none", ms=8, mew=1.5)
     time = float(one.signals.data["time"][place])
     axes.set_title(f"at {time:.1f} s; squares: motion capture", fontsize=8, loc="left")

@@ -8,7 +8,8 @@ from pydrake.math import RigidTransform, RollPitchYaw
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.recording import Recording
-from soft_gripper.diagrams.view.estimate_visualizer import put
+from soft_gripper.diagrams.view.estimate_visualizer import draw_links, put
+from soft_gripper.diagrams.view.finger_drawing import estimated_corners
 
 _FRAMES = 20.0  # per second
 _RADIUS, _BODY = 0.0035, 0.014  # m, of an estimated arm and edge of a measured body
@@ -56,9 +57,9 @@ def _add_objects(meshcat: Meshcat, recording: Recording, colors: Mapping[str, st
         meshcat.SetObject(f"replay/measured/{body}", Box(_BODY, _BODY, _BODY), _BLACK)
     for estimator, color in colors.items():
         rgb = [int(color[i : i + 2], 16) / 255 for i in (1, 3, 5)]
-        steps = np.diff(_arm(recording, estimator, len(recording["time"]) // 2), axis=0)
-        for link, length in enumerate(np.hypot(*steps.T)):
-            meshcat.SetObject(_path(estimator, link), Capsule(_RADIUS, float(length)), Rgba(*rgb))
+        steps = np.diff(arm_corners(recording, estimator, len(recording["time"]) // 2), axis=0)
+        for link, length in enumerate(np.linalg.norm(steps, axis=-1)):
+            meshcat.SetObject(f"{_path(estimator)}/{link}", Capsule(_RADIUS, float(length)), Rgba(*rgb))
 
 
 def _pose(meshcat: Meshcat, recording: Recording, row: int, time: float, colors: Mapping[str, str]) -> None:
@@ -66,18 +67,14 @@ def _pose(meshcat: Meshcat, recording: Recording, row: int, time: float, colors:
     for body, place in enumerate(bodies):
         put(meshcat, f"replay/measured/{body}", place, 0.0, time)
     for estimator in colors:
-        points = _arm(recording, estimator, row)
-        middles, (x, z) = (points[1:] + points[:-1]) / 2, np.diff(points, axis=0).T
-        for link, (middle, heading) in enumerate(zip(middles, np.arctan2(x, z), strict=True)):
-            put(meshcat, _path(estimator, link), middle, heading, time)
+        draw_links(meshcat, _path(estimator), arm_corners(recording, estimator, row), time)
 
 
-def _arm(recording: Recording, estimator: str, row: int) -> Array:
-    """Base, joints and last body at a sample, (N + 2, 2) x, z; m in B."""
-    joints = recording[f"{estimator}.joint_positions"].values[row]
-    tip = recording[f"{estimator}.body_positions"].values[row, -1:]
-    return np.concatenate([np.zeros((1, 2)), joints, tip])
+def arm_corners(recording: Recording, estimator: str, row: int) -> Array:
+    """Base, joints and last body of an estimated arm at a sample, (N + 2, 3) m in B."""
+    joints, bodies = (recording[f"{estimator}.{name}"].values[row] for name in ("joint_positions", "body_positions"))
+    return estimated_corners({"joint_positions": joints, "tip_pose": bodies[-1]})
 
 
-def _path(estimator: str, link: int) -> str:
-    return f"replay/{estimator.replace(' ', '_')}/{link}"
+def _path(estimator: str) -> str:
+    return f"replay/{estimator.replace(' ', '_')}"
