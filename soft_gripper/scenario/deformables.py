@@ -1,6 +1,7 @@
 """Objects of finite elements: what Drake has of them, and what an extra adds, which alone knows their files and truth.
 
-An extra adds them by the name of a subclass of `DeformableKind`, as `DEFORMABLES = "module:Class"` in its `adds`.
+An extra adds them by the name of a subclass of `DeformableKind`, as `DEFORMABLES = {name: "module:Class"}` in its
+`adds`.
 """
 
 import xml.etree.ElementTree as ET
