@@ -19,10 +19,12 @@ from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.tree import BodyIndex
 from pydrake.systems.framework import Context, EventStatus, LeafSystem
 
-from soft_gripper.arrays import Array, Planar
+from soft_gripper.arrays import Array
 from soft_gripper.diagrams.view.finger_drawing import (
     BAND_SIGNAL,
+    STDS,
     Contact,
+    arc_frames,
     arcs_of_table,
     contact_arrow,
     estimated_contact,
@@ -84,12 +86,6 @@ def rounded(value: float) -> float:
     return round(float(value) * _STEPS) / _STEPS
 
 
-def arc_frames(arcs: Arcs) -> tuple[Planar, Array, Array]:
-    """Centres (m in B) of the arcs, headings (rad) of the radii to their starting points, and radii (m), each (S)."""
-    headings = arcs.heading - np.sign(arcs.theta) * np.pi / 2
-    return arcs.centers, headings, np.abs(arcs.start - arcs.centers)
-
-
 def unit_circle(edges: int = 96) -> Array:
     """A circle of radius 1 m about y, (3, edges + 1) corners."""
     angle = np.linspace(0, 2 * np.pi, edges + 1)
@@ -97,7 +93,6 @@ def unit_circle(edges: int = 96) -> Array:
 
 
 BAND = "/drake/estimate/band"
-STDS = 2  # standard deviations on either side
 BAND_COLOR = Rgba(0.0, 0.6, 0.6, 0.45)
 _LEAST = 1e-6  # m; Meshcat has no shape without width
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from soft_gripper.arrays import Array
+from soft_gripper.arrays import Array, Planar
 from soft_gripper.estimators.arcs import Arcs, join_arcs
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import AXES
@@ -24,6 +24,7 @@ LEAST_FORCE = 0.02  # N, smallest that is drawn
 SHAPES = ("estimated_joint_positions", "estimated_tip_position"), ("joint_positions", "tip_pose")
 CONTACTS = ("contact_force_vector", "contact_arc_length", "contact_side"), ("contact_force", "contact_arc_length")
 BAND_SIGNAL = "position_std"
+STDS = 2  # standard deviations on either side of a band
 _LEAST_SINE = 1e-6  # of the angle between a vector and the y of B, below which x is that of B
 
 
@@ -158,3 +159,9 @@ def arcs_of_table(table: Array) -> Arcs:
     """The arcs in an `arcs` port of an estimator, (S, 7)."""
     _, _, _, kappa, length, _, _ = table.T
     return join_arcs(kappa * length, length)
+
+
+def arc_frames(arcs: Arcs) -> tuple[Planar, Array, Array]:
+    """Centres (m in B) of the arcs, headings (rad) of the radii to their starting points, and radii (m), each (S)."""
+    headings = arcs.heading - np.sign(arcs.theta) * np.pi / 2
+    return arcs.centers, headings, np.abs(arcs.start - arcs.centers)

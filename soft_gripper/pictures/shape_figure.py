@@ -20,6 +20,7 @@ from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.view.finger_drawing import (
     BAND_SIGNAL,
     CONTACTS,
+    STDS,
     arcs_of_table,
     arrow,
     contact_arrow,
@@ -37,7 +38,6 @@ from soft_gripper.truth.poses import TRUE_JOINTS, TRUE_TIP, corners
 
 SECTION_COLORS = ("#33608c", "#d1663b", "#3d8f5f", "#a9489c")
 TRUE_COLOR, ESTIMATED_COLOR, BAND_COLOR = "#731a80", "#e09f00", "#009999"  # as in Meshcat, darker on white
-_STDS = 2  # standard deviations, on either side
 _STRAIGHT = 10.0  # m; an arc with a larger radius is labelled straight
 _TEXT_DISTANCE = 9e-3  # m, from the side of the finger to the label of its radius
 _EDGE = "0.35"
@@ -131,7 +131,7 @@ def draw_band(axes: Axes, points: Array, std: Array, label: str = "") -> None:
     """Two standard deviations on either side of the curve from base to tip, (N + 2, 2) m, of its N + 1 other points."""
     along = np.gradient(points, axis=0)
     across = along[:, ::-1] * np.array([1.0, -1.0]) / np.linalg.norm(along, axis=-1, keepdims=True)
-    aside = _STDS * np.concatenate([[0.0], std])[:, None] * across
+    aside = STDS * np.concatenate([[0.0], std])[:, None] * across
     outline = 1e3 * np.concatenate([points + aside, (points - aside)[::-1]])
     axes.add_patch(Polygon(outline, facecolor=BAND_COLOR, alpha=0.45, lw=0, zorder=4, label=label))
     axes.plot(*(1e3 * points).T, color="black", lw=0.8, zorder=4)
@@ -258,7 +258,7 @@ def _draw_load(
     The legend has what is in the first and third panels: names that begin with "_", as `hidden`, are not in it.
     """
     if estimate is not None and estimate.std is not None:
-        draw_band(axes, estimate.corners[:, view], estimate.std, f"{hidden}± {_STDS} standard deviations")
+        draw_band(axes, estimate.corners[:, view], estimate.std, f"{hidden}± {STDS} standard deviations")
     if estimate is not None and estimate.force is not None:
         draw_force(axes, estimate.force[:, view], ESTIMATED_COLOR, f"{hidden}estimated contact force")
     if true is not None:
