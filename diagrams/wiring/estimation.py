@@ -7,7 +7,7 @@ import numpy as np
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.wiring.composed import Part, add_part
+from soft_gripper.diagrams.wiring.composed import add_parts
 from soft_gripper.diagrams.wiring.named_wires import NamedWires, Ports, connect_known, inputs, vector_outputs
 from soft_gripper.diagrams.wiring.sensors import IDEAL
 from soft_gripper.errors import InputError
@@ -18,7 +18,7 @@ from soft_gripper.estimators.recursive import EFFECTIVE_DRIVING_TORQUE
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.load.contact_detector import ContactDetector
 from soft_gripper.load.force_estimator import ForceEstimator
-from soft_gripper.registry import blamed_on, make_block, name_of, registered
+from soft_gripper.registry import blamed_on, is_own, make_block, name_of, registered
 from soft_gripper.scenario.schema import EstimatorConfig, SensorConfig
 from soft_gripper.scenario.sensor_presets import uncertainty
 from soft_gripper.sensors.measurement import MeasurementModel
@@ -149,16 +149,33 @@ def add_estimation(
     Raises:
         InputError: if the estimator requires an unknown signal, or its shape does not fit this finger.
     """
-    made = make_estimation(layout, config, sensor, gravity, make_estimator)
-    part = add_part(builder, f"{name}.estimation", made)
-    return connect_estimation(builder, part, measured, name_of(make_estimator, config.type))
+    return add_estimations(
+        builder, {name: layout}, config, sensor, gravity, {name: measured}, make_estimator, composed=False
+    )[name]
 
 
-def connect_estimation(builder: DiagramBuilder, part: Part, measured: Mapping[str, OutputPort], made_by: str) -> Ports:
-    """Connects what `make_estimation` made to the measured signals; `made_by` names the estimator."""
+def add_estimations(
+    builder: DiagramBuilder,
+    layouts: Mapping[str, MeasurementModel],
+    config: EstimatorConfig,
+    sensor: SensorConfig,
+    gravity: Array,
+    measured: Mapping[str, Mapping[str, OutputPort]],
+    make_estimator: MakeEstimator | None = None,
+    composed: bool = True,
+) -> dict[str, Ports]:
+    """Adds the estimation of several fingers, by name; arguments and errors as of `add_estimation`.
+
+    `composed`: that of each is one block, and that of equal fingers the same one, unless the estimator is a user's own.
+    """
+    made_by = name_of(make_estimator, config.type)
+    made = {name: make_estimation(layout, config, sensor, gravity, make_estimator) for name, layout in layouts.items()}
+    keys = {name: layout.unnamed for name, layout in layouts.items()}
+    parts = add_parts(builder, "estimation", made, keys if composed and not is_own(made_by) else None)
     with blamed_on("estimator.type", made_by):
-        connect_known(builder, part.inputs, estimation_inputs(measured), "estimator")
-    return part.outputs
+        for name, part in parts.items():
+            connect_known(builder, part.inputs, estimation_inputs(measured[name]), "estimator")
+    return {name: part.outputs for name, part in parts.items()}
 
 
 def make_estimation(

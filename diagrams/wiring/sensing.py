@@ -10,10 +10,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from pydrake.systems.framework import DiagramBuilder, OutputPort
 
-from soft_gripper.arrays import Array
 from soft_gripper.diagrams.wiring.composed import add_parts
 from soft_gripper.diagrams.wiring.drive import check_finalized
-from soft_gripper.diagrams.wiring.estimation import connect_estimation, make_estimation
+from soft_gripper.diagrams.wiring.estimation import add_estimations
 from soft_gripper.diagrams.wiring.grip_control import find_gripper, forms_gripper
 from soft_gripper.diagrams.wiring.named_wires import Ports, inputs
 from soft_gripper.diagrams.wiring.scoring import (
@@ -103,7 +102,9 @@ def add_sensing(
     driving = {finger.name: _driving(finger, pressures, tensions or {}) for finger in fingers}
     measured = _add_sensors(builder, fingers, driving, config)
     gravity = np.array(fingers[0].plant.gravity_field().gravity_vector())
-    estimated = _add_estimations(builder, layouts, gravity, measured, config)
+    estimated = add_estimations(
+        builder, layouts, config.estimator, config.sensor, gravity, measured, config.make_estimator, config.composed
+    )
     for finger in fingers:
         name = finger.name
         truth = {one: signals[f"{name}.{one}"] for one in (TRUE_JOINTS, TRUE_TIP) if is_scored}
@@ -172,24 +173,6 @@ def _add_sensors(
         finger.name: connect_sensors(builder, finger, parts[finger.name], sensor, *drives[finger.name], made_by)
         for finger in fingers
     }
-
-
-def _add_estimations(
-    builder: DiagramBuilder,
-    layouts: Mapping[str, MeasurementModel],
-    gravity: Array,
-    measured: Mapping[str, Ports],
-    config: SensingConfig,
-) -> dict[str, Ports]:
-    """Adds the estimation; returns the estimated signals of each finger."""
-    made_by, make = name_of(config.make_estimator, config.estimator.type), config.make_estimator
-    made = {
-        name: make_estimation(layout, config.estimator, config.sensor, gravity, make)
-        for name, layout in layouts.items()
-    }
-    keys = {name: layout.unnamed for name, layout in layouts.items()}
-    parts = add_parts(builder, "estimation", made, keys if config.composed and not is_own(made_by) else None)
-    return {name: connect_estimation(builder, part, measured[name], made_by) for name, part in parts.items()}
 
 
 def _with_truth(

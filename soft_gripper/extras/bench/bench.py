@@ -16,9 +16,8 @@ from soft_gripper.arrays import Array
 from soft_gripper.control.pid_controller import SampledPidController
 from soft_gripper.diagrams.commanding import grip_supply
 from soft_gripper.diagrams.scene import add_plant
-from soft_gripper.diagrams.wiring.composed import add_parts
 from soft_gripper.diagrams.wiring.drive import Commands
-from soft_gripper.diagrams.wiring.estimation import connect_estimation, make_estimation
+from soft_gripper.diagrams.wiring.estimation import add_estimations
 from soft_gripper.diagrams.wiring.grip_control import add_grip_control, add_set_points, find_gripper, forms_gripper
 from soft_gripper.diagrams.wiring.named_wires import Ports
 from soft_gripper.diagrams.wiring.sensing import add_object_width
@@ -27,7 +26,6 @@ from soft_gripper.estimators.driving_torque import DRIVING_TORQUE
 from soft_gripper.estimators.plane import planar_gravity
 from soft_gripper.fingers.kinematics import gravity_torque
 from soft_gripper.fingers.plant_finger import PlantFinger
-from soft_gripper.registry import is_own
 from soft_gripper.scenario.checks import checked_scenario
 from soft_gripper.scenario.nominal_model import read_nominal_model
 from soft_gripper.scenario.schema import Scenario
@@ -226,7 +224,8 @@ def _make_parts(scenario: Scenario, moving: Sequence[str]) -> _Parts:
     for finger in scene.fingers:
         parts.layouts[finger.name] = nominal.layout(finger.finger, scenario.sensor)
         measured[finger.name] = _add_measured(parts, finger, finger.name in moving)
-    for name, ports in _estimated(parts, scenario, gravity, measured).items():
+    estimated = add_estimations(parts.builder, parts.layouts, scenario.estimator, scenario.sensor, gravity, measured)
+    for name, ports in estimated.items():
         parts.signals |= {f"{name}.{signal}": port for signal, port in {**measured[name], **ports}.items()}
         held = (signal for signal in measured[name] if signal != "X_WB" or f"{name}.X_WB" in parts.inputs)
         parts.measured += [f"{name}.{signal}" for signal in held]
@@ -252,15 +251,6 @@ def _add_measured(parts: _Parts, finger: PlantFinger, moves: bool) -> Ports:
         base = parts.builder.AddNamedSystem(f"{name}.base_pose", FixedBasePose(finger.X_WB))
         measured["X_WB"] = base.get_output_port()
     return measured
-
-
-def _estimated(parts: _Parts, scenario: Scenario, gravity: Array, measured: Mapping[str, Ports]) -> Mapping[str, Ports]:
-    """The estimates of each finger, by name: of equal ones together."""
-    config, sensor = scenario.estimator, scenario.sensor
-    made = {name: make_estimation(layout, config, sensor, gravity) for name, layout in parts.layouts.items()}
-    keys = None if is_own(config.type) else {name: layout.unnamed for name, layout in parts.layouts.items()}
-    added = add_parts(parts.builder, "estimation", made, keys)
-    return {name: connect_estimation(parts.builder, part, measured[name], config.type) for name, part in added.items()}
 
 
 def _add_grip(parts: _Parts, fingers: Sequence[PlantFinger], scenario: Scenario) -> None:

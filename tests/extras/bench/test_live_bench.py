@@ -8,7 +8,7 @@ from refusals import refused
 
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
-from soft_gripper.extras.bench import bench as bench_module
+from soft_gripper.diagrams.wiring import estimation
 from soft_gripper.extras.bench.bench import Bench
 from soft_gripper.scenario.scenario_file import load_scenario
 
@@ -47,7 +47,7 @@ def test_it_computes_what_the_station_computed(estimator, errors):
 def test_equal_fingers_are_computed_together_as_each_alone(estimator, monkeypatch):
     chosen = scenario(f"estimator.type={estimator}")
     together = Bench(chosen)
-    monkeypatch.setattr(bench_module, "is_own", lambda _: True)
+    monkeypatch.setattr(estimation, "is_own", lambda _: True)
     alone = Bench(chosen)
     assert together.signals.keys() == alone.signals.keys()
     for i in range(6):
