@@ -13,7 +13,22 @@ Eliminating the radii leaves what `arcs_from_lengths` computes, smooth through z
 
     theta = (L_2 - L_1) / Delta_R ,   l = (L_1 + L_2) / 2 ,   kappa = theta / l = 1 / R
 
+The bends of a finger that is bent by 60 kPa, from its readings:
+
+    >>> import numpy as np
+    >>> import soft_gripper as sg
+    >>> finger = sg.make_station(sg.load_scenario("free_bending")).fingers[0].finger
+    >>> layout = sg.sensors.SensorLayout(finger, sections=4)
+    >>> readings = layout.read(sg.fingers.free_bending_angles(finger, 60e3))
+    >>> arcs = sg.estimators.arcs_from_readings(layout, readings)
+    >>> print(np.degrees(arcs.theta).round(2))
+    [9.23 9.35 9.47 9.6 ]
+
 Shapes: leading axes are free, S sections. Planar vectors are complex, z + i x (see `kinematics`).
+
+Symbols: L_1, L_2 lengths measured on the inner and on the outer side, m; R_1, R_2, R radii of the paths and of the
+axis, m; Delta_R distance of the paths, m; theta bend of a section, rad; l its length on the axis, m; kappa its
+curvature, 1/m.
 """
 
 from dataclasses import dataclass

@@ -36,8 +36,23 @@ follows from those that are not zero and the places beside them, with friction a
 Force and place of a single contact from a curved shape: Rucker and Webster (2011, doi 10.1109/IROS.2011.6094526) for
 continuum robots; from sparse readings: arXiv 2109.12469.
 
+A force of 0.2 N that presses on the inner side, 90 mm from the base, of a finger without pressure:
+
+    >>> import numpy as np
+    >>> import soft_gripper as sg
+    >>> finger = sg.make_station(sg.load_scenario("free_bending")).fingers[0].finger
+    >>> layout = sg.sensors.SensorLayout(finger, sections=4)
+    >>> q = finger.angle(-0.2 * (0.09 - finger.joint_arc_lengths).clip(0))
+    >>> contact = sg.estimators.ContactShape(layout)(layout.read(q), np.zeros_like(q), np.zeros(3)).contact
+    >>> print(f"{contact.force:.2f} +- {contact.force_std:.2f} N, {1e3 * contact.arc_length:.0f} mm from the base")
+    0.20 +- 0.02 N, 90 mm from the base
+
 Leading axes are free; S values, D joint positions, way after way, L links, P places, C cells, T tangents: two, or the
 one in its plane of a finger that only bends.
+
+Symbols, beside those of `gaussian`: r values left unexplained; f wrench on a link; J motion of the link by the joints;
+C compliance of the joints, rad/(N m); c values changed by a force of 1 N in a cell, F its size, N; U changes of F c by
+friction and place, one standard deviation each; M values changed by forces in the smooth cells, f_m their sizes, N.
 """
 
 import math

@@ -15,7 +15,25 @@ the joints: iterated extended Kalman update (Bell and Cathey 1993, doi 10.1109/9
 Burgner-Kahrs (2022, doi 10.1177/02783649221128843) estimate a continuum robot's shape with a Gaussian process in the
 same spirit; here the prior is on the load, not on the curvature, so that driving torque and stiffness are put to use.
 
+A finger under 60 kPa and a force of 0.2 N across its tip, whose stiffness is known to some 10 %:
+
+    >>> import numpy as np
+    >>> import soft_gripper as sg
+    >>> finger = sg.make_station(sg.load_scenario("free_bending")).fingers[0].finger
+    >>> layout = sg.sensors.SensorLayout(finger, sections=4)
+    >>> driving, force = finger.pressure_torque(60e3), -0.2 * (finger.length - finger.joint_arc_lengths)
+    >>> q = finger.angle(driving + force)
+    >>> shape = sg.estimators.GaussianShape(layout)(layout.read(q), driving, np.zeros(3))
+    >>> print(f"off by {np.degrees(np.abs(shape.q - q).max()):.3f} degrees at most")
+    off by 0.007 degrees at most
+    >>> print(f"{np.degrees(np.sqrt(np.diag(shape.covariance)).max()):.1f} degrees of deviation at most")
+    0.2 degrees of deviation at most
+
 Leading axes are free; S values that are read, D joints, way after way (`MeasurementModel.ways`).
+
+Symbols: q joint positions, rad; q_0 those without a load; P their covariance before the sensors are read; u driving
+torque, w torque of the weight, N m; k stiffness, N m/rad; z values that are read, g their model, A its slopes by the
+joints, R the variances of their noise; G the gain.
 """
 
 from dataclasses import dataclass, field

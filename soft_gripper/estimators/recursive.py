@@ -30,7 +30,23 @@ between that finger and the free one. The contact is that which explains the cha
 (`SurfaceContact`), r = A C V z , with the uncertainty of all states. There may be more values than a load changes
 independently, so a little noise is added to each; of them count as many as the load explains, beside that noise.
 
+A finger that bends a tenth less than its nominal model while its pressure rises to 60 kPa in 2 s:
+
+    >>> import numpy as np
+    >>> import soft_gripper as sg
+    >>> finger = sg.make_station(sg.load_scenario("free_bending")).fingers[0].finger
+    >>> layout = sg.sensors.SensorLayout(finger, sections=4)
+    >>> driving = finger.pressure_torque(np.linspace(0, 60e3, 200))
+    >>> q = finger.angle(0.9 * driving)
+    >>> shape = sg.estimators.RecursiveShape(layout)(layout.read(q), driving, np.zeros(3))
+    >>> print(f"off by {np.degrees(np.abs(shape.q - q).max()):.3f} degrees at most")
+    off by 0.004 degrees at most
+
 Leading axes are free; R readings, S values, D joints, way after way, M modes of the load, n states.
+
+Symbols, beside those of `gaussian`: x the state, z its part that is the load, V the torques of a unit of each mode; r
+relative change of the bend; d error of the pressure, Pa, g pressure gain, N m/Pa; c gain errors and b offsets of the
+readings, h the extension ratios that joints give; C compliance of the joints.
 
 The force estimate uses `effective_driving_torque`, which therefore moves as the finger does: noise, differentiated
 twice, would amount to 8 mN m.
