@@ -6,9 +6,6 @@ from .arc_shapes import ConstantCurvatureShape as ConstantCurvatureShape
 from .arcs import arcs_from_readings as arcs_from_readings
 from .arcs import joints_on_arcs as joints_on_arcs
 from .arcs import points_on_arcs as points_on_arcs
-from .calibration import Calibration as Calibration
-from .calibration import FreeBending as FreeBending
-from .calibration import calibrate as calibrate
 from .contact import ContactShape as ContactShape
 from .driving_torque import DrivingTorque as DrivingTorque
 from .driving_torque import driving_torques as driving_torques

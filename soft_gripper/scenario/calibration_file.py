@@ -3,12 +3,13 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from pydrake.common.yaml import yaml_dump
 
+from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
-from soft_gripper.estimators.calibration import Calibration
 from soft_gripper.files.document import load_config
 from soft_gripper.files.output import atomic_file
 from soft_gripper.files.yaml_text import read_yaml
@@ -18,6 +19,26 @@ from soft_gripper.scenario.model_files import model_path
 from soft_gripper.sensors.measurement import MeasurementModel
 from soft_gripper.sensors.response_curve import CalibratedResponse, ResponseCurve
 from soft_gripper.sensors.sensor_layout import SensorLayout, strain_sensors
+
+
+class Calibration(NamedTuple):
+    """Estimates of a calibration, and standard deviations."""
+
+    bend_ratio: float  # how much further the finger bends under the same pressure than nominal
+    gains: Array  # (R)
+    offsets: Array  # (R) extension ratio
+    residual: float  # root mean square of what is left of the holds, extension ratio
+    bend_ratio_std: float
+    gain_stds: Array  # (R)
+    offset_stds: Array  # (R)
+    hysteresis: float  # share of the stroke
+    drifts: Array  # (R) 1/s, mean of the recordings
+    tip_measured: bool  # whether the place of the tip was
+    doubtful: tuple[tuple[int, float], ...]  # recordings, from 0, and times, s, of holds that are not free bending
+    pressure_offset: float  # Pa, what the sensor reads too much
+    pressure_offset_std: float
+    response_curvature: float
+    response_curvature_std: float
 
 
 @dataclass

@@ -7,8 +7,8 @@ import pytest
 from refusals import refused
 
 from soft_gripper.errors import InputError
-from soft_gripper.estimators.calibration import Calibration
 from soft_gripper.scenario.calibration_file import (
+    Calibration,
     CalibrationConfig,
     as_config,
     calibrated,

@@ -1,6 +1,8 @@
 """Fingers and arms on hardware: recordings read, replayed, identified and calibrated."""
 
 from .calibration import calibrate_recordings as calibrate_recordings
+from .free_bending import FreeBending as FreeBending
+from .free_bending import calibrate as calibrate
 from .identification.identified_finger import Identified as Identified
 from .identification.identified_finger import identify as identify
 from .identification.identified_finger import identify_figure as identify_figure

@@ -16,9 +16,9 @@ from pydrake.systems.framework import DiagramBuilder
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.diagrams.scene import add_plant
 from soft_gripper.errors import InputError
-from soft_gripper.estimators.calibration import Calibration, FreeBending, calibrate
 from soft_gripper.estimators.plane import planar_gravity
 from soft_gripper.extras.hardware.bench_schema import BenchConfig
+from soft_gripper.extras.hardware.free_bending import FreeBending, calibrate
 from soft_gripper.extras.hardware.recorded_run import load_run, read_signal
 from soft_gripper.extras.hardware.recording_schema import RecordingConfig
 from soft_gripper.extras.hardware.recordings import HardwareRecording, check_relative, read_recording
@@ -26,7 +26,7 @@ from soft_gripper.extras.hardware.table import Columns, Table
 from soft_gripper.extras.hardware.table_files import read_table
 from soft_gripper.files.document import given, require
 from soft_gripper.fingers.plant_finger import PlantFinger
-from soft_gripper.scenario.calibration_file import CalibrationConfig, as_config
+from soft_gripper.scenario.calibration_file import Calibration, CalibrationConfig, as_config
 from soft_gripper.scenario.nominal_model import read_nominal_model
 from soft_gripper.scenario.schema import Scenario
 from soft_gripper.sensors.sensor_layout import SensorLayout, strain_sensors
@@ -75,7 +75,7 @@ def calibrate_recordings(
     Args:
         files: recordings of this project, unless `log` says how to read them.
         log: of other recordings.
-        sought: names of what is fitted beyond these, see `estimators.calibration.SOUGHT`.
+        sought: names of what is fitted beyond these, see `free_bending.SOUGHT`.
 
     Raises:
         InputError: if the recordings cannot be read, are of different fingers, or do not show free bending.

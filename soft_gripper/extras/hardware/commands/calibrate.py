@@ -4,9 +4,9 @@ import argparse
 from dataclasses import asdict
 
 from soft_gripper.errors import InputError
-from soft_gripper.estimators.calibration import GAIN, SOUGHT
 from soft_gripper.extras.hardware.bench_schema import load_bench
 from soft_gripper.extras.hardware.calibration import Log, calibrate_recordings
+from soft_gripper.extras.hardware.free_bending import GAIN, SOUGHT
 from soft_gripper.extras.hardware.recording_schema import load_description
 from soft_gripper.files.output import check_file
 from soft_gripper.scenario.calibration_file import FingerCalibrationConfig, save_calibration

@@ -38,6 +38,7 @@ from soft_gripper.arrays import Array, Planar
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import forward_kinematics
 from soft_gripper.fingers.statics import resting_angles, softened
+from soft_gripper.scenario.calibration_file import Calibration
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 from soft_gripper.sensors.strain_errors import MINUTE, PLAYS, lagging_strain, moved_plays
 
@@ -68,26 +69,6 @@ class FreeBending:
     tip: Planar | None = (
         None  # (T) measured place of the tip in the bending plane, z + i x in B, m; NaN where there is none
     )
-
-
-class Calibration(NamedTuple):
-    """Estimates of a calibration, and standard deviations."""
-
-    bend_ratio: float  # how much further the finger bends under the same pressure than nominal
-    gains: Array  # (R)
-    offsets: Array  # (R) extension ratio
-    residual: float  # root mean square of what is left of the holds, extension ratio
-    bend_ratio_std: float
-    gain_stds: Array  # (R)
-    offset_stds: Array  # (R)
-    hysteresis: float  # share of the stroke
-    drifts: Array  # (R) 1/s, mean of the recordings
-    tip_measured: bool  # whether the place of the tip was
-    doubtful: tuple[tuple[int, float], ...]  # recordings, from 0, and times, s, of holds that are not free bending
-    pressure_offset: float  # Pa, what the sensor reads too much
-    pressure_offset_std: float
-    response_curvature: float
-    response_curvature_std: float
 
 
 class _Holds(NamedTuple):

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from soft_gripper.estimators.calibration import GAIN, RATIO, SOUGHT, FreeBending, calibrate
+from soft_gripper.extras.hardware.free_bending import GAIN, RATIO, SOUGHT, FreeBending, calibrate
 from soft_gripper.fingers.finger_parts import CreepBranch
 from soft_gripper.fingers.kinematics import forward_kinematics
 from soft_gripper.fingers.statics import resting_angles, softened
