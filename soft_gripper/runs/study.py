@@ -1,7 +1,8 @@
 """A study: many calls of one function by an executor, whose results are saved as each call ends.
 
-Jobs are plain data, and so are results. They are saved as rows of tables (StudyTables), as folders (`write_folder`) or
-in memory; checksums show which results are complete, so that an interrupted study can be resumed.
+Jobs are plain data, and so are results. They are saved as rows of tables (`StudyTables.run`), as folders
+(`write_folder`) or in memory (`results`); checksums show which ones are complete, so that an interrupted study can be
+resumed.
 """
 
 import csv
@@ -21,6 +22,7 @@ from soft_gripper.runs.executor import UnguardedScriptError
 
 _LOGGER = logging.getLogger(__name__)
 Key = TypeVar("Key")
+Result = TypeVar("Result")
 
 
 def run_study(
@@ -62,6 +64,18 @@ def run_study(
         raise errors[0]
 
 
+def results(
+    executor: Executor,
+    work: Callable[..., Result],
+    jobs: Mapping[Key, Sequence[Any]],
+    ended: Callable[[Key], Any] = lambda key: None,
+) -> dict[Key, Result]:
+    """The results of all jobs, in their order; arguments and exceptions as for `run_study`."""
+    found: dict[Key, Result] = {}
+    run_study(executor, work, jobs, found.__setitem__, ended=ended)
+    return {key: found[key] for key in jobs}
+
+
 def describe(error: BaseException) -> str:
     """An error as one line of text."""
     known = isinstance(error, InputError | SimulationDivergedError | WorkerDiedError)
@@ -69,7 +83,7 @@ def describe(error: BaseException) -> str:
 
 
 class StudyTables:
-    """CSV files in a folder with a row for each job, which starts with its key, and a file that describes them.
+    """CSV files in a folder whose rows start with a key, and a file that describes them.
 
     A table is complete at any time, except for its last line if the process was killed while writing it. A row is valid
     if it is in all tables and its cells match the checksum stored next to the first table.
@@ -82,12 +96,12 @@ class StudyTables:
             folder: folder of the files.
             about: name of the file that describes the study.
             columns: columns of each table, by file name; the same `keys` come first in each.
-            keys: number of columns that identify a job.
+            keys: number of columns that make up the key of a row.
         """
         self._folder, self._about, self._columns, self._keys = folder, folder / about, columns, keys
         self._first = folder / next(iter(columns))
         self._sums = folder / f"{self._first.name}.sha256"
-        self.rows: dict[tuple[str, ...], list[list[str]]] = {}  # cells of a job's row in each table
+        self.rows: dict[tuple[str, ...], list[list[str]]] = {}  # cells of each row in every table
 
     def begin(self, about: str, resume: bool) -> None:
         """Starts new tables, replacing others, or reads existing ones of the same study.
@@ -108,8 +122,32 @@ class StudyTables:
         with atomic_file(self._about) as partial:
             partial.write_text(about, encoding="utf-8")
 
+    def run(
+        self,
+        executor: Executor,
+        work: Callable[..., Any],
+        jobs: Mapping[Key, Sequence[Any]],
+        keep: Callable[[Key, Any], Any],
+        failed: Callable[[Key, BaseException], Any] | None = None,
+        ended: Callable[[Key], Any] = lambda job: None,
+        keys: Callable[[Any], Iterable[tuple[str, ...]]] = lambda job: [job],
+    ) -> None:
+        """Makes the calls of those jobs whose rows do not exist; see `run_study`.
+
+        Args:
+            executor, work, jobs, failed: as for `run_study`, with its exceptions.
+            keep: adds the rows of a job, from its key and its result.
+            ended: called with each job, at once if its rows exist, otherwise after its call.
+            keys: the keys of the rows of a job; by default that of the job is that of its only row.
+        """
+        missing = {job: call for job, call in jobs.items() if not self.rows.keys() >= set(keys(job))}
+        for job in jobs:
+            if job not in missing:
+                ended(job)
+        run_study(executor, work, missing, keep, failed, ended)
+
     def add(self, *rows: Sequence[str]) -> None:
-        """Adds the rows of a job, one for each table.
+        """Adds a row, as its cells in each table.
 
         Raises:
             InputError: if they cannot be written.

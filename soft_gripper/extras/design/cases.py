@@ -16,6 +16,11 @@ class Case(NamedTuple):
     draw: int
     changes: Mapping[str, Any]
 
+    @property
+    def key(self) -> tuple[str, str]:
+        """The cells that name it in tables."""
+        return self.object, str(self.draw)
+
 
 SEARCH, TEST = "search", "test"
 

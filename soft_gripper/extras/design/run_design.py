@@ -25,11 +25,10 @@ from soft_gripper.extras.design.ranking import GRASP, WALL, Score, best, costs, 
 from soft_gripper.extras.design.search import DesignSearch
 from soft_gripper.extras.design.study_file import DesignConfig, DesignStudy
 from soft_gripper.extras.design.walls import least_wall
-from soft_gripper.files.output import lock_folder
 from soft_gripper.registry import Registry
-from soft_gripper.runs.study import StudyTables, describe, run_study
-from soft_gripper.runs.sweep.measures import kind_of, names_of
-from soft_gripper.runs.sweep.run_sweep import ERROR, Axis, cell, run_and_measure
+from soft_gripper.runs.scores.grasp import HELD
+from soft_gripper.runs.sweep.measures import column_of, kind_of, names_of
+from soft_gripper.runs.sweep.run_sweep import ERROR, Axis, ScenarioRuns, run_and_measure
 from soft_gripper.scenario.model_files import mounted_fingers
 from soft_gripper.scenario.scenario_file import changed_scenario, dump_scenario
 
@@ -165,10 +164,9 @@ class _Runs:
         measures = names_of(kind_of(scenario), list(self._own.values()))
         _check_measures(study, measures)
         drawn = dict.fromkeys(key for case in (*self._searched, *self._tested) for key in case.changes)
-        self._keys = [*dict.fromkeys((*(axis.key for axis in study.axes), *drawn))]
-        self._columns = [STAGE, DESIGN, OBJECT, DRAW, *self._keys, *measures, ERROR]
-        self._table = StudyTables(lock_folder(out), ABOUT, {TABLE: self._columns}, 4)
-        self._table.begin(_about(study, dump_scenario(scenario)), resume)
+        varied = dict.fromkeys((*(axis.key for axis in study.axes), *drawn))
+        self._runs = ScenarioRuns(out, TABLE, ABOUT, [STAGE, DESIGN, OBJECT, DRAW], [*varied, *measures])
+        self._runs.begin(_about(study, dump_scenario(scenario)), resume)
         self._order: list[tuple[str, ...]] = []
 
     def shipped(self) -> Design:
@@ -189,63 +187,44 @@ class _Runs:
         refused = {number: refusal(self._study, values) for number, values in designs.items()}
         rows = self._rows(SEARCH, {n: designs[n] for n, each in refused.items() if each is None}, self._searched)
         return [
-            each
-            if each is not None
-            else score([rows[number, case] for case in self._searched_keys], config.ends, config.limits)
+            each if each is not None else score(rows[number], config.ends, config.limits)
             for number, each in refused.items()
         ]
 
-    @property
-    def _searched_keys(self) -> list[tuple[str, int]]:
-        return [(case.object, case.draw) for case in self._searched]
-
     def tests(self, designs: Mapping[int, Mapping[str, Any]]) -> list[DesignTest]:
         """The test of designs."""
-        rows, found = self._rows(TEST, designs, self._tested), []
-        for number in designs:
-            names = dict.fromkeys(case.object for case in self._tested)
-            of = {n: [rows[number, (c.object, c.draw)] for c in self._tested if c.object == n] for n in names}
-            found.append(DesignTest(number, of))
-        return found
+        names = dict.fromkeys(case.object for case in self._tested)
+        return [
+            DesignTest(number, {name: [row for row in rows if row[OBJECT] == name] for name in names})
+            for number, rows in self._rows(TEST, designs, self._tested).items()
+        ]
 
     def finish(self) -> None:
         """Sorts the rows of the table."""
-        self._table.finish(self._order)
+        self._runs.finish(self._order)
 
     def _rows(
         self, stage: str, designs: Mapping[int, Mapping[str, Any]], in_cases: Sequence[Case]
-    ) -> dict[tuple[int, tuple[str, int]], dict[str, str]]:
-        """The rows of designs in some cases: those that the table has, and those of new runs."""
-        fixed = self._study.fixed
-        wanted: dict[tuple[str, ...], dict[str, Any]] = {
-            (stage, str(number), case.object, str(case.draw)): {**fixed, **case.changes, **values}
-            for number, values in designs.items()
-            for case in in_cases
-        }
-        for key in wanted:
-            if key in self._table.rows:
-                self._report(self._is_held(key))
-
-        def keep(key: tuple[str, ...], measured: Measures) -> None:
-            given = {**dict(zip((STAGE, DESIGN, OBJECT, DRAW), key, strict=True)), **wanted[key], **measured}
-            self._table.add([cell(given.get(column)) for column in self._columns])
-            self._report(self._is_held(key))
-
+    ) -> dict[int, list[dict[str, str]]]:
+        """The rows of each design in some cases: those that the table has, and those of new runs."""
         own = list(self._own.values())
-        jobs = {
-            key: (self._study.scenario, changes, own) for key, changes in wanted.items() if key not in self._table.rows
+        jobs: dict[tuple[str, ...], Sequence[Any]] = {
+            (stage, str(number), *in_case.key): (
+                self._study.scenario,
+                {**self._study.fixed, **in_case.changes, **values},
+                own,
+            )
+            for number, values in designs.items()
+            for in_case in in_cases
         }
-        run_study(self._executor, self._work, jobs, keep, lambda key, error: {ERROR: describe(error)})
-        self._order += wanted
-        return {(int(key[1]), (key[2], int(key[3]))): self._row(key) for key in wanted}
+        self._runs.run_changed(self._executor, self._work, jobs, lambda row: self._report(row[GRASP] == HELD))
+        self._order += jobs
+        return {n: [self._row((stage, str(n), *in_case.key)) for in_case in in_cases] for n in designs}
 
     def _row(self, key: tuple[str, ...]) -> dict[str, str]:
         """The cells of a row by column; own measures by the names that the study gives them."""
-        row = dict(zip(self._columns, self._table.rows[key][0], strict=True))
-        return row | {name: row[own.rpartition(":")[2]] for name, own in self._own.items()}
-
-    def _is_held(self, key: tuple[str, ...]) -> bool:
-        return self._row(key)[GRASP] == "held"
+        row = self._runs.row(key)
+        return row | {name: row[column_of(own)] for name, own in self._own.items()}
 
 
 def own_measures(study: DesignStudy) -> dict[str, str]:

@@ -28,7 +28,7 @@ from soft_gripper.files.output import lock_folder
 from soft_gripper.files.yaml_text import parse_yaml
 from soft_gripper.pictures.style import STYLE
 from soft_gripper.runs.scores.grasp import HELD
-from soft_gripper.runs.study import StudyTables, describe, run_study
+from soft_gripper.runs.study import StudyTables, describe
 from soft_gripper.runs.sweep.measures import OPTION, column_of, kind_of, measure, names_of
 from soft_gripper.scenario.scenario_file import changed_scenario, dump_scenario
 from soft_gripper.scenario.schema import Scenario
@@ -387,30 +387,60 @@ def run_sweep(
     names = names_of(kind_of(base), own)
     if check_step and base.plant_config.time_step == 0:
         raise InputError("sweep", STEP, 0.0, "give a time step above 0, which --check-step can halve")
-    columns = [NUMBER, *keys, *names, *([DEPENDS] if check_step else []), ERROR]
+    checked = [DEPENDS] if check_step else []
+    columns = [*keys, *names, *checked]
     for name in own:
-        if columns.count(column := column_of(name)) > 1:
+        if [NUMBER, *columns, ERROR].count(column := column_of(name)) > 1:
             raise InputError("sweep", OPTION, name, f"there is already a column '{column}'; rename the function")
-    table = StudyTables(lock_folder(out), ABOUT, {TABLE: columns}, 1)
-    table.begin(_about(scenario, dump_scenario(base), points, [*own, *([DEPENDS] if check_step else [])]), resume)
-    for (row,) in table.rows.values():
-        report(row[-1] == "")
-
-    def keep(number: int, measured: dict[str, Any]) -> None:
-        given = {NUMBER: number, **points[number], **measured}
-        row = [cell(given.get(column)) for column in columns]
-        table.add(row)
-        report(row[-1] == "")
-
-    wanted = [(str(number),) for number in range(len(points))]
-    jobs = {
-        number: (scenario, fixed | points[number], own, check_step)
-        for number, key in enumerate(wanted)
-        if key not in table.rows
+    runs = ScenarioRuns(out, TABLE, ABOUT, [NUMBER], columns)
+    runs.begin(_about(scenario, dump_scenario(base), points, [*own, *checked]), resume)
+    jobs: dict[tuple[str, ...], Sequence[Any]] = {
+        (str(number),): (scenario, fixed | point, own, check_step) for number, point in enumerate(points)
     }
-    run_study(executor, run_and_measure, jobs, keep, lambda number, error: {ERROR: describe(error)})
-    table.finish(wanted)
-    return [dict(zip(columns, row, strict=True)) for (row,) in table.rows.values()]
+    runs.run_changed(executor, run_and_measure, jobs, lambda row: report(row[ERROR] == ""))
+    runs.finish(jobs)
+    return [runs.row(key) for key in jobs]
+
+
+class ScenarioRuns(StudyTables):
+    """A table of runs of scenarios with changes: a row has the key of a run, changes, measures, and why it failed."""
+
+    def __init__(self, out: Path, table: str, about: str, keys: Sequence[str], columns: Sequence[str]):
+        """`keys` are the columns that identify a run; `columns` are the changed keys of scenarios and the measures.
+
+        Raises:
+            InputError: if the folder `out` cannot be written to, or another process writes to it.
+        """
+        self._names = [*keys, *columns, ERROR]
+        super().__init__(lock_folder(out), about, {table: self._names}, len(keys))
+
+    def run_changed(
+        self,
+        executor: Executor,
+        work: Callable[..., Mapping[str, Any]],
+        jobs: Mapping[tuple[str, ...], Sequence[Any]],
+        report: Callable[[dict[str, str]], Any],
+    ) -> None:
+        """Makes the runs whose rows do not exist, by `run_and_measure` or a function like it.
+
+        Args:
+            executor, work: see `run`.
+            jobs: arguments of `work` by the key of each run: a scenario, its changes by dotted keys, and others.
+            report: called with the row of each run.
+        """
+
+        def keep(key: tuple[str, ...], measured: Mapping[str, Any]) -> None:
+            given = {**dict(zip(self._names, key, strict=False)), **jobs[key][1], **measured}
+            self.add([cell(given.get(name)) for name in self._names])
+
+        def failed(key: tuple[str, ...], error: BaseException) -> dict[str, str]:
+            return {ERROR: describe(error)}
+
+        self.run(executor, work, jobs, keep, failed, lambda key: report(self.row(key)))
+
+    def row(self, key: tuple[str, ...]) -> dict[str, str]:
+        """The cells of a run by column."""
+        return dict(zip(self._names, self.rows[key][0], strict=True))
 
 
 def _about(scenario: str, base: str, points: Sequence[SweepPoint], own: Sequence[str]) -> str:
