@@ -37,7 +37,7 @@ from soft_gripper.pictures.style import STYLE, save_figure
 from soft_gripper.runs.executor import open_executor
 from soft_gripper.runs.scores.poses import held_samples
 from soft_gripper.runs.scores.readings import external_torque_again, read_again
-from soft_gripper.runs.study import run_study
+from soft_gripper.runs.study import results
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.sensor_presets import strain_errors
 
@@ -145,10 +145,9 @@ def _draw(axes: Axes, shapes: Sequence[str], matrix: Array, number: int) -> None
 def main() -> None:
     """Simulates the grasps, prints what is recognized, and draws it."""
     keys = [(set, number, shape) for set in SETS for number in range(GRASPS[set]) for shape in SHAPES]
-    grasps: dict[Key, dict[int, Probe]] = {}
     with tqdm(total=len(keys), unit="grasp") as bar, open_executor(None) as executor:
-        run_study(executor, run_grasp, {key: (key,) for key in keys}, grasps.__setitem__, ended=lambda _: bar.update())
-    matrices = {sections: confusion({key: grasps[key] for key in keys}, sections) for sections in SECTIONS}
+        grasps = results(executor, run_grasp, {key: (key,) for key in keys}, lambda _: bar.update())
+    matrices = {sections: confusion(grasps, sections) for sections in SECTIONS}
     for sections, matrix in matrices.items():
         print(f"{sections} sections: {100 * np.trace(matrix) / matrix.sum():.1f} % right")
     Path("results").mkdir(exist_ok=True)

@@ -30,7 +30,7 @@ from soft_gripper.load.opening import Gripper, InnerSurface
 from soft_gripper.runs.executor import open_executor
 from soft_gripper.runs.scores.poses import held_samples
 from soft_gripper.runs.scores.readings import ReadAgain, external_torque_again, read_again
-from soft_gripper.runs.study import run_study
+from soft_gripper.runs.study import results
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.schema import Scenario
 from soft_gripper.scenario.sensor_presets import strain_errors
@@ -206,9 +206,7 @@ def _realistic(grasps: Grasps, set: str, sections: int, material: str) -> Array:
 def run_grasps(numbers: Mapping[str, int], seed: int, executor: Executor) -> Grasps:
     """So many grasps of every material, for each of SETS."""
     keys = [(set, i, material) for set in SETS for i in range(numbers[set]) for material in MATERIALS]
-    grasps: Grasps = {}
-    run_study(executor, grasp_compliance, {key: (seed, *key) for key in keys}, grasps.__setitem__)
-    return grasps
+    return results(executor, grasp_compliance, {key: (seed, *key) for key in keys})
 
 
 def print_softness(rows: Sequence[SoftnessRow]) -> None:

@@ -29,7 +29,7 @@ from soft_gripper.files.output import atomic_file
 from soft_gripper.runs.executor import open_executor
 from soft_gripper.runs.scores.poses import held_samples
 from soft_gripper.runs.scores.readings import read_again
-from soft_gripper.runs.study import run_study
+from soft_gripper.runs.study import results
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.sensor_presets import strain_errors
 
@@ -74,10 +74,9 @@ def main() -> None:
     """Simulates the grasps and writes the files."""
     for file, (set, count) in FILES.items():
         keys = [(set, number, shape) for shape in SHAPES for number in range(count)]
-        found: dict[tuple[str, int, str], Array] = {}
-        with tqdm(total=len(keys), desc=file, unit="grasp") as bar, open_executor(None) as executor:
-            run_study(executor, readings, {key: key for key in keys}, found.__setitem__, ended=lambda _: bar.update())
-        write_grasps(FOLDER / file, [(shape, found[set, number, shape]) for set, number, shape in keys])
+        with tqdm(total=len(keys), desc=file, unit="grasp") as bar, open_executor() as executor:
+            found = results(executor, readings, {key: key for key in keys}, lambda _: bar.update())
+        write_grasps(FOLDER / file, [(shape, values) for (_, _, shape), values in found.items()])
 
 
 if __name__ == "__main__":

@@ -39,7 +39,7 @@ from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.errors import InputError
 from soft_gripper.pictures.style import STYLE
 from soft_gripper.runs.scores.slip import Grip, grip_at, shift
-from soft_gripper.runs.study import run_study
+from soft_gripper.runs.study import results
 from soft_gripper.scenario.scenario_file import dump_scenario, parse_scenario
 from soft_gripper.scenario.schema import Scenario
 from soft_gripper.truth.contact import TOUCH, patches
@@ -128,10 +128,8 @@ def grasp_strength(
     """
     held = held_object(scenario, held)
     text = dump_scenario(until_held(scenario))
-    rows: dict[int, StrengthRow] = {}
-    jobs = {number: (text, held, number, shake or Shake()) for number in range(len(LOADS))}
-    run_study(executor, strength_in, jobs, rows.__setitem__, ended=lambda _: report())
-    return [rows[number] for number in sorted(rows)]
+    jobs = {load: (text, held, number, shake or Shake()) for number, load in enumerate(LOADS)}
+    return list(results(executor, strength_in, jobs, lambda load: report()).values())
 
 
 def held_object(scenario: Scenario, name: str | None) -> str:

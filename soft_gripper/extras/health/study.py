@@ -31,6 +31,7 @@ from soft_gripper.files.row_table import write_csv
 from soft_gripper.pictures.style import COLORS, STYLE, save_figure
 from soft_gripper.runs.executor import open_executor
 from soft_gripper.runs.scores.readings import ReadAgain, read_again
+from soft_gripper.runs.study import results
 from soft_gripper.scenario.model_files import OF_FINGER, changed_finger, model_path
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.schema import NominalConfig, Scenario, SensorConfig, StrainErrorsConfig
@@ -260,8 +261,8 @@ def _row(belief: str, name: str, runs: Sequence[HealthRun]) -> HealthRow:
 def health_runs(number: int, seed: int, executor: Executor) -> list[HealthRun]:
     """`number` runs with a fault, as many of every kind, and `number` without."""
     jobs = [*_jobs(number, KINDS, DECLARED), *_jobs(number, ["none"], DECLARED + BEYOND)]
-    found = executor.map(run_health, *zip(*[(i, kind, seed, beliefs) for i, kind, beliefs in jobs], strict=True))
-    return [run for runs in found for run in runs]
+    found = results(executor, run_health, {(i, kind): (i, kind, seed, beliefs) for i, kind, beliefs in jobs})
+    return [run for runs in found.values() for run in runs]
 
 
 def _jobs(number: int, kinds: Sequence[str], others: Sequence[Belief]) -> Iterator[tuple[int, str, Sequence[Belief]]]:

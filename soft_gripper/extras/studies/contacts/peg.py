@@ -29,7 +29,7 @@ from soft_gripper.extras.studies.contacts.contacts import FINGER, INNER, OUTER, 
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import as_planar, forward_kinematics, in_space
 from soft_gripper.fingers.statics import resting_angles
-from soft_gripper.runs.study import run_study
+from soft_gripper.runs.study import results
 from soft_gripper.scenario.model_files import add_fingers
 from soft_gripper.scenario.schema import PressureConfig
 from soft_gripper.truth.contact import touches
@@ -319,7 +319,5 @@ def run_contacts(
 
     `friction` is the coefficient of the peg's surface.
     """
-    contacts: dict[int, Contact] = {}
     jobs = {i: (seed, i, friction) for i in range(number)}
-    run_study(executor, run_contact, jobs, contacts.__setitem__, ended=lambda i: report())
-    return [contacts[i] for i in jobs]
+    return list(results(executor, run_contact, jobs, lambda i: report()).values())
