@@ -1,7 +1,8 @@
 """One trial of pick and place: its random draw, and the rows of its result."""
 
+from collections.abc import Sequence
 from copy import deepcopy
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import cast
 
 import numpy as np
@@ -9,15 +10,16 @@ from pydrake.common.schema import Transform
 from pydrake.math import RigidTransform, RotationMatrix
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.recording import Recording
-from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.errors import InputError
 from soft_gripper.extras.grasps.adds import TrialsConfig, Varied
+from soft_gripper.files.row_table import cells, of_cells
 from soft_gripper.runs.scores.grasp import UNKNOWN, Grasp
-from soft_gripper.runs.scores.recorded_task import Judged, judged
+from soft_gripper.runs.scores.recorded_task import Judged
 from soft_gripper.scenario.mesh_object import mesh_suffixes, read_scene
 from soft_gripper.scenario.model_files import model_path
 from soft_gripper.scenario.schema import ModelConfig, PoseErrorConfig, Scenario
+
+NAN = float("nan")
 
 
 @dataclass(frozen=True)
@@ -102,24 +104,8 @@ def _lifted(X_WO: RigidTransform, vertices: Array, growth: float) -> RigidTransf
     return RigidTransform(X_WO.rotation(), X_WO.translation() - [0.0, 0.0, growth * below])
 
 
-NAN = float("nan")
-
-
 @dataclass(frozen=True)
-class TrialNumber:
-    """The trial that a row belongs to."""
-
-    scenario: str
-    trial: int
-
-
-@dataclass(frozen=True)
-class TrialRow(Judged, TrialNumber):
-    """The result of one trial."""
-
-
-@dataclass(frozen=True)
-class DetailRow(Variation, TrialNumber):
+class Details(Variation):
     """The random draw of a trial, see Variation, and the final pose of its object; NaN: unknown.
 
     x_mm, y_mm, yaw_deg: true initial pose of the object, relative to that in the scenario.
@@ -138,29 +124,31 @@ class DetailRow(Variation, TrialNumber):
 
 
 @dataclass(frozen=True)
-class GraspRow(Grasp, TrialNumber):
-    """The grasp of a trial until its object is put down, see `Grasp`."""
-
-
-@dataclass(frozen=True)
 class Trial:
-    """The result of a trial, its random draw, and its grasp."""
+    """The result of a trial of a scenario, its random draw, and its grasp until the object is put down.
 
-    row: TrialRow
-    details: DetailRow
+    The columns of its tables are the name of the scenario and the number of the trial, then those of one of PARTS.
+    """
+
+    scenario: str
+    trial: int
+    result: Judged
+    details: Details
     grasp: Grasp = UNKNOWN
 
     @property
-    def rows(self) -> tuple[TrialRow, DetailRow, GraspRow]:
-        """A row for each table."""
-        return self.row, self.details, GraspRow(self.row.scenario, self.row.trial, **vars(self.grasp))
+    def rows(self) -> list[list[str]]:
+        """Its cells in each table."""
+        parts = self.result, self.details, self.grasp
+        return [[self.scenario, str(self.trial), *cells(part)] for part in parts]
+
+    @classmethod
+    def of_rows(cls, rows: Sequence[Sequence[str]]) -> "Trial":
+        """The trial with these cells in each table."""
+        scenario, number, *_ = rows[0]
+        result, details, grasp = (row[len(KEYS) :] for row in rows)
+        parts = of_cells(result, Judged), of_cells(details, Details), of_cells(grasp, Grasp)
+        return cls(scenario, int(number), *parts)
 
 
-def failed_row(scenario: str, trial: int, cause: str) -> TrialRow:
-    """The row of a trial without a recording."""
-    return TrialRow(scenario, trial, False, NAN, NAN, False, NAN, NAN, NAN, NAN, NAN, NAN, cause)
-
-
-def trial_row(scenario: str, trial: int, station: Station, recording: Recording) -> TrialRow:
-    """The row of a trial from its recording."""
-    return TrialRow(scenario, trial, **asdict(judged(station, recording)))
+KEYS, PARTS = ("scenario", "trial"), (Judged, Details, Grasp)

@@ -20,22 +20,29 @@ from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.errors import InputError
 from soft_gripper.extras.grasps.adds import Varied
 from soft_gripper.extras.grasps.trial import (
-    DetailRow,
-    GraspRow,
+    KEYS,
+    NAN,
+    PARTS,
+    Details,
     Trial,
-    TrialRow,
     draw,
-    failed_row,
     random_numbers,
-    trial_row,
     vary,
 )
-from soft_gripper.files.row_table import cells, columns, of_cells
+from soft_gripper.files.row_table import columns
 from soft_gripper.pictures.style import STYLE, save_figure
-from soft_gripper.runs.scores.grasp import Grasp
 from soft_gripper.runs.scores.recorded_grasps import objects_of, recorded_grasp
-from soft_gripper.runs.scores.recorded_task import MAX_PLACED_ANGLE, MAX_PLACED_ERROR, MAX_SLIP, TaskRun, tilt, yaw
-from soft_gripper.runs.study import StudyTables, describe, run_study
+from soft_gripper.runs.scores.recorded_task import (
+    MAX_PLACED_ANGLE,
+    MAX_PLACED_ERROR,
+    MAX_SLIP,
+    Judged,
+    TaskRun,
+    judged,
+    tilt,
+    yaw,
+)
+from soft_gripper.runs.study import StudyTables, describe
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 
 GOOD, BAD = "#2166ac", "#b2182b"
@@ -54,12 +61,12 @@ def trials_figure(trials: Sequence[Trial], force_limits: Mapping[str, float | No
 
     `force_limits` are the limits of the scenarios, N; None: no limit.
     """
-    scenarios = list(dict.fromkeys(trial.row.scenario for trial in trials))
+    scenarios = list(dict.fromkeys(trial.scenario for trial in trials))
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(14, 2.7 * len(scenarios)), layout="constrained")
         panels = figure.subplots(len(scenarios), 1 + len(MEASURES), squeeze=False, sharex="col")
         for row, scenario in zip(panels, scenarios, strict=True):
-            found = [trial for trial in trials if trial.row.scenario == scenario]
+            found = [trial for trial in trials if trial.scenario == scenario]
             _draw_places(row[0], found)
             limits = {
                 "placed_error_mm": MAX_PLACED_ERROR,
@@ -92,9 +99,9 @@ def _draw_places(axes: Axes, trials: Sequence[Trial]) -> None:
 def _draw_measure(axes: Axes, trials: Sequence[Trial], measure: str, limit: float) -> None:
     """Draws the cumulative distribution of a measure. `limit` 0: no limit."""
     rim = RIM * limit if limit > 0 else np.inf
-    measured = [trial for trial in trials if not np.isnan(getattr(trial.row, measure))]
-    for rank, trial in enumerate(sorted(measured, key=lambda trial: getattr(trial.row, measure)), start=1):
-        axes.plot(min(getattr(trial.row, measure), rim), rank, **_look(trial))
+    measured = [trial for trial in trials if not np.isnan(getattr(trial.result, measure))]
+    for rank, trial in enumerate(sorted(measured, key=lambda trial: getattr(trial.result, measure)), start=1):
+        axes.plot(min(getattr(trial.result, measure), rim), rank, **_look(trial))
     if limit > 0:
         axes.axvline(limit, color="0.4", ls="--")
     axes.set_ylim(0, len(trials) + 1)
@@ -103,12 +110,11 @@ def _draw_measure(axes: Axes, trials: Sequence[Trial], measure: str, limit: floa
 
 def _look(trial: Trial) -> dict[str, Any]:
     """Draws a dot for a success, a cross for a failure."""
-    success = trial.row.success
+    success = trial.result.success
     return {"marker": "o" if success else "x", "ms": 4, "color": GOOD if success else BAD, "clip_on": False}
 
 
 ABOUT, TABLES, FIGURE = "trials.yaml", ("trials.csv", "trials_details.csv", "trials_grasps.csv"), "trials"
-Key = tuple[str, str]  # name of a scenario and number of a trial, as cells of the tables
 SCENARIOS = ("pick_and_place_box", "pick_and_place_irregular", "pick_and_place_delicate", "pick_and_place_apple")
 
 
@@ -155,33 +161,31 @@ def run_trials(
     Raises:
         InputError: if the trials to resume have another seed or other scenarios.
     """
-    tables = StudyTables(out, ABOUT, dict(zip(TABLES, map(columns, (TrialRow, DetailRow, GraspRow)), strict=True)), 2)
+    tables = StudyTables(
+        out, ABOUT, {table: [*KEYS, *columns(part)] for table, part in zip(TABLES, PARTS, strict=True)}, len(KEYS)
+    )
     tables.begin(_about(files, seed), resume)
     for suffix in (".png", ".svg"):  # figures of fewer trials
         (out / FIGURE).with_suffix(suffix).unlink(missing_ok=True)
-    trials = {key: _of_cells(*rows) for key, rows in tables.rows.items()}
-    for trial in trials.values():
-        report(trial)
+    trials = {key: Trial.of_rows(rows) for key, rows in tables.rows.items()}
 
-    def keep(key: Key, trial: Trial) -> None:
+    def keep(key: tuple[str, ...], trial: Trial) -> None:
         trials[key] = trial
-        tables.add(*map(cells, trial.rows))
-        report(trial)
+        tables.add(*trial.rows)
 
-    jobs = {(Path(file).stem, str(i)): (file, seed, i) for i in range(number) for file in files}
-    left = {key: call for key, call in jobs.items() if key not in trials}
-    run_study(executor, run_trial, left, keep, lambda key, error: _failed(*jobs[key], describe(error)))
+    def failed(key: tuple[str, ...], error: BaseException) -> Trial:
+        return _failed(*jobs[key], describe(error))
+
+    jobs: dict[tuple[str, ...], tuple[str, int, int]] = {
+        (Path(file).stem, str(i)): (file, seed, i) for i in range(number) for file in files
+    }
+    tables.run(executor, run_trial, jobs, keep, failed, lambda key: report(trials[key]))
     names = [Path(file).stem for file in files]
     order = sorted(trials, key=lambda key: (names.index(key[0]), int(key[1])))
     tables.finish(order)
     found = [trials[key] for key in order]
     save_figure(trials_figure(found, {Path(file).stem: _force_limit(file) for file in files}), out / FIGURE)
     return found
-
-
-def _of_cells(row: Sequence[str], details: Sequence[str], grasp: Sequence[str]) -> Trial:
-    """A trial from its cells in each table; the grasp begins with the number of the trial too."""
-    return Trial(of_cells(row, TrialRow), of_cells(details, DetailRow), of_cells(grasp[2:], Grasp))
 
 
 def _about(files: Sequence[str], seed: int) -> str:
@@ -214,7 +218,7 @@ def record_trial(file: str, seed: int, trial: int, progress: Progress | None = N
 
 def judge(file: str, seed: int, trial: int, station: Station, recording: Recording) -> Trial:
     """The result of a trial, from its recording."""
-    name, run = Path(file).stem, TaskRun(station, recording)
+    run = TaskRun(station, recording)
     x, y, _ = 1e3 * run.placed
     details = replace(
         _details(file, seed, trial),
@@ -224,22 +228,21 @@ def judge(file: str, seed: int, trial: int, station: Station, recording: Recordi
         placed_tilt_deg=float(np.degrees(tilt(run.turned))),
     )
     grasp, _ = recorded_grasp(station, recording, objects_of(station)[0])
-    return Trial(trial_row(name, trial, station, recording), details, grasp)
+    return Trial(Path(file).stem, trial, judged(station, recording), details, grasp)
 
 
 def _failed(file: str, seed: int, trial: int, cause: str) -> Trial:
     """A trial that ended in an error."""
-    return Trial(failed_row(Path(file).stem, trial, cause), _details(file, seed, trial))
+    result = Judged(False, NAN, NAN, False, NAN, NAN, NAN, NAN, NAN, NAN, cause)
+    return Trial(Path(file).stem, trial, result, _details(file, seed, trial))
 
 
-def _details(file: str, seed: int, trial: int) -> DetailRow:
+def _details(file: str, seed: int, trial: int) -> Details:
     """The random draw of a trial."""
-    name, task = Path(file).stem, load_scenario(file).task
+    task = load_scenario(file).task
     assert task is not None
-    drawn = draw(random_numbers(seed, name, trial), cast(Varied, task).trials)
-    return DetailRow(
-        name,
-        trial,
+    drawn = draw(random_numbers(seed, Path(file).stem, trial), cast(Varied, task).trials)
+    return Details(
         **asdict(drawn),
         reported_x_mm=drawn.x_mm + drawn.error_x_mm,
         reported_y_mm=drawn.y_mm + drawn.error_y_mm,

@@ -11,9 +11,10 @@ from refusals import refused
 from soft_gripper.errors import InputError, SimulationDivergedError, WorkerDiedError
 from soft_gripper.extras.grasps import trials
 from soft_gripper.extras.grasps.adds import TrialsConfig
-from soft_gripper.extras.grasps.trial import DetailRow, Trial, TrialRow, draw, failed_row, random_numbers
+from soft_gripper.extras.grasps.trial import Details, Trial, draw, random_numbers
 from soft_gripper.extras.grasps.trials import run_trials
 from soft_gripper.runs.scores.grasp import Grasp
+from soft_gripper.runs.scores.recorded_task import Judged
 
 NAMES = ("pick_and_place_irregular", "pick_and_place_box")
 COLUMNS = (
@@ -27,8 +28,8 @@ DRAWN = (1.0, 2.0, 3.0, 40.0, 0.6, 1.0, 0.5, -0.5, 0.7, 1.5, 1.5, 3.7)  # what a
 
 def succeed(file: str, seed: int, trial: int) -> Trial:
     """In the place of a trial that runs."""
-    row = TrialRow(file, trial, True, 1.0 + trial, 2.0, False, 2.0, 0.0, 0.5, 20.0, 1.5, 9.9, "")
-    return Trial(row, DetailRow(file, trial, *DRAWN, 0.1, 0.2, 0.3, 0.4), Grasp("held", *[1.0] * 15))
+    result = Judged(True, 1.0 + trial, 2.0, False, 2.0, 0.0, 0.5, 20.0, 1.5, 9.9, "")
+    return Trial(file, trial, result, Details(*DRAWN, 0.1, 0.2, 0.3, 0.4), Grasp("held", *[1.0] * 15))
 
 
 @pytest.fixture
@@ -49,7 +50,7 @@ def test_a_row_is_there_after_every_trial_and_all_are_in_order_at_the_end(execut
 
     def look(trial: Trial) -> None:
         found = [(record["scenario"], int(record["trial"])) for record in records(tmp_path)]
-        assert (trial.row.scenario, trial.row.trial) in found
+        assert (trial.scenario, trial.trial) in found
         counts.append(len(found))
 
     run_trials(NAMES, 3, 1, tmp_path, executor, look)
@@ -145,13 +146,13 @@ def test_a_description_that_is_not_text_is_not_resumed(executor, tmp_path):
 
 @pytest.mark.slow
 def test_what_an_older_run_left_is_gone_before_the_first_trial_ends(executor, tmp_path, monkeypatch):
-    def interrupt(*_):
+    def interrupt(*_, **__):
         raise KeyboardInterrupt
 
     run_trials(NAMES, 1, 1, tmp_path, executor, lambda trial: None)
     tables = {"trials.yaml", "trials.csv", "trials.csv.sha256", "trials_details.csv", "trials_grasps.csv"}
     assert {path.name for path in tmp_path.iterdir()} == {*tables, "trials.png", "trials.svg"}
-    monkeypatch.setattr(trials, "run_study", interrupt)
+    monkeypatch.setattr(trials.StudyTables, "run", interrupt)
     with pytest.raises(KeyboardInterrupt):
         run_trials(NAMES, 1, 1, tmp_path, executor, lambda trial: None)
     assert {path.name for path in tmp_path.iterdir()} == tables
@@ -182,6 +183,8 @@ def test_trials_of_another_seed_are_not_resumed(executor, tmp_path):
 
 
 def test_a_trial_without_a_recording():
-    found = failed_row("pick_and_place_box", 3, "no arm is so long")
-    assert (found.success, found.dropped, found.cause) == (False, False, "no arm is so long")
-    assert np.isnan([found.placed_error_mm, found.placed_angle_deg, found.peak_force_n, found.duration_s]).all()
+    found = trials._failed("pick_and_place_box", 1, 3, "no arm is so long")
+    assert (found.scenario, found.trial) == ("pick_and_place_box", 3)
+    result = found.result
+    assert (result.success, result.dropped, result.cause) == (False, False, "no arm is so long")
+    assert np.isnan([result.placed_error_mm, result.placed_angle_deg, result.peak_force_n, result.duration_s]).all()

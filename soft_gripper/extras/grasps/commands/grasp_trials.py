@@ -6,12 +6,13 @@ from concurrent.futures import Executor
 from contextlib import AbstractContextManager
 from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from scipy.stats import binomtest
 
 from soft_gripper.commands.console import Console
-from soft_gripper.extras.grasps.trial import TrialRow
+from soft_gripper.extras.grasps.trial import Trial
 from soft_gripper.extras.grasps.trials import (
     ABOUT,
     FIGURE,
@@ -52,10 +53,10 @@ def _run_all(
 ) -> None:
     kept = f"their results are in {out / TABLES[0]}; --resume runs the others"
     with console.jobs(number * len(files), "trials", kept) as ended, executor as opened:
-        trials = run_trials(files, number, seed, out, opened, lambda trial: ended(trial.row.success), resume)
+        trials = run_trials(files, number, seed, out, opened, lambda trial: ended(trial.result.success), resume)
     for file in files:
-        _print_summary(file, seed, [trial.row for trial in trials if trial.row.scenario == Path(file).stem])
-    console.table("trials", [trial.row for trial in trials])
+        _print_summary(file, seed, [trial for trial in trials if trial.scenario == Path(file).stem])
+    console.document["trials"] = [_row(trial) for trial in trials]
     console.wrote(*(out / file for file in (*TABLES, f"{FIGURE}.png", f"{FIGURE}.svg")))
 
 
@@ -69,20 +70,26 @@ def _run_alone(file: str, seed: int, trial: int, out: Path, console: Console) ->
     with atomic_file(folder / "scenario.yaml") as partial:
         partial.write_text(dump_scenario(station.scenario, folder), encoding="utf-8")
     found = judge(file, seed, trial, station, recording)
-    for column, value in (asdict(found.row) | asdict(found.details) | asdict(found.grasp)).items():
+    for column, value in (_row(found) | asdict(found.details) | asdict(found.grasp)).items():
         print(f"{column:<20} {value:.3f}" if isinstance(value, float) else f"{column:<20} {value}")
-    console.table("trials", [found.row])
+    console.document["trials"] = [_row(found)]
     console.wrote(folder / "recording.nc", folder / "scenario.yaml")
     print(f"To watch it: soft-gripper run {folder / 'scenario.yaml'} --meshcat")
 
 
-def _print_summary(file: str, seed: int, rows: Sequence[TrialRow]) -> None:
+def _row(trial: Trial) -> dict[str, Any]:
+    """The result of a trial by column."""
+    return {"scenario": trial.scenario, "trial": trial.trial, **asdict(trial.result)}
+
+
+def _print_summary(file: str, seed: int, trials: Sequence[Trial]) -> None:
     """Prints the results of the trials of a scenario, and each failure with its cause."""
+    rows = [trial.result for trial in trials]
     placed, angles = [row.placed_error_mm for row in rows], [row.placed_angle_deg for row in rows]
     successes = sum(row.success for row in rows)
     low, high = binomtest(successes, len(rows)).proportion_ci(0.95, "wilson")
     likely = f"95 % confidence (Wilson): {100 * low:.1f} to {100 * high:.1f} %"
-    print(f"\n{rows[0].scenario}: {successes} of {len(rows)} succeeded; {likely}")
+    print(f"\n{trials[0].scenario}: {successes} of {len(rows)} succeeded; {likely}")
     print(f"  placed error     mean {_over(np.mean, placed):.2f} mm, at most {_over(np.max, placed):.2f} mm")
     print(f"  placed angle     mean {_over(np.mean, angles):.1f} degrees, at most {_over(np.max, angles):.1f} degrees")
     for label, column, unit in (
@@ -95,10 +102,10 @@ def _print_summary(file: str, seed: int, rows: Sequence[TrialRow]) -> None:
         most = _over(np.max, [getattr(row, column) for row in rows])
         if np.isfinite(most):
             print(f"  {label:<16} at most {most:.2f} {unit}")
-    for row in rows:
-        if not row.success:
-            print(f"  trial {row.trial}: {row.cause}")
-            print(f"    rerun: soft-gripper grasp-trials --scenario {file} --seed {seed} --trial {row.trial}")
+    for trial in trials:
+        if not trial.result.success:
+            print(f"  trial {trial.trial}: {trial.result.cause}")
+            print(f"    rerun: soft-gripper grasp-trials --scenario {file} --seed {seed} --trial {trial.trial}")
 
 
 def _over(average: Callable[[Sequence[float]], float], values: Sequence[float]) -> float:
