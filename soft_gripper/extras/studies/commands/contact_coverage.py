@@ -2,7 +2,15 @@
 
 import argparse
 
-from soft_gripper.extras.studies.contacts.coverage import ERRORS, FIGURE, KEYS, SHARES, TABLE, CoverageStudy
+from soft_gripper.extras.studies.contacts.coverage import (
+    ERRORS,
+    FIGURE,
+    KEYS,
+    SHARES,
+    TABLE,
+    coverage_jobs,
+    run_coverage,
+)
 from soft_gripper.files.output import lock_folder
 from soft_gripper.files.row_table import print_table
 from soft_gripper.runs.executor import open_executor
@@ -11,9 +19,9 @@ from soft_gripper.runs.executor import open_executor
 def run(options: argparse.Namespace) -> None:
     """Runs the command."""
     executor, out = open_executor(options.jobs, options.scheduler), lock_folder(options.out)
-    study = CoverageStudy(out, options.size, options.seed, options.resume)
-    with options.console.jobs(len(study.jobs), "cases", "--resume goes on with them") as ended, executor as opened:
-        rows = study.run(opened, ended)
+    kept = "--resume goes on with them"
+    with options.console.jobs(len(coverage_jobs()), "cases", kept) as ended, executor as opened:
+        rows = run_coverage(out, options.size, options.seed, opened, lambda job: ended(), options.resume)
     for columns in ((*KEYS, *SHARES), (*KEYS, *ERRORS)):
         print_table(dict.fromkeys(columns, ""), [[row[column] for column in columns] for row in rows])
     options.console.document["coverage"] = rows

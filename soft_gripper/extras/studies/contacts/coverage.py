@@ -30,7 +30,7 @@ from soft_gripper.extras.studies.contacts.situations import (
 )
 from soft_gripper.extras.studies.contacts.trials import statistics
 from soft_gripper.pictures.style import STYLE, save_figure
-from soft_gripper.runs.study import StudyTables, run_study
+from soft_gripper.runs.study import StudyTables
 
 TABLE, ABOUT, FIGURE = "contact_coverage.csv", "contact_coverage.txt", "contact_coverage"
 SITUATIONS = (*STATICS, *PEG, *ARM)
@@ -52,6 +52,7 @@ ERRORS = (
 )
 COLUMNS = (*KEYS, *SHARES, *ERRORS)
 Row = dict[str, str]
+Job = tuple[str, Case]
 
 
 def key_of(situation: str, case: Case) -> tuple[str, ...]:
@@ -122,38 +123,49 @@ def rows_of(kind: str, case: Case, number: float, seed: int) -> list[Row]:
     return [coverage_row(kind, case, drawn(kind, case, max(round(number * CONTACTS), 1), seed))]
 
 
-def _is_known(kind: str, case: Case) -> bool:
-    """Whether a situation is simulated in a case; with realistic sensors, the task of the arm does not hold its box."""
-    return kind != "arm" or not case.realistic
+def coverage_jobs() -> list[Job]:
+    """Kinds and cases of situations, those that take longest first."""
+    known = product(["arm", "peg", *reversed(STATICS)], CASES)
+    # With realistic sensors, the task of the arm does not hold its box.
+    return [(kind, case) for kind, case in known if kind != "arm" or not case.realistic]
 
 
-class CoverageStudy:
-    """The study and its table, in a folder."""
+def _keys(job: Job) -> list[tuple[str, ...]]:
+    """The keys of the rows of a job."""
+    kind, case = job
+    return [key_of(situation, case) for situation in {"peg": PEG, "arm": ARM}.get(kind, (kind,))]
 
-    def __init__(self, folder: Path, number: float, seed: int, resume: bool):
-        """`number` is the size, relative to that of the docs; with `resume`, rows that exist are kept."""
-        self._folder, self._size = folder, (number, seed)
-        self._tables = StudyTables(folder, ABOUT, {TABLE: COLUMNS}, len(KEYS))
-        self._tables.begin(f"seed: {seed}\nsize: {number}\n", resume)
-        situations = {**{each: (each,) for each in STATICS}, "peg": PEG, "arm": ARM}
-        self.jobs = {
-            (kind, case): (kind, case, *self._size)
-            for kind, case in product(reversed(situations), CASES)  # the longest ones first
-            if _is_known(kind, case) and any(key_of(each, case) not in self._tables.rows for each in situations[kind])
-        }
 
-    def run(self, executor: Executor, report: Callable[[], Any]) -> list[Row]:
-        """Writes table and figure, and returns the rows; `report` is called after each of the jobs."""
-        run_study(executor, rows_of, self.jobs, self._keep, ended=lambda job: report())
-        order = [key_of(situation, case) for situation in SITUATIONS for case in CASES]
-        self._tables.finish([key for key in order if key in self._tables.rows])
-        rows = [dict(zip(COLUMNS, found[0], strict=True)) for found in self._tables.rows.values()]
-        save_figure(coverage_figure(rows), self._folder / FIGURE)
-        return rows
+def run_coverage(
+    folder: Path, number: float, seed: int, executor: Executor, report: Callable[[Job], Any], resume: bool = False
+) -> list[Row]:
+    """Runs the study, writes its table and figure, and returns the rows.
 
-    def _keep(self, job: object, rows: list[Row]) -> None:
+    Args:
+        folder: of the files.
+        number: size of the study, relative to that of the docs.
+        seed: of all that is random.
+        executor: makes the calls.
+        report: called with each of `coverage_jobs` as it ends, or at once if its rows exist.
+        resume: keep existing rows.
+
+    Raises:
+        InputError: if the study to be resumed is another one.
+    """
+    tables = StudyTables(folder, ABOUT, {TABLE: COLUMNS}, len(KEYS))
+    tables.begin(f"seed: {seed}\nsize: {number}\n", resume)
+    jobs = {job: (*job, number, seed) for job in coverage_jobs()}
+
+    def keep(job: Job, rows: list[Row]) -> None:
         for row in rows:
-            self._tables.add([row[column] for column in COLUMNS])
+            tables.add([row[column] for column in COLUMNS])
+
+    tables.run(executor, rows_of, jobs, keep, ended=report, keys=_keys)
+    order = [key_of(situation, case) for situation in SITUATIONS for case in CASES]
+    tables.finish([key for key in order if key in tables.rows])
+    rows = [dict(zip(COLUMNS, found[0], strict=True)) for found in tables.rows.values()]
+    save_figure(coverage_figure(rows), folder / FIGURE)
+    return rows
 
 
 _COLORS = "#0072b2", "#009e73", "#d55e00", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#999999", "#7f3c8d", "#8c564b"
