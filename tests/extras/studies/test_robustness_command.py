@@ -10,8 +10,7 @@ from refusals import refusal
 from soft_gripper.evaluation.paper.claims import Claim
 from soft_gripper.evaluation.paper.scenario_run import SCENARIOS
 from soft_gripper.extras.studies.commands import robustness as command
-from soft_gripper.extras.studies.robustness.claims import Robustness
-from soft_gripper.extras.studies.robustness.jobs import NOISE_JOBS
+from soft_gripper.extras.studies.robustness.jobs import FOLDER
 from soft_gripper.extras.studies.robustness.rows import PlantRow, RobustnessRow
 
 SECTIONS = (1, 2, 3, 4)
@@ -24,25 +23,21 @@ ERRING = [
 OTHER = [PlantRow("rubber", s, "arcs", n, 4.0 / n, 8.0 / n, 9.0, 5.0, 0.9, 7) for s, n in product(SCENARIOS, SECTIONS)]
 
 
-@pytest.fixture
-def run(monkeypatch: pytest.MonkeyPatch) -> dict[str, list[object]]:
-    """Collects the jobs that the command is about to run; those of box_grasp are finished."""
-    called: dict[str, list[object]] = {}
-    left = [job for job in NOISE_JOBS if not job.startswith("box_grasp")]
-    monkeypatch.setattr(command, "run_robustness", lambda jobs, *_: called.update(jobs=list(jobs)))
-    monkeypatch.setattr(command, "unfinished", lambda out, seeds, _: left if seeds == 7 else list(NOISE_JOBS))
-    monkeypatch.setattr(command, "is_finished", lambda *_: True)
-    return called
-
-
 @pytest.mark.parametrize(("claim", "code"), [(HOLDS, 0), (FAILS, 1)])
-def test_is_run_and_printed(
-    claim: Claim, code: int, run: dict[str, list[object]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(command, "summarize_robustness", lambda _: Robustness(ERRING, OTHER, [claim]))
+def test_is_run_and_printed(claim: Claim, code: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def run_robustness(out: Path, seeds: int, *others: object) -> tuple[list[RobustnessRow], list[PlantRow]]:
+        (out / FOLDER).mkdir()
+        asked.append((out, seeds, others[-1]))
+        return ERRING, OTHER
+
+    asked: list[tuple[Path, int, object]] = []
+    monkeypatch.setattr(command, "run_robustness", run_robustness)
+    monkeypatch.setattr(command, "is_finished", lambda *_: True)
+    monkeypatch.setattr(command, "robustness_claims", lambda rows, plants: [claim])
     outcome = soft_gripper("robustness", "--out", tmp_path, "--resume", "--seeds", "7")
     assert outcome.code == code
-    assert run["jobs"] == [job for job in NOISE_JOBS if not job.startswith("box_grasp")]
+    assert asked == [(tmp_path, 7, True)]
+    assert (tmp_path / FOLDER / "robustness.png").stat().st_size > 10_000
     lines = [line.split() for line in outcome.out.splitlines()]
     assert ["gaussian", "1.00", "0.50", "0.33", "0.25", "2.00", "1.00", "0.67", "0.50"] in lines
     assert ["rubber,", "arcs", "4.00", "2.00", "1.33", "1.00", "8.00", "4.00", "2.67", "2.00"] in lines

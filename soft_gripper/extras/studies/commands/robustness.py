@@ -8,10 +8,11 @@ from soft_gripper.commands.printing import print_claims
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.named_estimators import SHAPE_FUNCTIONS, find_estimator
 from soft_gripper.evaluation.paper.scenario_run import SCENARIOS, SECTIONS, evaluated_scenario, is_finished
-from soft_gripper.extras.studies.robustness.claims import realistic, summarize_robustness
-from soft_gripper.extras.studies.robustness.jobs import FOLDER, NOISE_JOBS, PLANT_JOBS, run_robustness, unfinished
+from soft_gripper.extras.studies.robustness.claims import map_figure, realistic, robustness_claims
+from soft_gripper.extras.studies.robustness.jobs import FOLDER, NOISE_JOBS, PLANT_JOBS, run_robustness
 from soft_gripper.extras.studies.robustness.rows import PlantRow, RobustnessRow
 from soft_gripper.files.output import lock_folder
+from soft_gripper.pictures.style import save_figure
 from soft_gripper.runs.executor import open_executor
 
 
@@ -26,17 +27,18 @@ def run(options: argparse.Namespace) -> int:
             "robustness", "--out", out, f"give the folder of an evaluation: soft-gripper evaluate --out {out}"
         )
     estimators = [*SHAPE_FUNCTIONS, *options.estimator]
-    jobs = unfinished(out, seeds, estimators) if options.resume else [*NOISE_JOBS, *PLANT_JOBS]
+    jobs = len(NOISE_JOBS) + len(PLANT_JOBS)
     kept = f"`soft-gripper robustness --out {out} --seeds {seeds} --resume` runs the others"
-    with console.jobs(len(jobs), "robustness jobs", kept) as ended, opened as executor:
-        run_robustness(jobs, out, seeds, estimators, executor, ended)
-    found = summarize_robustness(out)
-    _print_robustness(found.rows)
-    _print_plants(found.plants)
-    print_claims(found.claims)
-    console.table("claims", found.claims)
+    with console.jobs(jobs, "robustness jobs", kept) as ended, opened as executor:
+        rows, plants = run_robustness(out, seeds, estimators, executor, lambda job: ended(), options.resume)
+    save_figure(map_figure(rows), out / FOLDER / "robustness")
+    claims = robustness_claims(rows, plants)
+    _print_robustness(rows)
+    _print_plants(plants)
+    print_claims(claims)
+    console.table("claims", claims)
     console.wrote(*(out / FOLDER / file for file in ("robustness.csv", "plants.csv", "robustness.png")))
-    return 0 if all(claim.holds for claim in found.claims) else 1
+    return 0 if all(claim.holds for claim in claims) else 1
 
 
 def _print_robustness(rows: Sequence[RobustnessRow]) -> None:

@@ -1,8 +1,6 @@
 """The claims about the best estimator with sensor errors, wrong nominal models and other plants."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from pathlib import Path
 
 import matplotlib as mpl
 import numpy as np
@@ -14,10 +12,9 @@ from matplotlib.image import AxesImage
 from soft_gripper.arrays import Array
 from soft_gripper.evaluation.paper.claims import Claim
 from soft_gripper.evaluation.report.bars import ARCS, BARS, BEST, Bar
-from soft_gripper.extras.studies.robustness.jobs import FOLDER, NOISE_JOBS, PLANT_JOBS, gather
 from soft_gripper.extras.studies.robustness.plants import RUBBER
 from soft_gripper.extras.studies.robustness.rows import PRESET, PlantRow, RobustnessRow
-from soft_gripper.pictures.style import STYLE, save_figure
+from soft_gripper.pictures.style import STYLE
 
 LEAST, MOST = 0.03, 10.0  # mm, of the colours
 _WHITE_ABOVE = 0.8  # mm, where the colours are dark
@@ -126,20 +123,3 @@ def _bar(rows: Sequence[PlantRow], bar: Bar, plant: str) -> Claim:
     mean, worst, tip = (float(np.max([getattr(row, column) for row in within])) for column in columns)
     holds = mean <= bar.mean and tip <= 2 * bar.mean and (bar.worst is None or worst <= bar.worst)
     return Claim("ours", f"{plant}: {BEST}, {bar.text}", holds, f"{mean:.2f} and {worst:.2f} mm; tip {tip:.2f} mm")
-
-
-@dataclass(frozen=True)
-class Robustness:
-    """The tables of all cases and plants, and what follows from them."""
-
-    rows: list[RobustnessRow]
-    plants: list[PlantRow]
-    claims: list[Claim]
-
-
-def summarize_robustness(out: Path) -> Robustness:
-    """Writes the tables and the map from the finished cases and plants below the folder `out` of the evaluation."""
-    rows = gather(out, NOISE_JOBS, RobustnessRow, "robustness.csv")
-    plants = gather(out, PLANT_JOBS, PlantRow, "plants.csv")
-    save_figure(map_figure(rows), out / FOLDER / "robustness")
-    return Robustness(rows, plants, robustness_claims(rows, plants))

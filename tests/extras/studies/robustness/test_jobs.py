@@ -1,104 +1,92 @@
-"""Jobs on robustness: what they leave, whole or not at all, and what is left to run."""
+"""Jobs on robustness: their rows, in order and of this study alone, and what is left to run."""
+
+from itertools import product
 
 import pytest
+from csv_rows import csv_rows
 from here_executor import HereExecutor
+from refusals import refused
 
+from soft_gripper.evaluation.paper.scenario_run import SCENARIOS, SECTIONS
 from soft_gripper.extras.studies.robustness import jobs as module
 from soft_gripper.extras.studies.robustness.jobs import (
     FOLDER,
     NOISE_JOBS,
     PLANT_JOBS,
-    TABLE,
-    gather,
     run_robustness,
-    unfinished,
 )
-from soft_gripper.extras.studies.robustness.rows import PlantRow, RobustnessRow
-from soft_gripper.files.output import SUMS, atomic_folder
-from soft_gripper.files.row_table import read_csv, write_csv
+from soft_gripper.extras.studies.robustness.rows import NOMINAL_ERRORS, PlantRow, RobustnessRow
 
-ALL = [*NOISE_JOBS, *PLANT_JOBS]
-NOISY, RUBBER = "free_bending/noise_2", "rubber/box_grasp"
+NUMBERS = 1.0, 2.0, 3.0
+NOISY, PLANTS = "robustness.csv", "plants.csv"
 
 
-def row_of(job, seeds, estimator="arcs"):
-    if job in PLANT_JOBS:
-        return PlantRow(*PLANT_JOBS[job], estimator, 1, 1.0, 2.0, 3.0, 4.0, 0.5, seeds)
-    scenario, noise = NOISE_JOBS[job]
-    return RobustnessRow(scenario, estimator, "as simulated", noise, 1, 1.0, 2.0, 3.0, float("nan"), seeds)
+def of_noise(name, fingers, noise, seeds, estimators):
+    assert [recording for _, recording in fingers] == [f"recording of {name}"]
+    each = product(NOMINAL_ERRORS, SECTIONS, estimators)
+    return [RobustnessRow(name, e, error.name, noise, n, *NUMBERS, float("nan"), seeds) for error, n, e in each]
 
 
-def write(out, jobs, seeds=20) -> None:
-    for job in jobs:
-        with atomic_folder(out / FOLDER / job) as partial:
-            write_csv(partial / TABLE, [row_of(job, seeds)])
+def of_plant(plant, name, fingers, seeds, estimators):
+    return [PlantRow(plant.name, name, e, n, *NUMBERS, 4.0, 0.5, seeds) for n, e in product(SECTIONS, estimators)]
 
 
-def test_jobs_without_whole_rows_of_as_many_seeds_and_these_estimators_are_unfinished(tmp_path) -> None:
-    assert unfinished(tmp_path, 20, ["arcs"]) == ALL
-    write(tmp_path, ALL)
-    assert unfinished(tmp_path, 20, ["arcs"]) == []
-    assert unfinished(tmp_path, 5, ["arcs"]) == unfinished(tmp_path, 20, ["arcs", "mine:make"]) == ALL
-    for job, harm in ((ALL[1], ("2.000000", "2.100000")), (ALL[-1], ("\n", ""))):
-        file = tmp_path / FOLDER / job / TABLE
-        file.write_text(file.read_text().replace(*harm))
-    assert unfinished(tmp_path, 20, ["arcs"]) == [ALL[1], ALL[-1]]
-
-
-def test_all_rows_are_gathered_those_of_sensors_by_noise(tmp_path) -> None:
-    write(tmp_path, ALL)
-    rows = gather(tmp_path, NOISE_JOBS, RobustnessRow, "robustness.csv")
-    assert [row.noise for row in rows] == sorted(noise for _, noise in NOISE_JOBS.values())
-    again = read_csv(tmp_path / FOLDER / "robustness.csv", RobustnessRow)
-    assert [(row.scenario, row.noise) for row in again] == [(row.scenario, row.noise) for row in rows]
-    assert gather(tmp_path, PLANT_JOBS, PlantRow, "plants.csv") == [row_of(job, 20) for job in PLANT_JOBS]
-
-
-@pytest.fixture
-def quick(held, monkeypatch, tmp_path):
-    """Nothing is simulated, and there is a recording in the place of that of free bending."""
-    (tmp_path / "free_bending").mkdir()
-    held.recording.save(tmp_path / "free_bending" / "recording.nc")
-    monkeypatch.setattr(module, "run_station", lambda station: held.recording)
-    monkeypatch.setattr(module, "touched_fingers", lambda name, station, recording: [(held, recording)])
-
-
-@pytest.mark.slow
-def test_jobs_leave_their_rows_and_a_plant_its_models_and_recording(quick, held, tmp_path, monkeypatch) -> None:
-    def of_noise(name, fingers, noise, seeds, estimators):
-        ((_, recording),) = fingers
-        assert len(recording["time"]) == len(held.recording["time"])
-        return [row_of(f"{name}/noise_{noise:g}", seeds, *estimators)]
-
+@pytest.fixture(autouse=True)
+def _quick(monkeypatch):
+    """Nothing is simulated or read."""
+    monkeypatch.setattr(module.Recording, "load", lambda path: f"recording of {path.parent.name}")
+    monkeypatch.setattr(module, "make_private_station", lambda scenario: scenario)
+    monkeypatch.setattr(module, "run_station", lambda station: None)
+    monkeypatch.setattr(module, "touched_fingers", lambda name, station, recording: [(station, recording)])
     monkeypatch.setattr(module, "robustness_table", of_noise)
-    monkeypatch.setattr(
-        module,
-        "plant_table",
-        lambda plant, name, fingers, seeds, estimators: [row_of(f"{plant.name}/{name}", seeds, *estimators)],
-    )
-    advanced = []
-    run_robustness([NOISY, RUBBER], tmp_path, 7, ["mine:make"], HereExecutor(), lambda: advanced.append(1))
-    assert len(advanced) == 2
-    for job, kind, files in (
-        (NOISY, RobustnessRow, {TABLE, SUMS}),
-        (RUBBER, PlantRow, {"two_finger.urdf", "recording.nc", TABLE, SUMS}),
-    ):
-        folder = tmp_path / FOLDER / job
-        assert {path.name for path in folder.iterdir()} == files
-        (row,) = read_csv(folder / TABLE, kind)
-        assert (row.scenario, row.estimator, row.seeds) == (
-            job.partition("/")[0 if job == NOISY else 2],
-            "mine:make",
-            7,
-        )
-    assert set(ALL) - set(unfinished(tmp_path, 7, ["mine:make"])) == {NOISY, RUBBER}
+    monkeypatch.setattr(module, "plant_table", of_plant)
 
 
-def test_a_job_that_fails_leaves_nothing(quick, tmp_path, monkeypatch) -> None:
-    def fail(*_):
-        raise RuntimeError
+def ran(out, seeds=20, estimators=("arcs",), executor=None, resume=False):
+    reported = []
+    found = run_robustness(out, seeds, estimators, executor or HereExecutor(), reported.append, resume)
+    assert sorted(map(str, reported)) == sorted(map(str, [*NOISE_JOBS, *PLANT_JOBS]))
+    return found
 
-    monkeypatch.setattr(module, "plant_table", fail)
+
+def test_the_tables_have_all_rows_those_of_sensors_by_noise(tmp_path):
+    rows, plants = ran(tmp_path, 7, ["arcs", "mine:make"])
+    assert [row.noise for row in rows] == sorted(row.noise for row in rows)
+    assert len(rows) == 2 * len(SECTIONS) * len(NOMINAL_ERRORS) * len(NOISE_JOBS)
+    assert len(plants) == 2 * len(SECTIONS) * len(PLANT_JOBS)
+    for table, found in ((NOISY, rows), (PLANTS, plants)):
+        written = csv_rows(tmp_path / FOLDER / table)
+        assert [row["scenario"] for row in written] == [row.scenario for row in found]
+        assert {row["seeds"] for row in written} == {"7"}
+    assert list(dict.fromkeys((row.plant, row.scenario) for row in plants)) == PLANT_JOBS
+    assert [row.scenario for row in rows[:: len(rows) // len(NOISE_JOBS)]] == [*SCENARIOS] * 4
+
+
+def test_jobs_whose_rows_are_damaged_are_run_again(tmp_path):
+    ran(tmp_path)
+    whole = {table: (tmp_path / FOLDER / table).read_bytes() for table in (NOISY, PLANTS)}
+    (tmp_path / FOLDER / NOISY).write_bytes(whole[NOISY].replace(b"2.000000", b"2.100000", 1))
+    (tmp_path / FOLDER / PLANTS).write_bytes(whole[PLANTS][:-5])
+    executor = HereExecutor()
+    ran(tmp_path, executor=executor, resume=True)
+    assert [call[:2] for call in executor.calls] == [NOISE_JOBS[0], PLANT_JOBS[-1]]
+    assert {table: (tmp_path / FOLDER / table).read_bytes() for table in whole} == whole
+
+
+def test_other_seeds_and_estimators_are_another_study(tmp_path):
+    ran(tmp_path)
+    for other in ({"seeds": 5}, {"estimators": ["arcs", "mine:make"]}):
+        with refused("--resume"):
+            ran(tmp_path, resume=True, **other)
+
+
+def test_a_job_that_fails_ends_the_study_after_the_others(tmp_path, monkeypatch):
+    def fail(name, fingers, noise, seeds, estimators):
+        if (name, noise) == NOISE_JOBS[0]:
+            raise RuntimeError
+        return of_noise(name, fingers, noise, seeds, estimators)
+
+    monkeypatch.setattr(module, "robustness_table", fail)
     with pytest.raises(RuntimeError):
-        run_robustness([RUBBER], tmp_path, 3, ["arcs"], HereExecutor(), lambda: None)
-    assert [path.name for path in tmp_path.iterdir()] == ["free_bending"]
+        ran(tmp_path)
+    assert len(csv_rows(tmp_path / FOLDER / NOISY)) == len(SECTIONS) * len(NOMINAL_ERRORS) * (len(NOISE_JOBS) - 1)
