@@ -21,7 +21,7 @@ from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.estimators.uncertainty import EXACT
-from soft_gripper.extras.benchmark.random_objects import free_model, with_errors, with_mesh
+from soft_gripper.extras.benchmark.random_objects import SENSORS, SETS, draw, free_model, with_errors, with_mesh
 from soft_gripper.extras.grasps.trial import RandomObject
 from soft_gripper.files.row_table import write_csv
 from soft_gripper.fingers.finger import Finger
@@ -36,8 +36,6 @@ from soft_gripper.scenario.schema import Scenario
 from soft_gripper.scenario.sensor_presets import strain_errors
 
 MATERIALS = {"20 kPa": 2e4, "60 kPa": 6e4, "200 kPa": 2e5, "wood": 1e8}  # Pa, moduli
-SETS = ("train", "test")
-SENSORS = 1  # separates the random numbers of the sensors from those of the object
 _LEAST_SHARE = 0.5  # %, of those that are listed
 SECTIONS = (2, 4)
 BLOCK = "package://soft_objects/objects/soft_block.vtk"
@@ -49,17 +47,8 @@ _CHANGES = (
     "plant_config.discrete_contact_approximation=sap",
     f"estimator.uncertainty.bend_per_pressure={EXACT}",
 )
-OFFSET, YAW, SIZE = 3.0, 3.0, 10  # mm and degrees, as poses are reported in grasp trials; percent
-MASS, FRICTION = (20.0, 60.0), (0.5, 0.9)  # g
+YAW, SIZE = 3.0, 10  # degrees, as poses are reported in grasp trials; percent
 _ESTIMATOR = "gaussian"
-
-
-def draw(seed: int, set: str, number: int, material: str) -> RandomObject:
-    """The random parameters of a grasp, uniformly distributed and independent of other grasps."""
-    rng = np.random.default_rng([seed, SETS.index(set), number, *material.encode()])
-    x, y, yaw = rng.uniform(-1.0, 1.0, 3) * (OFFSET, OFFSET, YAW)
-    size = 1 + rng.integers(-SIZE, SIZE, endpoint=True) / 100
-    return RandomObject(*map(float, (x, y, yaw, rng.uniform(*MASS), rng.uniform(*FRICTION), size)))
 
 
 def block_scenario(material: str, drawn: RandomObject) -> Scenario:
@@ -113,7 +102,7 @@ def compliance(gaps: Array, forces: Array) -> float:
 
 def grasp_compliance(seed: int, set: str, number: int, material: str) -> dict[int, Compliance]:
     """Simulates a grasp, and estimates its compliance for each number of sections."""
-    station = make_private_station(block_scenario(material, draw(seed, set, number, material)))
+    station = make_private_station(block_scenario(material, draw(seed, set, number, material, YAW, SIZE)))
     recording = run_station(station)
     rng = np.random.default_rng([seed, SETS.index(set), number, *material.encode(), SENSORS])
     return {sections: _compliance(station, recording, sections, rng) for sections in SECTIONS}

@@ -17,6 +17,7 @@ from typing import Any, TypeVar
 
 from soft_gripper.errors import InputError, SimulationDivergedError, WorkerDiedError
 from soft_gripper.files.output import atomic_file
+from soft_gripper.files.row_table import write_rows
 from soft_gripper.files.text import read_text
 from soft_gripper.runs.executor import UnguardedScriptError
 
@@ -30,7 +31,7 @@ def run_study(
     work: Callable[..., Any],
     jobs: Mapping[Key, Sequence[Any]],
     keep: Callable[[Key, Any], Any],
-    failed: Callable[[Key, BaseException], Any] | None = None,
+    failed: Callable[[Key, str], Any] | None = None,
     ended: Callable[[Key], Any] = lambda key: None,
 ) -> None:
     """Calls `work` for each job, and returns when the last call has ended.
@@ -40,7 +41,8 @@ def run_study(
         work: a module-level function that takes and returns plain data.
         jobs: the arguments of each call, by job key.
         keep: called in this process, as each call ends, with the key and the result.
-        failed: makes the result of a job whose call failed; None: such a job has no result.
+        failed: makes the result of a job whose call failed, from the key and the error in words; None: such a job has
+            no result.
         ended: called after each call, whether it failed or not.
 
     Raises:
@@ -56,7 +58,7 @@ def run_study(
         if error is None:
             keep(key, future.result())
         elif failed is not None:
-            keep(key, failed(key, error))
+            keep(key, failed(key, describe(error)))
         else:
             errors.append(error)
         ended(key)
@@ -128,7 +130,7 @@ class StudyTables:
         work: Callable[..., Any],
         jobs: Mapping[Key, Sequence[Any]],
         keep: Callable[[Key, Any], Any],
-        failed: Callable[[Key, BaseException], Any] | None = None,
+        failed: Callable[[Key, str], Any] | None = None,
         ended: Callable[[Key], Any] = lambda job: None,
         keys: Callable[[Any], Iterable[tuple[str, ...]]] = lambda job: [job],
     ) -> None:
@@ -189,9 +191,7 @@ class StudyTables:
     def _write(self, order: Sequence[tuple[str, ...]]) -> None:
         self.rows = {key: self.rows[key] for key in order}
         for i, (table, columns) in enumerate(self._columns.items()):
-            lines = map(_line, [columns, *(rows[i] for rows in self.rows.values())])
-            with atomic_file(self._folder / table) as partial, partial.open("w", encoding="utf-8", newline="") as file:
-                file.writelines(lines)
+            write_rows(self._folder / table, columns, (rows[i] for rows in self.rows.values()))
         with atomic_file(self._sums) as partial:
             partial.write_text("".join(f"{_sum(rows)}\n" for rows in self.rows.values()), encoding="ascii")
 

@@ -59,7 +59,7 @@ def test_a_failure_is_raised_when_the_others_have_ended_unless_something_stands_
     with pytest.raises(ZeroDivisionError):
         study([0, 1, 2], ended)
     assert sorted(ended) == ["job 0", "job 1", "job 2"]
-    kept = study([0, 1], ended, lambda key, error: f"{key}: {describe(error)}")
+    kept = study([0, 1], ended, lambda key, error: f"{key}: {error}")
     assert kept == {"job 0": "job 0: ZeroDivisionError: division by zero", "job 1": 1.0}
 
 

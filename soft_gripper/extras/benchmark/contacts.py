@@ -15,9 +15,10 @@ from tqdm import tqdm
 from soft_gripper.arrays import Array
 from soft_gripper.extras.studies.contacts.contacts import Contacts, read_finger
 from soft_gripper.extras.studies.contacts.estimates import HELD, REALISTIC, contact_readings, preset_errors
-from soft_gripper.extras.studies.contacts.peg import PEG_FRICTION, as_arrays, run_contact
+from soft_gripper.extras.studies.contacts.peg import as_arrays, run_contacts
 from soft_gripper.files.row_table import write_csv
 from soft_gripper.fingers.kinematics import as_points, forward_kinematics
+from soft_gripper.runs.executor import open_executor
 from soft_gripper.sensors.sensor_layout import SensorLayout
 
 FILES = {"contacts_train.csv": 11, "contacts_test.csv": 12}  # and the seeds of what is in them
@@ -34,8 +35,8 @@ def layout() -> SensorLayout:
 
 def simulated(seed: int) -> Contacts:
     """The contacts of a file."""
-    numbers = tqdm(range(NUMBER), desc=f"contacts of seed {seed}", unit="contact")
-    return as_arrays([run_contact(seed, number, PEG_FRICTION, PLACES) for number in numbers])
+    with tqdm(total=NUMBER, desc=f"contacts of seed {seed}", unit="contact") as bar, open_executor() as executor:
+        return as_arrays(run_contacts(NUMBER, seed, executor, bar.update, places=PLACES))
 
 
 @dataclass(frozen=True)

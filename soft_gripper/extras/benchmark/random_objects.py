@@ -28,11 +28,11 @@ SIZE = 15  # percent of the mesh's size, rounded, so that few scaled meshes fill
 SAMPLES = 5  # at the end of a step, whose mean counts
 
 
-def draw(seed: int, set: str, number: int, shape: str) -> RandomObject:
+def draw(seed: int, set: str, number: int, shape: str, most_yaw: float = YAW, most_size: int = SIZE) -> RandomObject:
     """The random parameters of a grasp, uniformly distributed and independent of other grasps."""
     rng = np.random.default_rng([seed, SETS.index(set), number, *shape.encode()])
-    x, y, yaw = rng.uniform(-1.0, 1.0, 3) * (OFFSET, OFFSET, YAW)
-    size = 1 + rng.integers(-SIZE, SIZE, endpoint=True) / 100
+    x, y, yaw = rng.uniform(-1.0, 1.0, 3) * (OFFSET, OFFSET, most_yaw)
+    size = 1 + rng.integers(-most_size, most_size, endpoint=True) / 100
     return RandomObject(*map(float, (x, y, yaw, rng.uniform(*MASS), rng.uniform(*FRICTION), size)))
 
 

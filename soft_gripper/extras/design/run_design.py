@@ -111,7 +111,7 @@ def run_design(
     best_index = None if chosen is None else chosen + 1
     compared = [reference] if best_index is None else [reference, designs[best_index]]
     tested = runs.tests({design.number: design.values for design in compared})
-    runs.finish()
+    runs.finish(runs.order)
     return Designed(study, designs, reference, [i + 1 for i in pareto_front(cost)], best_index, tested)
 
 
@@ -145,7 +145,7 @@ def _all_cases(study: DesignStudy) -> tuple[list[Case], list[Case]]:
     return searched, cases(TEST, {**study.objects, **study.unseen}, config.test_draws, config.seed)
 
 
-class _Runs:
+class _Runs(ScenarioRuns):
     """The runs of a study, in a table."""
 
     def __init__(
@@ -165,9 +165,9 @@ class _Runs:
         _check_measures(study, measures)
         drawn = dict.fromkeys(key for case in (*self._searched, *self._tested) for key in case.changes)
         varied = dict.fromkeys((*(axis.key for axis in study.axes), *drawn))
-        self._runs = ScenarioRuns(out, TABLE, ABOUT, [STAGE, DESIGN, OBJECT, DRAW], [*varied, *measures])
-        self._runs.begin(_about(study, dump_scenario(scenario)), resume)
-        self._order: list[tuple[str, ...]] = []
+        super().__init__(out, TABLE, ABOUT, [STAGE, DESIGN, OBJECT, DRAW], [*varied, *measures])
+        self.begin(_about(study, dump_scenario(scenario)), resume)
+        self.order: list[tuple[str, ...]] = []
 
     def shipped(self) -> Design:
         """The scenario as it is.
@@ -176,7 +176,7 @@ class _Runs:
             InputError: if every run of it fails.
         """
         (score,) = self.scores({SHIPPED: {}})
-        errors = [self._row(key)[ERROR] for key in self._order]
+        errors = [self.row(key)[ERROR] for key in self.order]
         if errors and all(errors):
             raise InputError(self._study.file, "scenario", self._study.scenario, f"every run of it fails: {errors[0]}")
         return Design(SHIPPED, {}, score)
@@ -199,10 +199,6 @@ class _Runs:
             for number, rows in self._rows(TEST, designs, self._tested).items()
         ]
 
-    def finish(self) -> None:
-        """Sorts the rows of the table."""
-        self._runs.finish(self._order)
-
     def _rows(
         self, stage: str, designs: Mapping[int, Mapping[str, Any]], in_cases: Sequence[Case]
     ) -> dict[int, list[dict[str, str]]]:
@@ -217,13 +213,13 @@ class _Runs:
             for number, values in designs.items()
             for in_case in in_cases
         }
-        self._runs.run_changed(self._executor, self._work, jobs, lambda row: self._report(row[GRASP] == HELD))
-        self._order += jobs
-        return {n: [self._row((stage, str(n), *in_case.key)) for in_case in in_cases] for n in designs}
+        self.run_changed(self._executor, self._work, jobs, lambda row: self._report(row[GRASP] == HELD))
+        self.order += jobs
+        return {n: [self.row((stage, str(n), *in_case.key)) for in_case in in_cases] for n in designs}
 
-    def _row(self, key: tuple[str, ...]) -> dict[str, str]:
+    def row(self, key: tuple[str, ...]) -> dict[str, str]:
         """The cells of a row by column; own measures by the names that the study gives them."""
-        row = self._runs.row(key)
+        row = super().row(key)
         return row | {name: row[column_of(own)] for name, own in self._own.items()}
 
 

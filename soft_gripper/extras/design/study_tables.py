@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import astuple, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +12,7 @@ from soft_gripper.extras.design.ranking import GRASP, number, over
 from soft_gripper.extras.design.run_design import DESIGN, Designed
 from soft_gripper.extras.design.sensitivity import Sensitivity, sensitivities
 from soft_gripper.extras.design.study_file import EndConfig
-from soft_gripper.files.row_table import write_rows
+from soft_gripper.files.row_table import columns, write_rows
 from soft_gripper.runs.scores.grasp import HELD
 from soft_gripper.runs.sweep.run_sweep import cell
 
@@ -49,25 +49,13 @@ def design_cells(found: Designed) -> tuple[list[str], list[list[str]]]:
     config = found.study.config
     keys = [axis.key for axis in found.study.axes]
     ends = [end.measure for end in config.ends]
-    columns = [DESIGN, *keys, "held", "runs", *ends, "allowed", "front", "reason"]
+    names = [DESIGN, *keys, "held", "runs", *ends, "allowed", "front", "reason"]
     rows = []
     for i, design in enumerate(found.designs):
-        given = [cell(design.values.get(key)) for key in keys]
-        score = design.score
-        values = [cell(value) for value in score.ends or [math.nan] * len(ends)]
-        counts = [str(score.held), str(score.runs)]
-        rows.append(
-            [
-                str(design.number),
-                *given,
-                *counts,
-                *values,
-                str(score.is_allowed),
-                str(i in found.front),
-                reason(found, i),
-            ]
-        )
-    return columns, rows
+        score, given = design.score, map(design.values.get, keys)
+        known = score.held, score.runs, *(score.ends or [math.nan] * len(ends))
+        rows.append([design.number, *given, *known, score.is_allowed, i in found.front, reason(found, i)])
+    return names, [list(map(cell, row)) for row in rows]
 
 
 def reason(found: Designed, index: int) -> str:
@@ -124,8 +112,9 @@ def write_tables(found: Designed, out: Path) -> list[str]:
     """Writes the tables; returns their names."""
     ends = [end.measure for end in found.study.config.ends]
     write_rows(out / DESIGNS, *design_cells(found))
-    tests = [[*map(str, list(asdict(row).values())[:-1]), *map(cell, row.ends)] for row in test_rows(found)]
-    write_rows(out / TESTS, [*list(TestRow.__annotations__)[:-1], *ends], tests)
-    matters = [list(map(cell, asdict(row).values())) for row in sensitivity_rows(found)]
-    write_rows(out / SENSITIVITY, list(Sensitivity.__annotations__), matters)
+    *before, _ = columns(TestRow)
+    tests = (map(cell, [*(getattr(row, name) for name in before), *row.ends]) for row in test_rows(found))
+    write_rows(out / TESTS, [*before, *ends], map(list, tests))
+    matters = ([cell(value) for value in astuple(row)] for row in sensitivity_rows(found))
+    write_rows(out / SENSITIVITY, columns(Sensitivity), matters)
     return [DESIGNS, TESTS, SENSITIVITY]

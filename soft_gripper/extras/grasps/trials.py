@@ -42,7 +42,7 @@ from soft_gripper.runs.scores.recorded_task import (
     tilt,
     yaw,
 )
-from soft_gripper.runs.study import StudyTables, describe
+from soft_gripper.runs.study import StudyTables
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 
 GOOD, BAD = "#2166ac", "#b2182b"
@@ -173,12 +173,13 @@ def run_trials(
         trials[key] = trial
         tables.add(*trial.rows)
 
-    def failed(key: tuple[str, ...], error: BaseException) -> Trial:
-        return _failed(*jobs[key], describe(error))
-
     jobs: dict[tuple[str, ...], tuple[str, int, int]] = {
         (Path(file).stem, str(i)): (file, seed, i) for i in range(number) for file in files
     }
+
+    def failed(key: tuple[str, ...], cause: str) -> Trial:
+        return _failed(*jobs[key], cause)
+
     tables.run(executor, run_trial, jobs, keep, failed, lambda key: report(trials[key]))
     names = [Path(file).stem for file in files]
     order = sorted(trials, key=lambda key: (names.index(key[0]), int(key[1])))

@@ -10,7 +10,7 @@ that is wrong, and with a larger uncertainty.
 
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, replace
+from dataclasses import astuple, dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -21,6 +21,7 @@ from pydrake.common.schema import Transform
 from pydrake.math import RigidTransform
 
 from soft_gripper.arrays import Array
+from soft_gripper.commands.tables import print_table
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.estimators.uncertainty import uncertainty_of
@@ -308,12 +309,9 @@ def _said(runs: Sequence[HealthRun], truth: str, name: str) -> int:
 
 def print_health(rows: Sequence[HealthRow]) -> None:
     """Prints the table."""
-    titles = "runs", "found %", "named right %", "false alarm %", "delay s", "90 % within s"
-    print(f"{'stiffness (declared)':<22}{'fault':<12}" + "".join(f"{title:>15}" for title in titles))
-    for row in rows:
-        numbers = row.found_percent, row.right_percent, row.false_alarm_percent, row.median_delay, row.delay_90
-        told = "".join(f"{number:>15.3g}" for number in numbers)
-        print(f"{row.belief:<22}{row.fault:<12}{row.runs:>15}{told}")
+    titles = "found %", "named right %", "false alarm %", "delay s", "90 % within s"
+    columns = {"stiffness (declared)": "", "fault": "", "runs": "d", **dict.fromkeys(titles, ".3g")}
+    print_table(columns, map(astuple, rows))
 
 
 def main(number: int = 200, seed: int = 1, jobs: int = 2, out: str = "results/health") -> None:

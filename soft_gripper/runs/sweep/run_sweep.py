@@ -28,7 +28,7 @@ from soft_gripper.files.output import lock_folder
 from soft_gripper.files.yaml_text import parse_yaml
 from soft_gripper.pictures.style import STYLE
 from soft_gripper.runs.scores.grasp import HELD
-from soft_gripper.runs.study import StudyTables, describe
+from soft_gripper.runs.study import StudyTables
 from soft_gripper.runs.sweep.measures import OPTION, column_of, kind_of, measure, names_of
 from soft_gripper.scenario.scenario_file import changed_scenario, dump_scenario
 from soft_gripper.scenario.schema import Scenario
@@ -433,10 +433,7 @@ class ScenarioRuns(StudyTables):
             given = {**dict(zip(self._names, key, strict=False)), **jobs[key][1], **measured}
             self.add([cell(given.get(name)) for name in self._names])
 
-        def failed(key: tuple[str, ...], error: BaseException) -> dict[str, str]:
-            return {ERROR: describe(error)}
-
-        self.run(executor, work, jobs, keep, failed, lambda key: report(self.row(key)))
+        self.run(executor, work, jobs, keep, lambda key, error: {ERROR: error}, lambda key: report(self.row(key)))
 
     def row(self, key: tuple[str, ...]) -> dict[str, str]:
         """The cells of a run by column."""

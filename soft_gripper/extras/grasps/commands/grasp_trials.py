@@ -2,8 +2,6 @@
 
 import argparse
 from collections.abc import Callable, Sequence
-from concurrent.futures import Executor
-from contextlib import AbstractContextManager
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -31,7 +29,6 @@ from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 def run(options: argparse.Namespace) -> None:
     """Runs the command."""
     files = options.scenario or SCENARIOS
-    executor = open_executor(options.jobs, options.scheduler)
     for file in files:
         check_scenario_for_trials(file)
     out = lock_folder(options.out, [ABOUT], files)
@@ -39,21 +36,15 @@ def run(options: argparse.Namespace) -> None:
         for file in files:
             _run_alone(file, options.seed, options.trial, out, options.console)
     else:
-        _run_all(files, options.trials, options.seed, out, executor, options.resume, options.console)
+        _run_all(files, out, options)
 
 
-def _run_all(
-    files: Sequence[str],
-    number: int,
-    seed: int,
-    out: Path,
-    executor: AbstractContextManager[Executor],
-    resume: bool,
-    console: Console,
-) -> None:
+def _run_all(files: Sequence[str], out: Path, options: argparse.Namespace) -> None:
+    number, seed, console = options.trials, options.seed, options.console
+    executor = open_executor(options.jobs, options.scheduler)
     kept = f"their results are in {out / TABLES[0]}; --resume runs the others"
     with console.jobs(number * len(files), "trials", kept) as ended, executor as opened:
-        trials = run_trials(files, number, seed, out, opened, lambda trial: ended(trial.result.success), resume)
+        trials = run_trials(files, number, seed, out, opened, lambda trial: ended(trial.result.success), options.resume)
     for file in files:
         _print_summary(file, seed, [trial for trial in trials if trial.scenario == Path(file).stem])
     console.document["trials"] = [_row(trial) for trial in trials]

@@ -4,8 +4,6 @@ import argparse
 import sys
 from collections import Counter
 from collections.abc import Sequence
-from concurrent.futures import Executor
-from contextlib import AbstractContextManager
 from pathlib import Path
 
 import numpy as np
@@ -30,13 +28,12 @@ TABLE, ARRAYS = "contacts.csv", "contacts.nc"
 
 def run(options: argparse.Namespace) -> None:
     """Runs the command."""
-    executor = open_executor(options.jobs, options.scheduler)
     estimators = options.estimator or [ESTIMATOR]
     for name in estimators:
         check_estimator(name)
     kept = load_contacts(options.contacts) if options.contacts is not None else None
     out = lock_folder(options.out)
-    contacts = _simulate(options, executor, out) if kept is None else kept
+    contacts = _simulate(options, out) if kept is None else kept
     with options.console.counter(SCORES * len(estimators), "scores") as bar:
         rows = score_contacts(contacts, out, bar.update, estimators)
     _print_errors(rows)
@@ -48,8 +45,9 @@ def run(options: argparse.Namespace) -> None:
     options.console.wrote(*(out / file for file in written))
 
 
-def _simulate(options: argparse.Namespace, executor: AbstractContextManager[Executor], out: Path) -> Contacts:
+def _simulate(options: argparse.Namespace, out: Path) -> Contacts:
     number, kept = options.trials, "nothing is written until the last contact"
+    executor = open_executor(options.jobs, options.scheduler)
     with options.console.jobs(number, "contacts", kept) as ended, executor as opened:
         contacts = run_contacts(number, options.seed, opened, ended, options.friction)
     arrays = as_arrays(contacts)

@@ -313,11 +313,13 @@ def contact_row(contact: Contact) -> ContactRow:
 
 
 def run_contacts(
-    number: int, seed: int, executor: Executor, report: Callable[[], Any], friction: float = PEG_FRICTION
+    number: int,
+    seed: int,
+    executor: Executor,
+    report: Callable[[], Any],
+    friction: float = PEG_FRICTION,
+    places: tuple[float, float] = PLACE,
 ) -> list[Contact]:
-    """Simulates contacts 0 to `number` - 1 of a seed; `report` is called after each.
-
-    `friction` is the coefficient of the peg's surface.
-    """
-    jobs = {i: (seed, i, friction) for i in range(number)}
+    """Simulates contacts 0 to `number` - 1 of a seed, see `run_contact`; `report` is called after each."""
+    jobs = {i: (seed, i, friction, places) for i in range(number)}
     return list(results(executor, run_contact, jobs, lambda i: report()).values())

@@ -12,7 +12,7 @@ is declared or not: the uncertainty is the default one then.
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,7 +34,7 @@ from soft_gripper.extras.studies.contacts.statics import (
     several_contacts,
 )
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.scenario.scenario_file import load_scenario
+from soft_gripper.scenario.scenario_file import changed_scenario
 from soft_gripper.scenario.schema import SensorConfig
 from soft_gripper.scenario.sensor_presets import sensor_layout
 from soft_gripper.sensors.measurement import MeasurementModel
@@ -220,19 +220,13 @@ def pressed(case: Case, number: int, seed: int) -> dict[str, Stated]:
         share = rng.uniform(_NEAREST, 0.97)
         x, z = -0.0245 + _GAP * share * rng.uniform(), 0.2 - share * read_finger().length
         steps = np.round(rng.uniform(20e3, 150e3, _STEPS), 1).tolist()
-        recording = simulate(
-            load_scenario(
-                "obstructed_inside",
-                [
-                    *_changes(case, rng),
-                    *(f"pressure.settle={HELD - 0.1}", "pressure.hold_samples=10"),
-                    *(
-                        f"pressure.steps={{all: [0.0], left_finger: {steps}}}",
-                        f"models.1.X_PC.translation=[{x}, 0, {z}]",
-                    ),
-                ],
-            )
-        )
+        changes = _changes(case, rng) | {
+            "pressure.settle": HELD - 0.1,
+            "pressure.hold_samples": 10,
+            "pressure.steps": {"all": [0.0], "left_finger": steps},
+            "models.1.X_PC.translation": [x, 0, z],
+        }
+        recording = simulate(changed_scenario("obstructed_inside", changes))
         begins = HELD * np.arange(_STEPS)[:, None]
         for situation, after in zip(PEG, ([HELD - 0.01], _AFTER), strict=True):
             rows = np.round((begins + after).ravel() / 0.01).astype(int)
@@ -245,8 +239,8 @@ def carried(case: Case, number: int, seed: int) -> dict[str, Stated]:
     found = []
     for i in range(number):
         rng = np.random.default_rng([seed, i])
-        mass = f"models.3.mesh.mass={rng.uniform(0.03, 0.06)}"
-        recording = simulate(load_scenario("pick_and_place_box", [*_changes(case, rng), mass]))
+        mass = {"models.3.mesh.mass": rng.uniform(0.03, 0.06)}
+        recording = simulate(changed_scenario("pick_and_place_box", _changes(case, rng) | mass))
         for finger in ("left_finger", "right_finger"):
             place = np.asarray(recording[f"{finger}.X_WB"])[:, :, 3]
             rate = np.gradient(np.gradient(place, 0.01, axis=0), 0.01, axis=0)
@@ -255,21 +249,18 @@ def carried(case: Case, number: int, seed: int) -> dict[str, Stated]:
     return {ARM[0]: joined(found)}
 
 
-def _changes(case: Case, rng: np.random.Generator) -> list[str]:
-    changes = ["estimator.type=contact", f"sensor.sections={case.sections}", f"sensor.seed={rng.integers(2**31)}"]
+def _changes(case: Case, rng: np.random.Generator) -> dict[str, Any]:
+    """Changes of a scenario by dotted keys."""
+    changes = {"estimator.type": "contact", "sensor.sections": case.sections, "sensor.seed": rng.integers(2**31)}
     if case.realistic:
-        changes.append(f"sensor.errors.preset={REALISTIC}")
+        changes["sensor.errors.preset"] = REALISTIC
     if case.model != MODELS[1]:
-        changes.append(f"estimator.uncertainty={_text(case.assumed)}")
-    if case.exact:
-        return changes
-    stiffness, leak = rng.choice(STIFFNESS), PRESSURE * rng.uniform()
-    wrong = [f"pressure.leaks={{all: {leak}}}", *([f"nominal.youngs_modulus={stiffness:+d} %"] if stiffness else [])]
-    return [*changes, *wrong]
-
-
-def _text(assumed: Uncertainty) -> str:
-    return "{" + ", ".join(f"{name}: {value}" for name, value in vars(assumed).items()) + "}"
+        changes["estimator.uncertainty"] = vars(case.assumed)
+    if not case.exact:
+        stiffness, changes["pressure.leaks"] = rng.choice(STIFFNESS), {"all": PRESSURE * rng.uniform()}
+        if stiffness:
+            changes["nominal.youngs_modulus"] = f"{stiffness:+d} %"
+    return changes
 
 
 def _recorded(recording: Recording, finger: str, rows: NDArray[np.int_]) -> Stated:

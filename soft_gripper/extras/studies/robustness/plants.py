@@ -21,6 +21,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,7 +39,7 @@ from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.runs.scores.poses import held_samples
 from soft_gripper.runs.scores.readings import ReadAgain, read_again
 from soft_gripper.scenario.model_files import model_path
-from soft_gripper.scenario.scenario_file import load_scenario
+from soft_gripper.scenario.scenario_file import changed_scenario, load_scenario
 from soft_gripper.scenario.schema import Scenario
 from soft_gripper.sensors.strain_errors import StrainErrors, disturb
 from soft_gripper.truth.poses import TRUE_JOINTS, TRUE_TIP, corners, points_along
@@ -78,21 +79,21 @@ class Plant:
     rubber: bool = False  # neo-Hookean instead of linear
     pressure: float = 1.0  # times the pressures of the scenarios
     time_step: float = 0.01  # s
-    overrides: Mapping[str, str] = field(default_factory=dict)  # more changes, "dotted.key=value", by scenario
+    changes: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)  # more, by dotted keys, of each scenario
 
     def scenario(self, name: str, folder: Path) -> Scenario:
         """A shipped scenario with these fingers; their files are written to `folder`."""
         shipped = load_scenario(name)
-        overrides = [f"plant_config.time_step={self.time_step}"]
-        overrides += [self.overrides[name]] if name in self.overrides else []
+        changes: dict[str, Any] = {"plant_config.time_step": self.time_step, **self.changes.get(name, {})}
         for i, model in enumerate(shipped.models):
             if model.file.endswith(".urdf"):
                 file = folder / Path(model.file).name
                 self.write(model_path(model.file), file)
-                overrides.append(f"models.{i}.file={file.resolve()}")
-        steps = [self.pressure * step for step in shipped.pressure.steps["all"]]
-        limits = [f"pressure.{end}={self.pressure * getattr(shipped.pressure, end)}" for end in ("minimum", "maximum")]
-        return load_scenario(name, [*overrides, *limits, f"pressure.steps.all={steps}"])
+                changes[f"models.{i}.file"] = str(file.resolve())
+        for end in ("minimum", "maximum"):
+            changes[f"pressure.{end}"] = self.pressure * getattr(shipped.pressure, end)
+        changes["pressure.steps.all"] = [self.pressure * step for step in shipped.pressure.steps["all"]]
+        return changed_scenario(name, changes)
 
     def write(self, shipped: Path, file: Path) -> None:
         """Writes a shipped file in which these fingers replace its own."""
@@ -131,9 +132,9 @@ def _text(numbers: Array) -> str:
 _THICK = {"thickness": "0.035", "chamber_thickness": "17.5e-3", "chamber_center": "-1.75e-3"}
 _THIN = {"thickness": "0.015", "chamber_thickness": "7.5e-3", "chamber_center": "-0.75e-3"}
 # The peg stays as far from the thicker finger, and the pressure bends the stiffer one as far.
-_PEG_FARTHER = {"obstructed_outside": "models.1.X_PC.translation=[-0.0685, 0, 0.125]"}
+_PEG_FARTHER = {"obstructed_outside": {"models.1.X_PC.translation": [-0.0685, 0, 0.125]}}
 FINE = Plant("24 segments", segments=24)
-TAPERED = Plant("tapered", 12, _THICK, _THIN, {"spacing": "0.013"}, pressure=1.2, overrides=_PEG_FARTHER)
+TAPERED = Plant("tapered", 12, _THICK, _THIN, {"spacing": "0.013"}, pressure=1.2, changes=_PEG_FARTHER)
 RUBBER = Plant("rubber", segments=24, rubber=True, time_step=0.005)
 PLANTS = (RUBBER, TAPERED, FINE)
 

@@ -9,9 +9,10 @@ another time step, its sensors have errors, and the nominal model stays the ship
 """
 
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from itertools import chain
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,6 +38,7 @@ from soft_gripper.sensors.measurement import MeasurementModel
 from soft_gripper.sensors.strain_errors import StrainErrors
 from soft_gripper.truth.poses import fingertip_error, pose_error
 
+Key = TypeVar("Key")
 BAND = 1.96  # standard deviations on either side of a 95 % band
 
 
@@ -102,6 +104,14 @@ def together(parts: list[Errors]) -> Errors:
     return Errors(*(np.concatenate(part) for part in zip(*parts, strict=True)))
 
 
+def together_by(fingers: Iterable[Iterable[tuple[Key, Errors]]]) -> dict[Key, Errors]:
+    """The errors of all fingers for each key."""
+    found: dict[Key, list[Errors]] = defaultdict(list)
+    for key, errors in chain.from_iterable(fingers):
+        found[key].append(errors)
+    return {key: together(parts) for key, parts in found.items()}
+
+
 def in_mm(errors: Errors) -> tuple[float, float, float, float]:
     """Mean, 95th percentile and worst of the pose error, mm, and the share that is covered, NaN if unknown."""
     pose = 1e3 * errors.pose
@@ -151,9 +161,6 @@ def errors_at(noise: float) -> StrainErrors | None:
     return replace(preset, **{name: noise * getattr(preset, name) for name in _SIZES})
 
 
-Key = tuple[str, str, int]  # estimator, nominal, sections
-
-
 @dataclass(frozen=True)
 class RobustnessRow:
     """Errors of all touched fingers, held samples and seeds together."""
@@ -182,19 +189,16 @@ def robustness_table(
 
     Without noise all seeds would be the same, and one is enough.
     """
-    found: dict[Key, list[Errors]] = defaultdict(list)
-    for finger in fingers:
-        for key, errors in _errors(finger, noise, seeds if noise else 1, estimators, nominal_errors):
-            found[key].append(errors)
+    each = (_errors(finger, noise, seeds if noise else 1, estimators, nominal_errors) for finger in fingers)
     return [
-        RobustnessRow(name, estimator, nominal, noise, sections, *in_mm(together(parts)), seeds)
-        for (estimator, nominal, sections), parts in found.items()
+        RobustnessRow(name, estimator, nominal, noise, sections, *in_mm(errors), seeds)
+        for (estimator, nominal, sections), errors in together_by(each).items()
     ]
 
 
 def _errors(
     held: FingerAtRest, noise: float, seeds: int, estimators: Sequence[str], nominal_errors: Sequence[NominalError]
-) -> Iterator[tuple[Key, Errors]]:
+) -> Iterator[tuple[tuple[str, str, int], Errors]]:
     errors, sensor = errors_at(noise), held.station.scenario.sensor
     readings = {sections: held.readings(sections, errors, seeds) for sections in SECTIONS}
     for nominal_error in nominal_errors:
@@ -230,13 +234,9 @@ def plant_table(
     plant: Plant, name: str, fingers: Sequence[FingerAtRest], seeds: int, estimators: Sequence[str]
 ) -> list[PlantRow]:
     """A row for every number of sections and estimator, in this order; of rubber with realistic sensors, else ideal."""
-    found: dict[tuple[int, str], list[Errors]] = {}
-    for held in fingers:
-        for key, errors in _plant_errors(plant, name, held, seeds, estimators):
-            found.setdefault(key, []).append(errors)
     rows = []
-    for (sections, estimator), parts in found.items():
-        errors = together(parts)
+    each = (_plant_errors(plant, name, held, seeds, estimators) for held in fingers)
+    for (sections, estimator), errors in together_by(each).items():
         mean, p95, worst, coverage = in_mm(errors)
         tip = 1e3 * float(errors.tip.mean())
         rows.append(PlantRow(plant.name, name, estimator, sections, mean, p95, worst, tip, coverage, seeds))
