@@ -6,7 +6,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.stats import qmc
 
-from soft_gripper.extras.design.study_file import random_axes
+from soft_gripper.extras.design.study_file import with_shares
+from soft_gripper.runs.sweep.run_sweep import Range
 
 
 class Case(NamedTuple):
@@ -33,13 +34,11 @@ def cases(stage: str, objects: Mapping[str, Mapping[str, Any]], draws: int, seed
     """
     found = []
     for name, changes in objects.items():
-        axes = random_axes(changes)
-        fixed = {key: value for key, value in changes.items() if key not in {axis.key for axis in axes}}
+        count = sum(isinstance(value, Range) for value in changes.values())
         rng = np.random.default_rng([seed, *f"{stage} {name}".encode()])
-        shares = rng.random((draws, len(axes)))
-        if axes and stage == SEARCH:
-            shares = qmc.LatinHypercube(len(axes), rng=rng).random(draws)
-        for draw, row in enumerate(shares if axes else shares[:1]):
-            drawn = {axis.key: axis.at(float(share)) for axis, share in zip(axes, row, strict=True)}
-            found.append(Case(name, draw, fixed | drawn))
+        shares = rng.random((draws, count))
+        if count and stage == SEARCH:
+            shares = qmc.LatinHypercube(count, rng=rng).random(draws)
+        for draw, row in enumerate(shares.tolist() if count else [[]]):
+            found.append(Case(name, draw, with_shares(changes, row)))
     return found

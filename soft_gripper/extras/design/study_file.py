@@ -13,8 +13,9 @@ Keys are dotted fields of the scenario, as after `--set`. Files are relative to 
 """
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import repeat
 from pathlib import Path
 from typing import Any
 
@@ -108,7 +109,7 @@ class DesignStudy:
     scenario: str
     fixed: Mapping[str, Any]  # changes of every run
     axes: Sequence[Axis]  # what is searched
-    objects: Mapping[str, Mapping[str, Any]]  # of the search; ranges are still text
+    objects: Mapping[str, Mapping[str, Any]]  # changes of each object of the search; a Range is drawn at random
     unseen: Mapping[str, Mapping[str, Any]]
 
 
@@ -122,50 +123,39 @@ def load_design_study(file: Path) -> DesignStudy:
     check_document(file, document, DesignConfig)
     config = _config(document)
     _check_misfits(file, config)
-    resolved = {name: _resolved(file.parent, getattr(config, name)) for name in ("set", "vary", "draw")}
+    draw = _read_ranges(file, "draw", config.draw, config.vary)
+    for key, value in draw.items():
+        if not isinstance(value, Range):
+            raise InputError(file, f"draw.{key}", value, _RANGE_EXPECTED)
     objects, unseen = (
-        {name: _resolved(file.parent, changes) for name, changes in getattr(config, part).items()}
+        {
+            name: {**draw, **_read_ranges(file, f"{part}.{name}", changes, config.vary)}
+            for name, changes in getattr(config, part).items()
+        }
         for part in ("objects", "unseen")
     )
-    for key, value in resolved["draw"].items():
-        if not is_range(value):
-            raise InputError(file, f"draw.{key}", value, _RANGE_EXPECTED)
-    of_objects = {f"objects.{name}": changes for name, changes in objects.items()}
-    of_unseen = {f"unseen.{name}": changes for name, changes in unseen.items()}
-    for place, changes in {"draw": resolved["draw"], **of_objects, **of_unseen}.items():
-        _check_changes(file, place, changes, resolved["vary"])
-    axes = [_axis(file, f"vary.{key}", key, value) for key, value in resolved["vary"].items()]
+    varied = _resolved(file.parent, config.vary)
+    axes = [_axis(file, f"vary.{key}", key, value) for key, value in varied.items()]
     scenario = config.scenario
     if scenario.endswith((".yaml", ".yml")):
         scenario = str((file.parent / scenario).resolve())
-    draw = resolved["draw"]
-    study = DesignStudy(
-        file,
-        config,
-        scenario,
-        resolved["set"],
-        axes,
-        {name: {**draw, **changes} for name, changes in objects.items()},
-        {name: {**draw, **changes} for name, changes in unseen.items()},
-    )
+    study = DesignStudy(file, config, scenario, _resolved(file.parent, config.set), axes, objects, unseen)
     _check_keys(study)
     return study
 
 
-def _check_changes(file: Path, place: str, changes: Mapping[str, Any], searched: Mapping[str, Any]) -> None:
-    """Checks that ranges are ranges, and that nothing is searched already."""
-    for key, value in changes.items():
+def _read_ranges(file: Path, place: str, changes: Mapping[str, Any], searched: Mapping[str, Any]) -> dict[str, Any]:
+    """Changes with absolute paths, in which a Range replaces its text; nothing may be searched already."""
+    found = _resolved(file.parent, changes)
+    for key, value in found.items():
         if key in searched:
             raise InputError(file, f"{place}.{key}", value, "leave it out: it is searched (vary)")
-        try:
-            random_axes({key: value})
-        except InputError:
-            raise InputError(file, f"{place}.{key}", value, _RANGE_EXPECTED) from None
-
-
-def is_range(value: object) -> bool:
-    """Whether a value is drawn from a range."""
-    return isinstance(value, str) and _IS_RANGE.fullmatch(value) is not None
+        if isinstance(value, str) and _IS_RANGE.fullmatch(value):
+            try:
+                found[key] = read_axis(f"{key}={value}")
+            except InputError:
+                raise InputError(file, f"{place}.{key}", value, _RANGE_EXPECTED) from None
+    return found
 
 
 def _config(document: Mapping[str, Any]) -> DesignConfig:
@@ -213,10 +203,11 @@ def _axis(file: Path, field_: str, key: str, value: Any) -> Axis:
     return axis
 
 
-def random_axes(changes: Mapping[str, Any]) -> list[Range]:
-    """Variables that are drawn at random in changes of a scenario."""
-    axes = (read_axis(f"{key}={value}") for key, value in changes.items() if is_range(value))
-    return [axis for axis in axes if isinstance(axis, Range)]
+def with_shares(changes: Mapping[str, Any], shares: Iterable[float]) -> dict[str, Any]:
+    """Changes in which each Range is replaced by its value at the next of the shares, 0 to 1; these come last."""
+    fixed = {key: value for key, value in changes.items() if not isinstance(value, Range)}
+    ranges = (value for value in changes.values() if isinstance(value, Range))
+    return fixed | {axis.key: axis.at(share) for axis, share in zip(ranges, shares, strict=False)}
 
 
 def _check_keys(study: DesignStudy) -> None:
@@ -236,8 +227,7 @@ def _check_keys(study: DesignStudy) -> None:
     for part in ("objects", "unseen"):
         for name, changes in getattr(study, part).items():
             for share in ends:
-                drawn = {axis.key: axis.at(share) for axis in random_axes(changes)}
                 try:
-                    changed_scenario(study.scenario, {**fixed, **changes, **drawn})
+                    changed_scenario(study.scenario, {**fixed, **with_shares(changes, repeat(share))})
                 except InputError as error:
                     raise error.inside(f"{file}: {part}.{name}") from None
