@@ -6,8 +6,6 @@ mean readings at the end of every pressure, by realistic sensors drawn anew for 
     python -m soft_gripper.extras.benchmark.grasps       writes the files again, to the last digit
 """
 
-import csv
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -25,7 +23,7 @@ from soft_gripper.extras.benchmark.random_objects import (
     with_errors,
     with_object,
 )
-from soft_gripper.files.output import atomic_file
+from soft_gripper.files.row_table import write_rows
 from soft_gripper.runs.executor import open_executor
 from soft_gripper.runs.scores.poses import held_samples
 from soft_gripper.runs.scores.readings import read_again
@@ -62,21 +60,14 @@ def readings(set: str, number: int, shape: str) -> Array:
     return np.stack(found, axis=1).ravel()
 
 
-def write_grasps(path: Path, rows: Sequence[tuple[str, Array]]) -> None:
-    """Writes shapes and readings, in their order."""
-    with atomic_file(path) as partial, partial.open("w", newline="") as file:
-        table = csv.writer(file, lineterminator="\n")
-        table.writerow(["shape", *columns()])
-        table.writerows([shape, *(f"{value:.5g}" for value in values)] for shape, values in rows)
-
-
 def main() -> None:
     """Simulates the grasps and writes the files."""
     for file, (set, count) in FILES.items():
         keys = [(set, number, shape) for shape in SHAPES for number in range(count)]
         with tqdm(total=len(keys), desc=file, unit="grasp") as bar, open_executor() as executor:
             found = results(executor, readings, {key: key for key in keys}, lambda _: bar.update())
-        write_grasps(FOLDER / file, [(shape, values) for (_, _, shape), values in found.items()])
+        rows = ([shape, *(f"{value:.5g}" for value in values)] for (_, _, shape), values in found.items())
+        write_rows(FOLDER / file, ["shape", *columns()], rows)
 
 
 if __name__ == "__main__":
