@@ -21,14 +21,13 @@ from pydrake.common.schema import Transform
 from pydrake.math import RigidTransform
 
 from soft_gripper.arrays import Array
-from soft_gripper.commands.tables import print_table
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.estimators.uncertainty import uncertainty_of
 from soft_gripper.extras.health.faults import FAULTS
 from soft_gripper.extras.health.health_filter import LOOK, HealthFilter
 from soft_gripper.extras.health.health_monitor import named
-from soft_gripper.files.row_table import write_csv
+from soft_gripper.files.row_table import print_table, write_csv
 from soft_gripper.pictures.style import COLORS, STYLE, save_figure
 from soft_gripper.runs.executor import open_executor
 from soft_gripper.runs.scores.readings import ReadAgain, read_again
