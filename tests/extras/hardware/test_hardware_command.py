@@ -23,6 +23,7 @@ from soft_gripper.extras.hardware import published as experiments
 from soft_gripper.extras.hardware.commands import hardware as hardware_command
 from soft_gripper.extras.hardware.identification.identified_finger import read_finger
 from soft_gripper.extras.hardware.identification.simulated_motion import Setup
+from soft_gripper.extras.hardware.replay import held_out
 from soft_gripper.models import DIRECTORY
 
 PUMPED = replace(SEGMENT, open_for=1.2)  # the segment, its valve open for a shorter time
@@ -33,7 +34,7 @@ ROWS = {f"{name} {count}": (name, count) for name in ("arcs", "gaussian") for co
 
 @pytest.mark.parametrize("holds", [True, False])
 def test_a_claim_that_fails_is_the_exit_code(tmp_path, monkeypatch, holds):
-    for name in ("published_recordings", "replay_published", "_written", "hardware_figure", "save_figure"):
+    for name in ("published_recordings", "replay", "_written", "hardware_figure", "save_figure"):
         monkeypatch.setattr(hardware_command, name, MagicMock())
     for name in ("open_executor", "identify_published", "print_replay", "write_csv"):
         monkeypatch.setattr(hardware_command, name, MagicMock())
@@ -70,7 +71,7 @@ def run(tmp_path_factory):
         patch.setattr(hardware_command, "SEGMENT", replace(experiments.SEGMENT, free=FREE))
         patch.setattr(hardware_command, "open_executor", lambda *_: nullcontext(HereExecutor()))
         patch.setattr(hardware_command, "hardware_figure", draw)
-        patch.setattr(experiments, "estimator_rows", lambda *_: ROWS)
+        patch.setattr(held_out, "estimator_rows", lambda *_: ROWS)
         patch.setattr(experiments.Experiment, "finger_file", property(lambda self: folder / f"{self.description}.urdf"))
         outcome = soft_gripper("hardware", "--data", data, "--out", folder / "out")
     assert outcome.code == 0, outcome.out[-3000:]

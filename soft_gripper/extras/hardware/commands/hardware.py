@@ -16,8 +16,8 @@ from soft_gripper.extras.hardware.published import (
     hardware_figure,
     identify_published,
     published_recordings,
-    replay_published,
 )
+from soft_gripper.extras.hardware.replay.held_out import replay
 from soft_gripper.files.output import lock_folder
 from soft_gripper.files.row_table import write_csv
 from soft_gripper.pictures.style import save_figure
@@ -29,7 +29,7 @@ def run(options: argparse.Namespace) -> int:
     opened = open_executor(options.jobs, options.scheduler)
     recordings = published_recordings(options.data)
     out = lock_folder(options.out)
-    arm = replay_published(list(recordings[ARM].values()))
+    arm = replay(list(recordings[ARM].values()))
     print_replay(arm)
     write_csv(out / f"{ARM}.csv", arm.table)
     with opened as executor:

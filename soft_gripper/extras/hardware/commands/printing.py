@@ -88,7 +88,7 @@ def print_replay(replay: ArmReplay) -> None:
     print("\nEach recording is estimated with a model fitted to others; its motion capture is used only for scoring:")
     for one in replay.replayed:
         creep = ", ".join(f"{branch.share:g} in {branch.time:g} s" for branch in one.fitted.arm.finger.creep)
-        of_fit = f"creep {creep}; wires delayed by {1e3 * one.fitted.delay:.0f} ms"
+        of_fit = f"creep {creep}; wires delayed by {1e3 * one.fitted.geometry.delay:.0f} ms"
         print(f"  {one.name:<12} fitted to {', '.join(one.fitted_on)} ({of_fit})")
         for beyond in one.extrapolated:
             print(f"WARNING: {one.name} is extrapolated: {beyond}")

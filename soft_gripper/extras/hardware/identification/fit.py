@@ -15,7 +15,7 @@ correlation time,  1 + 2 sum of autocorrelations , up to the first that is not p
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor, Future
 from dataclasses import dataclass
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -111,26 +111,6 @@ def fit(
     seen = found.jac[:, :of_free]
     seen = seen - of_unknowns @ np.linalg.lstsq(of_unknowns, seen, rcond=None)[0]
     return Fit(free, found.x[:of_free], fitted, found.fun, seen, weights)
-
-
-_F = TypeVar("_F")
-
-
-def converged(fit_from: Callable[[Array], _F], starts: Sequence[Array]) -> list[_F]:
-    """The fits that converge, from any of the starts.
-
-    Raises:
-        InputError: if none does.
-    """
-    fits = []
-    for start in starts:
-        try:
-            fits.append(fit_from(start))
-        except InputError as error:
-            last = error
-    if not fits:
-        raise last
-    return fits
 
 
 def fit_unknowns(model: Model, motion: MeasuredMotion) -> MeasuredMotion:
@@ -319,7 +299,7 @@ _EXTREMA = 9  # maximum number of maxima and minima used for frequency and decre
 _CLEAR = 0.04  # share of the settled displacement: smallest prominence of one of them
 
 
-FITTED, TESTED, UNHELD = "fit", "test", "test, hold unknown"  # roles of a recording
+UNHELD = "test, hold unknown"  # role of a recording that is tested, with a hand that is taken to hold straight
 
 
 @dataclass(frozen=True)
@@ -327,7 +307,7 @@ class MotionScore:
     """A row of the table: one recording, measured and simulated."""
 
     recording: str
-    role: str  # FITTED, TESTED, or UNHELD: tested, with a hand that is taken to have held the finger straight
+    role: str  # FITTED, TESTED, or UNHELD
     settled_error_mm: float  # of the markers, mean
     motion_error_mm: float  # of the markers, mean over the whole motion
     tip_error_percent: float  # largest error of the marker centre, relative to the finger length
@@ -359,6 +339,19 @@ class Turn:
     frequency: float  # Hz, NaN without oscillation
     decrement: float
 
+    def columns(self, prefix: str = "") -> dict[str, float]:
+        """These as columns of a `MotionScore`, in their units; names begin with the prefix."""
+        numbers = {
+            "settled_turn_deg": float(np.degrees(self.settled)),
+            "creep_deg": float(np.degrees(self.creep)),
+            "recovery_deg": float(np.degrees(self.recovery)),
+            "t50_ms": 1e3 * self.t50,
+            "t63_ms": 1e3 * self.t63,
+            "frequency_hz": self.frequency,
+            "decrement": self.decrement,
+        }
+        return {f"{prefix}{name}": number for name, number in numbers.items()}
+
 
 def score(model: Model, motion: MeasuredMotion, role: str) -> MotionScore:
     """Compares a recording, with its fitted events, to the simulation."""
@@ -366,20 +359,14 @@ def score(model: Model, motion: MeasuredMotion, role: str) -> MotionScore:
     off, moving = np.abs(simulated - motion.markers), motion.time >= motion.events[0]
     middle = np.abs(np.nanmean(simulated - motion.markers, axis=1))[moving]
     places = [settled(motion.time, markers, motion.end) for markers in (simulated, motion.markers)]
-    measured, found = (tip_turn(motion, markers) for markers in (motion.markers, simulated))
     return MotionScore(
-        motion.name,
-        role,
-        1e3 * float(np.nanmean(np.abs(places[0] - places[1]))),
-        1e3 * float(np.nanmean(off[moving])),
-        100 * float(np.nanmax(middle)) / model.finger.length,
-        *(float(np.degrees(turn.settled)) for turn in (measured, found)),
-        *(float(np.degrees(turn.creep)) for turn in (measured, found)),
-        *(float(np.degrees(turn.recovery)) for turn in (measured, found)),
-        *(1e3 * turn.t50 for turn in (measured, found)),
-        *(1e3 * turn.t63 for turn in (measured, found)),
-        *(turn.frequency for turn in (measured, found)),
-        *(turn.decrement for turn in (measured, found)),
+        recording=motion.name,
+        role=role,
+        settled_error_mm=1e3 * float(np.nanmean(np.abs(places[0] - places[1]))),
+        motion_error_mm=1e3 * float(np.nanmean(off[moving])),
+        tip_error_percent=100 * float(np.nanmax(middle)) / model.finger.length,
+        **tip_turn(motion, motion.markers).columns(),
+        **tip_turn(motion, simulated).columns("simulated_"),
     )
 
 

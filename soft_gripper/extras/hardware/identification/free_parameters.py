@@ -247,6 +247,15 @@ class FreeParameters:
         values = np.array([value for key in self.keys.values() for value in key.get(self.model)])
         return np.where(self.is_positive, np.log(np.where(self.is_positive, values, 1.0)), values)
 
+    def starts(self, count: int, seed: int, jitter: float) -> Array:
+        """Vectors from which a fit may begin, (count, P): that of the current model, and random ones about it.
+
+        `jitter` is the standard deviation of the random ones, in typical changes.
+        """
+        away = np.random.default_rng(seed).normal(size=(count, len(self.start))) * jitter * self.scales
+        away[0] = 0.0
+        return self.start + away
+
     @property
     def bounds(self) -> tuple[Array, Array]:
         """Bounds of the vector."""

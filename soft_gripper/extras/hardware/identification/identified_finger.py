@@ -11,6 +11,7 @@ import xml.etree.ElementTree as ET
 from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import asdict, dataclass, replace
+from operator import attrgetter
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -23,15 +24,12 @@ from matplotlib.figure import Figure
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.errors import InputError
 from soft_gripper.extras.hardware.identification.fit import (
-    FITTED,
-    TESTED,
     UNHELD,
     Confidence,
     Fit,
     MotionScore,
     Report,
     confidence,
-    converged,
     fit,
     fit_unknowns,
     score,
@@ -52,6 +50,7 @@ from soft_gripper.extras.hardware.identification.simulated_motion import (
     simulated_markers,
     turned,
 )
+from soft_gripper.extras.hardware.scoring import FITTED, TESTED, best_fit
 from soft_gripper.files.document import check_document, require
 from soft_gripper.files.output import atomic_file
 from soft_gripper.files.text import read_text
@@ -119,10 +118,11 @@ def identify(
     if PRESSURE_LAW in names:
         free = replace(free, model=replace(free.model, finger=_with_static_law(free.model.finger, fitted)))
     fitted = [as_held(free.model.setup, motion) for motion in fitted]
-    jitter = np.random.default_rng(seed).normal(size=(starts, len(free.start))) * _JITTER * free.scales
-    jitter[0] = 0.0
-    fits = converged(lambda away: fit(free, fitted, executor, report, free.start + away), list(jitter))
-    best = min(fits, key=lambda found: found.root_mean_square)
+    best = best_fit(
+        lambda start: fit(free, fitted, executor, report, start),
+        attrgetter("root_mean_square"),
+        free.starts(starts, seed, _JITTER),
+    )
     calls = [(best.model, motion, FITTED) for motion in best.motions] + _tests(best.model, tested)
     return Identified(best.model, *_scored(calls, executor), best, confidence(best))
 

@@ -15,6 +15,7 @@ import re
 from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
+from operator import attrgetter
 from typing import Annotated
 
 import matplotlib.pyplot as plt
@@ -30,13 +31,13 @@ from soft_gripper.extras.hardware.identification.fit import (
     Confidence,
     Report,
     confidence_of,
-    converged,
     correlation_time,
 )
 from soft_gripper.extras.hardware.identification.free_parameters import FreeParameters, Model, free_parameters
 from soft_gripper.extras.hardware.identification.simulated_motion import Setup
 from soft_gripper.extras.hardware.identification.tendon_balance import pulled_positions
 from soft_gripper.extras.hardware.recordings import HardwareRecording
+from soft_gripper.extras.hardware.scoring import FITTED, LEFT_OUT, TESTED, best_fit, error_columns, groups_left_out
 from soft_gripper.files.document import given, require
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import TipLoad
@@ -48,6 +49,7 @@ _LARGE = 0.02  # of the finger's length: distances of markers beyond this count 
 _TOLERANCE = 2e-4  # relative, of the cost
 _MOST_STEPS = 60
 _JITTER = 1.0  # typical changes, standard deviation of the random restarts
+_ALL = "all"  # rows, or markers
 
 
 @dataclass(frozen=True)
@@ -268,7 +270,7 @@ class StateScore:
     """A row of the table: marker errors of one recording, or of some of its rows, their mean removed."""
 
     recording: str
-    role: str  # "fit", "left out" of the fit that is scored, or "test"
+    role: str  # FITTED, LEFT_OUT of the fit that is scored, or TESTED
     family: str  # "all": all rows; or the family
     marker: str  # "all"; or its name, if there are several
     rows: int
@@ -325,39 +327,41 @@ def identify_states(
     """
     free = free_parameters(finger, names, [], setup)
     everything = [np.full(len(states.pulled), True) for states in fitted]
-    jitter = np.random.default_rng(seed).normal(size=(starts, len(free.start))) * _JITTER * free.scales
-    jitter[0] = 0.0
-    fits = converged(lambda away: fit_states(free, fitted, everything, free.start + away, report), list(jitter))
-    best = min(fits, key=lambda found: found.cost)
+    best = best_fit(
+        lambda start: fit_states(free, fitted, everything, start, report),
+        attrgetter("cost"),
+        free.starts(starts, seed, _JITTER),
+    )
     left_out = _left_out(best, fitted, executor)
-    states = (*fitted, *tested)
-    errors = tuple(state_errors(best.model, of) for of in states)
-    scores = [one for of, error in zip(fitted, errors, strict=False) for one in _scores(of, "fit", "all", error)]
+    own, others = _compared(best.model, fitted, FITTED), compared_states(best.model, tested)
+    scores = list(own.scores)
     for of, error in zip(fitted, left_out, strict=True):
         families = [name for name in sorted(set(of.families)) if name]
         for name in families:
-            scores += _scores(of, "left out", name, error[of.families == name])
-        scores += _scores(of, "left out", "all", error[of.families != ""]) if families else []
-    for of in tested:
-        scores += _scores(of, "test", "all", state_errors(best.model, of))
-    lasting = float(np.mean([correlation_time(error.ravel()) for error in errors[: len(fitted)]]))
+            scores += _scores(of, LEFT_OUT, name, error[of.families == name])
+        scores += _scores(of, LEFT_OUT, _ALL, error[of.families != ""]) if families else []
+    lasting = float(np.mean([correlation_time(error.ravel()) for error in own.errors]))
     known = confidence_of(free, best.residuals, best.jacobian, lasting)
-    return IdentifiedStates(best.model, states, errors, tuple(scores), left_out, best, known)
+    states, errors = own.states + others.states, own.errors + others.errors
+    return IdentifiedStates(best.model, states, errors, (*scores, *others.scores), left_out, best, known)
 
 
 def compared_states(model: Model, states: Sequence[SettledStates]) -> TestedStates:
     """Compares recordings with a finger in its set-up; only their placement is fitted."""
+    return _compared(model, states, TESTED)
+
+
+def _compared(model: Model, states: Sequence[SettledStates], role: str) -> TestedStates:
     errors = tuple(state_errors(model, of) for of in states)
-    scores = [one for of, error in zip(states, errors, strict=True) for one in _scores(of, "test", "all", error)]
+    scores = [one for of, error in zip(states, errors, strict=True) for one in _scores(of, role, _ALL, error)]
     return TestedStates(model, tuple(states), errors, tuple(scores))
 
 
 def _left_out(best: StatesFit, fitted: Sequence[SettledStates], executor: Executor) -> tuple[Array, ...]:
     """Errors of every row by a fit without its family, which is placed as a recording of its own, (R, M, 3) m."""
-    families = sorted({str(name) for states in fitted for name in states.families} - {""})
-    others = [[states.families != name for states in fitted] for name in families]
+    others = groups_left_out([states.families for states in fitted])
     found = tuple(np.full(states.markers.shape, np.nan) for states in fitted)
-    if len(families) < 2:
+    if len(others) < 2:
         return found
     finger, names = best.free.model.finger, list(best.free.keys)
     pending = [executor.submit(_fit_from, finger, names, fitted, rows, best.x) for rows in others]
@@ -375,19 +379,12 @@ def _fit_from(finger: Finger, names: Sequence[str], fitted: Sequence[SettledStat
 def _scores(states: SettledStates, role: str, family: str, errors: Array) -> list[StateScore]:
     """Scores of all markers, and of each if there are several."""
     distances = 1e3 * np.linalg.norm(errors - errors.mean(axis=(0, 1)), axis=-1)
-    of_markers = {"all": distances}
+    of_markers = {_ALL: distances}
     if len(states.names) > 1:
         of_markers |= dict(zip(states.names, distances.T, strict=True))
     return [
         StateScore(
-            states.name,
-            role,
-            family,
-            marker,
-            len(errors),
-            float(np.sqrt((of**2).mean())),
-            float(of.mean()),
-            float(np.percentile(of, 95)),
+            states.name, role, family, marker, len(errors), **error_columns(of, "rms_mm", "mean_mm", "percentile_95_mm")
         )
         for marker, of in of_markers.items()
     ]

@@ -16,7 +16,7 @@ Geometry is fitted with arcs, and the drive with the resulting bends, on other r
 estimated: estimators then differ only in how they share bends between joints.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 
@@ -28,6 +28,7 @@ from scipy.signal import lfilter
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.extras.hardware.replay.arm_estimation import PERIOD, ArmRecording, RigidParts, stretched_arm
 from soft_gripper.extras.hardware.replay.wire_lengths import WireGeometry
+from soft_gripper.extras.hardware.scoring import Split, each_left_out, predictions
 from soft_gripper.fingers.creep import recursion
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import CreepBranch
@@ -211,10 +212,13 @@ def _left(balances: Sequence[_Balance], torques: Array) -> float:
 
 def _left_out(balances: Sequence[_Balance], chambers: NDArray[np.int_]) -> float:
     """Residual torque in the recording that the torques fitted to the others explain worst."""
-    if len(balances) == 1:
-        return _left(balances, _torques(balances, chambers))
-    others = [[*balances[:i], *balances[i + 1 :]] for i in range(len(balances))]
-    return max(_left([one], _torques(rest, chambers)) for one, rest in zip(balances, others, strict=True))
+
+    def fit(fitted: Sequence[_Balance]) -> Callable[[_Balance], float]:
+        torques = _torques(fitted, chambers)
+        return lambda one: _left([one], torques)
+
+    splits = each_left_out(balances) if len(balances) > 1 else [Split(balances, balances)]
+    return max(predictions(splits, fit))
 
 
 def bend_under(branch: CreepBranch, torque: Array) -> Array:

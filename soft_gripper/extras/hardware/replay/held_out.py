@@ -1,6 +1,6 @@
 """Estimators on recordings of one arm: each is estimated with a model fitted to the others, or to chosen ones."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -15,20 +15,25 @@ from soft_gripper.diagrams.recording import Recording
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.named_estimators import SHAPE_FUNCTIONS, find_estimator
 from soft_gripper.estimators.uncertainty import EXACT, Uncertainty
+from soft_gripper.extras.hardware.identification.identified_finger import read_finger
+from soft_gripper.extras.hardware.recordings import HardwareRecording
 from soft_gripper.extras.hardware.replay.arm_estimation import (
     PERIOD,
     ArmRecording,
     NominalArm,
     ReplayInputs,
+    arm_recording,
     estimate_recording,
 )
 from soft_gripper.extras.hardware.replay.geometry_band import body_band, extrapolations
 from soft_gripper.extras.hardware.replay.geometry_fit import FittedGeometry, fit_drive, fit_geometry, measured
 from soft_gripper.extras.hardware.replay.view import arm_corners
-from soft_gripper.files.document import require
+from soft_gripper.extras.hardware.scoring import Split, each_left_out, error_columns, percent_within, predictions
+from soft_gripper.files.document import given
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import as_points
 from soft_gripper.pictures.style import ESTIMATOR_COLORS, STYLE
+from soft_gripper.scenario.model_files import model_path
 
 _OFTEN = 1.0  # s, between two reports of the progress at least
 Rows = Mapping[str, tuple[str, int]]  # name of an estimator and its sensors per side, by the name of the row
@@ -41,11 +46,6 @@ class Fitted:
 
     arm: NominalArm
     geometry: FittedGeometry
-
-    @property
-    def delay(self) -> float:
-        """Delay of the wires, s."""
-        return self.geometry.delay
 
 
 @dataclass(frozen=True)
@@ -99,6 +99,35 @@ class ArmReplay:
         return replay_table(self.replayed, self.rows)
 
 
+def replay(
+    reported: Sequence[HardwareRecording],
+    fitted: Sequence[HardwareRecording] | None = None,
+    estimators: Iterable[str] | None = None,
+) -> ArmReplay:
+    """Estimates recordings of one arm, whose description names the finger that represents it.
+
+    Args:
+        reported: recordings to estimate.
+        fitted: recordings for the fit; None: for each recording, all others.
+        estimators: names; None: all built-in ones.
+
+    Raises:
+        InputError: if the description names no file with one finger, or no gravity; or as `arm_recording`,
+            `estimator_rows` and `replay_recordings`.
+    """
+    name, config = reported[0].name, reported[0].config
+    file = given(config.finger, name, "finger", "name the URDF with the finger that models the arm")
+    finger, expected = (
+        read_finger(model_path(file)),
+        "give the direction of gravity: the arm bends under its own weight",
+    )
+    gravity = given(reported[0].gravity, name, "gravity", expected)
+    arms = [arm_recording(recording) for recording in reported]
+    rows = estimator_rows(estimators, len(arms[0].bodies))
+    to_fit = None if fitted is None else [arm_recording(recording) for recording in fitted]
+    return replay_recordings(arms, to_fit, rows, finger, gravity)
+
+
 def replay_recordings(
     reported: Sequence[ArmRecording], fitted: Sequence[ArmRecording] | None, rows: Rows, finger: Finger, gravity: Array
 ) -> ArmReplay:
@@ -115,30 +144,33 @@ def replay_recordings(
         InputError: if there are no recordings to fit to, or one would be in both.
     """
     twice = sorted({r.name for r in reported} & {r.name for r in fitted or ()})
-    require(not twice, "replay", "--fit", twice, "a recording cannot be both fitted and reported")
+    if twice:
+        raise InputError("replay", "--fit", twice, "a recording cannot be both fitted and reported")
     if fitted is None and len(reported) < 2:
         names = [recording.name for recording in reported]
         raise InputError(
             "replay", "FILE", names, "each is estimated by a fit to the others: give at least two, or --fit"
         )
-    found = None if fitted is None else fit_arm(fitted, finger, gravity)
-    replayed = []
-    progress = tqdm(reported, desc="replay", mininterval=_OFTEN, dynamic_ncols=True)  # in a log as well
-    for recording in progress:
-        others = fitted or [other for other in reported if other is not recording]
-        of_recording = found or fit_arm(others, finger, gravity)
-        fitted_on = tuple(other.name for other in others)
-        about = {
-            "recording": recording.name,
-            "fitted_on": ", ".join(fitted_on),
-            "wires_late_by_s": f"{of_recording.delay:g}",
-        }
-        signals = estimate_recording(of_recording.arm, replay_inputs(recording, of_recording.delay), rows, about)
-        band = {BAND: (("time", "body"), body_band(of_recording.geometry, recording, finger), {"units": "m"})}
-        signals = Recording(signals.data.assign(band))
-        beyond = tuple(extrapolations(of_recording.geometry, recording))
-        replayed.append(Replayed(recording.name, fitted_on, of_recording, signals, beyond))
-    return ArmReplay(replayed, rows)
+    splits = each_left_out(reported) if fitted is None else [Split(fitted, reported)]
+
+    def fit(others: Sequence[ArmRecording]) -> Callable[[ArmRecording], Replayed]:
+        found, fitted_on = fit_arm(others, finger, gravity), tuple(other.name for other in others)
+        return lambda recording: _replayed(recording, found, fitted_on, rows, finger)
+
+    found = predictions(splits, fit)  # with a report of the progress, in a log as well
+    reports = tqdm(found, desc="replay", total=len(reported), mininterval=_OFTEN, dynamic_ncols=True)
+    return ArmReplay(list(reports), rows)
+
+
+def _replayed(
+    recording: ArmRecording, fitted: Fitted, fitted_on: tuple[str, ...], rows: Rows, finger: Finger
+) -> Replayed:
+    names = {"recording": recording.name, "fitted_on": ", ".join(fitted_on)}
+    about = names | {"wires_late_by_s": f"{fitted.geometry.delay:g}"}
+    signals = estimate_recording(fitted.arm, replay_inputs(recording, fitted.geometry.delay), rows, about)
+    band = {BAND: (("time", "body"), body_band(fitted.geometry, recording, finger), {"units": "m"})}
+    beyond = tuple(extrapolations(fitted.geometry, recording))
+    return Replayed(recording.name, fitted_on, fitted, Recording(signals.data.assign(band)), beyond)
 
 
 def fit_arm(recordings: Sequence[ArmRecording], finger: Finger, gravity: Array) -> Fitted:
@@ -190,10 +222,9 @@ def replay_table(replayed: Sequence[Replayed], rows: Rows) -> list[ReplayRow]:
             bands = {one.name: 1e3 * one.signals[BAND].values[1:, i] for one in replayed}
             bands |= {ALL: np.concatenate(list(bands.values()))}
             for name, values in {**of_body, ALL: np.concatenate(list(of_body.values()))}.items():
-                seen = values[np.isfinite(values)]
-                within = 100 * np.mean((values <= bands[name])[np.isfinite(values)]) if has_band else np.nan
-                numbers = seen.mean(), np.median(seen), np.percentile(seen, 95), seen.max(), within
-                table.append(ReplayRow(estimator, sections, name, str(body), *map(float, numbers)))
+                within = percent_within(values, bands[name]) if has_band else np.nan
+                numbers = error_columns(values, "mean_mm", "median_mm", "percentile_95_mm", "max_mm")
+                table.append(ReplayRow(estimator, sections, name, str(body), within_band_percent=within, **numbers))
     return table
 
 

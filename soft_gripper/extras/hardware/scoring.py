@@ -1,0 +1,94 @@
+"""Fit to some recordings, predict others, score: what all experiments on recordings have in common.
+
+A split says which recordings are fitted and which are tested. A fit to the former is a function that predicts each of
+the latter, of which it is given nothing else; errors of the predictions are summarised by the same numbers everywhere.
+"""
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any, Generic, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from soft_gripper.arrays import Array
+from soft_gripper.errors import InputError
+
+FITTED, TESTED, LEFT_OUT = "fit", "test", "left out"  # roles of what is scored
+NORMAL_95 = 1.959964  # standard deviations to either side that hold 95 % of normal errors
+
+_Recording = TypeVar("_Recording")
+_Prediction = TypeVar("_Prediction")
+_Fit = TypeVar("_Fit")
+
+
+@dataclass(frozen=True)
+class Split(Generic[_Recording]):
+    """Recordings that a model is fitted to, and others that it predicts."""
+
+    fitted: Sequence[_Recording]
+    tested: Sequence[_Recording]
+
+
+def each_left_out(recordings: Sequence[_Recording]) -> list[Split[_Recording]]:
+    """A split for each recording, which is predicted by a fit to all others."""
+    return [Split([*recordings[:i], *recordings[i + 1 :]], [one]) for i, one in enumerate(recordings)]
+
+
+def groups_left_out(groups: Sequence[NDArray[np.str_]]) -> list[list[NDArray[np.bool_]]]:
+    """The rows that are fitted when each group, in the order of their names, is left out: (R,) for each recording.
+
+    `groups` are the groups of the rows of each recording, (R,); rows of no name belong to none, and are always fitted.
+    """
+    names = sorted({str(name) for of in groups for name in of} - {""})
+    return [[of != name for of in groups] for name in names]
+
+
+def predictions(
+    splits: Iterable[Split[_Recording]],
+    fit: Callable[[Sequence[_Recording]], Callable[[_Recording], _Prediction]],
+) -> Iterator[_Prediction]:
+    """Predictions of the tested recordings of every split, by one fit to its fitted ones."""
+    for split in splits:
+        predict = fit(split.fitted)
+        yield from map(predict, split.tested)
+
+
+def best_fit(fit_from: Callable[[Array], _Fit], cost: Callable[[_Fit], float], starts: Array) -> _Fit:
+    """The fit with the least cost of those that converge from any of the starts, vectors (K, P).
+
+    Raises:
+        InputError: if none converges.
+    """
+    fits = []
+    for start in starts:
+        try:
+            fits.append(fit_from(start))
+        except InputError as error:
+            last = error
+    if not fits:
+        raise last
+    return min(fits, key=cost)
+
+
+_STATISTICS: dict[str, Callable[[Array], Any]] = {
+    "mean": np.mean,
+    "median": np.median,
+    "percentile_95": lambda errors: np.percentile(errors, 95),
+    "max": np.max,
+    "rms": lambda errors: np.sqrt((errors**2).mean()),
+}
+
+
+def error_columns(errors: Array, *columns: str) -> dict[str, float]:
+    """Statistics of distances of any shape, by their columns of a table: "mean_mm" has the mean, in mm if they are.
+
+    NaN, of what was not seen, does not count.
+    """
+    seen = errors[np.isfinite(errors)]
+    return {column: float(_STATISTICS[column.removesuffix("_mm")](seen)) for column in columns}
+
+
+def percent_within(errors: Array, band: Array) -> float:
+    """The share of errors that lie in a band of half that width, of the same shape, in %; NaN does not count."""
+    return 100 * float((np.abs(errors) <= band)[np.isfinite(errors)].mean())
