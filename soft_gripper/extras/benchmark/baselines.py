@@ -1,16 +1,19 @@
 """Baselines of the benchmark. An estimator is a function of a task and its training set that returns `predict`."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 from scipy.spatial import cKDTree
 
 from soft_gripper.arrays import Array
 from soft_gripper.extras.benchmark.benchmark_task import Recorded, Task
+from soft_gripper.extras.hardware.scoring import Split, predictions
 
-Predict = Callable[[Array], Array | tuple[Array, Array]]  # (T, n) -> mean (T, m), or mean and std
+Predicted = Array | tuple[Array, Array]  # mean (T, m), or mean and std
+Predict = Callable[[Array], Predicted]  # of inputs (T, n)
 Estimator = Callable[[Task, Sequence[Recorded]], Predict]
-Fit = Callable[[Sequence[Recorded]], Callable[[Array], Array]]
+Mean = Callable[[Array], Array]
+Fit = Callable[[Sequence[Recorded]], Mean]
 
 _PENALTY = 1e-3  # of scaled features, a sample
 _NEIGHBOURS = 8
@@ -34,25 +37,27 @@ def recurrent(task: Task, train: Sequence[Recorded]) -> Predict:
 
 def _with_std(fit: Fit, train: Sequence[Recorded]) -> Predict:
     """A fit to the training set; its errors are those of a fit to the begin of every recording in the rest of it."""
-    begin = [_until(recorded, _FITTED) for recorded in train]
-    part = fit(begin)
-    rest = [(r.inputs[len(b.inputs) :], r.outputs[len(b.inputs) :]) for r, b in zip(train, begin, strict=True)]
-    errors = np.vstack([part(inputs) - outputs for inputs, outputs in rest])
-    std, fitted = np.sqrt((errors**2).mean(axis=0)), fit(train)
+    begin, rest = ([recorded.part(*ends) for recorded in train] for ends in ((0.0, _FITTED), (_FITTED, 1.0)))
+    return with_errors(fit(train), predictions([Split(begin, rest)], lambda fitted: errors_of(fit(fitted))))
+
+
+def errors_of(mean: Mean) -> Callable[[Recorded], Array]:
+    """Errors of a model in a recording, (T, m), as a function of the recording."""
+    return lambda recorded: mean(recorded.inputs) - recorded.outputs
+
+
+def with_errors(mean: Mean, errors: Iterable[Array]) -> Predict:
+    """A model with the standard deviations of errors (T, m) in recordings of which the outputs are known."""
+    std = np.sqrt((np.vstack(list(errors)) ** 2).mean(axis=0))
 
     def predict(inputs: Array) -> tuple[Array, Array]:
-        mean = fitted(inputs)
-        return mean, np.broadcast_to(std, mean.shape)
+        found = mean(inputs)
+        return found, np.broadcast_to(std, found.shape)
 
     return predict
 
 
-def _until(recorded: Recorded, share: float) -> Recorded:
-    end = round(share * len(recorded.inputs))
-    return Recorded(recorded.inputs[:end], recorded.outputs[:end])
-
-
-def _fit_quadratic(train: Sequence[Recorded]) -> Callable[[Array], Array]:
+def _fit_quadratic(train: Sequence[Recorded]) -> Mean:
     center, scale = _spread(train)
     return _fit_linear(train, lambda inputs: _quadratic((inputs - center) / scale))
 
@@ -62,7 +67,7 @@ _RADIUS, _DRIVE = 0.9, 0.5  # spectral radius of the weights, and size of the sc
 _SLOWEST = 100  # samples: the longest time constant, and how long the first inputs are held before they count
 
 
-def _fit_echo_state(train: Sequence[Recorded]) -> Callable[[Array], Array]:
+def _fit_echo_state(train: Sequence[Recorded]) -> Mean:
     center, scale = _spread(train)
     random = np.random.default_rng(_SEED)
     weights = random.normal(size=(_NEURONS, _NEURONS))
@@ -83,7 +88,7 @@ def _fit_echo_state(train: Sequence[Recorded]) -> Callable[[Array], Array]:
     return _fit_linear(train, states)
 
 
-def _fit_linear(train: Sequence[Recorded], features: Callable[[Array], Array]) -> Callable[[Array], Array]:
+def _fit_linear(train: Sequence[Recorded], features: Mean) -> Mean:
     """Ridge regression on features of single recordings."""
     known, outputs = np.vstack([features(r.inputs) for r in train]), np.vstack([r.outputs for r in train])
     middle, offset = known.mean(axis=0), outputs.mean(axis=0)

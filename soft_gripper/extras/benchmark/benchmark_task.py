@@ -25,6 +25,11 @@ class Recorded:
     outputs: Array  # (T, m)
     path: Path | None = None  # of a training recording: a copy of what may be used of its file
 
+    def part(self, begin: float, end: float) -> "Recorded":
+        """The samples between two shares of them, without a path."""
+        first, last = _ends(begin, end, len(self.inputs))
+        return Recorded(self.inputs[first:last], self.outputs[first:last])
+
 
 @dataclass(frozen=True)
 class Part:
@@ -85,7 +90,7 @@ def read_task(task: Task, folder: Path, copies: Path) -> tuple[list[Recorded], d
 
 def _copy(file: Path, copy: Path, samples: int, part: Part) -> None:
     """Copies a part of a file; one that is divided is a table with a line for every sample, after its header."""
-    lines, (begin, end) = file.read_bytes().splitlines(keepends=True), _ends(part, samples)
+    lines, (begin, end) = file.read_bytes().splitlines(keepends=True), _ends(part.begin, part.end, samples)
     header = len(lines) - samples
     if end - begin < samples:
         lines = lines[:header] + lines[header + begin : header + end]
@@ -102,13 +107,11 @@ def _read(task: Task, folder: Path, file: str) -> Recorded:
 
 
 def _part(files: dict[str, Recorded], part: Part) -> Recorded:
-    recorded = files[part.file]
-    begin, end = _ends(part, len(recorded.inputs))
-    cut = Recorded(recorded.inputs[begin:end], recorded.outputs[begin:end])
+    cut = files[part.file].part(part.begin, part.end)
     for values in (cut.inputs, cut.outputs):
         values.flags.writeable = False  # all estimators are given the same
     return cut
 
 
-def _ends(part: Part, samples: int) -> tuple[int, int]:
-    return round(part.begin * samples), round(part.end * samples)
+def _ends(begin: float, end: float, samples: int) -> tuple[int, int]:
+    return round(begin * samples), round(end * samples)

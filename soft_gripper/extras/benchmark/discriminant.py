@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
+from soft_gripper.extras.hardware.scoring import groups_left_out
 
 
 def grasp_features(angles: Array, torques: Array) -> Array:
@@ -118,10 +119,9 @@ def train_object_classifier(
         return ObjectClassifier(shapes, *discriminant, limit)
 
     outside = np.full(len(angles), np.nan)
-    for fold in range(_FOLDS):
-        left_out = folds == fold
-        if all((names[~left_out] == shape).sum() > 1 for shape in shapes):
-            outside[left_out] = trained(~left_out, 1.0).outside(angles[left_out], torques[left_out])
+    for (rest,) in groups_left_out([folds.astype(str)]):
+        if all((names[rest] == shape).sum() > 1 for shape in shapes):
+            outside[~rest] = trained(rest, 1.0).outside(angles[~rest], torques[~rest])
     limit = np.nanquantile(outside, 1 - LOST) if np.isfinite(outside).any() else _UNTESTED
     return trained(np.ones(len(angles), dtype=bool), max(float(limit), 1.0))
 

@@ -3,7 +3,7 @@
 The bands of a fitted model are those of its errors in the training set.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -13,11 +13,11 @@ from scipy.optimize import least_squares
 from soft_gripper.arrays import Array
 from soft_gripper.estimators.driving_torque import driving_torque, internal_angles
 from soft_gripper.estimators.estimate import ShapeEstimate
-from soft_gripper.estimators.finger_shape import position_std
 from soft_gripper.estimators.named_estimators import estimator_function
 from soft_gripper.estimators.uncertainty import Uncertainty
-from soft_gripper.extras.benchmark.baselines import Estimator, Predict
+from soft_gripper.extras.benchmark.baselines import Estimator, Mean, Predict, Predicted, errors_of, with_errors
 from soft_gripper.extras.benchmark.benchmark_task import Recorded, Task
+from soft_gripper.extras.benchmark.ours_simulated import with_tip_std
 from soft_gripper.extras.benchmark.tasks import tip_motion
 from soft_gripper.extras.hardware.identification.free_parameters import Model, free_parameters
 from soft_gripper.extras.hardware.identification.identified_finger import read_finger
@@ -53,16 +53,8 @@ def _period(task: Task) -> float:
     return task.period
 
 
-def _with_training_errors(mean: Callable[[Array], Array], train: Sequence[Recorded]) -> Predict:
-    """Standard deviations of a model: its errors in the training set, root mean square of every output."""
-    errors = np.vstack([mean(recorded.inputs) - recorded.outputs for recorded in train])
-    std = np.sqrt((errors**2).mean(axis=0))
-
-    def predict(inputs: Array) -> tuple[Array, Array]:
-        found = mean(inputs)
-        return found, np.broadcast_to(std, found.shape)
-
-    return predict
+def _with_training_errors(mean: Mean, train: Sequence[Recorded]) -> Predict:
+    return with_errors(mean, map(errors_of(mean), train))
 
 
 _ARM = "two_segment_arm"
@@ -135,16 +127,12 @@ def beam_tip(name: str) -> Estimator:
         load = _USUAL_LOAD / float(finger.pressure_gain.max())
         function = estimator_function(name, sensors, Uncertainty(reading=noise, load_pressure=load), _period(task))
 
-        def predict(inputs: Array) -> Array | tuple[Array, Array]:
+        def predict(inputs: Array) -> Predicted:
             readings = sensors.response.reading(extension_ratios(sensors, sensors.shared_equally(inputs)))
             found: ShapeEstimate = function(
                 readings, np.zeros((len(inputs), finger.segments)), in_space(np.array(_DOWN))
             )
-            mean = _moved(finger, place, found.q)
-            if found.covariance is None:
-                return mean
-            std = position_std(finger, found.q, found.covariance)[:, -1:]
-            return mean, np.broadcast_to(std, mean.shape)
+            return with_tip_std(_moved(finger, place, found.q), finger, found)
 
         return predict
 

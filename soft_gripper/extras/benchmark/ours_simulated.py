@@ -11,11 +11,12 @@ from soft_gripper.estimators.estimate import ShapeEstimate
 from soft_gripper.estimators.finger_shape import position_std
 from soft_gripper.estimators.named_estimators import estimator_function
 from soft_gripper.estimators.uncertainty import EXACT, Uncertainty
-from soft_gripper.extras.benchmark.baselines import Estimator, Predict
+from soft_gripper.extras.benchmark.baselines import Estimator, Predict, Predicted
 from soft_gripper.extras.benchmark.benchmark_task import Recorded, Task
 from soft_gripper.extras.benchmark.contacts import layout
 from soft_gripper.extras.benchmark.discriminant import train_object_classifier
 from soft_gripper.extras.benchmark.grasps import FINGERS, PRESSURES, READINGS, SECTIONS
+from soft_gripper.extras.hardware.scoring import NORMAL_95
 from soft_gripper.extras.studies.contacts.contacts import G
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import as_points, gravity_torque
@@ -26,7 +27,6 @@ from soft_gripper.sensors.sensor_layout import SensorLayout
 # Of the mean of 20 samples of a realistic sensor: gain errors and hysteresis of 1 % at strains up to 0.15, and noise;
 # the model is exact.
 _UNCERTAINTY = Uncertainty(reading=1.5e-3, bend_per_pressure=EXACT)
-_BAND = 1.959964
 
 
 def _known(inputs: Array) -> tuple[Array, Array, Array]:
@@ -35,20 +35,24 @@ def _known(inputs: Array) -> tuple[Array, Array, Array]:
     return inputs[:, :4], driving, np.insert(inputs[:, 5:7], 1, 0.0, axis=-1)
 
 
+def with_tip_std(mean: Array, finger: Finger, found: ShapeEstimate) -> Predicted:
+    """The tip, (T, 2) m, with the standard deviation of an estimate of the shape, if it has one, for both axes."""
+    if found.covariance is None:
+        return mean
+    std = position_std(finger, found.q, found.covariance)[:, -1:]
+    return mean, np.broadcast_to(std, mean.shape)
+
+
 def contact_tip(name: str) -> Estimator:
-    """The tip, by an estimator of the shape; its standard deviation across the finger, if it has one, for both axes."""
+    """The tip, by an estimator of the shape."""
 
     def estimator(task: Task, train: Sequence[Recorded]) -> Predict:
         sensors = layout()
         function = estimator_function(name, sensors, _UNCERTAINTY)
 
-        def predict(inputs: Array) -> Array | tuple[Array, Array]:
+        def predict(inputs: Array) -> Predicted:
             found: ShapeEstimate = function(*_known(inputs))
-            mean = as_points(found.points(sensors.finger)[:, -1])
-            if found.covariance is None:
-                return mean
-            std = position_std(sensors.finger, found.q, found.covariance)[:, -1:]
-            return mean, np.broadcast_to(std, mean.shape)
+            return with_tip_std(as_points(found.points(sensors.finger)[:, -1]), sensors.finger, found)
 
         return predict
 
@@ -72,7 +76,7 @@ def _force(found: ContactShape, inputs: Array) -> tuple[Array, Array]:
     assert contact is not None
     low, _, high = np.nan_to_num(found.posterior(*known).force_interval, nan=0.0).T
     mean = np.nan_to_num(contact.force)
-    return mean[:, None], np.maximum(high - np.abs(mean), np.abs(mean) - low)[:, None] / _BAND
+    return mean[:, None], np.maximum(high - np.abs(mean), np.abs(mean) - low)[:, None] / NORMAL_95
 
 
 def _place(found: ContactShape, inputs: Array) -> tuple[Array, Array]:
@@ -83,7 +87,7 @@ def _place(found: ContactShape, inputs: Array) -> tuple[Array, Array]:
     place, likely = contact.arc_length, found.posterior(*known).arc_length_set
     ends = np.where(np.isfinite(likely), likely, [0.0, length])
     mean = np.where(np.isfinite(place), place, ends.mean(axis=1))
-    return mean[:, None], np.maximum(ends[:, 1] - mean, mean - ends[:, 0])[:, None] / _BAND
+    return mean[:, None], np.maximum(ends[:, 1] - mean, mean - ends[:, 0])[:, None] / NORMAL_95
 
 
 contact_force = _contact(_force)

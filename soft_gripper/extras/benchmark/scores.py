@@ -10,8 +10,8 @@ from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError, described
 from soft_gripper.extras.benchmark.baselines import Estimator, Predict
 from soft_gripper.extras.benchmark.benchmark_task import Recorded, Task
+from soft_gripper.extras.hardware.scoring import NORMAL_95, error_columns, percent_within
 
-_BAND = 1.959964  # standard deviations to either side that hold 95 % of normal errors
 _SET = 0.95  # of the probability, that a set of answers holds
 
 
@@ -54,21 +54,20 @@ def score_task(
             raise InputError(
                 name, f"std on {task.name}", "missing in some recordings", "must be in all of them or none"
             )
-        yield Score(
-            task.name, region, name, len(truth), *scored(task, truth, mean, np.vstack(bands) if bands else None)
-        )
+        found_std = np.vstack(bands) if bands else None
+        yield Score(task.name, region, name, len(truth), **scored(task, truth, mean, found_std))
 
 
-def _measured(task: Task, truth: Array, mean: Array, std: Array | None) -> tuple[Any, ...]:
+def _measured(task: Task, truth: Array, mean: Array, std: Array | None) -> dict[str, Any]:
     """The fields of a score from its unit on."""
-    distance = np.linalg.norm(mean - truth, axis=1)
-    within = None if std is None else 100 * float((np.abs(mean - truth) <= _BAND * std).mean())
-    width = None if std is None else 2 * _BAND * float(std.mean())
-    median, most = (float(value) for value in np.percentile(distance, (50, 95)))
-    return task.outputs[0].unit, float(distance.mean()), median, most, within, width
+    errors = mean - truth
+    distances = error_columns(np.linalg.norm(errors, axis=1), "mean", "median", "percentile_95")
+    within = None if std is None else percent_within(errors, NORMAL_95 * std)
+    width = None if std is None else 2 * NORMAL_95 * float(std.mean())
+    return distances | {"unit": task.outputs[0].unit, "within_band_percent": within, "band": width}
 
 
-def _recognized(task: Task, truth: Array, mean: Array, std: Array | None) -> tuple[Any, ...]:
+def _recognized(task: Task, truth: Array, mean: Array, std: Array | None) -> dict[str, Any]:
     """Scores of recognition, as those of numbers; standard deviations are not used."""
     stated, held = with_unknown(mean), with_unknown(truth).argmax(axis=1)
     order = np.argsort(-stated, axis=1, kind="stable")
@@ -77,7 +76,9 @@ def _recognized(task: Task, truth: Array, mean: Array, std: Array | None) -> tup
     place = (order == held[:, None]).argmax(axis=1)
     within = 100 * float(np.take_along_axis(counted, place[:, None], axis=1).mean())
     wrong, unknown = (100 * float(found.mean()) for found in (place > 0, order[:, 0] == mean.shape[1]))
-    return "%", wrong, None, None, within, float(counted.sum(axis=1).mean()), unknown
+    band = float(counted.sum(axis=1).mean())
+    counts = {"mean": wrong, "within_band_percent": within, "band": band, "unknown_percent": unknown}
+    return counts | {"unit": "%", "median": None, "percentile_95": None}
 
 
 def with_unknown(stated: Array) -> Array:

@@ -13,6 +13,7 @@ from soft_gripper.extras.benchmark.benchmark_task import Channel, Part, Recorded
 from soft_gripper.extras.benchmark.contacts import FOLDER, ContactSample
 from soft_gripper.extras.benchmark.random_objects import SHAPES
 from soft_gripper.extras.hardware.identification.simulated_motion import MeasuredMotion, measured_motion, turned
+from soft_gripper.extras.hardware.published import BEAM, SEGMENT, recording_file
 from soft_gripper.extras.hardware.recording_schema import load_description
 from soft_gripper.extras.hardware.recordings import read_recording
 from soft_gripper.files.row_table import read_csv
@@ -153,7 +154,8 @@ _BEAM_FILES = {
     "clamped_beam/load_101g.csv": "8090b97fceda49e35da4cc9e9f746d489fa0e18b98da3afff5300465f2f47108",
 }
 _BEAM = _SRL + "realbeam_experiments/Measurement_data (markers as CSV, see docs/extras/benchmark/benchmark.md)"
-_LIGHTER, _HEAVIEST = tuple(_BEAM_FILES)[:2], tuple(_BEAM_FILES)[2]
+_LIGHTER = tuple(recording_file("clamped_beam", name) for name in BEAM.fitted)
+(_HEAVIEST,) = (recording_file("clamped_beam", name) for name in BEAM.tested)
 _STILL = 0.4  # share of a recording after which the beam hardly swings
 
 
@@ -289,7 +291,7 @@ TASKS = (
         _SEGMENT_FILES,
         _channels("kPa", "pressure"),
         _channels("m", "tip_x tip_z"),
-        tuple(Part(f"pneumatic_segment/{pressure}kPa.csv") for pressure in (10, 25, 45)),
+        tuple(Part(recording_file("pneumatic_segment", name)) for name in SEGMENT.fitted),
         {f"{pressure} kPa": (Part(f"pneumatic_segment/{pressure}kPa.csv"),) for pressure in (15, 20, 35, 40)},
         _read_segment,
         period=_CAPTURED,
