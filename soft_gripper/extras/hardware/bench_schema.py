@@ -16,7 +16,6 @@ from soft_gripper.files.yaml_text import read_yaml
 from soft_gripper.quantity import Misfit, quantity
 
 FORMATS = ("json", "text", "float32", "float64")
-_PRESSURE = {name: factor for name, factor in PRESSURE.items() if name != "V"}
 
 
 @dataclass
@@ -44,7 +43,7 @@ class BenchConfig:
     count: str | None = None  # field that numbers the messages; None: losses cannot be detected
     time: str | None = None  # field with the time of the device, s, which is returned with the results
     fingers: dict[str, BenchFinger] = quantity({}, filled=True)  # by the names of the scenario's fingers
-    pressure_unit: str = quantity("Pa", known=tuple(_PRESSURE))  # of measured and commanded pressures
+    pressure_unit: str = quantity("Pa", known=tuple(PRESSURE))  # of measured and commanded pressures
     pressure_ambient: float | None = None  # what is measured in open air, in the unit above; None: 0
     # Measurements outside are malformed; None: far beyond what the scenario's sensors and drive can do
     reading_range: list[float] | None = quantity(None, span=True)  # of every sensor, in its own unit
@@ -59,7 +58,7 @@ class BenchConfig:
     @property
     def pressure_factor(self) -> float:
         """Pa per unit."""
-        return _PRESSURE[self.pressure_unit]
+        return PRESSURE[self.pressure_unit]
 
     def relative(self, pressure: Array) -> Array:
         """Measured pressures, in their unit, relative to the surroundings, Pa."""
