@@ -8,8 +8,8 @@ from soft_gripper.extras.benchmark.ours_recorded import (
     segment_tip,
     tendons_tip,
     trunk_load,
+    trunk_shape,
 )
-from soft_gripper.extras.benchmark.ours_recorded import trunk_shape as trunk
 from soft_gripper.extras.benchmark.ours_simulated import contact_force, contact_place, contact_tip, grasp_shape
 
 _SHAPES = ("arcs", "gaussian", "contact")
@@ -27,6 +27,6 @@ OURS: dict[str, dict[str, Estimator]] = {
     "segment_tip": {"fitted": segment_tip},
     "tendons_v4_tip": {"fitted": tendons_tip},
     "tendons_v6_tip": {"fitted": tendons_tip},
-    "trunk_shape": {"fitted": trunk},
+    "trunk_shape": {"fitted": trunk_shape},
     "trunk_load": {"fitted": trunk_load},
 }

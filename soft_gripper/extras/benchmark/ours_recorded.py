@@ -28,7 +28,7 @@ from soft_gripper.extras.hardware.identification.settled_states import (
     resting_positions,
 )
 from soft_gripper.extras.hardware.recording_schema import PRESSURE, RecordingConfig, load_description
-from soft_gripper.extras.hardware.recordings import read_recording
+from soft_gripper.extras.hardware.recordings import axes_of, read_recording
 from soft_gripper.extras.hardware.replay.arm_estimation import ReplayInputs, arm_recording, estimate_recording
 from soft_gripper.extras.hardware.replay.held_out import fit_arm
 from soft_gripper.fingers.finger import Finger
@@ -54,6 +54,7 @@ def _period(task: Task) -> float:
 
 
 def _with_training_errors(mean: Mean, train: Sequence[Recorded]) -> Predict:
+    """A fitted model, with the standard deviations of its errors in the training set."""
     return with_errors(mean, map(errors_of(mean), train))
 
 
@@ -221,12 +222,6 @@ class _Pulled:
         columns = config.columns | config.antagonists
         return config.scale * signs * inputs[:, [self.columns.index(columns[name]) for name in names]]
 
-    @property
-    def axes(self) -> Array:
-        """Axes of B in the recording, (3, 3), each a column."""
-        z, x = np.array(self.description.frame.z), np.array(self.description.frame.x)
-        return np.stack([x, np.cross(z, x), z], axis=1)
-
     def states(self, inputs: Array, outputs: Array, load: float = 0.0) -> SettledStates:
         """Rows with markers (T, 3 M) m in the axes of the recording, with a load at the tip, kg."""
         markers, config = self.description.markers, self.description
@@ -235,10 +230,10 @@ class _Pulled:
         return SettledStates(
             "benchmark",
             self.pulled(inputs),
-            outputs.reshape(len(outputs), -1, 3) @ self.axes,
+            outputs.reshape(len(outputs), -1, 3) @ axes_of(self.description),
             np.array(list(markers.places.values())),
             np.full(len(inputs), ""),
-            gravity @ self.axes,
+            gravity @ axes_of(self.description),
             np.array([markers.at.get(name, 1.0) for name in markers.places]),
             load,
         )
@@ -248,7 +243,7 @@ class _Pulled:
         free = free_parameters(self.finger, keys, [])
         model = fit_states(free, states, [np.full(len(of.pulled), True) for of in states], free.start).model
         away = [of.markers - _markers(model, of) for of in states]
-        return model, np.concatenate(away).mean(axis=(0, 1)) @ self.axes.T
+        return model, np.concatenate(away).mean(axis=(0, 1)) @ axes_of(self.description).T
 
 
 def _markers(model: Model, states: SettledStates) -> Array:
@@ -264,7 +259,7 @@ def _balance(body: _Pulled, keys: Sequence[str], train: Sequence[Recorded], ever
 
     def mean(inputs: Array) -> Array:
         unseen = np.zeros((len(inputs), states[0].markers[0].size))
-        found: Array = _markers(model, body.states(inputs, unseen)) @ body.axes.T + base
+        found: Array = _markers(model, body.states(inputs, unseen)) @ axes_of(body.description).T + base
         return found.reshape(len(inputs), -1)
 
     return _with_training_errors(mean, fitted)

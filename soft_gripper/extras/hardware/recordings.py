@@ -387,6 +387,14 @@ class RecordingFrame:
         return BodyPose(self.placed(pose.p), self.R.T @ pose.R)
 
 
+def axes_of(config: RecordingConfig) -> Array:
+    """Axes of B in those of the recording, (3, 3), each a column."""
+    z = np.array(config.frame.z) / np.linalg.norm(config.frame.z)
+    x = np.array(config.frame.x) - np.dot(config.frame.x, z) * z
+    x /= np.linalg.norm(x)
+    return np.column_stack((x, np.cross(z, x), z))
+
+
 def frame_of(
     path: Path,
     config: RecordingConfig,
@@ -399,10 +407,7 @@ def frame_of(
     Raises:
         InputError: if its origin is neither given nor measured.
     """
-    z = np.array(config.frame.z) / np.linalg.norm(config.frame.z)
-    x = np.array(config.frame.x) - np.dot(config.frame.x, z) * z
-    x /= np.linalg.norm(x)
-    R = np.column_stack((x, np.cross(z, x), z))
+    R = axes_of(config)
     if config.frame.origin is not None:
         return RecordingFrame(np.array(config.frame.origin), R)
     if "base" in poses:

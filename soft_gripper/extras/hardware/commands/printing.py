@@ -75,12 +75,12 @@ def _print_correlations(free: FreeParameters, confidence: Confidence) -> None:
 
 
 def _score_cells(row: MotionScore) -> list[str | float]:
-    turn = f"{row.settled_turn_deg:.2f} ({row.simulated_settled_turn_deg:.2f})"
-    creep = f"{row.creep_deg:.2f} ({row.simulated_creep_deg:.2f})"
-    recovery = f"{row.recovery_deg:.2f} ({row.simulated_recovery_deg:.2f})"
-    times = f"{row.t50_ms:.0f} ({row.simulated_t50_ms:.0f})", f"{row.t63_ms:.0f} ({row.simulated_t63_ms:.0f})"
+    def both(column: str, form: str) -> str:
+        return f"{getattr(row, column):{form}} ({getattr(row, f'simulated_{column}'):{form}})"
+
+    turns = (both(column, ".2f") for column in ("settled_turn_deg", "creep_deg", "recovery_deg"))
     errors = row.settled_error_mm, row.motion_error_mm, row.tip_error_percent
-    return [row.recording, row.role, *errors, turn, creep, recovery, *times]
+    return [row.recording, row.role, *errors, *turns, both("t50_ms", ".0f"), both("t63_ms", ".0f")]
 
 
 def print_replay(replay: ArmReplay) -> None:

@@ -225,7 +225,10 @@ def identify_figure(found: Tested) -> Figure:
             constrained_layout=True,
         )
         for column, motion, role in zip(axes.T, found.motions, roles, strict=True):
-            draw_motion(column, found.model, motion)
+            simulated = simulated_markers(found.model.finger, found.model.setup, motion)
+            for markers, style in ((motion.markers, MEASURED), (simulated, SIMULATED)):
+                column[0].plot(motion.time, 1e3 * displacement(markers, motion), **style)
+                column[1].plot(motion.time, np.degrees(turned(markers, motion.reference)), **style)
             column[0].set_title(f"{motion.name}\n{_TITLES[role]}")
             column[1].set_xlabel("time [s]")
         axes[0, 0].set_ylabel("displacement of the tip [mm]")
@@ -233,14 +236,6 @@ def identify_figure(found: Tested) -> Figure:
         axes[0, 0].legend(frameon=False)
     plt.close(figure)
     return figure
-
-
-def draw_motion(axes: Sequence[Any], model: Model, motion: MeasuredMotion) -> None:
-    """One recording: displacement and turn, measured and simulated."""
-    simulated = simulated_markers(model.finger, model.setup, motion)
-    for markers, style in ((motion.markers, MEASURED), (simulated, SIMULATED)):
-        axes[0].plot(motion.time, 1e3 * displacement(markers, motion), **style)
-        axes[1].plot(motion.time, np.degrees(turned(markers, motion.reference)), **style)
 
 
 def displacement(markers: Planar, motion: MeasuredMotion) -> Array:

@@ -430,10 +430,5 @@ def _draw_places(panel: Axes, measured: Array, errors: Array, i: int, j: int) ->
 
 def _draw_errors(panel: Axes, errors: Array, label: str, color: str) -> None:
     distances = np.sort(1e3 * np.linalg.norm(errors, axis=-1).ravel())
-    rms = np.sqrt((distances**2).mean())
-    panel.plot(
-        distances,
-        100 * np.arange(1, len(distances) + 1) / len(distances),
-        color=color,
-        label=f"{label}: {rms:.1f} mm r.m.s.",
-    )
+    shares, rms = np.arange(1, len(distances) + 1) / len(distances), error_columns(distances, "rms")["rms"]
+    panel.plot(distances, 100 * shares, color=color, label=f"{label}: {rms:.1f} mm r.m.s.")

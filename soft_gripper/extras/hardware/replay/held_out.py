@@ -117,10 +117,8 @@ def replay(
     """
     name, config = reported[0].name, reported[0].config
     file = given(config.finger, name, "finger", "name the URDF with the finger that models the arm")
-    finger, expected = (
-        read_finger(model_path(file)),
-        "give the direction of gravity: the arm bends under its own weight",
-    )
+    finger = read_finger(model_path(file))
+    expected = "give the direction of gravity: the arm bends under its own weight"
     gravity = given(reported[0].gravity, name, "gravity", expected)
     arms = [arm_recording(recording) for recording in reported]
     rows = estimator_rows(estimators, len(arms[0].bodies))
