@@ -1,7 +1,7 @@
-"""Fit to some recordings, predict others, score: what all experiments on recordings have in common.
+"""Splits of recordings into fitted and held-out ones, predictions of the latter, and statistics of their errors.
 
-A split says which recordings are fitted and which are tested. A fit to the former is a function that predicts each of
-the latter, of which it is given nothing else; errors of the predictions are summarised by the same numbers everywhere.
+Every experiment on recordings uses these: a fit to the fitted recordings of a split is a function that predicts each of
+its tested ones, and errors are summarised by the same statistics everywhere.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -38,7 +38,7 @@ def each_left_out(recordings: Sequence[_Recording]) -> list[Split[_Recording]]:
 def groups_left_out(groups: Sequence[NDArray[np.str_]]) -> list[list[NDArray[np.bool_]]]:
     """The rows that are fitted when each group, in the order of their names, is left out: (R,) for each recording.
 
-    `groups` are the groups of the rows of each recording, (R,); rows of no name belong to none, and are always fitted.
+    `groups` names the group of every row of each recording, (R,); a row whose name is empty is always fitted.
     """
     names = sorted({str(name) for of in groups for name in of} - {""})
     return [[of != name for of in groups] for name in names]
@@ -90,5 +90,5 @@ def error_columns(errors: Array, *columns: str) -> dict[str, float]:
 
 
 def percent_within(errors: Array, band: Array) -> float:
-    """The share of errors that lie in a band of half that width, of the same shape, in %; NaN does not count."""
+    """Share of errors, %, within a band to either side of 0, of the same shape; NaN does not count."""
     return 100 * float((np.abs(errors) <= band)[np.isfinite(errors)].mean())
