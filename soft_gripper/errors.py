@@ -1,6 +1,6 @@
 """Mistakes and failures, reported in one line."""
 
-_LONGEST = 200  # characters of a value that a message repeats
+_LONGEST_VALUE = 200  # characters of a value that a message repeats
 _LONGEST_PART = 800  # of its other parts
 
 
@@ -50,7 +50,7 @@ def in_one_line(text: str) -> str:
 def _shown(value: object) -> str:
     """A value as a message repeats it."""
     try:
-        return shortened(repr(value), _LONGEST)
+        return shortened(repr(value), _LONGEST_VALUE)
     except ValueError:  # Python's own limit
         return "a number of thousands of digits"
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 ENDS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)  # the last as a terminal is closed
-_AT_ONCE = 0.5  # s within which several signals are one: `timeout` and terminals send them twice
+_REPEAT_TIME = 0.5  # s within which several signals are one: `timeout` and terminals send them twice
 
 
 @contextmanager
@@ -20,7 +20,7 @@ def held_back() -> Iterator[Callable[[], bool]]:
     came: list[float] = []
 
     def note(number: int, _: object) -> None:
-        if came and time.monotonic() > came[0] + _AT_ONCE:
+        if came and time.monotonic() > came[0] + _REPEAT_TIME:
             signal.signal(number, signal.SIG_DFL)
             signal.raise_signal(number)
         came.append(time.monotonic())

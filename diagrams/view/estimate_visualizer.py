@@ -94,7 +94,7 @@ def unit_circle(edges: int = 96) -> Array:
 
 BAND = "/drake/estimate/band"
 BAND_COLOR = Rgba(0.0, 0.6, 0.6, 0.45)
-_LEAST = 1e-6  # m; Meshcat has no shape without width
+_LEAST_WIDTH = 1e-6  # m; Meshcat has no shape without width
 
 
 def place_ribbon(meshcat: Meshcat, drawn: DrawnFinger) -> None:
@@ -121,7 +121,7 @@ def widen_ribbon(meshcat: Meshcat, drawn: DrawnFinger, std: Array, time: float) 
             path = f"{BAND}/{drawn.name}/{i}/{side}"
             meshcat.SetProperty(path, "visible", bool(np.isfinite(width)), time)
             if np.isfinite(width):
-                meshcat.SetProperty(path, "scale", [max(rounded(width), _LEAST), 1.0, 1.0], time)
+                meshcat.SetProperty(path, "scale", [max(rounded(width), _LEAST_WIDTH), 1.0, 1.0], time)
 
 
 def _in_links(std: Array) -> Array:

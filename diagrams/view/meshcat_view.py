@@ -98,7 +98,7 @@ def cut_off(address: str) -> None:
                     copy.shutdown(socket.SHUT_RDWR)
 
 
-_ASIDE = np.radians(45.0)  # to the right, so that the arm is behind the gripper and does not hide it
+_CAMERA_TURN = np.radians(45.0)  # to the right, so that the arm is behind the gripper and does not hide it
 _DOWNWARD = 0.35  # per metre forward, so that the height above the bench is visible
 _CORNERS = np.array(list(product((-1, 1), repeat=3)))  # of a box, in half widths
 
@@ -116,7 +116,7 @@ def viewing_direction(
     foot = plant.get_body(plant.GetBodyIndices(plant.GetModelInstanceByName(arm.model))[0])
     p_WFoot = plant.EvalBodyPoseInWorld(plant.CreateDefaultContext(), foot).translation()
     ahead = np.mean([finger.X_WB.translation() for finger in fingers], axis=0) - p_WFoot
-    turn = RotationMatrix.MakeZRotation(np.arctan2(ahead[1], ahead[0]) + _ASIDE)
+    turn = RotationMatrix.MakeZRotation(np.arctan2(ahead[1], ahead[0]) + _CAMERA_TURN)
     direction: Array = turn @ np.array([0.0, 1.0, -_DOWNWARD])
     return direction
 

@@ -325,8 +325,8 @@ def add_steps(builder: DiagramBuilder, where: str, steps: Steps, duration: float
     return signals
 
 
-_EARLY = 1e-9  # s before a step is due, by which the sum of sampling periods may fall short
-_LONGEST = 1e9  # s, of any run
+_STEP_TOLERANCE = 1e-9  # s before a step is due, by which the sum of sampling periods may fall short
+_LONGEST_RUN = 1e9  # s, of any run
 
 
 class StepSource(Diagram):
@@ -344,7 +344,7 @@ class StepSource(Diagram):
         """`values`, (steps,) or (steps, C), of `duration` s each."""
         super().__init__()
         rows, builder = np.reshape(values, (len(values), -1)), DiagramBuilder()
-        time = TrajectorySource(PiecewisePolynomial.FirstOrderHold([0.0, _LONGEST], [[0.0, _LONGEST]]))
+        time = TrajectorySource(PiecewisePolynomial.FirstOrderHold([0.0, _LONGEST_RUN], [[0.0, _LONGEST_RUN]]))
         elapsed = builder.AddNamedSystem("elapsed", Adder(2, 1))
         begin = builder.AddNamedSystem("begin", RunBegin())
         builder.Connect(builder.AddNamedSystem("time", time).get_output_port(), elapsed.get_input_port(0))
@@ -359,6 +359,6 @@ class StepSource(Diagram):
 
 def _which_step(steps: int, duration: float) -> tuple[BarycentricMesh, Array]:
     """Nodes in time, and at each node 1 for the step that lasts then and 0 for the others, (steps, nodes)."""
-    changes = np.arange(1, steps) * duration - _EARLY
-    nodes = [0.0, *np.stack([changes - _EARLY, changes], axis=-1).ravel(), steps * duration]
+    changes = np.arange(1, steps) * duration - _STEP_TOLERANCE
+    nodes = [0.0, *np.stack([changes - _STEP_TOLERANCE, changes], axis=-1).ravel(), steps * duration]
     return BarycentricMesh([set(nodes)]), np.repeat(np.eye(steps), 2, axis=1)

@@ -11,7 +11,7 @@ from soft_gripper.errors import InputError
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.schema import Scenario
 
-_MANY = 30  # models; Drake reads a few per second
+_MANY_MODELS = 30  # models; Drake reads a few per second
 
 
 def chosen_scenario(options: argparse.Namespace) -> Scenario:
@@ -27,7 +27,7 @@ def chosen_station(options: argparse.Namespace) -> Station:
 
 def station_of(name: str, scenario: Scenario, meshcat: Meshcat | None = None, is_private: bool = False) -> Station:
     """Builds the station of a scenario, or a private one; errors raised while building also name the scenario."""
-    if len(scenario.models) > _MANY:
+    if len(scenario.models) > _MANY_MODELS:
         print(f"note: reading {len(scenario.models)} models, which may take minutes", file=sys.stderr, flush=True)
     try:
         station = (make_private_station if is_private else make_station)(scenario, meshcat)

@@ -8,7 +8,7 @@ from pydrake.geometry import Meshcat
 
 from soft_gripper.commands.page_server import page_server
 
-_ASKS = "The animation is in Meshcat. Press Enter to end. "
+_END_PROMPT = "The animation is in Meshcat. Press Enter to end. "
 _ENDS = "There is no terminal to wait at, so Meshcat closes now; use --html FILE to keep the animation."
 
 
@@ -32,4 +32,4 @@ def wait_for_viewer() -> None:
         print(_ENDS)
         return
     with suppress(EOFError):
-        input(_ASKS)
+        input(_END_PROMPT)

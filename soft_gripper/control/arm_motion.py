@@ -333,7 +333,7 @@ def arm_fingerprint(plant: MultibodyPlant, tool: Frame) -> bytes:
 
 
 GAIN = 4.0  # 1/s, tool velocity over its distance from the desired pose
-_FAR = 1e3  # rad, m and per second, in place of an infinite limit
+_NO_LIMIT = 1e3  # rad, m and per second, in place of an infinite limit
 
 
 class ToolFollower(LeafSystem):
@@ -399,7 +399,7 @@ def _parameters(limits: ArmLimits, law: Couplings, period: float) -> Differentia
     """The limits of the joints that follow no other."""
     parameters = DifferentialInverseKinematicsParameters(len(law.leads), len(law.leads))
     lower, upper, velocity = (
-        np.clip(limit[law.leads], -_FAR, _FAR) for limit in (limits.lower, limits.upper, limits.velocity)
+        np.clip(limit[law.leads], -_NO_LIMIT, _NO_LIMIT) for limit in (limits.lower, limits.upper, limits.velocity)
     )
     parameters.set_time_step(period)
     parameters.set_joint_position_limits((lower, upper))

@@ -14,8 +14,8 @@ import numpy as np
 from soft_gripper.arrays import Array
 from soft_gripper.cached import kept
 
-_AT_ONCE = 16  # samples that are computed together
-_LATEST = 8  # results that are shared
+_BATCH_SIZE = 16  # samples that are computed together
+_SHARED_RESULTS = 8  # results that are shared
 
 _T = TypeVar("_T")
 _shared: OrderedDict[Any, Any] = OrderedDict()
@@ -35,10 +35,12 @@ class Later:
 
 def shared(function: Callable[..., _T], owner: object, *arrays: Array) -> _T:
     """A function of an object and arrays, computed once for equal arrays of few samples; nobody may change it."""
-    if arrays[0].size > _AT_ONCE * arrays[0].shape[-1]:
+    if arrays[0].size > _BATCH_SIZE * arrays[0].shape[-1]:
         return function(owner, *arrays)
     key = function, id(owner), *((each.shape, each.tobytes()) for each in arrays)
-    found: _T = kept(_shared, key, lambda: (function(owner, *arrays), owner), _LATEST)[0]  # nothing else has its id
+    found: _T = kept(_shared, key, lambda: (function(owner, *arrays), owner), _SHARED_RESULTS)[
+        0
+    ]  # nothing else has its id
     return found
 
 
@@ -49,7 +51,9 @@ def in_parts(function: Any, sample: Array, *others: Array) -> Any:
     """
     shape = sample.shape[:-1]
     flat = [each.reshape(-1, *each.shape[len(shape) :]) for each in (sample, *others)]
-    parts = [function(*(each[at : at + _AT_ONCE] for each in flat)) for at in range(0, max(len(flat[0]), 1), _AT_ONCE)]
+    parts = [
+        function(*(each[at : at + _BATCH_SIZE] for each in flat)) for at in range(0, max(len(flat[0]), 1), _BATCH_SIZE)
+    ]
     return _put_together(parts, shape)
 
 

@@ -90,8 +90,8 @@ from soft_gripper.sensors.measurement import UNKNOWN, MeasurementModel
 
 _FEWEST_PLACES = 48  # cells along the finger; joints are at their ends, for the torques change there
 _SMOOTH, _IS_SMOOTH = 0.01, 0.3  # friction per force of a smooth contact, and the probability of one
-_AROUND = 8  # faces, and the edges between them
-_ON_EDGE = 0.04  # probability of each edge
+_CELLS_AROUND = 8  # faces, and the edges between them
+_EDGE_PROBABILITY = 0.04  # probability of each edge
 _EDGE_NORMAL_STD = np.radians(45) / math.sqrt(3)  # of the direction of an edge's normal
 _ON_TIP = 0.6  # probability of rim and end of the tip, relative to that of a place
 _STRADDLED = 1.5e-3  # m, standard deviation of the lever at the joint next to a contact, which may lie on both links
@@ -100,7 +100,7 @@ _CHANCE = 1e-3  # probability that noise alone exceeds the noise level
 _HEAVIEST = 96  # cells, over which means are taken
 _TINY = 1e-30
 _SIDE = math.sqrt(3)  # standard deviations, from the middle of a cell to its sides
-_ANYWHERE = 1e-3  # of the place within the most probable cell, information before anything is read
+_PLACE_INFORMATION = 1e-3  # of the place within the most probable cell, information before anything is read
 _TURNS = 2  # by which the most probable force and what is uncertain under it are found in turn
 _SLIDING = 0.25  # probability of friction at either end of the cone, in the plane; sliding contacts are there
 _RUBS = 5  # cells of friction in the plane
@@ -191,7 +191,7 @@ class SurfaceCells:
             straddled=np.array([vector_product(each.straddled * _Z, -each.normal) for each in surfaces]),
             directions=wrenches[:, : 1 + tangents, 3:],
             extent=np.array(along) / math.sqrt(12),
-            angle=np.angle(np.exp(2j * math.pi * np.array(face) / _AROUND)),
+            angle=np.angle(np.exp(2j * math.pi * np.array(face) / _CELLS_AROUND)),
             rough=np.array([each.is_rough for each in surfaces]),
             on_face=np.array(face) % 2 == 0,
         )
@@ -216,7 +216,7 @@ class _Cell(NamedTuple):
 
     place: int
     side: int
-    face: int  # or edge, of _AROUND
+    face: int  # or edge, of _CELLS_AROUND
     share: float  # of the probability
     arc_length: float  # m
     surface: _Surface
@@ -232,9 +232,9 @@ def _cells(finger: Finger, ways: Sequence[str], friction: float) -> Iterator[_Ce
     heights, end = s - begins[np.searchsorted(begins, s) - 1], finger.length - begins[-1]
     sides: Iterable[tuple[int, int]]
     if tuple(ways) == ("bending",):
-        sides, beside, tip = ((-1, _AROUND // 2), (1, 0)), _beside_in_plane, _tip_in_plane
+        sides, beside, tip = ((-1, _CELLS_AROUND // 2), (1, 0)), _beside_in_plane, _tip_in_plane
     else:
-        sides, beside, tip = enumerate(range(_AROUND), start=1), _beside, _tip
+        sides, beside, tip = enumerate(range(_CELLS_AROUND), start=1), _beside, _tip
     for side, face in sides:
         for i, outline in enumerate(outlines):
             for share, surface in beside(face, outline, heights[i], extent, friction):
@@ -261,7 +261,7 @@ class _Outline(NamedTuple):
 
 def _normal(side: int) -> tuple[Array, Array]:
     """The outward normal of a face or edge, and the direction across it, (3) each."""
-    angle = 2 * math.pi * side / _AROUND
+    angle = 2 * math.pi * side / _CELLS_AROUND
     return np.array([math.cos(angle), math.sin(angle), 0.0]), np.array([-math.sin(angle), math.cos(angle), 0.0])
 
 
@@ -271,7 +271,7 @@ _Surfaces = Iterator[tuple[float, _Surface]]  # each with its share of the proba
 def _beside(face: int, outline: _Outline, height: float, extent: float, friction: float) -> _Surfaces:
     """A face, or the edge between two, at a height above the origin of its link, smooth and rough."""
     (point, normal, _, reach), across, on_edge = outline.toward(face), _normal(face)[1], face % 2 == 1
-    share = _ON_EDGE if on_edge else (1 - _ON_EDGE * _AROUND / 2) / (_AROUND / 2)
+    share = _EDGE_PROBABILITY if on_edge else (1 - _EDGE_PROBABILITY * _CELLS_AROUND / 2) / (_CELLS_AROUND / 2)
     for is_rough, rubs, likely in ((False, _SMOOTH, _IS_SMOOTH), (True, friction, 1 - _IS_SMOOTH)):
         turned = _Tangent(across, 0.0, math.hypot(rubs, _EDGE_NORMAL_STD))
         tangents = _Tangent(_Z, extent, rubs), turned if on_edge else _Tangent(across, reach, rubs)
@@ -286,9 +286,9 @@ def _tip(face: int, outline: _Outline, height: float, friction: float) -> _Surfa
     rim, up = (normal + _Z) / math.sqrt(2), (_Z - normal) / math.sqrt(2)
     across = _Tangent(_normal(face)[1], reach, friction)
     turned = _Tangent(up, 0.0, math.hypot(friction, _EDGE_NORMAL_STD))
-    yield _ON_TIP / _AROUND, _Surface(point + height * _Z, rim, (across, turned))
+    yield _ON_TIP / _CELLS_AROUND, _Surface(point + height * _Z, rim, (across, turned))
     middle = point - depth / 2 * normal + height * _Z
-    yield _ON_TIP / _AROUND, _Surface(middle, _Z, (across, _Tangent(normal, depth, friction)))
+    yield _ON_TIP / _CELLS_AROUND, _Surface(middle, _Z, (across, _Tangent(normal, depth, friction)))
 
 
 def _beside_in_plane(face: int, outline: _Outline, height: float, extent: float, friction: float) -> _Surfaces:
@@ -466,7 +466,7 @@ class SurfaceContact:
             both = np.stack([response, moved], axis=-2)  # r is nearly linear in the force and the force times the place
             information = both @ weights @ np.swapaxes(both, -1, -2)
             information[..., 0, 0] += usual**-2
-            information[..., 1, 1] += _ANYWHERE / np.maximum(force, _TINY) ** 2
+            information[..., 1, 1] += _PLACE_INFORMATION / np.maximum(force, _TINY) ** 2
             size, product = np.moveaxis(np.linalg.solve(information, both @ weights @ r[..., None])[..., 0], -1, 0)
             place = (product / np.where(size == 0, _TINY, size)).clip(-_SIDE, _SIDE)
             c = response + place[..., None] * moved

@@ -80,10 +80,10 @@ _CAUTION = 30.0  # factor on the noise variance when slow states are corrected
 _SLOW_GAIN, _SLOW_BEND = 1e-3, 1e-3  # 1/sqrt(s), random walks of c and of r
 _BLIND_SAMPLES = 5  # samples without a reading of a bend after which a load can no longer be ruled out
 _OUTLIER = 6.0  # standard deviations
-_MISSING = 1e6  # variance of an omitted reading
+_MISSING_VARIANCE = 1e6  # variance of an omitted reading
 _CHANCE = 1e-3  # that noise exceeds the limit of an innovation
 _REMAINING = 0.3  # of the noise of one sample, in a value's change by the load
-_SEEN = 1e-3  # of the largest slope of the readings by a bend: less is not seen at all
+_LEAST_SLOPE = 1e-3  # of the largest slope of the readings by a bend: less is not seen at all
 
 
 class Changes(NamedTuple):
@@ -154,14 +154,14 @@ class RecursiveShape:
         difference: Array = layout.measured(readings) - (1 + self._gains(mean)) * strain - self._offsets(mean)
         read = np.isfinite(difference)
         difference = np.where(read, difference, 0.0)
-        noise = np.where(read, self.uncertainty.reading**2, _MISSING)
+        noise = np.where(read, self.uncertainty.reading**2, _MISSING_VARIANCE)
         innovation = self._innovation(difference - by_load, noise, covariance, by_state)
         jumped = innovation > _limits(noise.shape[-1])[0]
         covariance = covariance + jumped[..., None, None] * np.diag(_LOAD_JUMP**2 * self._before * ~self._is_slow)
-        noise = np.where(self._is_outlier(difference - by_load, noise, covariance, by_state), _MISSING, noise)
-        average = before.difference + _AVERAGE * (difference - before.difference) * (noise < _MISSING)
+        noise = np.where(self._is_outlier(difference - by_load, noise, covariance, by_state), _MISSING_VARIANCE, noise)
+        average = before.difference + _AVERAGE * (difference - before.difference) * (noise < _MISSING_VARIANCE)
         loaded = self._is_loaded(before, average, difference, covariance, by_state, noise)
-        blind = self._is_blind(noise < _MISSING)
+        blind = self._is_blind(noise < _MISSING_VARIANCE)
         loaded |= blind & (covariance[..., 0, 0] > _BLIND_SAMPLES * self._walks[0])
         left = difference - by_load * (loaded | blind)[..., None]
         mean, covariance, drive = self._update(mean, covariance, left, by_state, noise, loaded, blind & ~loaded)
@@ -370,7 +370,7 @@ class RecursiveShape:
         sections = layout.joint_sections[:, None] == np.arange(layout.sections)
         bent = [way in ("bending", "sideways") for way in layout.ways]
         by_bend = layout.jacobian @ np.kron(np.eye(len(bent))[:, bent], sections / layout.joints_per_section)
-        seen = np.abs(by_bend).max(axis=0) > _SEEN * np.abs(by_bend).max()
+        seen = np.abs(by_bend).max(axis=0) > _LEAST_SLOPE * np.abs(by_bend).max()
         return np.asarray(by_bend[:, seen] ** 2)
 
     def _update(

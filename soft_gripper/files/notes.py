@@ -16,7 +16,7 @@ from soft_gripper.errors import in_one_line, shortened
 _LOGGER = logging.getLogger(__name__)
 READ, MENDED, LEFT_OUT = "read", "mended", "left out"
 _SHOWN = 3  # elements of a line that a command prints
-_LONGEST = 60  # characters of a value
+_LONGEST_VALUE = 60  # characters of a value
 
 
 class Note(NamedTuple):
@@ -42,7 +42,7 @@ _open: ContextVar[list[Note] | None] = ContextVar("open", default=None)  # the i
 
 def note(outcome: str, file: Path | str, element: str, value: object, why: str) -> None:
     """Adds a note to the innermost `collected`, or logs it at once if there is none."""
-    shown = shortened(in_one_line(str(value)), _LONGEST)
+    shown = shortened(in_one_line(str(value)), _LONGEST_VALUE)
     made, notes = Note(outcome, str(file), in_one_line(element), shown, why), _open.get()
     if notes is None:
         _log([made])

@@ -47,7 +47,7 @@ def _digest(path: Path) -> str:
 
 _PREFIX = ".soft-gripper-"  # of what is incomplete; host and process follow, so that no other's files are removed
 _HOST = re.sub("[^A-Za-z0-9.]", "_", os.uname().nodename)[:64]
-_KEPT = 40  # characters of a name, its suffix among them, that a partial name ends with: 255 bytes hold both
+_KEPT_CHARACTERS = 40  # characters of a name, its suffix among them, that a partial name ends with: 255 bytes hold both
 
 
 @contextmanager
@@ -103,7 +103,7 @@ def atomic_folder(folder: Path) -> Iterator[Path]:
     partial = _partial(folder)
     folder.parent.mkdir(parents=True, exist_ok=True)
     for left in filter(_is_left_over, folder.parent.glob(f"{_PREFIX}*")):
-        if left.name.endswith(f"-{folder.name[-_KEPT:]}") and left.is_dir() and not left.is_symlink():
+        if left.name.endswith(f"-{folder.name[-_KEPT_CHARACTERS:]}") and left.is_dir() and not left.is_symlink():
             shutil.rmtree(left, ignore_errors=True)
     partial.mkdir()
     try:
@@ -148,7 +148,7 @@ def write_folder(folder: Path, files: Mapping[str, bytes]) -> None:
 
 def _partial(path: Path) -> Path:
     """Where something is written until it replaces `path`."""
-    return path.with_name(f"{_PREFIX}{_HOST}-{os.getpid()}-{path.name[-_KEPT:]}")
+    return path.with_name(f"{_PREFIX}{_HOST}-{os.getpid()}-{path.name[-_KEPT_CHARACTERS:]}")
 
 
 def writable_folder(path: Path) -> Path:

@@ -9,8 +9,8 @@ from soft_gripper.files.text import read_text
 
 DRAKE = "{http://drake.mit.edu}"  # namespace of Drake's own elements, under whichever of its names a file has it
 ET.register_namespace("drake", DRAKE.strip("{}"))
-_DEEPEST = 100  # elements inside each other
-_MOST = 50_000  # elements: many times as many as any model has, and fewer than take minutes
+_DEEPEST_ELEMENT = 100  # elements inside each other
+_MOST_ELEMENTS = 50_000  # elements: many times as many as any model has, and fewer than take minutes
 _COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
 _PREFIX = re.compile(r"[<\s/]([A-Za-z_][\w.-]*):[A-Za-z_][\w.-]*(?=[\s=/>])")
 _ROOT = re.compile(r"<[A-Za-z_][\w:.-]*")
@@ -68,10 +68,12 @@ class _Builder(ET.TreeBuilder):
     def start(self, tag: str, attrs: dict[str, str]) -> ET.Element:
         self._depth += 1
         self._count += 1
-        if self._count > _MOST:
-            raise InputError(self._where, "element", tag, f"is one of more than {_MOST}: no model needs as many")
-        if self._depth > _DEEPEST:
-            raise InputError(self._where, "element", tag, f"lies in more than {_DEEPEST} others")
+        if self._count > _MOST_ELEMENTS:
+            raise InputError(
+                self._where, "element", tag, f"is one of more than {_MOST_ELEMENTS}: no model needs as many"
+            )
+        if self._depth > _DEEPEST_ELEMENT:
+            raise InputError(self._where, "element", tag, f"lies in more than {_DEEPEST_ELEMENT} others")
         return super().start(_of_drake(tag), attrs)
 
     def end(self, tag: str) -> ET.Element:

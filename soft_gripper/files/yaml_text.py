@@ -12,7 +12,7 @@ from pydrake.common.yaml import yaml_load_data
 from soft_gripper.errors import InputError, first_line, in_one_line
 from soft_gripper.files.text import read_text
 
-_DEEPEST = 40  # mappings and lists inside each other
+_DEEPEST_VALUE = 40  # mappings and lists inside each other
 _LARGEST = 100_000  # values; those of an alias count every time
 _TAGS = ("!Rpy",)  # Drake's, of poses; others are of random quantities
 
@@ -76,8 +76,10 @@ def _check_size(where: Path | str, text: str) -> None:
         elif isinstance(event, yaml.ScalarEvent):
             _count(where, path[-1], 1, event.value)
             sizes[event.anchor] = 1
-        if len(path) > _DEEPEST:
-            raise InputError(where, "depth", len(path), f"give no more than {_DEEPEST} lists or mappings in each other")
+        if len(path) > _DEEPEST_VALUE:
+            raise InputError(
+                where, "depth", len(path), f"give no more than {_DEEPEST_VALUE} lists or mappings in each other"
+            )
 
 
 def _count(where: Path | str, holder: _Open, size: int, key: str) -> None:

@@ -33,7 +33,7 @@ _ROUNDING = 1e-9  # m
 _MOST_SEGMENTS = 500
 _WIDTHS = ("thickness", "width")  # of a chamber, along x and along y
 _ON_STEP = 1e-9  # share of the length, within which a place is at a step, however it is rounded
-_APART = 1e-6  # share of the length, the least distance between sections that are not a step
+_LEAST_SECTION_SPACING = 1e-6  # share of the length, the least distance between sections that are not a step
 
 
 @dataclass(frozen=True)
@@ -98,8 +98,9 @@ class Finger:
 
     def _misplaced_sections(self) -> Iterator[Misfit]:
         for i, (before, at) in enumerate(pairwise(self.places[:-1])):
-            if at < before or 0 < at - before < _APART:
-                expected = f"give sections in order, {_APART:g} apart or at one place; the one before is at {before:g}"
+            if at < before or 0 < at - before < _LEAST_SECTION_SPACING:
+                apart = f"{_LEAST_SECTION_SPACING:g} apart or at one place"
+                expected = f"give sections in order, {apart}; the one before is at {before:g}"
                 yield f"sections[{i}].at", at, expected
             if self.places[: i + 2].count(at) > 2:
                 yield f"sections[{i}].at", at, "give one section at a place, or two for a step"

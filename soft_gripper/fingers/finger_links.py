@@ -18,7 +18,7 @@ from soft_gripper.fingers.finger_element import FingerElement
 from soft_gripper.fingers.finger_parts import AXES, SLIDES, TipLoad
 
 _COLOR = "0.93 0.55 0.36 1"
-_BETWEEN = 1e-6  # mass of a link between two joints of a segment over that of the link before
+_JOINT_LINK_MASS_SHARE = 1e-6  # mass of a link between two joints of a segment over that of the link before
 _STEEL = 7850.0  # kg/m^3
 _STEEL_COLOR = "0.6 0.62 0.65 1"
 
@@ -338,7 +338,7 @@ def _joint(joint: _Joint, damping: float) -> ET.Element:
 
 def _link_between(joint: _Joint) -> ET.Element:
     """The nearly massless link beyond a joint."""
-    mass = _BETWEEN * float(joint.finger.link_masses[joint.segment])
+    mass = _JOINT_LINK_MASS_SHARE * float(joint.finger.link_masses[joint.segment])
     return _element("link", _inertial(mass, (0, 0), (mass * joint.finger.segment_length**2,) * 3), name=joint.child)
 
 

@@ -23,7 +23,7 @@ from scipy.sparse.linalg import spsolve
 from soft_gripper.arrays import Array
 
 _ELEMENTS = 48  # across the section, about
-_LEAST = 4  # between two edges
+_LEAST_EDGE_CELLS = 4  # between two edges
 _DIGITS = 9  # of the size of the section, up to which edges differ
 _SLOPES = np.array([[1.0, -1.0], [-1.0, 1.0]])  # integrals of products of slopes of two hat functions, on a unit length
 _PRODUCTS = np.array([[2.0, 1.0], [1.0, 2.0]]) / 6  # of the hat functions themselves
@@ -71,7 +71,7 @@ def _lines(edges: Sequence[float], size: float) -> Array:
 
 
 def _shares(length: float) -> Array:
-    count = max(round(_ELEMENTS * length), _LEAST)
+    count = max(round(_ELEMENTS * length), _LEAST_EDGE_CELLS)
     return (1 - np.cos(np.pi * np.arange(1, count + 1) / count)) / 2
 
 

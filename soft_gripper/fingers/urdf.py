@@ -175,10 +175,10 @@ class _Unexpanded(NamedTuple):
     elements: tuple[FingerElement, ...]
 
 
-_KEPT = 16  # files, or expansions of about 0.1 MB: a sweep reads the same ones for every run
+_KEPT_TEXTS = 16  # files, or expansions of about 0.1 MB: a sweep reads the same ones for every run
 
 
-@lru_cache(maxsize=_KEPT)
+@lru_cache(maxsize=_KEPT_TEXTS)
 def _read(source: _Source) -> _Unexpanded:
     path, only_name = source.path, source.only_name
     robot = _parse_robot(path, source.text)
@@ -192,7 +192,7 @@ def _read(source: _Source) -> _Unexpanded:
     return _Unexpanded(robot, elements)
 
 
-@lru_cache(maxsize=_KEPT)
+@lru_cache(maxsize=_KEPT_TEXTS)
 def _expanded(source: _Source, elements: tuple[FingerElement, ...], meshes: tuple[str, ...], manner: _Manner) -> str:
     robot = deepcopy(_read(source).robot)
     _check_links(source.path, robot, elements)

@@ -48,8 +48,8 @@ _RATE = np.convolve(_SMOOTHING, [-0.5, 0.0, 0.5]) + _MIDWAY
 _FILTERS = np.array([_VALUE, _RATE, _MIDWAY])
 
 # Other residuals without contact, as fractions of the terms that are known less accurately.
-_OF_INERTIA = 0.1  # of the torque of inertia
-_OF_DRIVING = 0.15  # of the change of the driving torque over the samples
+_INERTIA_UNCERTAINTY = 0.1  # of the torque of inertia
+_DRIVING_UNCERTAINTY = 0.15  # of the change of the driving torque over the samples
 
 
 class Motion(NamedTuple):
@@ -72,8 +72,8 @@ class ExternalTorque:
     @property
     def tolerance(self) -> Array:
         """Largest residual expected without contact, N m, (..., N)."""
-        of_motion = np.abs(self.damping_change) + _OF_INERTIA * np.abs(self.inertia)
-        return of_motion + _OF_DRIVING * self.driving_change
+        of_motion = np.abs(self.damping_change) + _INERTIA_UNCERTAINTY * np.abs(self.inertia)
+        return of_motion + _DRIVING_UNCERTAINTY * self.driving_change
 
 
 @dataclass(frozen=True)

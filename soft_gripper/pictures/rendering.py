@@ -245,7 +245,7 @@ Picture = NDArray[np.uint8]  # (height, width, 3) red, green, blue
 
 _RENDERER = "vtk"
 _OVERSAMPLING = 2  # factor by which pictures are rendered larger and then reduced, against jagged edges
-_FARTHEST = 2.0  # m from the centre; anything beyond is not framed
+_FARTHEST_FRAMED = 2.0  # m from the centre; anything beyond is not framed
 _FRAMED_TIMES = 30  # number of times in a recording that the camera must cover
 
 
@@ -272,7 +272,7 @@ class SceneRenderer:
         times = scene.times[np.linspace(0, len(scene.times) - 1, _FRAMED_TIMES).astype(int)]
         corners = np.concatenate([scene.framed_corners(time) for time in times])
         # Framing an object that has fallen far away would make everything else too small.
-        corners = corners[np.linalg.norm(corners - np.median(corners, axis=0), axis=1) < _FARTHEST]
+        corners = corners[np.linalg.norm(corners - np.median(corners, axis=0), axis=1) < _FARTHEST_FRAMED]
         turn = _TO_THE_RIGHT if aside else _UNTURNED
         self.direction = turn @ viewing_direction(scenario.arm, scene.plant, scene.fingers, DIRECTION)
         self.camera = framing_camera(corners, height, width, self.direction)

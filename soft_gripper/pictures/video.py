@@ -24,7 +24,7 @@ from soft_gripper.truth.poses import TRUE_JOINTS
 
 FRAME_RATE = 10  # frames per second of simulated time
 FOOTER = 60  # pixels, below the scene
-_BESIDE = 0.4  # share of the width, of a close-up or a view from the side
+_INSET_WIDTH = 0.4  # share of the width, of a close-up or a view from the side
 _LIGHT_IN_SPACE = 0.85  # of a finger that turns toward the lamps, and would be white on white
 _GAP = 4  # pixels, between it and the scene
 _UNITS = {"pressure": (1e-3, "kPa"), "tension": (1.0, "N")}  # of what drives fingers
@@ -46,7 +46,7 @@ class Film:
         limit, in_space = recorded_limit(recording), _leave_planes(recording)
         light = _LIGHT_IN_SPACE if in_space else 1.0
         render = partial(SceneRenderer, scenario, recording, height, torque_limit=limit, light=light)
-        beside = round(_BESIDE * width) if scenario.arm is not None or in_space else 0
+        beside = round(_INSET_WIDTH * width) if scenario.arm is not None or in_space else 0
         self._renderer = render(width=width - beside)
         self._render_beside: Callable[[float], Picture] | None = None
         if scenario.arm is not None:

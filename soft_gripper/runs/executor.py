@@ -107,7 +107,7 @@ ATTEMPTS = 2  # at a call, if its process dies
 _PRELOADED = ("soft_gripper.runs.sweep.run_sweep", "dask.array")
 _CONTEXT = get_context("forkserver")
 _PATIENCE = 5.0  # s, to wait for a dead process to disappear
-_LONGEST = 70  # bytes in the path of the temporary folder; paths of its sockets are limited to 107
+_LONGEST_PATH = 70  # bytes in the path of the temporary folder; paths of its sockets are limited to 107
 _UNGUARDED = 79  # exit code of a process whose script opens an executor when imported
 _SAFE_PATH = "PYTHONSAFEPATH"
 _LOGGER = logging.getLogger(__name__)
@@ -137,8 +137,8 @@ class WorkerProcesses(Executor):
             InputError: if the path of the temporary folder is too long.
         """
         temporary = tempfile.gettempdir()
-        if len(os.fsencode(temporary)) > _LONGEST:
-            expected = f"processes communicate by sockets there: give a path of at most {_LONGEST} bytes"
+        if len(os.fsencode(temporary)) > _LONGEST_PATH:
+            expected = f"processes communicate by sockets there: give a path of at most {_LONGEST_PATH} bytes"
             raise InputError("environment", "TMPDIR", temporary, expected)
         _start_server()
         self._folder = tempfile.TemporaryDirectory(prefix="soft-gripper-", ignore_cleanup_errors=True)

@@ -17,8 +17,8 @@ from soft_gripper.arrays import Array
 from soft_gripper.scenario.mesh_object import read_scene
 
 _SLABS = 14
-_FLAT = 1e-6  # thickness over extent of points, below which they lie in a plane
-_JOINED = 0.999  # slabs that fill this share of their common hull are one part
+_FLATNESS = 1e-6  # thickness over extent of points, below which they lie in a plane
+_JOINED_FILL = 0.999  # slabs that fill this share of their common hull are one part
 _CONVEX = 0.99  # a mesh that fills this share of its convex hull counts as convex
 
 
@@ -45,7 +45,7 @@ def _joined(slabs: Sequence[trimesh.Trimesh]) -> list[trimesh.Trimesh]:
     parts, filled = [slabs[0]], slabs[0].volume
     for slab in slabs[1:]:
         hull = trimesh.convex.convex_hull(np.concatenate([parts[-1].vertices, slab.vertices]))
-        is_convex = filled + slab.volume >= _JOINED * hull.volume
+        is_convex = filled + slab.volume >= _JOINED_FILL * hull.volume
         parts = [*parts[:-1], hull] if is_convex else [*parts, slab]
         filled = filled + slab.volume if is_convex else slab.volume
     return parts
@@ -63,7 +63,7 @@ def _is_solid(points: Array) -> bool:
     if len(points) < 4:
         return False
     spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
-    return bool(spread[-1] > _FLAT * spread[0])
+    return bool(spread[-1] > _FLATNESS * spread[0])
 
 
 def _between(mesh: trimesh.Trimesh, axis: int, begin: float, end: float) -> Array:

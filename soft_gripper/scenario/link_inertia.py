@@ -117,7 +117,7 @@ def _child(element: ET.Element, tag: str) -> ET.Element:
     return ET.SubElement(element, tag) if child is None else child
 
 
-_FARTHEST = 3.0  # times the farthest point of a link; a body's radius of gyration never exceeds one time
+_LARGEST_GYRATION = 3.0  # times the farthest point of a link; a body's radius of gyration never exceeds one time
 
 
 def note_spread(path: Path, parser: Parser, model: ModelInstanceIndex, stands: bool) -> None:
@@ -140,6 +140,6 @@ def note_spread(path: Path, parser: Parser, model: ModelInstanceIndex, stands: b
         )
         moments = body.default_spatial_inertia().Shift(center).CalcRotationalInertia().CalcPrincipalMomentsOfInertia()
         radius = float(np.sqrt(max(moments) / mass))
-        if radius > _FARTHEST * far:
+        if radius > _LARGEST_GYRATION * far:
             why = f"its mass lies {1e3 * radius:.3g} mm from its centre, and its shape ends at {1e3 * far:.3g} mm"
             note(READ, path, f"link '{body.name()}': inertia", "", f"{why}; is it in other units?")

@@ -19,7 +19,7 @@ from soft_gripper.scenario.link_inertia import NEXT_TO_NONE, NOT_POSSIBLE, SPECK
 from soft_gripper.scenario.mesh_object import check_mesh_file, converted, weighable
 from soft_gripper.scenario.model_xml import Ready, check_chains
 
-_DEEPEST = 10  # files that include each other
+_DEEPEST_INCLUDE = 10  # files that include each other
 _FULL = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # entries of fullinertia
 _ACTUATORS = ("motor", "general", "position", "velocity", "intvelocity", "damper")
 _JOINTS = ("joint", "freejoint")
@@ -53,7 +53,7 @@ def _include(path: Path, folder: Path, around: ET.Element, depth: int) -> None:
         element = around[place]
         if element.tag == "include":
             file = folder / element.get("file", "")
-            if depth >= _DEEPEST or not os.path.isfile(file):
+            if depth >= _DEEPEST_INCLUDE or not os.path.isfile(file):
                 expected = f"lies in {depth} files that include each other" if depth else f"there is no file {file}"
                 raise InputError(path, "include.file", element.get("file", ""), expected)
             around.remove(element)

@@ -47,7 +47,7 @@ _OF_TENDON = {f"tendon_{name}": name for name in ("stiffness", "friction", "slac
 _OF_CONTACT = tuple(field.name for field in fields(ContactMaterial))
 _LONGEST_STEP = 0.01  # s; a longer one may be an oversight, and is refused if explicit springs are unstable
 _ALL = "all"
-_FAR = 20.0  # times the value so far; a larger change is taken for one whose "%" was forgotten
+_SUSPICIOUS_FACTOR = 20.0  # times the value so far; a larger change is taken for one whose "%" was forgotten
 _EXPECTED = 'give a number, or a change such as "+10 %"'
 
 
@@ -169,7 +169,7 @@ def _value(where: str, name: str, text: str, before: float) -> float:
     wrong = rest.strip() or (relative and sign not in ("+", "-")) or (not relative and sign == "+")
     if wrong or not math.isfinite(value):
         raise InputError(where, name, text, _EXPECTED)
-    if not relative and value > 0 and before > 0 and not 1 / _FAR <= value / before <= _FAR:
+    if not relative and value > 0 and before > 0 and not 1 / _SUSPICIOUS_FACTOR <= value / before <= _SUSPICIOUS_FACTOR:
         raise InputError(where, name, text, f'is far from the simulated {before:g}; a change is written "+10 %"')
     return before * (1 + value / 100) if relative else value
 

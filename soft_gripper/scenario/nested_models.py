@@ -13,7 +13,7 @@ from soft_gripper.files.xml_text import DRAKE, joint_end, read_xml
 from soft_gripper.scenario.mesh_names import mesh_file, named_in_packages
 
 _VERSION = (1, 7)  # of SDFormat, the first in which poses name the frames in which they are given
-_DEEPEST = 10  # files that include each other
+_DEEPEST_INCLUDE = 10  # files that include each other
 _POSED = ("link", "frame", "model")
 _NAMES = (*_POSED, "joint")
 _ATTRIBUTES = ("relative_to", "attached_to", "expressed_in", "canonical_link", "placement_frame")
@@ -72,8 +72,10 @@ def _include(path: Path, around: ET.Element, inside: tuple[Path, ...]) -> None:
 def _included(path: Path, include: ET.Element, inside: tuple[Path, ...]) -> ET.Element:
     uri = (include.findtext("uri") or "").strip()
     file = _file(path, uri)
-    if len(inside) > _DEEPEST:
-        raise InputError(path, "include.uri", uri, f"lies in more than {_DEEPEST} files that include each other")
+    if len(inside) > _DEEPEST_INCLUDE:
+        raise InputError(
+            path, "include.uri", uri, f"lies in more than {_DEEPEST_INCLUDE} files that include each other"
+        )
     root = read_xml(file)
     models = [*root.findall("model"), *root.findall("include")] if root.tag == "sdf" else []
     if len(models) != 1:

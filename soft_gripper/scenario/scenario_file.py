@@ -20,7 +20,7 @@ from soft_gripper.scenario.drake_values import plain_values, without_numpy
 from soft_gripper.scenario.schema import Scenario
 from soft_gripper.scenario.shipped import scenario_path
 
-_DEEPEST = 20  # names in the key of an override
+_DEEPEST_KEY = 20  # names in the key of an override
 
 
 def load_scenario(name_or_path: str | Path, overrides: Sequence[str] = ()) -> Scenario:
@@ -159,8 +159,8 @@ def change_document(document: dict[str, Any], key: str, value: Any) -> None:
     if not isinstance(key, str):
         raise LookupError("give names with dots between them, as text")
     *parents, last = key.split(".")
-    if len(parents) >= _DEEPEST:
-        raise LookupError(f"give no more than {_DEEPEST} names")
+    if len(parents) >= _DEEPEST_KEY:
+        raise LookupError(f"give no more than {_DEEPEST_KEY} names")
     place: Any = document
     for name in parents:
         place = place.setdefault(name, {}) if isinstance(place, dict) else place[_index(place, name)]

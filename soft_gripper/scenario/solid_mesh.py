@@ -13,12 +13,12 @@ from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
 from soft_gripper.files.notes import MENDED, READ, note
 
-_INSIDE = 0.5  # winding number above which a point is inside
+_INSIDE_WINDING = 0.5  # winding number above which a point is inside
 _RAYS = 5_000_000  # triangles that the search for overlaps compares with rays at most
 _AT_A_TIME = 500_000  # of these
 _POINTS = 512  # at which two parts are searched for an overlap, at most
 _PAIRS = 500  # of parts that are searched
-_FLAT = 1e-9  # volume of a part over that of a cube around it, below which it has none
+_FLAT_VOLUME = 1e-9  # volume of a part over that of a cube around it, below which it has none
 
 
 def solid(path: Path, mesh: trimesh.Trimesh) -> trimesh.Trimesh:
@@ -60,7 +60,7 @@ def closed_parts(path: Path, mesh: trimesh.Trimesh) -> list[trimesh.Trimesh]:
         expected = f"is not watertight: {which}; close the holes, since an open surface has no volume and no inertia"
         raise InputError(path, "mesh", path.name, expected)
     for number, part in enumerate(parts):
-        if part.is_winding_consistent and abs(part.volume) <= _FLAT * part.extents.max() ** 3:
+        if part.is_winding_consistent and abs(part.volume) <= _FLAT_VOLUME * part.extents.max() ** 3:
             raise InputError(path, "mesh", path.name, f"part {number} has no volume: both of its sides face outward")
     if sum(part.volume for part in parts if part.is_winding_consistent) < 0:
         for part in parts:
@@ -139,7 +139,7 @@ def _consistent(part: trimesh.Trimesh) -> NDArray[np.int_]:
 def _is_inside(part: trimesh.Trimesh, triangles: Array) -> bool:
     """Whether most of the surface of a part is inside of others, (F, 3, 3)."""
     points = part.triangles_center[:: max(1, len(part.faces) // 50)]
-    return bool((winding(points, triangles) > _INSIDE).mean() > 0.5)
+    return bool((winding(points, triangles) > _INSIDE_WINDING).mean() > 0.5)
 
 
 def _note_overlap(path: Path, parts: list[trimesh.Trimesh]) -> None:
@@ -150,7 +150,7 @@ def _note_overlap(path: Path, parts: list[trimesh.Trimesh]) -> None:
         pair = parts[one], parts[other]
         count = _RAYS // (len(near) * sum(len(part.faces) for part in pair))
         points = _between(*pair, int(np.clip(count, 27, _POINTS)))
-        if np.all([winding(points, part.triangles) > _INSIDE for part in pair], axis=0).any():
+        if np.all([winding(points, part.triangles) > _INSIDE_WINDING for part in pair], axis=0).any():
             note(READ, path, f"parts {one} and {other}", "", "they overlap: density counts twice there")
 
 

@@ -18,7 +18,7 @@ from soft_gripper.fingers.finger_parts import SLIDES
 from soft_gripper.sensors.measurement import MeasurementModel
 
 _PRIOR = {"bending": 1.0, "sideways": 0.5, "twist": 0.5, "stretch": 0.1}  # rad, and m over the length of a section
-_SEEN = 0.15  # of the prior's standard deviation
+_OBSERVED_SHARE = 0.15  # of the prior's standard deviation
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ def observability(layout: MeasurementModel, noise: float) -> list[Observed]:
     prior, S = weak_prior(layout), layout.sections
     seen = layout.slopes(layout.straight) @ shared_equally(layout)
     std = np.sqrt(np.diag(np.linalg.inv(np.diag(1 / prior**2) + seen.T @ seen / noise**2)))
-    found = dict(zip(layout.ways, np.where(std < _SEEN * prior, std, np.inf).reshape(-1, S), strict=True))
+    found = dict(zip(layout.ways, np.where(std < _OBSERVED_SHARE * prior, std, np.inf).reshape(-1, S), strict=True))
     ways = [way for way in _PRIOR if way in layout.finger.yields]
     return [Observed(way, found.get(way, np.full(S, np.inf))) for way in ways]
 

@@ -33,7 +33,7 @@ from soft_gripper.sensors.response_curve import CalibratedResponse, ResponseCurv
 PLAYS = 10
 RADII = 0.2 / 2.0 ** np.arange(PLAYS)[:, None]  # strain, (PLAYS, 1): strokes of up to 0.8 have a full loop
 FULL_SCALE = 0.1  # strain of a sensor stretched from rest at which the hysteresis error is zero
-_FOLLOWED = float(np.maximum(1 - RADII / FULL_SCALE, 0).sum())  # sum of the operators, over the strain, there
+_FULL_SCALE_SUM = float(np.maximum(1 - RADII / FULL_SCALE, 0).sum())  # sum of the operators, over the strain, there
 
 
 def moved_plays(plays: Array, strain: Array) -> Array:
@@ -44,7 +44,7 @@ def moved_plays(plays: Array, strain: Array) -> Array:
 
 def lagging_strain(plays: Array, strain: Array, width: float) -> Array:
     """The strain with hysteresis, (..., R), for a loop width given as a fraction of the stroke."""
-    return (1 - width * _FOLLOWED) * strain + width * plays.sum(axis=-2)
+    return (1 - width * _FULL_SCALE_SUM) * strain + width * plays.sum(axis=-2)
 
 
 MINUTE = 60.0  # s, after which `drift` is reached
@@ -228,7 +228,7 @@ def _read_out(errors: StrainErrors, ratio: Array) -> Array:
     return limited if quantum is None else quantum * np.round(limited / quantum)
 
 
-_BEGUN = 1e-9  # s, by which the sum of periods may fall short of an onset
+_ONSET_TOLERANCE = 1e-9  # s, by which the sum of periods may fall short of an onset
 
 
 def _with_faults(errors: StrainErrors, time: Array, ratio: Array) -> Array:
@@ -238,7 +238,7 @@ def _with_faults(errors: StrainErrors, time: Array, ratio: Array) -> Array:
             since, strain = time[..., fault.reading] - fault.time, ratio[..., fault.reading] - 1
             per_size: dict[str, Array | float] = {"offset": 1.0, "loose": -strain, "drifting": since}
             added, ratio = fault.size * per_size[fault.kind], ratio.copy()
-            ratio[..., fault.reading] += np.where(since > -_BEGUN, added, 0.0)
+            ratio[..., fault.reading] += np.where(since > -_ONSET_TOLERANCE, added, 0.0)
     return ratio
 
 
@@ -251,7 +251,7 @@ def _with_failed(errors: StrainErrors, memory: Memory, ratio: Array) -> Array:
             limit = last if fault.size is None else 1 + fault.size
             limited = np.minimum(ratio[..., i], limit) if np.all(limit > 1) else np.maximum(ratio[..., i], limit)
             failed = limited if fault.kind == "saturated" else limit
-            ratio[..., i] = np.where(memory.time[..., i] - fault.time > -_BEGUN, failed, ratio[..., i])
+            ratio[..., i] = np.where(memory.time[..., i] - fault.time > -_ONSET_TOLERANCE, failed, ratio[..., i])
     return ratio
 
 

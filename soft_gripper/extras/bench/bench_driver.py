@@ -38,7 +38,7 @@ _MOST_SKIPPED = 1.0  # s of missing readings that the estimators are told of; no
 _MOST_AHEAD = 0.5  # s by which readings may come in a bunch; more of them are in excess
 _MOST_BEHIND = 0.5  # s that readings may take that arrived together; after that the newest of them alone is used
 _REMEMBERED = 2.0  # s over which the speed of an estimate is measured
-_LATEST = 1e20  # of a device's clock, whatever its unit
+_LARGEST_CLOCK = 1e20  # of a device's clock, whatever its unit
 _LATENCIES = 100_000  # of the last readings
 
 
@@ -81,7 +81,7 @@ def understood(message: Message, config: BenchConfig, ranges: Ranges, quantities
     check_plausible(values, ranges, {*quantities.values()})
     count = None if config.count is None else count_of(float(chosen(found, [config.count])[0]))
     at = math.nan if config.time is None else float(chosen(found, [config.time])[0])
-    if not abs(at) <= _LATEST and not math.isnan(at):
+    if not abs(at) <= _LARGEST_CLOCK and not math.isnan(at):
         raise MalformedError(f"has the time {at}")
     return Reading(count, at, values)
 

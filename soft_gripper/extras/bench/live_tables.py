@@ -14,7 +14,7 @@ from soft_gripper.signals import signal_of
 Cell = str | tuple[str, str]  # its text, or its text and how it is marked: "bad", "name"
 Table = list[str | list[Cell]]  # a caption, the head, and rows
 _UNKNOWN = "-"
-_IN_A_ROW = 4  # counters
+_COUNTERS_PER_ROW = 4  # counters
 
 
 def _millimetres(*values: float) -> str:
@@ -86,5 +86,5 @@ def readings_table(counts: Counts) -> Table:
     cells: list[Cell] = []
     for name, number in asdict(counts).items():
         cells += [(name, "name"), (str(number), "bad") if number and name != "used" else str(number)]
-    width = 2 * _IN_A_ROW
+    width = 2 * _COUNTERS_PER_ROW
     return ["readings", [], *(cells[i : i + width] for i in range(0, len(cells), width))]

@@ -18,7 +18,7 @@ Ranges = Mapping[str, _Range]  # by input of a bench
 _MOST_BENT = 1.0  # rad at every joint: a usual finger would be wound up twice
 _MOST_TENSION = 1e4  # N, of a winch without a limit
 _MOST_OPENING = 1.0  # m
-_FARTHEST = 1e3  # m, of the base from the origin of the world
+_FARTHEST_BASE = 1e3  # m, of the base from the origin of the world
 _NOT_TURNED = 0.05  # largest entry of R R^T - 1
 _POSE = 12  # numbers
 
@@ -31,7 +31,11 @@ def plausible_ranges(bench: Bench, config: BenchConfig) -> Ranges:
     ranges: dict[str, _Range] = {SET_POINT: (-_MOST_OPENING, _MOST_OPENING)}
     for name, layout in bench.layouts.items():
         ranges[bench.quantities[name]] = _given(config.reading_range) or _readings(layout)
-        ranges |= {f"{name}.pressure": pressure, f"{name}.tension": tension, f"{name}.X_WB": (-_FARTHEST, _FARTHEST)}
+        ranges |= {
+            f"{name}.pressure": pressure,
+            f"{name}.tension": tension,
+            f"{name}.X_WB": (-_FARTHEST_BASE, _FARTHEST_BASE),
+        }
     return {name: ranges[name] for name in bench.inputs}
 
 
@@ -78,14 +82,14 @@ def check_plausible(values: Mapping[str, Array], ranges: Ranges, unread: set[str
                 raise MalformedError(f"has no rotation in {name}")
 
 
-_FIRST = 1.0  # s, after which the pressures are judged
+_JUDGING_BEGIN = 1.0  # s, after which the pressures are judged
 
 
 class FirstPressures:
     """The pressures of the first readings, which are questioned if they seem to be measured against vacuum."""
 
     def __init__(self, period: float, config: BenchConfig):
-        self._left = max(1, round(_FIRST / period)) if config.pressure_ambient is None else 0
+        self._left = max(1, round(_JUDGING_BEGIN / period)) if config.pressure_ambient is None else 0
         self._unit, self._factor = config.pressure_unit, config.pressure_factor
         self._seen: list[dict[str, Array]] = []
 

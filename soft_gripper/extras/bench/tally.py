@@ -13,9 +13,9 @@ from soft_gripper.extras.bench.bench import Bench
 from soft_gripper.extras.bench.endpoints import print_out
 
 _RESTS = 0.5  # s over which what drives a finger at rest does not change
-_STILL = 0.01  # of the range of the supply
+_STILL_PRESSURE_SHARE = 0.01  # of the range of the supply
 _STILL_TENSION = 0.5  # N
-_LASTS = 3  # readings in a row that make a contact
+_CONTACT_READINGS = 3  # readings in a row that make a contact
 _SHOWN = 1.0  # s between lines on a terminal
 _UNKNOWN = "-"
 
@@ -27,7 +27,11 @@ class _FingerTally:
         self._force, self._std, self._place = (f"{name}.contact_{own}" for own in ("force", "force_std", "arc_length"))
         self._driving = [f"{name}.{kind}" for kind in ("pressure", "tension") if f"{name}.{kind}" in bench.inputs]
         supply = bench.scenario.pressure
-        self._still = _STILL * (supply.maximum - supply.minimum) if self._driving[:1] == [f"{name}.pressure"] else None
+        self._still = (
+            _STILL_PRESSURE_SHARE * (supply.maximum - supply.minimum)
+            if self._driving[:1] == [f"{name}.pressure"]
+            else None
+        )
         self._past: deque[Array] = deque(maxlen=max(2, round(_RESTS / bench.period)))
         self._touched = 0
         self.name, self.is_known = name, False
@@ -42,10 +46,10 @@ class _FingerTally:
         self.is_known, force = True, float(found[self._force][0])
         touches = math.isfinite(force) and force != 0
         self._touched = self._touched + 1 if touches else 0
-        if self._touched < _LASTS:
+        if self._touched < _CONTACT_READINGS:
             return
         rested = self._rested
-        self.contacts[rested] += self._touched == _LASTS
+        self.contacts[rested] += self._touched == _CONTACT_READINGS
         if abs(force) > self.largest.get(rested, (0.0,))[0]:
             std, place = (float(found[name][0]) if name in found else math.nan for name in (self._std, self._place))
             self.largest[rested] = abs(force), std, place

@@ -33,7 +33,7 @@ from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.schema import EstimatorConfig, Scenario
 from soft_gripper.scenario.sensor_presets import sensor_layout
 
-_FORGET = 100  # samples after which the logs are cleared
+_LOG_SAMPLES = 100  # samples after which the logs are cleared
 _MOST_BEHIND = 3  # periods that a twin beside hardware makes up for at once; one that is too slow stays behind
 
 
@@ -74,7 +74,7 @@ class Twin:
         """Readings of the sensors after the next period, as a message."""
         self._samples += 1
         advance(self._simulator, self.station, self._samples * self.period)
-        if not self._records and self._samples % _FORGET == 0:
+        if not self._records and self._samples % _LOG_SAMPLES == 0:
             self.station.logs.clear(self.context)
         read = self.read([*self._signals.values()])
         sent = {name: read[signal] for name, signal in self._signals.items()}

@@ -80,7 +80,7 @@ _UNTESTED = 1e3  # limit if there are too few grasps to leave any out
 _FOLDS = 5  # of the training grasps, each left out once to find the limit
 COMPONENTS = 24  # principal ones of the standardised features, at most
 SHRINKAGE = 0.1  # of the covariance of a shape, toward that of all
-_LEAST = 1e-6  # variance within a shape, of the whole along a component
+_LEAST_VARIANCE = 1e-6  # variance within a shape, of the whole along a component
 
 
 def train_object_classifier(
@@ -133,7 +133,9 @@ def _discriminant(features: Array, names: Array, shapes: Sequence[str]) -> tuple
     means = np.array([parts[names == shape].mean(axis=0) for shape in shapes])
     residuals = parts - means[[list(shapes).index(name) for name in names]]
     covariances = np.array([_covariance(residuals[names == shape]) for shape in shapes])
-    shrunk = (1 - SHRINKAGE) * covariances + SHRINKAGE * _covariance(residuals) + _LEAST * np.eye(len(components))
+    shrunk = (
+        (1 - SHRINKAGE) * covariances + SHRINKAGE * _covariance(residuals) + _LEAST_VARIANCE * np.eye(len(components))
+    )
     return center, components, means, shrunk
 
 

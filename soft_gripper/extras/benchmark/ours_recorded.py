@@ -97,7 +97,9 @@ def _arm_readings(description: RecordingConfig, inputs: Array) -> tuple[Array, A
 _BEAM = "clamped_beam"
 _TURN_NOISE = 2e-3  # rad, of the turn by three markers
 _USUAL_LOAD = 0.1  # N m at its base: 100 g at its tip
-_SMALL = 1e-3  # m: a chamber that is never under pressure; estimators relate usual loads to the torque of a pressure
+_SMALL_CHAMBER = (
+    1e-3  # m: a chamber that is never under pressure; estimators relate usual loads to the torque of a pressure
+)
 _DOWN = 9.81j  # m/s^2: the beam is horizontal, and sags toward its inner side
 
 
@@ -121,7 +123,11 @@ def beam_tip(name: str) -> Estimator:
     """
 
     def estimator(task: Task, train: Sequence[Recorded]) -> Predict:
-        chamber = {"chamber_width": _SMALL, "chamber_thickness": _SMALL, "chamber_center": -_SMALL}
+        chamber = {
+            "chamber_width": _SMALL_CHAMBER,
+            "chamber_thickness": _SMALL_CHAMBER,
+            "chamber_center": -_SMALL_CHAMBER,
+        }
         finger = _finger(_BEAM).with_sections(lambda part: replace(part, **chamber))
         sensors, place = SensorLayout(finger, 1), _marker_place(train, _BEAM, finger)
         noise = _TURN_NOISE * float(np.abs(sensors.offsets).max()) / finger.length

@@ -156,7 +156,7 @@ _BEAM_FILES = {
 _BEAM = _SRL + "realbeam_experiments/Measurement_data (markers as CSV, see docs/extras/benchmark/benchmark.md)"
 _LIGHTER = tuple(recording_file("clamped_beam", name) for name in BEAM.fitted)
 (_HEAVIEST,) = (recording_file("clamped_beam", name) for name in BEAM.tested)
-_STILL = 0.4  # share of a recording after which the beam hardly swings
+_SWINGING_SHARE = 0.4  # share of a recording after which the beam hardly swings
 
 
 def _read_segment(path: Path) -> Recorded:
@@ -236,9 +236,9 @@ _TRUNK_FILES = {
 _TRUNK = "https://github.com/StanfordASL/trunk-stack, stack/main/data/trajectories/dynamic/servo_motor_archive"
 _DISK_NAMES = " ".join(f"{axis}{disk}" for disk in (1, 2, 3) for axis in "xyz")
 _MOTOR_NAMES = " ".join(f"phi{motor}" for motor in range(1, 7))
-_SEEN = 0.8  # share trained on: the same commands were run with every load, so later ones are tested with all
+_TRAINED_SHARE = 0.8  # share trained on: the same commands were run with every load, so later ones are tested with all
 _LIGHT, _MIDDLE, _HEAVY = _TRUNK_LOADS
-_LATER = {f"{mass:.0f} g": (Part(file, _SEEN),) for file, mass in _TRUNK_LOADS.items()}
+_LATER = {f"{mass:.0f} g": (Part(file, _TRAINED_SHARE),) for file, mass in _TRUNK_LOADS.items()}
 
 
 TASKS = (
@@ -270,7 +270,7 @@ TASKS = (
         _channels("rad", "turn"),
         _channels("m", "tip_x tip_z"),
         tuple(Part(file) for file in _LIGHTER),
-        {"swinging": (Part(_HEAVIEST, end=_STILL),), "at rest": (Part(_HEAVIEST, _STILL),)},
+        {"swinging": (Part(_HEAVIEST, end=_SWINGING_SHARE),), "at rest": (Part(_HEAVIEST, _SWINGING_SHARE),)},
         _read_beam_tip,
         period=_CAPTURED,
     ),
@@ -280,8 +280,8 @@ TASKS = (
         _BEAM_FILES,
         _channels("rad", "turn") + _channels("m", "tip_x tip_z"),
         _channels("g", "mass"),
-        tuple(Part(file, _STILL) for file in _LIGHTER),
-        {"102 g": (Part(_HEAVIEST, _STILL),)},
+        tuple(Part(file, _SWINGING_SHARE) for file in _LIGHTER),
+        {"102 g": (Part(_HEAVIEST, _SWINGING_SHARE),)},
         _read_beam_load,
         period=_CAPTURED,
     ),
@@ -304,7 +304,7 @@ TASKS = (
         _TRUNK_FILES,
         _channels("deg", _MOTOR_NAMES),
         _channels("m", _DISK_NAMES),
-        (Part(_LIGHT, end=_SEEN),),
+        (Part(_LIGHT, end=_TRAINED_SHARE),),
         _LATER,
         _read_trunk_shape,
         period=_CAPTURED,
@@ -315,7 +315,7 @@ TASKS = (
         _TRUNK_FILES,
         _channels("m", _DISK_NAMES) + _channels("deg", _MOTOR_NAMES),
         _channels("g", "mass"),
-        (Part(_LIGHT, end=_SEEN), Part(_HEAVY, end=_SEEN)),
+        (Part(_LIGHT, end=_TRAINED_SHARE), Part(_HEAVY, end=_TRAINED_SHARE)),
         _LATER,
         _read_trunk_load,
         period=_CAPTURED,

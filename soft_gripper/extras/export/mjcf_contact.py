@@ -31,7 +31,7 @@ _RIGID = 0.004  # s, time constant of a contact without one; with MuJoCo's 0.02 
 # Largest relative differences of stiffness that need no pair: of a skin on a rigid shape, and of two skins, which is
 # reached where the link of one is fixed.
 _ALIKE, _BOTH_SKINS = 0.01, 0.2
-_FIXED = 0.05  # of the usual mobility: what stands for that of a skin that is fixed
+_FIXED_SKIN_MOBILITY = 0.05  # of the usual mobility: what stands for that of a skin that is fixed
 _BITS = 31  # of a mask
 _PATCH = 4e-3  # m, radius over which a link touches, shared by its points; 35 to 90 mm^2 in the shipped grasps
 
@@ -75,7 +75,7 @@ def said(surface: Surface, skin: Skin) -> Said:
     """Attributes of a shape where the usual skin touches it."""
     if surface.compliance == 0:
         return Said(Touch(combined_friction(surface.friction, skin.friction), _RIGID), 0.0)
-    mobility = max(surface.mobility, _FIXED * skin.mobility)
+    mobility = max(surface.mobility, _FIXED_SKIN_MOBILITY * skin.mobility)
     weight = mobility**0.75 * surface.compliance**0.25
     return Said(Touch(surface.friction, _time(surface.compliance, mobility)), weight)
 

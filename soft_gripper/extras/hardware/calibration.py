@@ -33,7 +33,7 @@ from soft_gripper.sensors.sensor_layout import SensorLayout, strain_sensors
 
 ASSUMED = "gains are 1 within 5 %, the shape of the response is right, and the finger's own weight is its only load"
 _REST = 0.3  # s of constant pressure, after which a finger is assumed to be at rest
-_STEADY = 0.02  # share of the pressure range; allowed variation in that time
+_STEADY_PRESSURE = 0.02  # share of the pressure range; allowed variation in that time
 _SAMPLES = 3000  # number of samples used per recording, spread evenly
 _MOTION = 0.01  # extension ratio: smallest range of the most stretched sensor
 _LEAST_GAIN = 0.5  # or its inverse; values further from 1 are rejected as errors
@@ -245,7 +245,7 @@ def _at_rest(pressure: Array, window: int) -> NDArray[np.bool_]:
     rest = np.zeros(pressure.shape, dtype=bool)
     if len(pressure) > window:
         spans = np.ptp(np.lib.stride_tricks.sliding_window_view(pressure, window + 1), axis=-1)
-        rest[window:] = spans <= _STEADY * np.ptp(pressure)
+        rest[window:] = spans <= _STEADY_PRESSURE * np.ptp(pressure)
     return rest
 
 

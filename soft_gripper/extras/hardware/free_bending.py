@@ -46,14 +46,14 @@ GAIN, RATIO = 0.05, 0.5  # standard deviations before anything is measured: of g
 OFFSET, DRIFT, HYSTERESIS = 0.1, 2e-3 / MINUTE, 0.02  # extension ratio, 1/s, share of the stroke
 TIP = 5e-4  # m, standard deviation of a measured place of the tip, at least
 SOUGHT = {"pressure": 1000.0, "response": 0.2}  # Pa, offset of its sensor; curvature of the response, over strain
-_FIXED = 1e-6  # share of these, where they are not looked for
+_FIXED_STD_SHARE = 1e-6  # share of these, where they are not looked for
 _PRESSURE_STEP = 100.0  # Pa, for differences
 _RATIOS = (0.2, 5.0)
 _FIRST, _LEAST = 1e-3, 2e-5  # extension ratio, standard deviations of a median: guess, and least
 _UNKNOWNS, _SHARED = 3.0, 4.0  # of a reading, on average; observations that readings share
-_OF_MEDIAN = 1.4826  # standard deviation over the median of the absolute values, of normal ones
-_UNLIKELY = 2.0  # standard deviations, beyond which residuals count linearly
-_DOUBTFUL = 4.0  # beyond which a hold is not free bending
+_STD_PER_MEDIAN = 1.4826  # standard deviation over the median of the absolute values, of normal ones
+_HUBER_DEVIATIONS = 2.0  # standard deviations, beyond which residuals count linearly
+_DOUBTFUL_DEVIATIONS = 4.0  # beyond which a hold is not free bending
 _PASSES, _STEP = 5, 1e-4  # in which the noise is estimated; of the logarithm of r, for differences
 
 
@@ -132,7 +132,10 @@ def calibrate(layout: SensorLayout, recordings: Sequence[FreeBending], sought: C
         *(float(np.exp(x[0]) * stds[0]), gains * np.sqrt(np.diagonal(of_gains)), stds[parts.offsets]),
         *(float(x[parts.lag]), x[parts.drifts].reshape(-1, layout.readings).mean(axis=0)),
         bool(known[:, -1].any()),
-        tuple((int(holds.recording[i]), float(holds.time[i])) for i in np.flatnonzero(weights < _UNLIKELY / _DOUBTFUL)),
+        tuple(
+            (int(holds.recording[i]), float(holds.time[i]))
+            for i in np.flatnonzero(weights < _HUBER_DEVIATIONS / _DOUBTFUL_DEVIATIONS)
+        ),
         *((float(x[parts.pressure]), float(stds[parts.pressure])) if "pressure" in sought else (0.0, 0.0)),
         *((float(x[parts.response]), float(stds[parts.response])) if "response" in sought else (0.0, 0.0)),
     )
@@ -160,7 +163,7 @@ class _Parts:
 def _prior(readings: int, recordings: int, sought: Collection[str]) -> Array:
     """Prior of the unknowns, in standard deviations: rows of a matrix, each expected to give 0."""
     each = [GAIN, OFFSET, *[DRIFT] * recordings]
-    looked_for = [std * (1 if name in sought else _FIXED) for name, std in SOUGHT.items()]
+    looked_for = [std * (1 if name in sought else _FIXED_STD_SHARE) for name, std in SOUGHT.items()]
     stds = [RATIO, HYSTERESIS, *looked_for, *(std for std in each for _ in range(readings))]
     rows = np.diag(1 / np.array(stds))
     rows[_Parts(readings).bends, 0] = -1 / GAIN  # gains, not bends, are about 1
@@ -301,10 +304,10 @@ def _scatter(left: Array) -> tuple[_Noise, Array]:
     free = np.maximum(count - _UNKNOWNS, 1.0)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # of a tip that is not measured
-        deviations = _OF_MEDIAN * np.nanmedian(np.abs(left), axis=0) * np.sqrt(count / free)
+        deviations = _STD_PER_MEDIAN * np.nanmedian(np.abs(left), axis=0) * np.sqrt(count / free)
     strain, tip = deviations[:-2] ** 2, np.nan_to_num(deviations[-2:]).max()
     together = (free[:-2] @ strain) / free[:-2].sum()
     shared = np.sqrt((free[:-2] * strain + _SHARED * together) / (free[:-2] + _SHARED))
     noise = _Noise(np.maximum(shared, _LEAST), max(float(tip), TIP))
     relative = left / np.array([*noise.strain, noise.tip, noise.tip])
-    return noise, np.minimum(1.0, _UNLIKELY / np.maximum(np.sqrt(np.nanmean(relative**2, axis=1)), 1e-9))
+    return noise, np.minimum(1.0, _HUBER_DEVIATIONS / np.maximum(np.sqrt(np.nanmean(relative**2, axis=1)), 1e-9))

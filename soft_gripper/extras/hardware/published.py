@@ -73,7 +73,7 @@ SEGMENT = Experiment(
     ("15kPa", "35kPa"),
 )
 ARM, TRIALS = "two_segment_arm", tuple(f"trial_{i}" for i in range(1, 7))
-_LONGEST = "trial_6"  # in which a section is longer than in any other
+_LONGEST_TRIAL = "trial_6"  # in which a section is longer than in any other
 _SUFFIXES = {BEAM.description: ".csv", SEGMENT.description: ".csv", ARM: ".txt"}
 
 Recordings = dict[str, HardwareRecording]
@@ -166,7 +166,7 @@ def _of_segment(found: Identified) -> list[Claim]:
 
 def _of_arm(table: Sequence[ReplayRow]) -> list[Claim]:
     of = {(row.estimator, row.sections, row.recording): row for row in table if row.body == table[-1].body}
-    arcs, longest, gaussian = of["arcs", 2, ALL], of["arcs", 2, _LONGEST], of["gaussian", 1, ALL].mean_mm
+    arcs, longest, gaussian = of["arcs", 2, ALL], of["arcs", 2, _LONGEST_TRIAL], of["gaussian", 1, ALL].mean_mm
     ratio = max(of["gaussian", count, ALL].mean_mm / of["arcs", count, ALL].mean_mm for count in (1, 2))
     far, inside = " (mean) where a section is longer than fitted", longest.within_band_percent
     return [

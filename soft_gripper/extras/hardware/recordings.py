@@ -31,11 +31,11 @@ from soft_gripper.extras.hardware.table_files import is_bag_folder, read_table
 from soft_gripper.files.document import given, require
 from soft_gripper.files.notes import LEFT_OUT, Note, collected, note
 
-_FURTHEST = 5.0  # lengths of the finger between its bodies, at most
+_FARTHEST_BODY = 5.0  # lengths of the finger between its bodies, at most
 _NEAREST = 0.1  # and at least, or its markers are together
 _RIGID = 0.05  # lengths of the finger by which the distance of two markers on one body may change
 _RESTS = 0.02  # lengths of the finger that a base may move more than the tip
-_LOST = 0.1  # s, after which a marker that is seen again is not compared with where it was
+_LOST_TIME = 0.1  # s, after which a marker that is seen again is not compared with where it was
 
 
 def check_size(path: Path, field: str, points: dict[str, Array], length: float) -> None:
@@ -49,7 +49,7 @@ def check_size(path: Path, field: str, points: dict[str, Array], length: float) 
     if len(places) < 2:
         return
     size = float(np.linalg.norm(np.ptp(places, axis=0)))
-    if not _NEAREST * length < size < _FURTHEST * length:
+    if not _NEAREST * length < size < _FARTHEST_BODY * length:
         expected = f"they spread over {size:.3g} m, and the finger is {length:g} m long: is the unit right?"
         raise InputError(path, f"{field}.unit", f"{len(places)} bodies or markers", expected)
 
@@ -65,7 +65,7 @@ def check_exchanged(path: Path, time: Array, markers: dict[str, Array]) -> None:
         p, q, t = markers[a][seen], markers[b][seen], time[seen]
         kept = _distance(p[1:], p[:-1]) + _distance(q[1:], q[:-1])
         exchanged = _distance(p[1:], q[:-1]) + _distance(q[1:], p[:-1])
-        jumps = np.flatnonzero((2 * exchanged < kept) & (np.diff(t) < _LOST))
+        jumps = np.flatnonzero((2 * exchanged < kept) & (np.diff(t) < _LOST_TIME))
         if len(jumps):
             times = ", ".join(f"{t[i + 1]:.2f}" for i in jumps[:6]) + (" ..." if len(jumps) > 6 else "")
             raise InputError(path, "markers", f"{a}, {b}", f"swap names at {times} s: exchange their columns there")
@@ -278,7 +278,7 @@ def pulled_of(table: Table, config: RecordingConfig) -> dict[str, Array]:
     return dict(zip([*described.columns, *described.antagonists], pulled.T, strict=True))
 
 
-_FEWEST = 2  # samples, minimum for a recording
+_FEWEST_SAMPLES = 2  # samples, minimum for a recording
 _LONGEST_GAP = 60.0  # s, between two rows of one recording
 
 
@@ -292,7 +292,9 @@ def without_repeats(table: Table, time: str, unit: float, longest_gap: float = _
     t = table.columns([time])[:, 0]
     timed = table.kept(np.isfinite(t))
     t = t[np.isfinite(t)]
-    require(len(t) >= _FEWEST, table.path, time, len(t), f"needs at least {_FEWEST} samples with a time")
+    require(
+        len(t) >= _FEWEST_SAMPLES, table.path, time, len(t), f"needs at least {_FEWEST_SAMPLES} samples with a time"
+    )
     back = np.flatnonzero(np.diff(t) < 0)
     if len(back):
         row, value = int(timed.rows[back[0] + 1]), float(t[back[0] + 1])

@@ -42,8 +42,8 @@ from soft_gripper.pictures.style import ESTIMATOR_COLORS, STYLE
 _NORMAL_95 = 1.96
 _STEP = 0.02  # kg, of the finite differences
 _STEPS = 4
-_FEWEST = 10  # rows of a window
-_ALIKE = 0.2  # share of the range of the pulled lengths
+_FEWEST_ROWS = 10  # rows of a window
+_PULL_TOLERANCE = 0.2  # share of the range of the pulled lengths
 
 
 @dataclass(frozen=True)
@@ -82,8 +82,8 @@ def weigh(finger: Finger, states: SettledStates, window: float, tare: SettledSta
     of_window = np.minimum((since / window).astype(int), count - 1)
     found = []
     for rows in [*(of_window == i for i in range(count)), np.full(len(since), True)]:
-        expected = f"a window needs at least {_FEWEST} rows: make it longer"
-        require(int(rows.sum()) >= _FEWEST, states.name, "--window", window, expected)
+        expected = f"a window needs at least {_FEWEST_ROWS} rows: make it longer"
+        require(int(rows.sum()) >= _FEWEST_ROWS, states.name, "--window", window, expected)
         load, band = _weighed(mass, error[rows], slope[rows])
         ends = since[rows][[0, -1]]
         found.append(
@@ -105,8 +105,10 @@ def _errors_alike(finger: Finger, tare: SettledStates, states: SettledStates) ->
     error, pulled = state_errors(Model(finger), replace(tare, load=0.0)), cKDTree(tare.pulled)
     apart, nearest = pulled.query(states.pulled)
     reach = float(np.ptp(tare.pulled, axis=0).max())
-    expected = f"pulls no tendons as this recording does: rows are {100 * _ALIKE:.0f} % of the range apart, or more"
-    require(float(np.median(apart)) <= _ALIKE * reach, states.name, "--tare", tare.name, expected)
+    expected = (
+        f"pulls no tendons as this recording does: rows are {100 * _PULL_TOLERANCE:.0f} % of the range apart, or more"
+    )
+    require(float(np.median(apart)) <= _PULL_TOLERANCE * reach, states.name, "--tare", tare.name, expected)
     return error[nearest]
 
 

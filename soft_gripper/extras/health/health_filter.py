@@ -47,26 +47,26 @@ from soft_gripper.sensors.measurement import MeasurementModel
 LOOK = 10  # samples
 _LAG = 0.3  # of the change of the free bends within a look: standard deviation of the lag, common to all sections
 _EXACT = 1e-4  # of the full scale: standard deviation of the model itself
-_STEADY = 0.1  # of a usual load per usual pressure: how the load's rate changes from look to look
+_LOAD_RATE_CHANGE = 0.1  # of a usual load per usual pressure: how the load's rate changes from look to look
 _UNEVEN = 0.1  # likewise, independent
 _SUDDEN = 0.02  # probability that the load jumps at a look without the drive
 _WALK = 0.1  # of the reading's standard deviation: random walk of lasting errors from look to look
 _REST = 3e-4  # rad, random walk of the load's bends at rest
 _SPREAD = 0.03  # of the load's bends: how far a spread contact is from a single force
 _UNSHARED = 0.005  # of the free bends: error of the model that is not common to all sections
-_HELD = 7.0  # price of any load, as a misfit
-_MOST = 80.0  # of a misfit: beyond, no assumption is good enough to be counted
+_LOAD_PRICE = 7.0  # price of any load, as a misfit
+_LARGEST_MISFIT = 80.0  # of a misfit: beyond, no assumption is good enough to be counted
 _STUCK, _LOST = 0.98, 0.02  # probabilities that a stuck sensor repeats itself, and that a working one is not read
-_ALIVE = 0.3  # evidence of hypotheses whose load is examined; of others it is that of the healthy finger
-_BEFORE = np.array([[0.3], [3.0]])  # samples at which a reading repeated itself, and changed, before any is read
+_LEAST_EVIDENCE = 0.3  # evidence of hypotheses whose load is examined; of others it is that of the healthy finger
+_PRIOR_REPEATS = np.array([[0.3], [3.0]])  # samples at which a reading repeated itself, and changed, before any is read
 _MOST_EVIDENCE = 200.0
 _LEAST_LIMIT = 0.05  # of the full scale
 _OTHER_MOTION = 2.0  # times the lag of a finger as built: that of a cut one
 _INEXACT = 0.05  # of what a cut changes: how far that is from proportional
 _WEIGHED = 0.05  # of the full scale: how far it is from that because the weight pulls otherwise
-_ABSURD = 3.0  # standard deviations
-_EXTREME = 2.5  # evidence that a reading that stays at its extreme is at a limit
-_MISSING = 1e4  # variances of the full scale of a reading that is not finite
+_ABSURD_DEVIATIONS = 3.0  # standard deviations
+_LIMIT_EVIDENCE = 2.5  # evidence that a reading that stays at its extreme is at a limit
+_MISSING_VARIANCE = 1e4  # variances of the full scale of a reading that is not finite
 
 
 class Known(NamedTuple):
@@ -198,14 +198,14 @@ class HealthFilter:
     def _is_absurd(self, mean: Array, covariance: Array) -> NDArray[np.bool_]:
         """Whether the parameter of a hypothesis surely has the wrong sign, (K,)."""
         f, sign = self._values + self.layout.readings, self.hypotheses.sign
-        absurd: NDArray[np.bool_] = sign * mean[:, f] < -_ABSURD * np.sqrt(covariance[:, f, f])
+        absurd: NDArray[np.bool_] = sign * mean[:, f] < -_ABSURD_DEVIATIONS * np.sqrt(covariance[:, f, f])
         return absurd & (sign != 0)
 
     def _seen(self, known: Known, q: Array, moved: Array) -> "_Look":
         measured, finite, repeated, changed = known.sums
         read = finite > 0
         mean = np.where(read, measured / np.maximum(finite, 1), np.nan)
-        before = known.counts + _BEFORE
+        before = known.counts + _PRIOR_REPEATS
         working = (np.array([repeated, changed]) * np.log(before / before.sum(axis=0))).sum(axis=0)
         stuck = repeated * math.log(_STUCK) + changed * math.log(1 - _STUCK)
         lost = LOOK - finite
@@ -233,7 +233,10 @@ class HealthFilter:
         assumed, size, dt = self.uncertainty, hypotheses.size[1], LOOK * self.period
         walk = np.zeros((2, *covariance.shape[-3:]))
         of_load = self._of_usual_load
-        shares = (_STEADY * abs(drive), _STEADY * min(abs(drive) / dt, 1)), (max(abs(drive), 0.2), 1.0)
+        shares = (
+            (_LOAD_RATE_CHANGE * abs(drive), _LOAD_RATE_CHANGE * min(abs(drive) / dt, 1)),
+            (max(abs(drive), 0.2), 1.0),
+        )
         for load, (of_bend, of_slope) in enumerate(shares):
             walk[load, :, :values, :values] = of_bend**2 * of_load + (_REST**2) * np.eye(values)
             walk[load, :, -values:, -values:] = of_slope**2 * of_load
@@ -296,7 +299,7 @@ class HealthFilter:
         saturated = hypotheses.of("saturated")
         partly = saturated[look.partly[hypotheses.reading[saturated]]]
         noise[partly, hypotheses.reading[partly]] = hypotheses.full_scale**2
-        noise[:, ~look.read] = _MISSING * hypotheses.full_scale**2
+        noise[:, ~look.read] = _MISSING_VARIANCE * hypotheses.full_scale**2
         each = noise[..., :, None] * np.eye(self.layout.readings)
         return _Observation(H, z, common[..., :, None] * common[..., None, :] + each)
 
@@ -323,7 +326,7 @@ class HealthFilter:
         likelihood[:, dead] += look.stuck[i] - look.working[i]
         i = hypotheses.reading[limited]
         likelihood[:, limited] += look.limited[i] - look.working[i]
-        likelihood[1, limited] += _EXTREME * look.furthest[i]
+        likelihood[1, limited] += _LIMIT_EVIDENCE * look.furthest[i]
         beyond = np.sign(look.measured[i]) * (look.expected + mean @ by_state.T - look.measured)[:, limited, i]
         variance = np.einsum("ki,bkij,kj->bk", by_state[i], found.covariance[:, limited], by_state[i])
         likelihood[:, limited] += log_ndtr(beyond / np.sqrt(variance + self.uncertainty.reading**2 / look.apart[i]))
@@ -331,7 +334,7 @@ class HealthFilter:
 
     def _of_contact(self, mean: Array, covariance: Array, q: Array, evidence: Array) -> Array:
         """Evidence against every hypothesis from its load, relative to the healthy one, (K,)."""
-        values, alive = self._values, evidence > _ALIVE
+        values, alive = self._values, evidence > _LEAST_EVIDENCE
         alive[0] = True
         load = mean[alive, :values]
         size = (load**2).sum(axis=-1)[:, None, None]
@@ -345,9 +348,9 @@ class HealthFilter:
         spread = spread + (_SPREAD**2 * size + (floor + cut)[..., None]) * np.eye(values)
         cells = self._contact.cells(shape, self._mechanics.posture(shape), self.layout.matrix)
         X = np.zeros_like(evidence)
-        X[alive] = np.minimum(one_contact_misfit(load, spread, cells, self.uncertainty.largest_force), _MOST)
+        X[alive] = np.minimum(one_contact_misfit(load, spread, cells, self.uncertainty.largest_force), _LARGEST_MISFIT)
         X[~alive] = X[0]
-        X[self.hypotheses.of("held")] = np.minimum(X[0], _HELD)
+        X[self.hypotheses.of("held")] = np.minimum(X[0], _LOAD_PRICE)
         return (X[0] - X) / 2 * LOOK * self.period
 
     def _born(self, mean: Array, covariance: Array) -> tuple[Array, Array]:

@@ -71,7 +71,7 @@ class HandledObject:
         return place
 
 
-_HELD = 0.8  # share of the height above which a touched object counts as held up
+_HELD_HEIGHT_SHARE = 0.8  # share of the height above which a touched object counts as held up
 
 
 class Grasp:
@@ -90,7 +90,7 @@ class Grasp:
         lifted = float(np.clip(height / config.height, 0.0, 1.0))
         crushed = seen.peak > config.crushing_force
         reward = self._time_step * (lifted - config.force_weight * seen.strongest) - float(crushed)
-        held = lifted >= _HELD and bool((seen.force > 0).all()) and not crushed
+        held = lifted >= _HELD_HEIGHT_SHARE and bool((seen.force > 0).all()) and not crushed
         info = {"height": height, "force": seen.force, "peak_force": seen.peak, "crushed": crushed, "success": held}
         return Judgement(reward, crushed, info)
 

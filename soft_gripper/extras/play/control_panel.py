@@ -25,7 +25,7 @@ _MOST_TENSION, _MOST_PULL = 20.0, 0.05  # N and m, where the scenario has no lim
 _TOOL_STEP = 5.0  # mm
 _YAW_STEP = 3.0  # degrees
 _WIDEST = 1.6  # of the opening of straight fingers
-_NEAR = 0.6  # how far the tool goes from its start, as a share of the distance from the arm's base to the tool
+_JOG_RANGE = 0.6  # how far the tool goes from its start, as a share of the distance from the arm's base to the tool
 
 
 @dataclass(frozen=True)
@@ -97,7 +97,7 @@ def _tool_command(arm: Arm) -> Command:
     X_WTool = arm.tool.CalcPoseInWorld(context)
     foot = arm.plant.get_body(arm.plant.GetBodyIndices(arm.plant.GetModelInstanceByName(arm.name))[0])
     home = X_WTool.translation()
-    reach = _NEAR * float(np.linalg.norm(home - arm.plant.EvalBodyPoseInWorld(context, foot).translation()))
+    reach = _JOG_RANGE * float(np.linalg.norm(home - arm.plant.EvalBodyPoseInWorld(context, foot).translation()))
     places = (
         Slider(f"tool {axis} [mm]", *_whole(1e3 * (at - reach), 1e3 * (at + reach)), _TOOL_STEP, 1e3 * at, keys)
         for axis, at, keys in zip("xyz", home, TOOL_KEYS, strict=False)

@@ -18,7 +18,7 @@ IMPULSE_TIME = 0.05  # s, over which a force is summed up to an impulse
 SLIDES = 1e-3  # m/s on the fingers, above which an object slips
 SUPPORTED = 0.1  # share of its weight; what other bodies carry beyond it, the grasp does not hold
 NEVER_TOUCHED, DROPPED, SLIPPING, RESTING, HELD = "never touched", "dropped", "slipping", "resting", "held"
-_CORRELATED = 0.5  # share of the variance of the force that a stiffness must explain
+_LEAST_CORRELATION = 0.5  # share of the variance of the force that a stiffness must explain
 NAN = float("nan")
 
 
@@ -179,7 +179,7 @@ def stiffness(width: Array, force: Array) -> float:
         return NAN
     w, f = (values[used] - values[used].mean() for values in (width, force))
     slope = -float(w @ f) / float(w @ w)
-    return slope if slope > 0 and slope * -float(w @ f) > _CORRELATED * float(f @ f) else NAN
+    return slope if slope > 0 and slope * -float(w @ f) > _LEAST_CORRELATION * float(f @ f) else NAN
 
 
 def finger_grips(signals: GraspSignals, fingers: list[str]) -> list[FingerGrip]:

@@ -12,7 +12,7 @@ from soft_gripper.extras.hardware.identification.settled_states import Identifie
 from soft_gripper.extras.hardware.replay.held_out import ALL, ArmReplay, ReplayRow
 from soft_gripper.files.row_table import print_rows, print_table
 
-_CORRELATED = 0.9
+_PRINTED_CORRELATION = 0.9
 
 
 def print_identified(found: Tested) -> None:
@@ -66,7 +66,7 @@ def _print_correlations(free: FreeParameters, confidence: Confidence) -> None:
     names, correlation = free.names, confidence.correlation
     for i in range(len(names)):
         for j in range(i):
-            if abs(correlation[i, j]) > _CORRELATED:
+            if abs(correlation[i, j]) > _PRINTED_CORRELATION:
                 print(f"correlated: {names[j]} and {names[i]} ({correlation[i, j]:+.3f})")
     for together in confidence.unresolved:
         what = " and ".join(together)

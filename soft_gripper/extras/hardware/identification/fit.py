@@ -33,15 +33,15 @@ from soft_gripper.extras.hardware.identification.simulated_motion import (
 )
 from soft_gripper.fingers.kinematics import as_points
 
-_OF_SCALE = 0.02  # step of the finite differences, in typical changes
+_DIFFERENCE_STEP = 0.02  # step of the finite differences, in typical changes
 _UNKNOWN_SCALES = (0.01, 0.01, 1e-3, 0.01)  # s, s, m, rad: typical changes of what was not recorded
 _OF_HAND, _OF_VALVE = 0.1, 0.05  # s, maximum difference of an event from its detected time
 _MOST_SAG, _MOST_TURN = 0.2, 0.1  # of the largest displacement, and rad: from straight, as a hand holds the tip
 _TOLERANCE = 1e-3  # relative, of the sum of squares
 _MOST_STEPS = 40
-_EARLY = 0.5  # s after an event, after which further motion counts as creep
-_OF_EMPTIED = 4.0  # weight of a sample of creep without pressure
-_IMPOSSIBLE = 10.0  # largest displacements: the error assigned to an impossible or diverging finger
+_CREEP_BEGIN = 0.5  # s after an event, after which further motion counts as creep
+_EMPTIED_WEIGHT = 4.0  # weight of a sample of creep without pressure
+_IMPOSSIBLE_ERROR = 10.0  # largest displacements: the error assigned to an impossible or diverging finger
 
 Report = Callable[[float], None]
 
@@ -125,7 +125,7 @@ def fit_unknowns(model: Model, motion: MeasuredMotion) -> MeasuredMotion:
         seen,
         bounds=(seen - _room(motion), seen + _room(motion)),
         x_scale=scales,
-        diff_step=_OF_SCALE * scales / np.maximum(np.abs(seen), scales),
+        diff_step=_DIFFERENCE_STEP * scales / np.maximum(np.abs(seen), scales),
         ftol=_TOLERANCE,
         max_nfev=_MOST_STEPS,
     )
@@ -155,8 +155,8 @@ def marker_residuals(model: Model, motion: MeasuredMotion) -> Array:
 
 def _weights(motion: MeasuredMotion) -> Array:
     """Weights of the residuals of a motion, by the times of its events as they were detected."""
-    emptied = (motion.pressure is not None) & (motion.time > motion.events[1] + _EARLY)
-    return np.repeat(np.where(emptied, _OF_EMPTIED, 1.0), 2 * motion.markers.shape[1])
+    emptied = (motion.pressure is not None) & (motion.time > motion.events[1] + _CREEP_BEGIN)
+    return np.repeat(np.where(emptied, _EMPTIED_WEIGHT, 1.0), 2 * motion.markers.shape[1])
 
 
 def _residuals_or_impossible(model: Model | None, motion: MeasuredMotion) -> Array:
@@ -166,7 +166,7 @@ def _residuals_or_impossible(model: Model | None, motion: MeasuredMotion) -> Arr
             return marker_residuals(model, motion)
     except (InputError, SimulationDivergedError):
         pass
-    return np.full(2 * motion.markers.size, _IMPOSSIBLE / np.sqrt(motion.markers.size))
+    return np.full(2 * motion.markers.size, _IMPOSSIBLE_ERROR / np.sqrt(motion.markers.size))
 
 
 def _root_mean_square(residuals: Array, recordings: int) -> float:
@@ -207,7 +207,7 @@ class _Problem:
         """By one-sided differences; the unknowns of a recording do not affect other recordings."""
         base = [future.result() for future in self._submit(x, range(len(self.motions)))]
         self.report(_root_mean_square(np.concatenate(base), len(base)))
-        steps, everything = _OF_SCALE * self.scales, range(len(self.motions))
+        steps, everything = _DIFFERENCE_STEP * self.scales, range(len(self.motions))
         owner = {column: i for i in everything for column in self.unknowns_of(i)}
         pending = {}
         for column, step in enumerate(steps):
@@ -231,8 +231,8 @@ class _Problem:
         return [self.executor.submit(_residuals_or_impossible, model, motions[i]) for i in which]
 
 
-_ALIKE = 0.98  # correlation above which two parameters cannot be distinguished
-_FLAT = 1e-3  # of the strongest: a direction that changes the residuals less is unobservable
+_INDISTINGUISHABLE = 0.98  # correlation above which two parameters cannot be distinguished
+_UNOBSERVABLE = 1e-3  # of the strongest: a direction that changes the residuals less is unobservable
 _NOTHING = 1e-12  # if even the strongest change of the residuals is smaller, it is rounding
 
 
@@ -248,7 +248,7 @@ def confidence_of(free: FreeParameters, residuals: Array, jacobian: Array, lasti
     """The confidence that follows from residuals (R,) and their Jacobian (R, P), correlated over `lasting` samples."""
     jacobian, names = jacobian * free.scales, free.names
     _, strengths, directions = np.linalg.svd(jacobian, full_matrices=False)
-    least = max(_FLAT * strengths[0], _NOTHING)
+    least = max(_UNOBSERVABLE * strengths[0], _NOTHING)
     variance = np.sum(residuals**2) / max(len(residuals) - len(names), 1) * lasting
     covariance = (directions.T / np.maximum(strengths, least) ** 2) @ directions
     spread = np.sqrt(np.diag(covariance))
@@ -259,7 +259,7 @@ def confidence_of(free: FreeParameters, residuals: Array, jacobian: Array, lasti
 
 def _unresolved(names: list[str], correlation: Array, flat: Array) -> list[tuple[str, ...]]:
     """Pairs that are almost fully correlated, and all parameters that take part in an unobservable direction."""
-    pairs = [(i, j) for i in range(len(names)) for j in range(i) if abs(correlation[i, j]) > _ALIKE]
+    pairs = [(i, j) for i in range(len(names)) for j in range(i) if abs(correlation[i, j]) > _INDISTINGUISHABLE]
     found: set[tuple[str, ...]] = {(names[j], names[i]) for i, j in pairs}
     for direction in flat:
         part = np.abs(direction) > 0.2 * np.abs(direction).max()
@@ -294,9 +294,9 @@ def correlation_time(series: Array) -> float:
 
 
 _SHARES = (0.5, 0.63)  # of the settled turn, whose times say how fast a finger rises
-_AROUND = 0.1  # s on either side, over which that is averaged
+_MEAN_HALF_WIDTH = 0.1  # s on either side, over which that is averaged
 _EXTREMA = 9  # maximum number of maxima and minima used for frequency and decrement
-_CLEAR = 0.04  # share of the settled displacement: smallest prominence of one of them
+_LEAST_PROMINENCE = 0.04  # share of the settled displacement: smallest prominence of one of them
 
 
 UNHELD = "test, hold unknown"  # role of a recording that is tested, with a hand that is taken to hold straight
@@ -385,7 +385,7 @@ def tip_turn(motion: MeasuredMotion, markers: Planar) -> Turn:
 
 def _early(time: Array, turn: Array) -> float:
     """A rotation half a second after time 0, mean of some samples around it."""
-    return float(np.nanmean(turn[np.abs(time - _EARLY) <= _AROUND]))
+    return float(np.nanmean(turn[np.abs(time - _CREEP_BEGIN) <= _MEAN_HALF_WIDTH]))
 
 
 def _first(time: Array, turn: Array, level: float) -> float:
@@ -409,7 +409,7 @@ def _along(motion: MeasuredMotion, markers: Planar) -> Array:
 def _swing(time: Array, along: Array, end: float) -> tuple[float, float]:
     """Frequency, Hz, and logarithmic decrement, from peak to peak: a middle that drifts matters little."""
     swing = np.nan_to_num(along[(time >= 0) & (time <= end)])
-    extrema = np.sort(np.concatenate([find_peaks(side, prominence=_CLEAR)[0] for side in (swing, -swing)]))
+    extrema = np.sort(np.concatenate([find_peaks(side, prominence=_LEAST_PROMINENCE)[0] for side in (swing, -swing)]))
     extrema = extrema[:_EXTREMA]
     if len(extrema) < 4:
         return np.nan, np.nan

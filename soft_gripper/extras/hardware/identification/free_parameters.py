@@ -29,7 +29,7 @@ from soft_gripper.fingers.paths import Tendon
 PRESSURE_LAW = "pressure_law"
 HELD_POSE = "held_pose"  # is fitted to every recording
 _POINTS = 25  # of a pressure law in a file
-_BEYOND = 2.0  # of the highest pressure that was fitted, up to which a law is written at most
+_LAW_RANGE = 2.0  # of the highest pressure that was fitted, up to which a law is written at most
 MARGINS = (0.01, 10.0)  # of a pressure law
 
 
@@ -153,7 +153,7 @@ def _margin_of(law: PressureLaw, highest: float) -> float:
 
 def pressure_law(highest: float, gain: float, margin: float) -> PressureLaw:
     """The points of a law: up to the highest pressure that was fitted, Pa, and on, halfway to where it balloons."""
-    beyond = _BEYOND if margin >= 1 else min(_BEYOND, 1 + 0.5 * margin / (1 - margin))
+    beyond = _LAW_RANGE if margin >= 1 else min(_LAW_RANGE, 1 + 0.5 * margin / (1 - margin))
     share = np.append(np.linspace(0, 1, _POINTS), np.linspace(1, beyond, _POINTS // 2)[1:])
     pressure = highest * share
     effective = gain * pressure / (1 - (1 - margin) * pressure / highest)

@@ -62,7 +62,7 @@ from soft_gripper.pictures.style import STYLE
 
 _JITTER = 2.0  # typical changes, standard deviation of the random restarts
 _MARGINS_TRIED = 200  # of a pressure law, between the least and the largest
-_AT_END = 0.02  # typical changes, within which a value is at an end of its range
+_END_OF_RANGE = 0.02  # typical changes, within which a value is at an end of its range
 
 
 @dataclass(frozen=True)
@@ -173,7 +173,9 @@ def _scored(
     return tuple(motion for motion, _ in scored), tuple(score for _, score in scored)
 
 
-_GOOD = 5.0  # % of the finger's length: largest error of the tip, in a recording that was fitted, of a good fit
+_LARGEST_GOOD_ERROR = (
+    5.0  # % of the finger's length: largest error of the tip, in a recording that was fitted, of a good fit
+)
 
 
 def doubts(found: Tested) -> list[str]:
@@ -181,11 +183,11 @@ def doubts(found: Tested) -> list[str]:
     said, setup = [], found.model.setup
     if isinstance(found, Identified):
         free, x, (lower, upper) = found.fit.free, found.fit.x, found.fit.free.bounds
-        ends = np.minimum(x - lower, upper - x) < _AT_END * free.scales
+        ends = np.minimum(x - lower, upper - x) < _END_OF_RANGE * free.scales
         for name, value in zip(np.array(free.names)[ends], free.values(x)[ends], strict=True):
             said.append(f"{name} ends at {value:.3g}, a bound of its range: fix it, or try --starts 5")
     for row, motion in zip(found.scores, found.motions, strict=True):
-        if row.role == FITTED and row.tip_error_percent > _GOOD:
+        if row.role == FITTED and row.tip_error_percent > _LARGEST_GOOD_ERROR:
             error = f"{row.tip_error_percent:.1f} % of the length"
             said.append(
                 f"{row.recording} was fitted, and the tip is off by up to {error}: try --starts 5, or more keys"

@@ -44,8 +44,8 @@ from soft_gripper.fingers.finger_parts import TipLoad
 from soft_gripper.fingers.spatial_chain import posture, spatial_chain
 from soft_gripper.pictures.style import ESTIMATOR_COLORS, STYLE
 
-_OF_SCALE = 0.02  # step of the finite differences, in typical changes
-_LARGE = 0.02  # of the finger's length: distances of markers beyond this count less than by their squares
+_DIFFERENCE_STEP = 0.02  # step of the finite differences, in typical changes
+_HUBER_DISTANCE = 0.02  # of the finger's length: distances of markers beyond this count less than by their squares
 _TOLERANCE = 2e-4  # relative, of the cost
 _MOST_STEPS = 60
 _JITTER = 1.0  # typical changes, standard deviation of the random restarts
@@ -207,7 +207,7 @@ def fit_states(
     Raises:
         InputError: if the fit does not converge.
     """
-    steps = _OF_SCALE * free.scales
+    steps = _DIFFERENCE_STEP * free.scales
 
     def residuals(x: Array) -> Array:
         try:
@@ -232,7 +232,7 @@ def fit_states(
         bounds=free.bounds,
         x_scale=free.scales,
         loss="soft_l1",
-        f_scale=_LARGE * length,
+        f_scale=_HUBER_DISTANCE * length,
         ftol=_TOLERANCE,
         xtol=_TOLERANCE,
         max_nfev=_MOST_STEPS,

@@ -41,7 +41,7 @@ _ABOVE_NOISE = 0.1  # share of the largest displacement that only an event can c
 _REACHED = 0.5  # share of the largest displacement that identifies the rise and fall of the event
 _STILL_HELD = 0.97  # of the displacement before the valve closes
 _LETTING_GO = 0.03  # s, initial guess of the time that a hand takes
-_LAST = 0.2  # s, averaging period of settled values
+_SETTLED_TIME = 0.2  # s, averaging period of settled values
 
 
 class Hold(NamedTuple):
@@ -138,7 +138,10 @@ def _steps(recording: HardwareRecording, away: Array) -> tuple[float, float]:
         raise InputError(recording.name, "event", "step", "the valve does not close before the recording ends")
     k = int(far[-1])
     held = np.nanmean(
-        away[(recording.time > recording.time[k] - 2 * _LAST) & (recording.time < recording.time[k] - _LAST)]
+        away[
+            (recording.time > recording.time[k] - 2 * _SETTLED_TIME)
+            & (recording.time < recording.time[k] - _SETTLED_TIME)
+        ]
     )
     while k > 0 and not away[k] > _STILL_HELD * held:
         k -= 1
@@ -168,12 +171,12 @@ def turned(markers: Planar, reference: Planar) -> Array:
 
 def settled(time: Array, values: NDArray[Any], end: float) -> Any:
     """Mean over the last moments before `end`, s, of values (T, ...)."""
-    mean = np.nanmean(values[(time > end - _LAST) & (time <= end)], axis=0)
+    mean = np.nanmean(values[(time > end - _SETTLED_TIME) & (time <= end)], axis=0)
     return mean
 
 
 _TIME_STEP = 2e-3  # s; an eighth of it changes the frequency of the beam by 0.2 %, its decrement by 2 %
-_OF_STABLE = 0.5  # of the longest stable time step
+_STABLE_STEP_SHARE = 0.5  # of the longest stable time step
 _PERIOD = 0.01  # s, of the log
 _FILL_STEP = 2e-3  # s, in which the pressure is followed
 _FILL_SUPPLY = 10e3  # Pa, of which the fill time is meant
@@ -231,7 +234,7 @@ def tip_motion(finger: Finger, setup: Setup, motion: MeasuredMotion) -> TipMotio
     """Simulates a finger from the first event on, at rest before it: straight, or as a hand holds it."""
     loaded = replace(finger, tip_load=_at_tip(finger, setup, motion))
     duration = float(motion.time[-1] - motion.events[0]) + _PERIOD
-    step = min(_TIME_STEP, _OF_STABLE * loaded.stable_time_step())
+    step = min(_TIME_STEP, _STABLE_STEP_SHARE * loaded.stable_time_step())
     step = _PERIOD / np.ceil(_PERIOD / step)  # so that the log falls on steps
     builder = DiagramBuilder()
     gravity = RotationMatrix.MakeYRotation(-setup.mounting_angle) @ motion.gravity

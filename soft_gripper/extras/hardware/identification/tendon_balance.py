@@ -34,7 +34,7 @@ _GUESSES = 12  # of the set of taut tendons, after which a row is solved by itse
 _MOST_ITERATIONS = 200
 _UPHELD = 0.99  # of the stiffness of the springs: the most that a weight's slope takes from it in an iteration
 _WILD = 100.0  # rad, and m: the iteration diverges
-_STILL = 1e-10  # rad, and m
+_BALANCE_TOLERANCE = 1e-10  # rad, and m
 
 
 def pulled_positions(finger: Finger, pulled: Array, gravity: Array | None = None) -> Array:
@@ -63,7 +63,7 @@ def pulled_positions(finger: Finger, pulled: Array, gravity: Array | None = None
         matrix = slopes @ compliance @ slopes.swapaxes(-1, -2) + np.diag(1 / tendons.stiffness)
         tensions = complementary(matrix, wanted)
         before, q = q, free - (tensions[:, None] @ slopes @ compliance)[:, 0]
-        if is_linear or np.abs(q - before).max(initial=0.0) < _STILL:
+        if is_linear or np.abs(q - before).max(initial=0.0) < _BALANCE_TOLERANCE:
             return q
         if np.abs(q).max(initial=0.0) > _WILD:
             break

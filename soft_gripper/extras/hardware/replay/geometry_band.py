@@ -15,9 +15,13 @@ from soft_gripper.extras.hardware.replay.wire_lengths import Sections
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import as_points
 
-_LASTING = 2.0  # deviations of the geometry, over those of samples that are as independent as the fit takes them to be
+_CORRELATED_SAMPLES = (
+    2.0  # deviations of the geometry, over those of samples that are as independent as the fit takes them to be
+)
 _SCALE = 0.02  # standard deviation of the scale of a wire beyond what was fitted
-_WITHIN = 5.991  # square of the distance within which 95 % of a planar normal distribution lie, in deviations
+_NORMAL_95_SQUARED = (
+    5.991  # square of the distance within which 95 % of a planar normal distribution lie, in deviations
+)
 _SLIGHT = 0.05  # of the span that was fitted: no warning if an arm leaves it by less
 
 
@@ -29,7 +33,7 @@ def body_band(geometry: FittedGeometry, recording: ArmRecording, finger: Finger)
         places(variant, finger, *variant.wires.sections(recording.inner, recording.outer))[0]
         for variant in geometry.variants
     ]
-    moved = [at + _LASTING * (place - at) for place in variants]
+    moved = [at + _CORRELATED_SAMPLES * (place - at) for place in variants]
     beyond = _beyond(geometry, of)
     bends = _SCALE * (np.sqrt(2) * beyond.length / geometry.wires.spacing + beyond.theta)
     lengths = _SCALE * beyond.length / np.sqrt(2)
@@ -38,7 +42,7 @@ def body_band(geometry: FittedGeometry, recording: ArmRecording, finger: Finger)
         moved += [places(geometry, finger, of.theta, of.length + one * lengths)[0]]
     away = as_points(np.stack(moved) - at)
     covariance = np.einsum("ktsi,ktsj->tsij", away, away) + geometry.spread[:, None, None] ** 2 * np.eye(2)
-    radius: Array = np.sqrt(_WITHIN * np.linalg.eigvalsh(covariance)[..., -1])
+    radius: Array = np.sqrt(_NORMAL_95_SQUARED * np.linalg.eigvalsh(covariance)[..., -1])
     return radius
 
 

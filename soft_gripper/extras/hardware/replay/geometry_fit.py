@@ -34,7 +34,7 @@ from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import CreepBranch
 from soft_gripper.fingers.kinematics import as_planar, as_points, gravity_torque, in_plane
 
-_EVERY = 6  # one in so many samples is fitted
+_SAMPLE_STRIDE = 6  # one in so many samples is fitted
 _INDEPENDENT = 20.0  # samples of a recording
 _POSITION, _HEADING = 3e-3, 0.06  # m and rad, standard deviations of the fitted measurements
 # Standard deviations of what is known before, for every section, m and rad: wire offsets, passing wires, bow, rigid
@@ -136,7 +136,7 @@ def _geometry(x: Array, nominal: Array, spacing: float) -> ArmGeometry:
 
 
 def _misfit(geometry: ArmGeometry, recording: ArmRecording, finger: Finger) -> Array:
-    rows = slice(None, None, _EVERY)
+    rows = slice(None, None, _SAMPLE_STRIDE)
     wires = geometry.wires.sections(recording.inner[rows], recording.outer[rows])
     positions, headings = places(geometry, finger, *wires)
     true_positions, true_headings = (values[rows] for values in measured(recording, geometry.delay))

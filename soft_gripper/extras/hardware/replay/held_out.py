@@ -35,7 +35,7 @@ from soft_gripper.fingers.kinematics import as_points
 from soft_gripper.pictures.style import ESTIMATOR_COLORS, STYLE
 from soft_gripper.scenario.model_files import model_path
 
-_OFTEN = 1.0  # s, between two reports of the progress at least
+_REPORT_PERIOD = 1.0  # s, between two reports of the progress at least
 Rows = Mapping[str, tuple[str, int]]  # name of an estimator and its sensors per side, by the name of the row
 _LOAD_SHARE = 0.1  # torque of a load over that of the angles that a drive leaves unexplained
 
@@ -156,7 +156,7 @@ def replay_recordings(
         return lambda recording: _replayed(recording, found, fitted_on, rows, finger)
 
     found = predictions(splits, fit)  # with a report of the progress, in a log as well
-    reports = tqdm(found, desc="replay", total=len(reported), mininterval=_OFTEN, dynamic_ncols=True)
+    reports = tqdm(found, desc="replay", total=len(reported), mininterval=_REPORT_PERIOD, dynamic_ncols=True)
     return ArmReplay(list(reports), rows)
 
 
@@ -229,13 +229,13 @@ def replay_table(replayed: Sequence[Replayed], rows: Rows) -> list[ReplayRow]:
 _PREFERRED = ("arcs", "gaussian")
 _MEASURED = "0.1"
 _SMOOTHED = 50  # samples, over which errors are averaged
-_MOST = 4  # estimators in a figure, so that each can be seen
+_MOST_ESTIMATORS = 4  # estimators in a figure, so that each can be seen
 
 
 def drawn_rows(rows: Rows) -> dict[str, str]:
     """The rows to draw, with their colours."""
     drawn = [row for row, (name, _) in rows.items() if name in _PREFERRED] or list(rows)
-    return dict(zip(drawn[:_MOST], ESTIMATOR_COLORS[1:], strict=False))
+    return dict(zip(drawn[:_MOST_ESTIMATORS], ESTIMATOR_COLORS[1:], strict=False))
 
 
 def replay_figure(replay: ArmReplay) -> Figure:
