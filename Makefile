@@ -73,7 +73,7 @@ soak: $(READY)
 # from published recordings, where those are (SOFT_GRIPPER_DATA).
 release-check: evaluate
 	$(BIN)/$(PYTEST) -m published
-	EVALUATION=$(abspath results/evaluation) $(BIN)/python -m pytest -q tests/docs/test_published.py
+	EVALUATION=$(abspath results/evaluation) $(BIN)/python -m pytest -q tests/extras/docs/test_published.py
 
 wheel: $(READY)
 	rm -rf dist build/lib

@@ -28,7 +28,7 @@ def examples(command, capsys):
 
 
 def test_there_are_commands():
-    assert {"run", "evaluate", "sweep", "doctor", "hardware"} <= set(NAMES)
+    assert {"run", "evaluate", "sweep", "doctor"} <= set(NAMES)
 
 
 @pytest.mark.parametrize("command", NAMES)
@@ -92,10 +92,6 @@ def test_values_of_options():
     options = parsed(["sweep", "box_grasp", "--vary", "sensor.seed=1,2", "--seed", "7", "--out", "here"])
     assert (options.seed, options.sample, options.out, options.scenario) == (7, None, Path("here"), "box_grasp")
     assert options.jobs == os.cpu_count()
-    assert parsed(["place-sensors", "--count", "2", "--scenarios", "box_grasp,free_bending"]).scenarios == [
-        "box_grasp",
-        "free_bending",
-    ]
 
 
 @pytest.mark.parametrize(
@@ -105,8 +101,6 @@ def test_values_of_options():
         ("run nowhere.yaml", "scenario"),
         ("sweep free_bending --vary sensor.seed=1,2 --method sobol --out x", "--method"),
         ("sweep free_bending --vary sensor.seed=1,2 --method grid --sample 4 --out x", "--method"),
-        ("place-sensors --count 2 --nominal-error 100", "--nominal-error"),
-        ("place-sensors --count 2 --scenarios box_grasp --recordings a.nc", "--scenarios"),
     ],
 )
 def test_mistakes_name_the_option(line, field):
@@ -145,7 +139,6 @@ QUICK = [
     ["run", "nowhere.yaml"],
     ["evaluate", "--jobs", "0"],
     ["sweep", "box_grasp", "--vary", "sensor.seed=1,2", "--method", "sobol", "--out", "x"],
-    ["place-sensors", "--count", "2", "--sensors", "perfect"],
 ]
 RUN_ALL = """
 import contextlib, io, json, sys

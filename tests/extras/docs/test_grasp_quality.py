@@ -8,7 +8,7 @@ import pytest
 from soft_gripper.runs.sweep.run_sweep import run_and_measure
 from soft_gripper.truth.contact import combined_friction
 
-PAGE = (Path(__file__).parents[2] / "docs" / "grasp_quality.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).parents[3] / "docs" / "grasp_quality.md").read_text(encoding="utf-8")
 LENGTH, MODULUS = "models.gripper.fingers.all.length", "models.gripper.fingers.all.youngs_modulus"
 
 WEIGHT = 0.06 * 9.81  # N, carried by two fingers

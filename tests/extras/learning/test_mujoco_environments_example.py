@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-EXAMPLE = Path(__file__).parents[2] / "examples" / "mujoco_environments.py"
+EXAMPLE = Path(__file__).parents[3] / "examples" / "mujoco_environments.py"
 
 
 @pytest.mark.slow

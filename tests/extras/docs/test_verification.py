@@ -7,7 +7,7 @@ import pytest
 from published import table_problems
 from verification.tables import BENT, COMPLIANCE, LOST, SOLVERS, TABLES
 
-PAGE = (Path(__file__).parents[2] / "docs" / "verification.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).parents[3] / "docs" / "verification.md").read_text(encoding="utf-8")
 
 
 FAST = (BENT, COMPLIANCE)

@@ -10,7 +10,7 @@ from page_session import follow
 
 import soft_gripper as sg
 
-DOCS = Path(__file__).parents[2] / "docs"
+DOCS = Path(__file__).parents[3] / "docs"
 PAGES = [*sorted((DOCS / "howto").glob("*.md")), DOCS / "start.md", DOCS / "site" / "concepts.md"]
 
 

@@ -9,7 +9,7 @@ from port_tables import blocks_page, ports_table, signals_page
 
 import soft_gripper as sg
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 SOURCES = [path for path in (ROOT / "soft_gripper").rglob("*.py") if "learning" not in path.parts]
 SOURCES += (ROOT / "diagrams").rglob("*.py")
 WITHOUT_PORTS = {"ArrayBlock", "_OnPaths"}  # what blocks are made from
