@@ -77,7 +77,7 @@ def printed():
     return {row[0]: [float(cell) for cell in row[1:]] for row in rows}
 
 
-@pytest.mark.slow
+@pytest.mark.published
 def test_tip_errors_of_fingers_in_space_are_those_that_are_printed():
     runs = [partial(pushed_sideways, 60e3), partial(pushed_sideways, 120e3), turned_box]
     columns = [run(ALL) for run in runs]

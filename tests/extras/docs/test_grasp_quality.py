@@ -22,7 +22,7 @@ def printed(pattern: str) -> list[str]:
     return list(match.groups())
 
 
-@pytest.mark.slow
+@pytest.mark.published
 def test_the_corners_of_the_sweep():
     """Least and most force; what lies between is in the figure."""
     first = printed(r"\| 100 \| (.*) N, (.*) % \|.*\|.*\|")

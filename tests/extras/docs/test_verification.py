@@ -11,7 +11,7 @@ PAGE = (Path(__file__).parents[3] / "docs" / "verification.md").read_text(encodi
 
 
 FAST = (BENT, COMPLIANCE)
-CHECKED = [*FAST, *(pytest.param(table, marks=pytest.mark.slow) for table in TABLES if table not in FAST)]
+CHECKED = [*FAST, *(pytest.param(table, marks=pytest.mark.published) for table in TABLES if table not in FAST)]
 
 
 def problems(table, page=PAGE):
