@@ -53,6 +53,7 @@ twice, would amount to 8 mN m.
 """
 
 import math
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import cache, cached_property
 from operator import attrgetter
@@ -125,14 +126,21 @@ class RecursiveShape:
 
     def at(self, rows: NDArray[np.int_], readings: Array, driving: Array, gravity: Array) -> ShapeEstimate:
         """Estimates at some of the samples, by increasing indices; all samples are processed."""
-        gravity = np.broadcast_to(gravity, (*driving.shape[:-1], 3))
-        known = self.begin(driving.shape[1:-1])
-        wanted, passed = set(rows.tolist()), []
+        gravity, wanted = np.broadcast_to(gravity, (*driving.shape[:-1], 3)), set(rows.tolist())
+        passed = self._passed(0, readings, driving, gravity)
+        known = _together(known for i, known in enumerate(passed) if i in wanted)
+        return self.estimate(known, driving[rows])
+
+    def over_time(self, readings: Array, driving: Array, gravity: Array) -> Filter:
+        """State of knowledge after each sample of a recording, (T, ...); the first of them leaves no trace."""
+        return _together(self._passed(1, readings, driving, gravity))
+
+    def _passed(self, kept_from: int, readings: Array, driving: Array, gravity: Array) -> Iterator[Filter]:
+        """State of knowledge after each sample; those before the one `kept_from` leave no trace."""
+        begin = known = self.begin(driving.shape[1:-1])
         for i, sample in enumerate(zip(readings, driving, gravity, strict=True)):
-            known = self.step(known, *sample)
-            if i in wanted:
-                passed.append(known)
-        return self.estimate(Filter(*(np.array(part) for part in zip(*passed, strict=True))), driving[rows])
+            known = self.step(known if i > kept_from else begin, *sample)
+            yield known
 
     def begin(self, shape: tuple[int, ...] = ()) -> Filter:
         """Initial state of knowledge of a straight finger, with leading axes."""
@@ -269,7 +277,9 @@ class RecursiveShape:
             *(layout.quantity, driving, "gravity"),
             begin=_flat(start),
             keep=_flat,
+            over_time=self.over_time,
         )
+        block.derive("q", attrgetter("q"), "known")
         block.derive("shape", self.estimate, "known", driving)
         block.derive("posterior", self.posterior, "known", driving)
         block.put_out(
@@ -414,6 +424,11 @@ def _limits(readings: int) -> Array:
     """Thresholds of normalised differences: where a load begins, where it ends, and where it is present at once."""
     limits: Array = chdtri(readings, [0.01, 0.1, 1e-4])
     return limits
+
+
+def _together(passed: Iterable[Filter]) -> Filter:
+    """States after several samples as one, with a leading axis."""
+    return Filter(*(np.array(part) for part in zip(*passed, strict=True)))
 
 
 def _flat(known: Filter) -> Array:

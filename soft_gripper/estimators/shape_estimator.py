@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from functools import partial
+from operator import attrgetter
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -53,8 +54,9 @@ class Filter(Protocol):
     period: float  # s, between samples
 
     def declare(self, block: ArrayBlock, driving: str) -> ShapeEstimate:
-        """Declares the steps "shape" and "posterior", and further outputs, of a block; returns the shape at first.
+        """Declares the steps "q", "shape" and "posterior", and further outputs, of a block; returns the shape at first.
 
+        "q" are the joint positions, a step of their own because contacts take far longer, and often nobody reads these.
         `driving` is the step with the driving torque; the readings are the step of the sensors' quantity, and gravity
         is "gravity".
         """
@@ -155,11 +157,12 @@ class ShapeEstimator(ArrayBlock):
             self.derive(self.driving, driving, *ports)
 
     def _derive_shape(self, function: ShapeFunction, layout: MeasurementModel, gravity: Array) -> ShapeEstimate:
-        """Declares the step "shape", and "posterior" if the function has it; returns the shape of a straight finger."""
+        """Declares the steps "q", "shape" and perhaps "posterior"; returns the shape of a straight finger."""
         if isinstance(function, Filter):
             return function.declare(self, self.driving)
         known = layout.quantity, self.driving, "gravity", *self._derive_lag(function, gravity)
         self.derive("shape", function, *known)
+        self.derive("q", attrgetter("q"), "shape")
         estimate_posterior = getattr(function, "posterior", None)
         if estimate_posterior is not None:
             self.derive("posterior", estimate_posterior, *known)
@@ -187,7 +190,7 @@ class ShapeEstimator(ArrayBlock):
         for i, way in enumerate(layout.ways):
             unit = "m" if way in SLIDES else "rad"
             self.put_out(
-                f"estimated_{joints_port(way)}", _rows(slice(i * N, (i + 1) * N)), "shape", unit=unit, joint=joints
+                f"estimated_{joints_port(way)}", _rows(slice(i * N, (i + 1) * N)), "q", unit=unit, joint=joints
             )
         if found.covariance is not None:
             self.put_out(
@@ -205,13 +208,12 @@ class ShapeEstimator(ArrayBlock):
         def std(shape: ShapeEstimate) -> Array:
             return np.sqrt(shape.covariance[..., joints[:, None], joints].sum(axis=(-2, -1)))  # type: ignore[index]
 
-        self.put_out("estimated_twist", lambda shape: shape.q[..., joints].sum(axis=-1), "shape", unit="rad")
+        self.put_out("estimated_twist", lambda q: q[..., joints].sum(axis=-1), "q", unit="rad")
         if found.covariance is not None:
             self.put_out("twist_std", std, "shape", unit="rad")
 
     def _put_out_places(self, finger: Finger, ways: Sequence[str], found: ShapeEstimate) -> None:
         joints, places = range(finger.segments), Places(finger, ways)
-        self.derive("q", lambda shape: shape.q, "shape")
         put_out_places(self, finger, ways, "q")
         self.put_out(
             "estimated_joint_positions",
@@ -254,8 +256,8 @@ class ShapeEstimator(ArrayBlock):
             self.put_out(f"contact_{field}", _field(field), "posterior", unit=unit, meanings=meanings, **axes)
 
 
-def _rows(rows: slice) -> Callable[[ShapeEstimate], Array]:
-    return lambda shape: shape.q[..., rows]
+def _rows(rows: slice) -> Callable[[Array], Array]:
+    return lambda q: q[..., rows]
 
 
 def _field(name: str) -> Callable[[Any], Array]:
