@@ -3,8 +3,11 @@
 import math
 from collections.abc import Iterable, Mapping, Sequence
 
+import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
+from soft_gripper.array_block import ArrayBlock
+from soft_gripper.arrays import Array
 from soft_gripper.estimators.force_posterior import INTERVAL
 from soft_gripper.run_begin import since_begin
 from soft_gripper.signals import describe
@@ -29,7 +32,7 @@ class LowSelector(LeafSystem):
         output.SetFromVector([min(port.Eval(context)[0] for port in self._ports)])
 
 
-class GripTorque(LeafSystem):
+class GripTorque(ArrayBlock):
     """The mean opening torque at the base joints of a gripper's fingers; lateral accelerations of the palm cancel.
 
     ::
@@ -40,13 +43,15 @@ class GripTorque(LeafSystem):
     def __init__(self, joints: Mapping[str, int]):
         """`joints` are the numbers of joints of the fingers, by their names."""
         super().__init__()
-        self._torques = [self.DeclareVectorInputPort(f"{name}.external_torque", n) for name, n in joints.items()]
-        port = self.DeclareVectorOutputPort("torque", 1, self._calc_torque, {self.all_input_ports_ticket()})
-        describe(port, "N m")
+        ports = [f"{name}.external_torque" for name in joints]
+        for port, n in zip(ports, joints.values(), strict=True):
+            self.take(port, n)
+        self.put_out("torque", _mean_opening, *ports, unit="N m")
 
-    def _calc_torque(self, context: Context, output: BasicVector) -> None:
-        torques = [port.Eval(context)[0] for port in self._torques]
-        output.SetAtIndex(0, -sum(torques) / len(torques))
+
+def _mean_opening(*torques: Array) -> Array:
+    """From the torques of each finger, (..., N) N m, which are positive where they close it; (...) N m."""
+    return np.asarray(-sum(of_finger[..., 0] for of_finger in torques) / len(torques))
 
 
 class GripForce(LeafSystem):
