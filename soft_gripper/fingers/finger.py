@@ -199,11 +199,6 @@ class Finger:
         numbers = {name: each[piece] + (each[piece + 1] - each[piece]) * share for name, each in given.items()}
         return PiercedSection(**numbers, bores=self._holes(s)) if self.chambers else CrossSection(**numbers)
 
-    def face_offset(self, s: Array | float, side: Array | float) -> Array:
-        """Distance of a face from the neutral axis, m: the inner face where `side` is positive, else the outer."""
-        section = self.section(s)
-        return np.where(np.asarray(side) > 0, section.inner_face, section.outer_face)
-
     @cached_property
     def _given(self) -> tuple[Array, dict[str, Any]]:
         """Where the cross-sections are, as shares of the length, and their parameters there."""
