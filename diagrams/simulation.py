@@ -152,12 +152,15 @@ def simulate(scenario: Scenario, meshcat: Meshcat | None = None, progress: Progr
     return run_station(station, meshcat, progress)
 
 
-def run_station(station: Station, meshcat: Meshcat | None = None, progress: Progress | None = None) -> Recording:
+def run_station(
+    station: Station, meshcat: Meshcat | None = None, progress: Progress | None = None, *, described: bool = True
+) -> Recording:
     """Runs the scenario of a station with a fresh context; see `simulate`.
 
-    In a station from `make_station` every block runs, so that every port can be read: `simulate` is faster.
+    In a station from `make_station` every block runs, so that every port can be read: `simulate` is faster. A recording
+    that is not kept need not be `described` by its scenario and versions, see `provenance`.
     """
-    return _recording(station, run_to_end(station, meshcat, progress).get_context())
+    return _recording(station, run_to_end(station, meshcat, progress).get_context(), described)
 
 
 def run_to_end(station: Station, meshcat: Meshcat | None = None, progress: Progress | None = None) -> Simulator:
@@ -179,11 +182,11 @@ def run_to_end(station: Station, meshcat: Meshcat | None = None, progress: Progr
     return simulator
 
 
-def _recording(station: Station, context: Context) -> Recording:
+def _recording(station: Station, context: Context, described: bool) -> Recording:
     """The recording of a run, after checking that the outputs of user blocks are finite."""
     own = own_blocks(station)
     try:
-        recording = station.recording(context)
+        recording = station.recording(context, described)
         if own:
             recording.data.load()  # what fails is to be blamed on its block
     except (Exception, SystemExit) as failure:  # raised by functions that are called for all samples at once

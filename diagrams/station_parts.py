@@ -98,8 +98,12 @@ class Station:
     def task(self) -> TaskMachine | None:
         return self.parts.task
 
-    def recording(self, context: Context) -> Recording:
-        """The recording of all logs, from the context of the root diagram; of a private station not computed yet."""
+    def recording(self, context: Context, described: bool = True) -> Recording:
+        """The recording of all logs, from the context of the root diagram; of a private station not computed yet.
+
+        Without attributes if it is not `described`: the text of a scenario takes longer than a short run.
+        """
+        about = self.parts.about if described else {}
         if not self.removed:
-            return read_logs(self.logs, context, self.parts.about)
-        return make_recording(self.logs.signals, self.logs.samples(context), self.parts.about)
+            return read_logs(self.logs, context, about)
+        return make_recording(self.logs.signals, self.logs.samples(context), about)

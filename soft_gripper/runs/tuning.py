@@ -44,7 +44,7 @@ def step_response(scenario: Scenario) -> tuple[float, float]:
         shares = {f.name: (f.finger.tendon_axis, f.finger.tension_gains) for f in fingers}
         scenario = replace(scenario, pressure=once, tendons=replace(scenario.tendons, steps=_steps(shares, step)))
     station = make_private_station(scenario)
-    recording = run_station(station)
+    recording = run_station(station, described=False)
     change = true_opening(station, recording)
     change = change - change[0]
     risen = np.flatnonzero(np.abs(change) > 0.63 * abs(change[-1]))[0]
@@ -108,7 +108,7 @@ def _follow(text: str, gains: PidGains) -> list[StepRow]:
 def follow(scenario: Scenario, gains: PidGains) -> list[StepRow]:
     """The step rows of the closed loop for the set points of the scenario, with these gains."""
     station = make_private_station(replace(scenario, control=replace(scenario.control, gains=gains)))
-    return step_table(station, run_station(station))
+    return step_table(station, run_station(station, described=False))
 
 
 def step_cost(rows: list[StepRow]) -> float:

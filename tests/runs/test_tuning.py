@@ -69,7 +69,7 @@ def test_the_step_response_of_a_first_order_opening_is_its_gain_and_time_constan
         return made(scenario)
 
     monkeypatch.setattr(tuning, "make_private_station", make)
-    monkeypatch.setattr(tuning, "run_station", lambda station: recording)
+    monkeypatch.setattr(tuning, "run_station", lambda station, described: recording)
     monkeypatch.setattr(tuning, "true_opening", lambda station, recording: opening)
     found = step_response(load_scenario("tip_distance_steps", [f"pressure.maximum={most}"]))
     assert stepped[-1] == {"left_finger": [most], "right_finger": [most]}

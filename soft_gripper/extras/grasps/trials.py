@@ -207,14 +207,19 @@ def run_trial(file: str, seed: int, trial: int) -> Trial:
         InputError: if its variation cannot be built.
         SimulationDivergedError: if its state is no longer finite.
     """
-    return judge(file, seed, trial, *record_trial(file, seed, trial))
+    station = _varied(file, seed, trial)
+    return judge(file, seed, trial, station, run_station(station, described=False))
 
 
 def record_trial(file: str, seed: int, trial: int, progress: Progress | None = None) -> tuple[Station, Recording]:
     """Runs one trial and keeps its recording; `progress` as for `simulate`. Raises what `run_trial` does."""
-    scenario, _ = vary(load_scenario(file), random_numbers(seed, Path(file).stem, trial))
-    station = make_private_station(scenario)
+    station = _varied(file, seed, trial)
     return station, run_station(station, progress=progress)
+
+
+def _varied(file: str, seed: int, trial: int) -> Station:
+    scenario, _ = vary(load_scenario(file), random_numbers(seed, Path(file).stem, trial))
+    return make_private_station(scenario)
 
 
 def judge(file: str, seed: int, trial: int, station: Station, recording: Recording) -> Trial:

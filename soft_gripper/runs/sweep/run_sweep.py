@@ -302,7 +302,7 @@ def _measured(scenario: Scenario, own: Sequence[str]) -> dict[str, Any]:
     if not station.fingers:
         models = [model.file for model in station.scenario.models]
         raise InputError("sweep", "models", models, "there is no <finger> in them")
-    return measure(station, run_station(station), own)
+    return measure(station, run_station(station, described=bool(own)), own)  # users may read whatever there is
 
 
 def depends_on_step(measured: Mapping[str, Any], halved: Mapping[str, Any]) -> list[str]:

@@ -96,5 +96,5 @@ def plant_rows(plant_name: str, name: str, seeds: int, estimators: Sequence[str]
     (plant,) = (plant for plant in PLANTS if plant.name == plant_name)
     with TemporaryDirectory(prefix="soft-gripper-") as folder:
         station = make_private_station(plant.scenario(name, Path(folder)))
-        fingers = touched_fingers(name, station, run_station(station))
+        fingers = touched_fingers(name, station, run_station(station, described=False))
         return plant_table(plant, name, fingers, seeds, estimators)

@@ -36,7 +36,7 @@ def _quick(monkeypatch):
     """Nothing is simulated or read."""
     monkeypatch.setattr(module.Recording, "load", lambda path: f"recording of {path.parent.name}")
     monkeypatch.setattr(module, "make_private_station", lambda scenario: scenario)
-    monkeypatch.setattr(module, "run_station", lambda station: None)
+    monkeypatch.setattr(module, "run_station", lambda station, described: None)
     monkeypatch.setattr(module, "touched_fingers", lambda name, station, recording: [(station, recording)])
     monkeypatch.setattr(module, "robustness_table", of_noise)
     monkeypatch.setattr(module, "plant_table", of_plant)
