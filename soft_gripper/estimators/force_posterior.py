@@ -106,9 +106,7 @@ class ContactPosterior(NamedTuple):
     answer: Array  # (...) NOTHING, SOMEWHERE or HERE, or MOVING: nothing is detected, but would it be?
     interval: Later  # see `force_interval`
     force_set: Array  # (..., 2) N, least and largest force of the likelihood set; NaN where no force explains the bends
-    # (..., 3) N, upper 95 % bounds: of one force anywhere, of one beyond `nearest`, and of the sum of several there;
-    # NaN where none is below the largest possible force.
-    force_bounds: Array
+    bounds: Later  # see `force_bounds`
     arc_length_set: Array  # (..., 2) m, its ends along the finger; NaN there, and where nothing is detected
     mode_forces: Array  # (..., 2) N, positive on the inner side, the likelier first; NaN where there is none
     mode_arc_lengths: Array  # (..., 2) m
@@ -122,6 +120,14 @@ class ContactPosterior(NamedTuple):
         NaN where no single force explains the bends, and where it is MOVING: it would be that of the prior.
         """
         return self.interval.value
+
+    @property
+    def force_bounds(self) -> Array:
+        """Upper 95 % bounds, (..., 3) N: of one force anywhere, of one beyond `nearest`, of the sum of several there.
+
+        NaN where none is below the largest possible force.
+        """
+        return self.bounds.value
 
 
 class Fits(NamedTuple):
@@ -194,8 +200,6 @@ def contact_posterior(
     probability = _probability(found, posterior, masses, forces, np.maximum(misfit, 1.0))
     ends = length / (cells.place.max() + 1) * (cells.place[:, None] + np.array([0.0, 1.0]))  # m, of each cell
     anywhere, beyond = ends[:, 1] > 0, ends[:, 1] > nearest
-    one, one_beyond = (_range(fits, chi_squared, these, _BOUND, largest)[..., 1] for these in (anywhere, beyond))
-    total = _several(r, several, several.place >= cells.place[beyond].min(), most_of_noise, largest)
     places, (pressing, chosen) = _places(chi_squared, ends), modes(found, largest)
     explained, detected = misfit <= 1, probability > DETECTED
     located = explained & (np.ptp(places, axis=-1) < LOCATED * length)
@@ -203,14 +207,21 @@ def contact_posterior(
     answer = np.where(detected, np.where(located, HERE, SOMEWHERE), np.where(moving > 0, MOVING, NOTHING))
     known = stated & (answer != MOVING)[..., None]
     interval = Later(lambda: np.where(known, _force_interval(posterior, masses, largest), np.nan))
-    total = np.maximum(total, np.where(explained, one_beyond, 0.0))
-    bounds = np.stack([np.where(explained, one, largest), np.where(explained, one_beyond, total), total], axis=-1)
+
+    def bounds() -> Array:
+        one, one_beyond = (_range(fits, chi_squared, these, _BOUND, largest)[..., 1] for these in (anywhere, beyond))
+        total = _several(r, several, several.place >= cells.place[beyond].min(), most_of_noise, largest)
+        total = np.maximum(total, np.where(explained, one_beyond, 0.0))
+        stated = np.where(explained, one, largest), np.where(explained, one_beyond, total), total
+        below = np.stack(stated, axis=-1)
+        return np.where(below < largest, below, np.nan)
+
     return ContactPosterior(
         probability,
         answer,
         interval,
         np.where(stated, _range(fits, chi_squared, anywhere, _SET, largest), np.nan),
-        np.where(bounds < largest, bounds, np.nan),
+        Later(bounds),
         np.where(placed, places, np.nan),
         np.where(placed, np.sign(cells.side)[chosen] * pressing, np.nan),
         np.where(placed & np.isfinite(pressing), ends.mean(axis=-1)[chosen], np.nan),

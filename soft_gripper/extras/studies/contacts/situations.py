@@ -11,7 +11,7 @@ is declared or not: the uncertainty is the default one then.
 
 from collections.abc import Callable
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -268,9 +268,10 @@ def _recorded(recording: Recording, finger: str, rows: NDArray[np.int_]) -> Stat
         values = np.asarray(recording[f"{finger}.{name}"])[rows]
         return values[:, 0] if values.ndim == 2 and values.shape[1] == 1 else values
 
-    fields = (field for field in ContactPosterior._fields if field != "interval")
-    interval = Later(lambda: of("contact_force_interval"))
-    known = ContactPosterior(interval=interval, **{field: of(f"contact_{field}") for field in fields})
+    later = "interval", "bounds"
+    fields: dict[str, Any] = {field: of(f"contact_{field}") for field in ContactPosterior._fields if field not in later}
+    fields |= {field: Later(partial(of, f"contact_force_{field}")) for field in later}
+    known = ContactPosterior(**fields)
     force = np.abs(of("true_contact_force"))
     found = of("contact_force"), of("contact_arc_length"), known, np.full(len(force), np.nan)
     return _stated(force, of("true_contact_arc_length"), *found).at(force > _LEAST_FORCE)
