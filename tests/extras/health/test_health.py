@@ -14,7 +14,14 @@ from soft_gripper.estimators.contact import ContactShape
 from soft_gripper.estimators.gaussian import GaussianShape
 from soft_gripper.estimators.uncertainty import Uncertainty, uncertainty_of
 from soft_gripper.extras.health.faults import FAULTS, Hypotheses
-from soft_gripper.extras.health.health_filter import _MOST, _SUDDEN, LOOK, HealthFilter, _Observation, _updated
+from soft_gripper.extras.health.health_filter import (
+    _LARGEST_MISFIT,
+    _SUDDEN,
+    LOOK,
+    HealthFilter,
+    _Observation,
+    _updated,
+)
 from soft_gripper.extras.health.health_monitor import HealthMonitor, named
 from soft_gripper.fingers.kinematics import gravity_torque, in_space
 from soft_gripper.scenario.scenario_file import load_scenario
@@ -321,7 +328,7 @@ def test_the_evidence_of_a_load_is_that_of_one_look_a_second(layout):
     assert hardly.sum() > 2
     np.testing.assert_allclose(held[by_chance], 0, atol=1e-12)
     assert (held[hardly] > 0).all()
-    assert misfits.max() == pytest.approx(_MOST)
+    assert misfits.max() == pytest.approx(_LARGEST_MISFIT)
 
 
 def test_a_load_that_follows_the_drive_is_likelier_than_one_that_jumps():
