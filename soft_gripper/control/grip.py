@@ -3,7 +3,6 @@
 import math
 from collections.abc import Iterable, Mapping, Sequence
 
-import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
 from soft_gripper.array_block import ArrayBlock
@@ -51,7 +50,10 @@ class GripTorque(ArrayBlock):
 
 def _mean_opening(*torques: Array) -> Array:
     """From the torques of each finger, (..., N) N m, which are positive where they close it; (...) N m."""
-    return np.asarray(-sum(of_finger[..., 0] for of_finger in torques) / len(torques))
+    total = torques[0][..., 0]
+    for others in torques[1:]:
+        total = total + others[..., 0]
+    return -total / len(torques)
 
 
 class GripForce(LeafSystem):

@@ -66,9 +66,8 @@ class ContactDetector(ArrayBlock):
     def _touch(self, before: Array, now: Array, torque: Array, tolerance: Array) -> Touch:
         """One sample, after contact and since of the sample before, (..., 2)."""
         contact, since = before[..., 0], before[..., 1]
-        residual, allowed = (
-            each[..., : self._base_joints].sum(axis=-1) / self._base_joints for each in (torque, tolerance)
-        )
+        n = self._base_joints
+        residual, allowed = torque[..., :n].sum(axis=-1) / n, tolerance[..., :n].sum(axis=-1) / n
         begins = (contact == 0) & (np.abs(residual) - allowed > self._threshold)
         ends = ~begins & (np.abs(residual) + allowed < _RELEASE * self._threshold)
         contact = np.where(begins, 1.0, np.where(ends, 0.0, contact))
