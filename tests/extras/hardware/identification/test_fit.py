@@ -110,5 +110,5 @@ def test_creep_is_what_an_emptied_chamber_shows(hollow, pool, monkeypatch):
         return free.values(found.x)[0] - 0.1
 
     weighted = excess()
-    monkeypatch.setattr(fit_module, "_OF_EMPTIED", 1.0)
+    monkeypatch.setattr(fit_module, "_EMPTIED_WEIGHT", 1.0)
     assert abs(weighted) < 0.3 * excess()
