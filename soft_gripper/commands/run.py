@@ -164,7 +164,6 @@ def _write_grasps(out: Path, station: Station, recording: Recording, console: Co
 
 def _write_scores(out: Path, name: str, station: Station, recording: Recording, console: Console) -> list[str]:
     """Writes and prints the table that suits the scenario; returns the files."""
-    files: list[str] = []
     if station.task is not None:
         phases = phase_table(station, recording)
         with atomic_file(out / "phases.png") as partial:
@@ -179,17 +178,17 @@ def _write_scores(out: Path, name: str, station: Station, recording: Recording, 
             truth = judged(station, recording)
             print_truth(truth)
             console.table("truth", [truth])
-        return [*files, "phases.csv", "phases.png"]
+        return ["phases.csv", "phases.png"]
     if station.scenario.record.truth == "none":
         print("There is no ground truth to compare with (record.truth: none).")
-        return files
+        return []
     if station.scenario.control.set_points is not None:
         steps = step_table(station, recording)
         console.table("steps", steps, out / "steps.csv")
         print_rows(steps)
-        return [*files, "steps.csv"]
+        return ["steps.csv"]
     poses = recorded_pose_table(name, station, recording)
     console.table("poses", poses, out / "metrics.csv")
     console.table("forces", recorded_force_table(name, station, recording), out / "forces.csv")
     print_poses(poses)
-    return [*files, "metrics.csv", "forces.csv"]
+    return ["metrics.csv", "forces.csv"]

@@ -15,7 +15,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.cached import kept
 
 _BATCH_SIZE = 16  # samples that are computed together
-_SHARED_RESULTS = 8  # results that are shared
+_SHARED_RESULTS = 8  # of the latest calls
 
 _T = TypeVar("_T")
 _shared: OrderedDict[Any, Any] = OrderedDict()
@@ -38,10 +38,9 @@ def shared(function: Callable[..., _T], owner: object, *arrays: Array) -> _T:
     if arrays[0].size > _BATCH_SIZE * arrays[0].shape[-1]:
         return function(owner, *arrays)
     key = function, id(owner), *((each.shape, each.tobytes()) for each in arrays)
-    found: _T = kept(_shared, key, lambda: (function(owner, *arrays), owner), _SHARED_RESULTS)[
-        0
-    ]  # nothing else has its id
-    return found
+    # The owner is kept with its result, so that nothing else gets its id.
+    found: tuple[_T, object] = kept(_shared, key, lambda: (function(owner, *arrays), owner), _SHARED_RESULTS)
+    return found[0]
 
 
 def in_parts(function: Any, sample: Array, *others: Array) -> Any:
@@ -51,9 +50,8 @@ def in_parts(function: Any, sample: Array, *others: Array) -> Any:
     """
     shape = sample.shape[:-1]
     flat = [each.reshape(-1, *each.shape[len(shape) :]) for each in (sample, *others)]
-    parts = [
-        function(*(each[at : at + _BATCH_SIZE] for each in flat)) for at in range(0, max(len(flat[0]), 1), _BATCH_SIZE)
-    ]
+    begins = range(0, max(len(flat[0]), 1), _BATCH_SIZE)
+    parts = [function(*(each[at : at + _BATCH_SIZE] for each in flat)) for at in begins]
     return _put_together(parts, shape)
 
 

@@ -91,7 +91,7 @@ from soft_gripper.sensors.measurement import UNKNOWN, MeasurementModel
 _FEWEST_PLACES = 48  # cells along the finger; joints are at their ends, for the torques change there
 _SMOOTH, _IS_SMOOTH = 0.01, 0.3  # friction per force of a smooth contact, and the probability of one
 _CELLS_AROUND = 8  # faces, and the edges between them
-_EDGE_PROBABILITY = 0.04  # probability of each edge
+_EDGE_PROBABILITY = 0.04  # of each edge
 _EDGE_NORMAL_STD = np.radians(45) / math.sqrt(3)  # of the direction of an edge's normal
 _ON_TIP = 0.6  # probability of rim and end of the tip, relative to that of a place
 _STRADDLED = 1.5e-3  # m, standard deviation of the lever at the joint next to a contact, which may lie on both links

@@ -82,19 +82,29 @@ def _text(value: object) -> str:
 
 
 def print_table(columns: Mapping[str, str], rows: Iterable[Sequence[Any]], title: str = "") -> None:
-    """Prints rows of cells below the headings of their columns.
+    """Prints rows of cells below the headings of their columns; units are in a line of their own, to save width.
 
     Args:
         columns: format specification of each column, by heading; "": text, aligned left.
         rows: cells in the order of the columns.
         title: a line printed above the table.
     """
-    texts = [[format(cell, form) for cell, form in zip(row, columns.values(), strict=True)] for row in rows]
-    widths = [max(map(len, cells)) for cells in zip(columns, *texts, strict=True)]
+    heads = [heading.partition(" [") for heading in columns]
+    lines = [[words for words, _, _ in heads]]
+    if any(unit for _, _, unit in heads):
+        lines.append([f"[{unit}" if unit else "" for _, _, unit in heads])
+    lines += [[_shown(cell, form) for cell, form in zip(row, columns.values(), strict=True)] for row in rows]
+    widths = [max(map(len, cells)) for cells in zip(*lines, strict=True)]
     print(f"\n{title}" if title else "")
-    for line in (list(columns), *texts):
+    for line in lines:
         cells = zip(line, widths, columns.values(), strict=True)
         print("  ".join(f"{text:{'>' if form else '<'}{width}}" for text, width, form in cells).rstrip())
+
+
+def _shown(cell: Any, form: str) -> str:
+    """A cell as it is printed; zero has no sign."""
+    text = format(cell, form)
+    return text if not form or text.strip("-0.") else text.lstrip("-")
 
 
 def print_rows(rows: Sequence[Any], title: str = "", leave: Collection[str] = ()) -> None:

@@ -87,13 +87,14 @@ class Printed:
 
 
 def test_a_table_is_printed_under_headings_with_units(capsys):
-    print_rows([Printed("left", 1.234, 10), Printed("right", 12.5, 9, 3.14)], "Errors", leave=("step",))
+    print_rows([Printed("left", 1.234, 10, -0.01), Printed("right", 12.5, 9, 3.14)], "Errors", leave=("step",))
     assert capsys.readouterr().out.splitlines() == [
         "",
         "Errors",
-        "finger  tip error [mm]  largest impulse [mN s]",
-        "left              1.23                     0.0",
-        "right            12.50                     3.1",
+        "finger  tip error  largest impulse",
+        "             [mm]           [mN s]",
+        "left         1.23              0.0",
+        "right       12.50              3.1",
     ]
 
 

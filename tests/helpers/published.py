@@ -242,3 +242,10 @@ def _begins(cells: Sequence[str], header: str) -> bool:
 
 def _cells(line: str) -> list[str]:
     return [cell.replace("*", "").strip() for cell in line.strip()[1:-1].split("|")]
+
+
+def printed(page: str, pattern: str) -> list[str]:
+    """The numbers that a page has at the groups of a pattern."""
+    match = re.search(pattern, page)
+    assert match is not None, pattern
+    return list(match.groups())

@@ -14,7 +14,7 @@ from soft_gripper.signals import signal_of
 Cell = str | tuple[str, str]  # its text, or its text and how it is marked: "bad", "name"
 Table = list[str | list[Cell]]  # a caption, the head, and rows
 _UNKNOWN = "-"
-_COUNTERS_PER_ROW = 4  # counters
+_COUNTERS_PER_ROW = 4
 
 
 def _millimetres(*values: float) -> str:

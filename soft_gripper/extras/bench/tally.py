@@ -27,11 +27,8 @@ class _FingerTally:
         self._force, self._std, self._place = (f"{name}.contact_{own}" for own in ("force", "force_std", "arc_length"))
         self._driving = [f"{name}.{kind}" for kind in ("pressure", "tension") if f"{name}.{kind}" in bench.inputs]
         supply = bench.scenario.pressure
-        self._still = (
-            _STILL_PRESSURE_SHARE * (supply.maximum - supply.minimum)
-            if self._driving[:1] == [f"{name}.pressure"]
-            else None
-        )
+        has_pressure = self._driving[:1] == [f"{name}.pressure"]
+        self._still = _STILL_PRESSURE_SHARE * (supply.maximum - supply.minimum) if has_pressure else None
         self._past: deque[Array] = deque(maxlen=max(2, round(_RESTS / bench.period)))
         self._touched = 0
         self.name, self.is_known = name, False

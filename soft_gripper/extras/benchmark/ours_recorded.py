@@ -97,9 +97,8 @@ def _arm_readings(description: RecordingConfig, inputs: Array) -> tuple[Array, A
 _BEAM = "clamped_beam"
 _TURN_NOISE = 2e-3  # rad, of the turn by three markers
 _USUAL_LOAD = 0.1  # N m at its base: 100 g at its tip
-_SMALL_CHAMBER = (
-    1e-3  # m: a chamber that is never under pressure; estimators relate usual loads to the torque of a pressure
-)
+# A chamber that is never under pressure, since estimators relate usual loads to the torque of a pressure.
+_SMALL_CHAMBER = 1e-3  # m
 _DOWN = 9.81j  # m/s^2: the beam is horizontal, and sags toward its inner side
 
 

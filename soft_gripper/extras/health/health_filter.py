@@ -233,10 +233,9 @@ class HealthFilter:
         assumed, size, dt = self.uncertainty, hypotheses.size[1], LOOK * self.period
         walk = np.zeros((2, *covariance.shape[-3:]))
         of_load = self._of_usual_load
-        shares = (
-            (_LOAD_RATE_CHANGE * abs(drive), _LOAD_RATE_CHANGE * min(abs(drive) / dt, 1)),
-            (max(abs(drive), 0.2), 1.0),
-        )
+        driven = abs(drive)
+        steady = _LOAD_RATE_CHANGE * driven, _LOAD_RATE_CHANGE * min(driven / dt, 1)
+        shares = steady, (max(driven, 0.2), 1.0)
         for load, (of_bend, of_slope) in enumerate(shares):
             walk[load, :, :values, :values] = of_bend**2 * of_load + (_REST**2) * np.eye(values)
             walk[load, :, -values:, -values:] = of_slope**2 * of_load

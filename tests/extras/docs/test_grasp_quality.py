@@ -1,9 +1,9 @@
 """Numbers of docs/grasp_quality.md are those that a run gives, to the last digit."""
 
-import re
 from pathlib import Path
 
 import pytest
+from published import printed
 
 from soft_gripper.runs.sweep.run_sweep import run_and_measure
 from soft_gripper.truth.contact import combined_friction
@@ -15,18 +15,11 @@ WEIGHT = 0.06 * 9.81  # N, carried by two fingers
 FRICTION = combined_friction(0.8, 0.9)  # of the bottle and the fingers
 
 
-def printed(pattern: str) -> list[str]:
-    """The numbers of a line of the page."""
-    match = re.search(pattern, PAGE)
-    assert match is not None
-    return list(match.groups())
-
-
 @pytest.mark.published
 def test_the_corners_of_the_sweep():
     """Least and most force; what lies between is in the figure."""
-    first = printed(r"\| 100 \| (.*) N, (.*) % \|.*\|.*\|")
-    last = printed(r"\| 140 \|.*\|.*\| (.*) N, (.*) % \|")
+    first = printed(PAGE, r"\| 100 \| (.*) N, (.*) % \|.*\|.*\|")
+    last = printed(PAGE, r"\| 140 \|.*\|.*\| (.*) N, (.*) % \|")
     for length, modulus, numbers in ((0.10, "-30 %", first), (0.14, "+30 %", last)):
         found = run_and_measure("bottle_grasp", {LENGTH: length, MODULUS: modulus})
         assert found["grasp"] == "held"

@@ -27,6 +27,15 @@ def test_links_lead_somewhere(page):
             assert target.partition("#")[2] in anchors(PAGES[path]), target
 
 
+@pytest.mark.parametrize("page", PAGES)
+def test_tests_that_a_page_names_are_there_and_run_as_it_says(page):
+    """By `pytest -m MARKER FILE`, the file has a test with the marker."""
+    named = re.findall(r"pytest(?: -m (\w+))? (tests/[\w/]+\.py)", PAGES[page])
+    for marker, file in named:
+        text = (ROOT / file).read_text(encoding="utf-8")
+        assert not marker or f"mark.{marker}" in text, f"pytest -m {marker} {file}"
+
+
 @pytest.mark.parametrize(
     ("path", "place"),
     [

@@ -1,9 +1,9 @@
 """Numbers of docs/extras/grasps/grasp_strength.md are those that a run gives, to the last digit."""
 
-import re
 from pathlib import Path
 
 import pytest
+from published import printed
 
 from soft_gripper.extras.grasps.strength import LOADS, Settled, Shake
 from soft_gripper.scenario.scenario_file import load_scenario
@@ -11,18 +11,11 @@ from soft_gripper.scenario.scenario_file import load_scenario
 PAGE = (Path(__file__).parents[3] / "docs/extras/grasps/grasp_strength.md").read_text(encoding="utf-8")
 
 
-def printed(pattern: str) -> list[str]:
-    """The numbers of a line of the page."""
-    match = re.search(pattern, PAGE)
-    assert match is not None
-    return list(match.groups())
-
-
 @pytest.mark.slow
 def test_a_row_of_each_kind_of_load():
     settled = Settled.of(load_scenario("bottle_grasp"), "bottle")
-    (force,) = printed(r"force along \+z, out of the grasp \| (.*) N \| slid")
-    (torque,) = printed(r"torque about x, both ways \| (.*) mN m \| turned")
+    (force,) = printed(PAGE, r"force along \+z, out of the grasp \| (.*) N \| slid")
+    (torque,) = printed(PAGE, r"torque about x, both ways \| (.*) mN m \| turned")
     found = {(load.is_torque, load.name): load for load in LOADS}
     pull, turn = (settled.loaded(found[key], Shake()) for key in ((False, "+z"), (True, "+x")))
     assert (f"{pull.strength:.2f}", pull.ended) == (force, "slid")

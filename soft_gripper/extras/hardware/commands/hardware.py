@@ -41,9 +41,8 @@ def run(options: argparse.Namespace) -> int:
         )
     save_figure(hardware_figure(beam, segment, arm), out / "hardware")
     found = hardware_claims(beam, segment, arm.table)
-    write_csv(out / "claims.csv", found)
     print_claims(found)
-    options.console.table("claims", found)
+    options.console.table("claims", found, out / "claims.csv")
     fingers = [f"{experiment.description}{suffix}" for experiment in (BEAM, SEGMENT) for suffix in (".urdf", ".csv")]
     options.console.wrote(
         *(out / file for file in (*fingers, f"{ARM}.csv", "claims.csv", "hardware.png", "hardware.svg"))

@@ -173,9 +173,8 @@ def _scored(
     return tuple(motion for motion, _ in scored), tuple(score for _, score in scored)
 
 
-_LARGEST_GOOD_ERROR = (
-    5.0  # % of the finger's length: largest error of the tip, in a recording that was fitted, of a good fit
-)
+# Of the tip, in a recording that was fitted, of a good fit
+_LARGEST_GOOD_ERROR = 5.0  # % of the finger's length
 
 
 def doubts(found: Tested) -> list[str]:

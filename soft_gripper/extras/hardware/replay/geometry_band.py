@@ -15,13 +15,11 @@ from soft_gripper.extras.hardware.replay.wire_lengths import Sections
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import as_points
 
-_CORRELATED_SAMPLES = (
-    2.0  # deviations of the geometry, over those of samples that are as independent as the fit takes them to be
-)
+# Deviations of the geometry, over those of samples that are as independent as the fit takes them to be
+_CORRELATED_SAMPLES = 2.0
 _SCALE = 0.02  # standard deviation of the scale of a wire beyond what was fitted
-_NORMAL_95_SQUARED = (
-    5.991  # square of the distance within which 95 % of a planar normal distribution lie, in deviations
-)
+# Square of the distance, in deviations, within which 95 % of a planar normal distribution lie
+_NORMAL_95_SQUARED = 5.991
 _SLIGHT = 0.05  # of the span that was fitted: no warning if an arm leaves it by less
 
 
