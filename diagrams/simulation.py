@@ -9,11 +9,13 @@ between.
 
 import math
 from collections import OrderedDict
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from copy import copy, deepcopy
 from dataclasses import replace
 from hashlib import sha256
+from itertools import groupby
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from pydrake.common import RandomGenerator
@@ -32,11 +34,12 @@ from soft_gripper.diagrams.view.meshcat_view import PERIOD
 from soft_gripper.diagrams.wiring.sensors import RANDOM
 from soft_gripper.errors import InputError, SimulationDivergedError
 from soft_gripper.models import DIRECTORY
+from soft_gripper.registry import registered
 from soft_gripper.scenario.checks import checked_scenario
 from soft_gripper.scenario.drake_values import plain_values
 from soft_gripper.scenario.mesh_object import mesh_suffixes
 from soft_gripper.scenario.model_files import model_path
-from soft_gripper.scenario.schema import Scenario, default_simulator_config
+from soft_gripper.scenario.schema import DRAKE, Scenario, default_simulator_config
 
 MOST = 4  # cached stations, 8 to 20 MB each
 _NAMES_OTHERS = (
@@ -59,7 +62,7 @@ def kept_station(scenario: Scenario) -> Station:
         InputError: if a part of the scenario cannot be built.
     """
     scenario = checked_scenario("scenario", scenario)
-    key = _built_of(scenario)
+    key = built_of(scenario)
     if key is None:
         return make_private_station(scenario)
     station = kept(
@@ -68,7 +71,7 @@ def kept_station(scenario: Scenario) -> Station:
     return replace(station, parts=replace(station.parts, scenario=scenario))
 
 
-def _built_of(scenario: Scenario) -> tuple[str, ...] | None:
+def built_of(scenario: Scenario) -> tuple[str, ...] | None:
     """The scenario and the contents of its files; None if these cannot be known."""
     types = (scenario.sensor.type, scenario.estimator.type, *scenario.estimator.alongside)
     named = [*(model.file for model in scenario.models), scenario.nominal.file, scenario.nominal.calibration]
@@ -152,6 +155,41 @@ def simulate(scenario: Scenario, meshcat: Meshcat | None = None, progress: Progr
     return run_station(station, meshcat, progress)
 
 
+class Run(NamedTuple):
+    """A run of a scenario that has ended."""
+
+    station: Station
+    recording: Recording
+
+
+_TOGETHER = 128  # runs that an engine other than Drake is given at once
+
+
+def runs_at_once(scenario: Scenario) -> int:
+    """How many runs of a scenario, or of others with changes, are best made by one call of `run_many`."""
+    return 1 if scenario.engine == DRAKE else _TOGETHER
+
+
+def run_many(scenarios: Sequence[Scenario], described: bool = True) -> Iterator[Run | Exception]:
+    """Runs scenarios, each in its engine, which may run many at once; a run that failed gives its error.
+
+    `described` as for `run_station`.
+    """
+    for engine, alike in groupby(scenarios, lambda scenario: scenario.engine):
+        if engine == DRAKE:
+            yield from (_run(scenario, described) for scenario in alike)
+        else:
+            yield from registered("ENGINES")[engine]([*alike], described)
+
+
+def _run(scenario: Scenario, described: bool) -> Run | Exception:
+    try:
+        station = kept_station(scenario)
+        return Run(station, run_station(station, described=described))
+    except (InputError, SimulationDivergedError) as error:
+        return error
+
+
 def run_station(
     station: Station, meshcat: Meshcat | None = None, progress: Progress | None = None, *, described: bool = True
 ) -> Recording:
@@ -160,7 +198,20 @@ def run_station(
     In a station from `make_station` every block runs, so that every port can be read: `simulate` is faster. A recording
     that is not kept need not be `described` by its scenario and versions, see `provenance`.
     """
+    if station.scenario.engine != DRAKE:
+        return _run_elsewhere(station.scenario, meshcat, described)
     return _recording(station, run_to_end(station, meshcat, progress).get_context(), described)
+
+
+def _run_elsewhere(scenario: Scenario, meshcat: Meshcat | None, described: bool) -> Recording:
+    """The recording of a run in another engine."""
+    if meshcat is not None:
+        expected = f"is not shown as it runs; choose {DRAKE}, or a video of the recording"
+        raise InputError("scenario", "engine", scenario.engine, expected)
+    (run,) = run_many([scenario], described)
+    if isinstance(run, Exception):
+        raise run
+    return run.recording
 
 
 def run_to_end(station: Station, meshcat: Meshcat | None = None, progress: Progress | None = None) -> Simulator:
@@ -204,7 +255,13 @@ def check_closed(station: Station) -> None:
 
 
 def make_simulator(station: Station) -> Simulator:
-    """A Simulator of a station with the solver and the seed of its scenario; Simulator(diagram) has neither."""
+    """A Simulator of a station with the solver and the seed of its scenario; Simulator(diagram) has neither.
+
+    Raises:
+        InputError: if the scenario is to be simulated by another engine.
+    """
+    if station.scenario.engine != DRAKE:
+        raise InputError("scenario", "engine", station.scenario.engine, f"this steps a simulator: choose {DRAKE}")
     simulator = Simulator(station.diagram)
     ApplySimulatorConfig(solver_config(station.scenario), simulator)
     seed_random_sources(station.diagram, simulator.get_mutable_context(), station.scenario.sensor.seed)

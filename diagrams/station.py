@@ -42,15 +42,16 @@ def make_station(
     return _built(builder, station, add_logs(builder, station.signals, station.scenario.sensor.period))
 
 
-def make_private_station(scenario: Scenario, meshcat: Meshcat | None = None) -> Station:
+def make_private_station(scenario: Scenario, meshcat: Meshcat | None = None, composed: bool = True) -> Station:
     """A station for runs whose diagram nobody reads: faster, with the same recording.
 
-    Blocks that no other reads are left out of its diagram, and its outputs are the signals that it still computes.
+    Blocks that no other reads are left out of its diagram, and its outputs are the signals that it still computes;
+    unless they are `composed`, sensors and estimation stay diagrams of blocks.
 
     Raises:
         InputError: if a part of the scenario cannot be built.
     """
-    builder, station = _begun(scenario, meshcat, composed=True)
+    builder, station = _begun(scenario, meshcat, composed=composed)
     period = station.scenario.sensor.period
     logs = add_logs(builder, station.signals, period)
     station.signals, removed = keep_what_is_read(builder, station.signals)
@@ -123,9 +124,8 @@ def add_station(
     with collected() as notes:
         scenario = checked_scenario("scenario", scenario)
         nominal = read_nominal_model(scenario.nominal)
-        points = scenario.contact_points if scenario.contact == "points" else None
         scene = add_plant(
-            builder, scenario.plant_config, scenario.models, scenario.gravity, scenario.arm, visuals, points
+            builder, scenario.plant_config, scenario.models, scenario.gravity, scenario.arm, visuals, scenario.points
         )
         made_by = (name_of(make_sensor, scenario.sensor.type), name_of(make_estimator, scenario.estimator.type))
         check_finger_names("scenario", (finger.finger.name for finger in scene.fingers))

@@ -42,6 +42,9 @@ class StationParts:
     arm: Arm | None = None
     task: TaskMachine | None = None  # controller of the task, if there is one
     notes: list[Note] = field(default_factory=list)  # what was mended or left out of the files
+    # Of models that have others than the plant in the runs of this station.
+    masses: Mapping[str, float] = field(default_factory=dict)  # kg
+    frictions: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def about(self) -> dict[str, str]:

@@ -40,6 +40,7 @@ LISTED: dict[str, set[str]] = {
     "hardware": set(),
     "health": set(),
     "learning": set(),
+    "mujoco": {"export"},
     "page": set(),
     "placement": {"hardware", "studies"},
     "play": {"page"},

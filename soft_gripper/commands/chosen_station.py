@@ -16,8 +16,9 @@ _MANY_MODELS = 30  # models; Drake reads a few per second
 
 def chosen_scenario(options: argparse.Namespace) -> Scenario:
     """The scenario, with all overrides applied."""
-    sections = [f"sensor.sections={options.sections}"] if options.sections is not None else []
-    return load_scenario(options.scenario, [*options.set, *sections])
+    given = {"sensor.sections": options.sections, "engine": getattr(options, "engine", None)}
+    own = [f"{key}={value}" for key, value in given.items() if value is not None]
+    return load_scenario(options.scenario, [*options.set, *own])
 
 
 def chosen_station(options: argparse.Namespace) -> Station:

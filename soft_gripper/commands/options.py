@@ -166,6 +166,14 @@ RECORDINGS = (option("file", "recording; searched for here, then in the data fol
 DATA = option("--data", "data folder (default: $SOFT_GRIPPER_DATA)", "DIR", path)
 
 
+ENGINE = option(
+    "--engine", "what simulates: drake, or another engine that is installed (default: that of the scenario)", "NAME"
+)
+CHECK = option(
+    "--check", "repeat N of the runs in Drake, at random, and print how they agree", "N", whole(1), default=0
+)
+
+
 def scenario(default: str | None = None) -> tuple[Option, ...]:
     """A scenario, with an optional default, and overrides."""
     described = "a shipped scenario (see `soft-gripper list`) or a YAML file"

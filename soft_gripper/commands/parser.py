@@ -12,7 +12,9 @@ from typing import NoReturn
 import shtab
 
 from soft_gripper.commands.options import (
+    CHECK,
     CONSOLE,
+    ENGINE,
     EXECUTOR,
     HOST,
     HTML,
@@ -60,6 +62,7 @@ CORE = (
         (
             *CONSOLE,
             *scenario(),
+            ENGINE,
             option(
                 "--out",
                 "folder for the results (default: results/SCENARIO, or SCENARIO-2 ... if that holds another run)",
@@ -98,6 +101,8 @@ CORE = (
         (
             *CONSOLE,
             *scenario(),
+            ENGINE,
+            CHECK,
             option(
                 "--vary",
                 "values or a range of a field, like pressure.maximum=1e5,2e5 or nominal.youngs_modulus=-20..20 %%:5;"

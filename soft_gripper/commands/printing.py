@@ -5,12 +5,15 @@ import sys
 from collections.abc import Sequence
 from itertools import groupby
 from operator import attrgetter
+from pathlib import Path
 
 import numpy as np
 
+from soft_gripper.commands.console import Console
 from soft_gripper.control.task import Outcome
 from soft_gripper.evaluation.paper.claims import Claim, verdict
 from soft_gripper.files.row_table import headings, print_rows, print_table
+from soft_gripper.runs.agreement import Agreement
 from soft_gripper.runs.scores.grasp import NEVER_TOUCHED
 from soft_gripper.runs.scores.poses import PoseRow
 from soft_gripper.runs.scores.recorded_grasps import ObjectGrasp, ObjectGrip
@@ -86,3 +89,18 @@ def print_claims(claims: Sequence[Claim]) -> None:
 def _red(text: str) -> str:
     """Colours text red on a terminal; a file or a pipe gets plain text."""
     return f"\033[31m{text}\033[0m" if sys.stdout.isatty() else text
+
+
+AGREEMENT = "agreement.csv"
+
+
+def print_agreement(rows: Sequence[Agreement], console: Console, out: Path) -> None:
+    """Prints and writes how runs of another engine agree with the same runs in Drake."""
+    console.table("agreement", rows, out / AGREEMENT)
+    print(f"\n{max(row.runs for row in rows)} of the runs repeated in Drake:")
+    for row in rows:
+        if math.isfinite(row.alike):
+            print(f"  {row.measure} alike in {row.alike:.0f} of {row.runs}")
+    numbers = [row for row in rows if not math.isfinite(row.alike)]
+    if numbers:
+        print_rows(numbers, "Sizes of the differences", ("alike",))

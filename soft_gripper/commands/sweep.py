@@ -1,9 +1,14 @@
 """soft-gripper sweep: runs a scenario with many values of its fields, and writes one table."""
 
 import argparse
+from collections.abc import Mapping
+from concurrent.futures import Executor
 from pathlib import Path
+from typing import Any
 
+from soft_gripper.commands.printing import AGREEMENT, print_agreement
 from soft_gripper.pictures.style import save_figure
+from soft_gripper.runs.agreement import Agreement, chosen
 from soft_gripper.runs.executor import open_executor
 from soft_gripper.runs.sweep.run_sweep import (
     DEPENDS,
@@ -11,12 +16,14 @@ from soft_gripper.runs.sweep.run_sweep import (
     NUMBER,
     TABLE,
     SweepPoint,
+    agreement_with_drake,
     read_axis,
     run_sweep,
     sweep_figure,
     sweep_points,
 )
 from soft_gripper.scenario.scenario_file import read_override
+from soft_gripper.scenario.schema import DRAKE
 
 FIGURE = "sweep"
 
@@ -26,8 +33,8 @@ def run(options: argparse.Namespace) -> int:
     axes = [read_axis(text) for text in options.vary]
     points = sweep_points(axes, options.method, options.sample or 0, options.seed)
     fixed = dict(map(read_override, options.set))
-    if options.sections is not None:
-        fixed["sensor.sections"] = options.sections
+    given = {"sensor.sections": options.sections, "engine": options.engine}
+    fixed |= {key: value for key, value in given.items() if value is not None}
     executor = open_executor(options.jobs, options.scheduler)
     kept = f"their results are in {options.out / TABLE}; --resume runs the others"
     with options.console.jobs(len(points), "runs", kept) as report, executor as opened:
@@ -42,14 +49,31 @@ def run(options: argparse.Namespace) -> int:
             resume=options.resume,
             report=report,
         )
-    files = [TABLE, *_draw(rows, points, options)]
+        agreed = _in_drake(rows, points, fixed, opened, options)
+    files = [TABLE, *_draw(rows, points, options), *([AGREEMENT] if agreed else [])]
     print(f"{len(rows)} runs, {sum(row[ERROR] != '' for row in rows)} failed")
     if options.check_step:
         flagged = sorted({name for row in rows for name in row[DEPENDS].split()})
         print(f"With half the time step, {', '.join(flagged) if flagged else 'nothing'} changes by more than 5 %")
+    if agreed:
+        print_agreement(agreed, options.console, options.out)
     options.console.document["runs"] = rows
     options.console.wrote(*(options.out / file for file in files))
     return 0
+
+
+def _in_drake(
+    rows: list[dict[str, str]],
+    points: list[SweepPoint],
+    fixed: Mapping[str, Any],
+    executor: Executor,
+    options: argparse.Namespace,
+) -> list[Agreement]:
+    """How runs of another engine agree with some of them in Drake, if that is asked for."""
+    fine = [i for i, row in enumerate(rows) if row[ERROR] == ""]
+    picked = [fine[i] for i in chosen(len(fine), options.check, options.seed)]
+    changes = [{**fixed, **points[i], "engine": DRAKE} for i in picked]
+    return agreement_with_drake(options.scenario, [rows[i] for i in picked], changes, executor, options.measure)
 
 
 def _draw(rows: list[dict[str, str]], points: list[SweepPoint], options: argparse.Namespace) -> list[str]:

@@ -73,43 +73,49 @@ class SampledPidController(LeafSystem):
         super().__init__()
         check_config("gains", gains)
         check_config("controller", _Output(period, (minimum, maximum)))
-        self._gains, self._period, self._limits = gains, period, (minimum, maximum)
+        self.period, self._gains, self._limits = period, gains, (minimum, maximum)
         self._set_point = self.DeclareVectorInputPort("set_point", 1)
         self._measurement = self.DeclareVectorInputPort("measurement", 1)
         self._applied = self.DeclareVectorInputPort("applied", 1)
-        self.DeclareDiscreteState([0.0, 0.0, nan, initial_output])  # I, d, y, u
+        self.first_memory = [0.0, 0.0, nan, initial_output]  # I, d, y, u
+        self.DeclareDiscreteState(self.first_memory)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._remember)
         followed = {self._set_point.ticket(), self._measurement.ticket(), self.xd_ticket()}
         self._step = Cached(self, "step", weakly(self._calc_step), followed)
         self.DeclareVectorOutputPort("output", 1, self._calc_output, {self._step.ticket})
 
-    def _remember(self, context: Context, values: DiscreteValues) -> None:
-        memory, unlimited = self._step.Eval(context)
-        integral, derivative, measurement, given = memory
-        applied = float(self._applied.Eval(context)[0]) if self._applied.HasValue(context) else given
-        if isfinite(applied - unlimited):
-            integral += self._period * (applied - unlimited) / self._gains.tracking_time
-        values.set_value([integral, derivative, measurement, given])
-
-    def _calc_output(self, context: Context, output: BasicVector) -> None:
-        output.SetAtIndex(0, self._step.Eval(context).memory[3])
-
-    def _read(self, context: Context) -> tuple[float, float]:
-        measurement = float(self._measurement.Eval(context)[0])
-        return measurement, float(self._set_point.Eval(context)[0]) - measurement
-
-    def _calc_step(self, context: Context, value: AbstractValue) -> None:
-        memory = context.get_discrete_state_vector().value().tolist()
+    def step(self, memory: list[float], set_point: float, measurement: float) -> Step:
+        """What a sample makes of the memory of the one before."""
         integral, derivative, last, held = memory
-        measurement, error = self._read(context)
+        error = set_point - measurement
         if not isfinite(error):
-            value.set_value(Step(memory, nan))
-            return
-        gains, period = self._gains, self._period
+            return Step(memory, nan)
+        gains, period = self._gains, self.period
         if isnan(last):  # the first measurement
             integral, last = held - gains.kp * error, measurement
         smoothing = gains.derivative_filter + period
         derivative = (gains.derivative_filter * derivative + gains.kd * (measurement - last)) / smoothing
         unlimited = gains.kp * error + integral - derivative
         given = min(max(unlimited, self._limits[0]), self._limits[1])
-        value.set_value(Step([integral + period * gains.ki * error, derivative, measurement, given], unlimited))
+        return Step([integral + period * gains.ki * error, derivative, measurement, given], unlimited)
+
+    def remembered(self, step: Step, applied: float) -> list[float]:
+        """The memory after a sample, by back-calculation from the output that was applied."""
+        integral, derivative, measurement, given = step.memory
+        if isfinite(applied - step.unlimited):
+            integral += self.period * (applied - step.unlimited) / self._gains.tracking_time
+        return [integral, derivative, measurement, given]
+
+    def _remember(self, context: Context, values: DiscreteValues) -> None:
+        step = self._step.Eval(context)
+        is_overridden = self._applied.HasValue(context)
+        values.set_value(
+            self.remembered(step, float(self._applied.Eval(context)[0]) if is_overridden else step.memory[3])
+        )
+
+    def _calc_output(self, context: Context, output: BasicVector) -> None:
+        output.SetAtIndex(0, self._step.Eval(context).memory[3])
+
+    def _calc_step(self, context: Context, value: AbstractValue) -> None:
+        set_point, measurement = (float(port.Eval(context)[0]) for port in (self._set_point, self._measurement))
+        value.set_value(self.step(context.get_discrete_state_vector().value().tolist(), set_point, measurement))

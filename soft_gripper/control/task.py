@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import IntEnum
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -56,10 +57,16 @@ class Phase:
     holds: bool = False  # the object is in the fingers
     rescue: int | None = None  # index of the phase after a failure; None: cannot fail
 
-    @property
+    @cached_property
     def duration(self) -> float:
         """Duration of the motion, s."""
         return float(self.motion.end_time())
+
+    @cached_property
+    def end(self) -> Array:
+        """Positions and velocities of the joints after the motion, (2 n)."""
+        positions = self.motion.value(self.duration)[:, 0]
+        return np.concatenate([positions, np.zeros_like(positions)])
 
 
 class GripObservation(NamedTuple):
@@ -158,7 +165,16 @@ class Rules:
         return observed.time - progress.since >= QUIET_TIME
 
 
-_PROGRESS, _DESIRED, _SET_POINT, _PHASE, _OUTCOME = range(5)  # groups of the discrete state
+_PROGRESS, *_OUTPUTS = range(5)  # groups of the discrete state
+
+
+class Outputs(NamedTuple):
+    """Values of the outputs of a `TaskMachine`."""
+
+    desired_state: Array  # (2 n)
+    set_point: Array  # (1) m
+    phase: Array  # (1)
+    outcome: Array  # (1)
 
 
 class TaskMachine(LeafSystem):
@@ -182,19 +198,13 @@ class TaskMachine(LeafSystem):
     def __init__(self, rules: Rules, period: float):
         """Follows the phases of `rules`; samples every `period` s."""
         super().__init__()
-        self._rules, self._period = rules, period
+        self.rules, self.period = rules, period
         self._opening = self.DeclareVectorInputPort("opening", 1)
         self._torque = self.DeclareVectorInputPort("torque", 1)
         self.DeclareDiscreteState(np.array(Progress(), dtype=float))
-        first = rules.phases[0]
         ports = {
             name: self.DeclareStateOutputPort(name, self.DeclareDiscreteState(value))
-            for name, value in (
-                ("desired_state", _desired_state(first, 0.0)),
-                ("set_point", np.array([first.opening])),
-                ("phase", np.zeros(1)),
-                ("outcome", np.zeros(1)),
-            )
+            for name, value in self.first_outputs._asdict().items()
         }
         self._since_begin = since_begin(self)
         describe(ports["set_point"], "m")
@@ -205,7 +215,7 @@ class TaskMachine(LeafSystem):
     @property
     def phases(self) -> tuple[Phase, ...]:
         """The phases of the task, including rescues."""
-        return self._rules.phases
+        return self.rules.phases
 
     def progress(self, context: Context) -> Progress:
         """Progress of the task, from the context of this block."""
@@ -222,26 +232,37 @@ class TaskMachine(LeafSystem):
         The last one is where the task is over, or `end`.
         """
         progress = Progress()
-        for time in self._period * np.arange(int(end / self._period) + 1):
-            progress = self._rules.step(progress, GripObservation(float(time), np.nan, np.nan))
+        for time in self.period * np.arange(int(end / self.period) + 1):
+            progress = self.rules.step(progress, GripObservation(float(time), np.nan, np.nan))
             if progress.phase < len(self.phases):
-                desired = _desired_state(self.phases[progress.phase], time + self._period - progress.began)
+                desired = _desired_state(self.phases[progress.phase], time + self.period - progress.began)
             yield float(time), desired
             if progress.phase == len(self.phases):
                 break
 
+    @property
+    def first_outputs(self) -> Outputs:
+        """The outputs when a run begins."""
+        first = self.phases[0]
+        return Outputs(_desired_state(first, 0.0), np.array([first.opening]), np.zeros(1), np.zeros(1))
+
+    def outputs(self, progress: Progress, time: float, before: Outputs) -> Outputs:
+        """The outputs after a sample, from those before it; `time` since the begin of the run, s."""
+        desired, set_point = before.desired_state, before.set_point
+        if progress.phase < len(self.phases):
+            desired = _desired_state(self.phases[progress.phase], time + self.period - progress.began)
+            set_point = np.array([self.rules.opening(progress)])
+        return Outputs(desired, set_point, np.array([float(progress.phase)]), np.array([float(progress.outcome)]))
+
     def _update(self, context: Context, values: DiscreteValues) -> None:
         time, before = self._since_begin(context), self.progress(context)
         observed = GripObservation(time, _value(self._opening, context), _value(self._torque, context))
-        progress = self._rules.step(before, observed)
+        progress = self.rules.step(before, observed)
+        put_out = Outputs(*(context.get_discrete_state(group).value() for group in _OUTPUTS))
         if progress != before:
             values.set_value(_PROGRESS, np.array(progress, dtype=float))
-            values.set_value(_PHASE, [progress.phase])
-            values.set_value(_OUTCOME, [progress.outcome])
-        if progress.phase < len(self.phases):
-            desired = _desired_state(self.phases[progress.phase], time + self._period - progress.began)
-            values.set_value(_DESIRED, desired)
-            values.set_value(_SET_POINT, [self._rules.opening(progress)])
+        for group, value in zip(_OUTPUTS, self.outputs(progress, time, put_out), strict=True):
+            values.set_value(group, value)
 
 
 def _value(port: InputPort, context: Context) -> float:
@@ -251,6 +272,5 @@ def _value(port: InputPort, context: Context) -> float:
 def _desired_state(phase: Phase, since: float) -> Array:
     """Positions and velocities of the joints `since` s after the phase began; they stay at rest after the motion."""
     if since >= phase.duration:
-        positions = phase.motion.value(phase.duration)[:, 0]
-        return np.concatenate([positions, np.zeros_like(positions)])
+        return phase.end
     return np.concatenate([phase.motion.value(since)[:, 0], phase.motion.EvalDerivative(since, 1)[:, 0]])

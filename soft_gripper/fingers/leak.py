@@ -25,5 +25,8 @@ class Leak(LeafSystem):
         self.DeclareVectorOutputPort("pressure_left", len(shares), weakly(self._calc), tickets)
 
     def _calc(self, context: Context, output: BasicVector) -> None:
-        pressure = self.GetInputPort("pressure").Eval(context)
-        output.SetFromVector(pressure * self._left if self._since_begin(context) >= self._time else pressure)
+        output.SetFromVector(self.left(self.GetInputPort("pressure").Eval(context), self._since_begin(context)))
+
+    def left(self, pressure: Array, time: float) -> Array:
+        """Pressures behind the leak, (..., C) Pa, `time` s after the beginning of a run."""
+        return pressure * self._left if time >= self._time else pressure

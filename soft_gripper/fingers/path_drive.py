@@ -87,14 +87,15 @@ class _OnPaths(LeafSystem):
         self._finger, self._size = finger.finger, len(finger.actuator_names)
         self.DeclareVectorInputPort("state", finger.plant.num_multibody_states())
 
-    def _joints(self, context: Context) -> dict[str, Array]:
-        state = self.get_input_port(0).Eval(context)
-        return {way: state[places] for way, places in self._ways.items()}
+    def _joints(self, state: Array) -> dict[str, Array]:
+        """Joint positions in a state of the plant, (..., nq + nv), by the way in which they yield."""
+        return {way: state[..., places] for way, places in self._ways.items()}
 
     def _actuation(self, torques: Mapping[str, Array]) -> Array:
-        actuation = np.zeros(self._size)
+        """Torques of joints, (..., N) each, as actuation, (..., nu)."""
+        actuation = np.zeros((*next(iter(torques.values())).shape[:-1], self._size))
         for way, torque in torques.items():
-            actuation[self._actuators[way]] = torque
+            actuation[..., self._actuators[way]] = torque
         return actuation
 
 
@@ -116,39 +117,59 @@ class TendonDrive(_OnPaths):
         super().__init__(finger)
         self._tendons, self._is_pulled = Tendons(self._finger), command == PULL
         count = self._count = len(self._finger.tendons)
+        self.period = finger.plant.time_step() or _PERIOD  # s, between changes of the friction
         self._commanded = self.DeclareVectorInputPort(f"{command}_command", count)
         tension = self.DeclareVectorOutputPort(TENSION, count, self._put_tension)
         self.DeclareVectorOutputPort("actuation", self._size, self._put_actuation)
         if self._tendons.slide:
             self.DeclareDiscreteState(2 * count)
             self.DeclareInitializationDiscreteUpdateEvent(self._begin)
-            self.DeclarePeriodicDiscreteUpdateEvent(finger.plant.time_step() or _PERIOD, 0.0, self._travel)
+            self.DeclarePeriodicDiscreteUpdateEvent(self.period, 0.0, self._travel)
         describe(tension, "N", **self._finger.tendon_axis)
 
-    def _tension(self, context: Context, q: Joints) -> Array:
-        commanded = self._commanded.Eval(context)
-        return self._tendons.tensions(q, commanded) if self._is_pulled else np.maximum(commanded, 0.0)
+    def tension(self, state: Array, commanded: Array) -> Array:
+        """At the pulled ends, (..., T) N, in a state of the plant, (..., nq + nv), from the command, (..., T)."""
+        if self._is_pulled:
+            return self._tendons.tensions(self._joints(state), commanded)
+        return np.maximum(commanded, 0.0)
+
+    def actuation(self, state: Array, commanded: Array, travelled: Array | None) -> Array:
+        """Torques on the joints, (..., nu) N m; `travelled` is the state of the friction, (..., 2 T), if any."""
+        sliding = None if travelled is None else travelled[..., : self._count]
+        return self._actuation(self._tendons.torques(self._joints(state), self.tension(state, commanded), sliding))
+
+    @property
+    def slides(self) -> bool:
+        """Whether there is friction, and so a state."""
+        return self._tendons.slide
+
+    def at_rest(self, state: Array) -> Array:
+        """The state of the friction where a run begins, (..., 2 T)."""
+        lengths = path_lengths(self._tendons.paths, self._joints(state))
+        return np.concatenate([np.zeros_like(lengths), lengths], axis=-1)
+
+    def travelled(self, before: Array, state: Array) -> Array:
+        """The state of the friction, (..., 2 T), when the tendons have moved as the plant has."""
+        lengths = path_lengths(self._tendons.paths, self._joints(state))
+        sliding, was = np.split(before, 2, axis=-1)
+        return np.concatenate([self._tendons.turned(sliding, was - lengths), lengths], axis=-1)
+
+    def _inputs(self, context: Context) -> tuple[Array, Array]:
+        return self.get_input_port(0).Eval(context), self._commanded.Eval(context)
 
     def _put_tension(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(self._tension(context, self._joints(context)))
+        output.SetFromVector(self.tension(*self._inputs(context)))
 
     def _put_actuation(self, context: Context, output: BasicVector) -> None:
-        q, sliding = self._joints(context), None
-        if self._tendons.slide:
-            sliding = context.get_discrete_state_vector().value()[: self._count]
-        output.SetFromVector(self._actuation(self._tendons.torques(q, self._tension(context, q), sliding)))
+        travelled = context.get_discrete_state_vector().value() if self.slides else None
+        output.SetFromVector(self.actuation(*self._inputs(context), travelled))
 
     def _begin(self, context: Context, state: DiscreteValues) -> None:
-        lengths = path_lengths(self._tendons.paths, self._joints(context))
-        state.set_value(np.concatenate([np.zeros(self._count), lengths]))
+        state.set_value(self.at_rest(self.get_input_port(0).Eval(context)))
 
     def _travel(self, context: Context, state: DiscreteValues) -> None:
-        before, lengths = (
-            context.get_discrete_state_vector().value(),
-            path_lengths(self._tendons.paths, self._joints(context)),
-        )
-        sliding = self._tendons.turned(before[: self._count], before[self._count :] - lengths)
-        state.set_value(np.concatenate([sliding, lengths]))
+        before = context.get_discrete_state_vector().value()
+        state.set_value(self.travelled(before, self.get_input_port(0).Eval(context)))
 
 
 class BentChambers(_OnPaths):
@@ -166,8 +187,12 @@ class BentChambers(_OnPaths):
         self._pressure = self.DeclareVectorInputPort("pressure", self._finger.pressures)
         self.DeclareVectorOutputPort("actuation", self._size, self._put_actuation)
 
-    def _put_actuation(self, context: Context, output: BasicVector) -> None:
+    def actuation(self, state: Array, pressure: Array) -> Array:
+        """Torques on the joints, (..., nu) N m, in states of the plant, (..., nq + nv), from pressures, (..., C) Pa."""
         finger, straight = self._finger, self._finger.pressure_gains
-        pressure = finger.effective_pressure(self._pressure.Eval(context))
-        gains = finger.chamber_gains(self._joints(context))
-        output.SetFromVector(self._actuation({way: pressure @ (gain - straight[way]) for way, gain in gains.items()}))
+        effective = finger.effective_pressure(pressure)[..., None, :]
+        gains = finger.chamber_gains(self._joints(state))
+        return self._actuation({way: (effective @ (gain - straight[way]))[..., 0, :] for way, gain in gains.items()})
+
+    def _put_actuation(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(self.actuation(self.get_input_port(0).Eval(context), self._pressure.Eval(context)))

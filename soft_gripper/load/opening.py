@@ -109,8 +109,11 @@ class GripperOpening(LeafSystem):
         describe(port, "m")
 
     def _calc_opening(self, context: Context, output: BasicVector) -> None:
-        tips = np.array([port.Eval(context) for port in self._tips]) @ _IN_SPACE
-        output.SetAtIndex(0, float(self._gripper.opening(tips)))
+        output.SetAtIndex(0, float(self.opening(np.array([port.Eval(context) for port in self._tips]))))
+
+    def opening(self, tips: Array) -> Array:
+        """The opening, (...) m, from the poses of the tips, (..., F, 3)."""
+        return self._gripper.opening(tips @ _IN_SPACE)
 
 
 _POINTS = 4  # on the inner surface, for every segment

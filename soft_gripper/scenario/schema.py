@@ -20,7 +20,7 @@ from soft_gripper.control.pid_controller import PidGains
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.fingers.finger_links import SPRINGS
 from soft_gripper.quantity import Misfit, Rule, like, quantity, valid
-from soft_gripper.registry import with_added_fields
+from soft_gripper.registry import registered, with_added_fields
 from soft_gripper.scenario.drake_values import ByValue
 from soft_gripper.scenario.shipped import PRESETS
 from soft_gripper.sensors.path_sensors import LAYOUTS, STEEPEST
@@ -479,6 +479,14 @@ class RecordConfig:
             yield "truth", self.truth, 'must be "all", "forces", "every N" with N samples, or "none"'
 
 
+DRAKE = "drake"  # the engine that others are compared with
+
+
+def engines() -> tuple[str, ...]:
+    """The engines that are there."""
+    return DRAKE, *registered("ENGINES")
+
+
 @dataclass(eq=False)
 class Scenario(ByValue):
     """A whole scenario: models, drive, sensors, estimators and solver."""
@@ -500,6 +508,8 @@ class Scenario(ByValue):
     record: RecordConfig = field(default_factory=RecordConfig)
     # Description of hardware for `soft-gripper live`, a file relative to this one; None: the simulated twin
     bench: str | None = None
+    # What simulates the plant; engines other than Drake let fingers touch at points, whatever `contact` says.
+    engine: str = quantity(DRAKE, known=engines)
     # How fingers touch other bodies: over the surface of their links, or at points of it, which is faster; see
     # docs/solver.md for what that changes.
     contact: str = quantity("surface", known=("surface", "points"))
@@ -510,6 +520,11 @@ class Scenario(ByValue):
     def misfits(self) -> Iterator[Misfit]:
         if self.contact_points not in (2, 4, 8):
             yield "contact_points", self.contact_points, "must be 2, 4 or 8"
+
+    @property
+    def points(self) -> int | None:
+        """Points on either side of a link at which fingers touch other bodies; None: they touch over surfaces."""
+        return self.contact_points if self.contact == "points" or self.engine != DRAKE else None
 
     @property
     def steps(self) -> int:

@@ -30,6 +30,7 @@ class BasePoseSensor(ArrayBlock):
     def __init__(self, body: BodyIndex, period: float):
         """Follows a body of the plant; samples every `period` s, beginning at initialization."""
         super().__init__(period)
+        self.body = body
         self.take_value("body_poses", AbstractValue.Make([RigidTransform()]))
         self.derive("pose", lambda poses: poses[body].GetAsMatrix34().ravel(), "body_poses")
         self.sample("sampled", "pose", np.eye(3, 4).ravel())

@@ -424,7 +424,7 @@ class TrueContact(ArrayBlock):
         super().__init__()
         self._interval = interval
         held = objects or {}
-        self._objects = {geometry: number for number, of in enumerate(held.values()) for geometry in of}
+        self.objects = {geometry: number for number, of in enumerate(held.values()) for geometry in of}
         self._links = links_by_geometry(list(fingers.values()))
         self._results = self.DeclareAbstractInputPort("contact_results", Value(ContactResults()))
         self._poses = self.DeclareAbstractInputPort("body_poses", AbstractValue.Make([RigidTransform()]))
@@ -463,7 +463,7 @@ class TrueContact(ArrayBlock):
         if abs(intervals - round(intervals)) > _SHARE:
             return _LEFT_OUT
         found = list(patches(self._results.Eval(context), self._links))
-        return patch_table(found, self._links, self._poses.Eval(context), self._objects) if found else _UNTOUCHED
+        return patch_table(found, self._links, self._poses.Eval(context), self.objects) if found else _UNTOUCHED
 
 
 _SHARE = 1e-6  # of an interval, by which a time may differ from a multiple of it

@@ -198,10 +198,9 @@ def test_one_of_everything_sets_every_field():
     scenario = load_scenario(EVERYTHING)
     given_by_phases, of_contact = {"control.set_points", "external"}, {"estimator.compensate_gravity"}
     beside_torque, beside_one_side = {"control.force_limit"}, {"sensor.layout", "sensor.paths"}
-    of_soft = {"task.squeeze_limit"}
-    expected = (
-        core_leaves(default) - NO_CHOICE - given_by_phases - of_contact - beside_torque - beside_one_side - of_soft
-    )
+    of_soft, of_extras = {"task.squeeze_limit"}, {"engine"}
+    left_out = given_by_phases | of_contact | beside_torque | beside_one_side | of_soft | of_extras
+    expected = core_leaves(default) - NO_CHOICE - left_out
     assert changed(scenario, default) == expected
     # What this scenario, with contact at points, does not have.
     of_surfaces = {"self_contact"}

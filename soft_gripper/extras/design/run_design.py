@@ -28,7 +28,7 @@ from soft_gripper.extras.design.walls import least_wall
 from soft_gripper.registry import Registry
 from soft_gripper.runs.scores.grasp import HELD
 from soft_gripper.runs.sweep.measures import column_of, kind_of, names_of
-from soft_gripper.runs.sweep.run_sweep import ERROR, Axis, ScenarioRuns, run_and_measure
+from soft_gripper.runs.sweep.run_sweep import ERROR, Axis, ScenarioRuns, Work, measured_runs
 from soft_gripper.scenario.model_files import mounted_fingers
 from soft_gripper.scenario.scenario_file import changed_scenario, dump_scenario
 
@@ -39,7 +39,6 @@ STAGE, DESIGN, OBJECT, DRAW = "stage", "design", "object", "draw"
 SHIPPED = 0
 _DRIVE = ("pressure", "tendons", "control")  # parts of a scenario that say how fingers are driven
 Measures = Mapping[str, Any]
-Work = Callable[[str, Mapping[str, Any], Sequence[str]], Measures]
 
 
 @dataclass(frozen=True)
@@ -83,7 +82,7 @@ def run_design(
     executor: Executor,
     resume: bool = False,
     report: Callable[[bool], Any] = lambda held: None,
-    work: Work = run_and_measure,
+    work: Work = measured_runs,
 ) -> Designed:
     """Searches the best design, and tests it beside the reference, with new draws and unseen objects.
 
@@ -93,7 +92,7 @@ def run_design(
         executor: makes the runs.
         resume: keep existing rows.
         report: called after each run, with whether the object is held.
-        work: makes a run: the measures of a scenario with changes, and of own measures; see `run_and_measure`.
+        work: makes runs; see `measured_runs`.
 
     Raises:
         InputError: if a measure does not exist, the scenario or an object cannot be built, every run of the scenario as
@@ -160,7 +159,7 @@ class _Runs(ScenarioRuns):
         self._study, self._executor, self._report, self._work = study, executor, report, work
         self._searched, self._tested = _all_cases(study)
         self._own = own_measures(study)
-        scenario = _checked(study, [*self._searched, *self._tested])
+        self._scenario = scenario = _checked(study, [*self._searched, *self._tested])
         measures = names_of(kind_of(scenario), list(self._own.values()))
         _check_measures(study, measures)
         drawn = dict.fromkeys(key for case in (*self._searched, *self._tested) for key in case.changes)
@@ -204,17 +203,16 @@ class _Runs(ScenarioRuns):
     ) -> dict[int, list[dict[str, str]]]:
         """The rows of each design in some cases: those that the table has, and those of new runs."""
         own = list(self._own.values())
-        jobs: dict[tuple[str, ...], Sequence[Any]] = {
-            (stage, str(number), *in_case.key): (
-                self._study.scenario,
-                {**self._study.fixed, **in_case.changes, **values},
-                own,
-            )
+        changes: dict[tuple[str, ...], Mapping[str, Any]] = {
+            (stage, str(number), *in_case.key): {**self._study.fixed, **in_case.changes, **values}
             for number, values in designs.items()
             for in_case in in_cases
         }
-        self.run_changed(self._executor, self._work, jobs, lambda row: self._report(row[GRASP] == HELD))
-        self.order += jobs
+        given = self._study.scenario, changes
+        self.run_changed(
+            self._executor, self._work, self._scenario, given, (own,), lambda row: self._report(row[GRASP] == HELD)
+        )
+        self.order += changes
         return {n: [self.row((stage, str(n), *in_case.key)) for in_case in in_cases] for n in designs}
 
     def row(self, key: tuple[str, ...]) -> dict[str, str]:

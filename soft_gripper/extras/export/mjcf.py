@@ -10,7 +10,7 @@ stiffness.
 """
 
 import xml.etree.ElementTree as ET
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -73,6 +73,7 @@ class Mjcf(NamedTuple):
     actuators: Sequence[str]  # that are commanded: effective pressures of chambers, Pa; positions of joints of an arm
     commands: Commands  # of the actuators, over time
     left_out: Sequence[str]  # what MuJoCo simulates otherwise, or not at all
+    pairs: Sequence["Pair"]
 
 
 def to_mjcf(scenario: Scenario, time_step: float | None = None) -> Mjcf:
@@ -92,16 +93,35 @@ def to_mjcf(scenario: Scenario, time_step: float | None = None) -> Mjcf:
         if is_deformable(model.mesh):
             raise InputError("export", "models", model.name, SOFT)
     models = [replace(model, self_contact=False) for model in scenario.models]
-    step = time_step or scenario.plant_config.time_step or EXPLICIT_STEP
-    found = _Writer(make_station(replace(scenario, models=models, contact="points")), step).write()
+    found = station_mjcf(make_station(replace(scenario, models=models, contact="points")), time_step)
     idle = [f"{model.name}: self_contact of its fingers" for model in scenario.models if model.self_contact]
     return found._replace(left_out=[*found.left_out, *idle])
+
+
+class Pair(NamedTuple):
+    """Two shapes of a file whose contact is stated for themselves."""
+
+    name: str
+    models: tuple[str, str]  # to which they belong
+    surfaces: tuple[Surface, Surface]
+
+
+def station_mjcf(station: Station, time_step: float | None = None, listed: Collection[str] = ()) -> Mjcf:
+    """A station of rigid bodies, whose fingers touch at points and not themselves, as MJCF; see `to_mjcf`.
+
+    Args:
+        station: made with contact at points.
+        time_step: s; None: that of the scenario.
+        listed: names of models that touch others in pairs only, so that a contact can be changed.
+    """
+    return _Writer(station, time_step or station.scenario.plant_config.time_step or EXPLICIT_STEP, listed).write()
 
 
 class _Writer:
     """Writes one station."""
 
-    def __init__(self, station: Station, step: float):
+    def __init__(self, station: Station, step: float, listed: Collection[str]):
+        self._listed, self._pairs = listed, list[Pair]()
         self._station, self._scenario, self._plant = station, station.scenario, station.plant
         self._step, self._is_explicit = step, step <= EXPLICIT_STEP
         self._inspector: SceneGraphInspector = station.parts.scene_graph.model_inspector()
@@ -158,7 +178,7 @@ class _Writer:
         self._add_home([*commanded, *np.zeros(len(actuators) - len(commanded))])
         ET.indent(self._root)
         found = ET.tostring(self._root, encoding="unicode") + "\n"
-        return Mjcf(found, self._meshes, self._names, commands, self._left_out)
+        return Mjcf(found, self._meshes, self._names, commands, self._left_out, self._pairs)
 
     def _add_children(self, element: ET.Element, parent: RigidBody) -> None:
         for joint in self._children.get(parent.index(), []):
@@ -252,12 +272,19 @@ class _Writer:
         )
         near = neighbors(self._plant)
         filtered = {(one, other) for one, other in candidates if bodies[other].index() in near[bodies[one].index()]}
-        found = contacts(self._surfaces(), candidates, filtered, self._scenario.contact_points)
+        surfaces, models = (
+            self._surfaces(),
+            [self._plant.GetModelInstanceName(body.model_instance()) for body in bodies],
+        )
+        listed = {number for number, model in enumerate(models) if model in self._listed}
+        found = contacts(surfaces, candidates, filtered, self._scenario.contact_points, listed)
         for element, settings in zip(elements, found.geoms, strict=True):
             element.attrib.update(settings)
         for (one, other), settings in found.pairs.items():
-            names = {"geom1": elements[one].attrib["name"], "geom2": elements[other].attrib["name"]}
+            name = f"pair {len(self._pairs)}"
+            names = {"name": name, "geom1": elements[one].attrib["name"], "geom2": elements[other].attrib["name"]}
             ET.SubElement(contact, "pair", names | settings)
+            self._pairs.append(Pair(name, (models[one], models[other]), (surfaces[one], surfaces[other])))
 
     def _surfaces(self) -> list[Surface]:
         """The surfaces of all shapes."""

@@ -18,6 +18,7 @@ would be mixed wrong.
 """
 
 from collections.abc import Container, Sequence
+from functools import cache, partial
 from typing import NamedTuple
 
 import numpy as np
@@ -122,6 +123,7 @@ def contacts(
     candidates: Sequence[tuple[int, int]],
     filtered: Container[tuple[int, int]],
     points: int,
+    listed: Container[int] = (),
 ) -> Contacts:
     """How shapes touch.
 
@@ -130,6 +132,7 @@ def contacts(
         candidates: the numbers of those that may touch.
         filtered: candidates that touch in MuJoCo only as a pair.
         points: on either side of a link, which share its patch.
+        listed: shapes that touch in pairs only.
     """
     touching = np.zeros((len(surfaces), len(surfaces)), dtype=bool)
     for one, other in candidates:
@@ -139,19 +142,34 @@ def contacts(
     for surface, shape, (contype, conaffinity) in zip(surfaces, shapes, bits, strict=True):
         settings = {"contype": str(contype), "conaffinity": str(conaffinity), "solmix": repr(shape.weight)}
         geoms.append(settings | _attributes(shape.touch, surface.compliance > 0, 1, points))
+    stated = cache(partial(_stated, points=points))  # many shapes are alike
     for one, other in candidates:
-        both = surfaces[one], surfaces[other]
-        wanted, skins = touch(*both), sum(surface.compliance > 0 for surface in both)
-        is_mixed = is_alike(wanted, mixed(shapes[one], shapes[other]), _BOTH_SKINS if skins == 2 else _ALIKE)
-        if not is_mixed or (one, other) in filtered or not (bits[one][0] and bits[other][0]):
-            pairs[one, other] = _attributes(wanted, skins > 0, 2, points)
+        is_mixed, attributes = stated(surfaces[one], surfaces[other], shapes[one], shapes[other])
+        is_alone = (one, other) in filtered or not (bits[one][0] and bits[other][0])
+        if not is_mixed or is_alone or one in listed or other in listed:
+            pairs[one, other] = attributes
     return Contacts(geoms, pairs)
 
 
-def _attributes(found: Touch, is_skin: bool, directions: int, points: int) -> dict[str, str]:
-    """A contact as attributes; that of a skin also resists turning, as pressure that is even over a patch does."""
+def _stated(one: Surface, other: Surface, *shapes: Said, points: int) -> tuple[bool, dict[str, str]]:
+    """Whether MuJoCo mixes what two shapes say to their contact as it should be, and that as attributes of a pair."""
+    wanted, skins = touch(one, other), (one.compliance > 0) + (other.compliance > 0)
+    is_mixed = is_alike(wanted, mixed(*shapes), _BOTH_SKINS if skins == 2 else _ALIKE)
+    return is_mixed, _attributes(wanted, skins > 0, 2, points)
+
+
+def friction_of(found: Touch, directions: int, points: int) -> list[float]:
+    """Coefficients of friction of a contact in MuJoCo: sliding in so many directions, turning and rolling.
+
+    A contact resists turning as pressure that is even over a patch does.
+    """
     torsion = 2 / 3 * _PATCH / np.sqrt(points) * found.friction
-    friction = [*[found.friction] * directions, torsion, *[1e-4] * directions]
+    return [*[found.friction] * directions, float(torsion), *[1e-4] * directions]
+
+
+def _attributes(found: Touch, is_skin: bool, directions: int, points: int) -> dict[str, str]:
+    """A contact as attributes; that of a skin resists turning too."""
+    friction = friction_of(found, directions, points)
     settings = {"friction": text(friction), "solref": text([found.time, 1]), "condim": "4" if is_skin else "3"}
     return settings | ({"solimp": text([IMPEDANCE, IMPEDANCE, 1e-3, 0.5, 2])} if is_skin else {})
 

@@ -1,6 +1,6 @@
 """Trials of pick and place: randomly varied scenarios, each of which can be rerun alone."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -14,7 +14,7 @@ from matplotlib.patches import Circle
 from matplotlib.ticker import MaxNLocator
 
 from soft_gripper.diagrams.recording import Recording
-from soft_gripper.diagrams.simulation import Progress, run_station
+from soft_gripper.diagrams.simulation import Progress, run_many, run_station, runs_at_once
 from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.errors import InputError
@@ -42,8 +42,9 @@ from soft_gripper.runs.scores.recorded_task import (
     tilt,
     yaw,
 )
-from soft_gripper.runs.study import StudyTables
+from soft_gripper.runs.study import StudyTables, describe
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
+from soft_gripper.scenario.schema import Scenario
 
 GOOD, BAD = "#2166ac", "#b2182b"
 RIM = 1.3  # times a limit: where values far beyond it are drawn
@@ -146,6 +147,7 @@ def run_trials(
     executor: Executor,
     report: Callable[[Trial], Any],
     resume: bool = False,
+    engine: str | None = None,
 ) -> list[Trial]:
     """Runs `number` trials of each scenario.
 
@@ -157,6 +159,7 @@ def run_trials(
         executor: makes the runs.
         report: called with each finished trial.
         resume: keep the trials in the tables, and run the others.
+        engine: that simulates them; None: that of each scenario.
 
     Raises:
         InputError: if the trials to resume have another seed or other scenarios.
@@ -164,23 +167,28 @@ def run_trials(
     tables = StudyTables(
         out, ABOUT, {table: [*KEYS, *columns(part)] for table, part in zip(TABLES, PARTS, strict=True)}, len(KEYS)
     )
-    tables.begin(_about(files, seed), resume)
+    tables.begin(_about(files, seed, engine), resume)
     for suffix in (".png", ".svg"):  # figures of fewer trials
         (out / FIGURE).with_suffix(suffix).unlink(missing_ok=True)
     trials = {key: Trial.of_rows(rows) for key, rows in tables.rows.items()}
 
-    def keep(key: tuple[str, ...], trial: Trial) -> None:
-        trials[key] = trial
-        tables.add(*trial.rows)
+    def keep(batch: Batch, found: Sequence[Trial]) -> None:
+        for key, trial in zip(batch, found, strict=True):
+            if key not in tables.rows:
+                trials[key] = trial
+                tables.add(*trial.rows)
 
-    jobs: dict[tuple[str, ...], tuple[str, int, int]] = {
-        (Path(file).stem, str(i)): (file, seed, i) for i in range(number) for file in files
-    }
+    jobs = dict(_batches(files, number, seed, engine))
 
-    def failed(key: tuple[str, ...], cause: str) -> Trial:
-        return _failed(*jobs[key], cause)
+    def failed(batch: Batch, cause: str) -> list[Trial]:
+        file, _, numbers, _ = jobs[batch]
+        return [_failed(file, seed, each, cause) for each in numbers]
 
-    tables.run(executor, run_trial, jobs, keep, failed, lambda key: report(trials[key]))
+    def ended(batch: Batch) -> None:
+        for key in batch:
+            report(trials[key])
+
+    tables.run(executor, trials_together, jobs, keep, failed, ended, keys=lambda batch: batch)
     names = [Path(file).stem for file in files]
     order = sorted(trials, key=lambda key: (names.index(key[0]), int(key[1])))
     tables.finish(order)
@@ -189,9 +197,27 @@ def run_trials(
     return found
 
 
-def _about(files: Sequence[str], seed: int) -> str:
+Batch = tuple[tuple[str, str], ...]  # keys of trials that are run together
+
+
+def _batches(
+    files: Sequence[str], number: int, seed: int, engine: str | None
+) -> Iterator[tuple[Batch, tuple[str, int, list[int], str | None]]]:
+    """The trials that are run together, and the arguments of `trials_together`; scenarios take turns."""
+    size = min(runs_at_once(_read(file, engine)) for file in files)
+    for first in range(0, number, size):
+        numbers = list(range(first, min(first + size, number)))
+        for file in files:
+            yield tuple((Path(file).stem, str(each)) for each in numbers), (file, seed, numbers, engine)
+
+
+def _read(file: str, engine: str | None) -> Scenario:
+    return load_scenario(file, [] if engine is None else [f"engine={engine}"])
+
+
+def _about(files: Sequence[str], seed: int, engine: str | None) -> str:
     """A description of the trials."""
-    scenarios = (f"# {Path(file).stem}\n{dump_scenario(load_scenario(file))}" for file in files)
+    scenarios = (f"# {Path(file).stem}\n{dump_scenario(_read(file, engine))}" for file in files)
     return "\n".join([f"seed: {seed}", *scenarios])
 
 
@@ -200,26 +226,48 @@ def _force_limit(file: str) -> float | None:
     return None if task is None else task.force_limit
 
 
+def trials_together(file: str, seed: int, numbers: Sequence[int], engine: str | None = None) -> list[Trial]:
+    """Runs trials of a scenario, which an engine may simulate together; one that fails has its cause."""
+    base = _read(file, engine)
+    scenarios = [_varied(base, file, seed, number) for number in numbers]
+    runs = run_many([each for each in scenarios if isinstance(each, Scenario)], described=False)
+    found = []
+    for number, each in zip(numbers, scenarios, strict=True):
+        run = next(runs) if isinstance(each, Scenario) else each
+        if isinstance(run, Exception):
+            found.append(_failed(file, seed, number, describe(run)))
+        else:
+            found.append(judge(file, seed, number, run.station, run.recording))
+    return found
+
+
 def run_trial(file: str, seed: int, trial: int) -> Trial:
-    """Runs one trial.
+    """Runs one trial; the result of one that fails has its cause."""
+    (found,) = trials_together(file, seed, [trial])
+    return found
+
+
+def record_trial(
+    file: str, seed: int, trial: int, progress: Progress | None = None, engine: str | None = None
+) -> tuple[Station, Recording]:
+    """Runs one trial and keeps its recording; `progress` as for `simulate`.
 
     Raises:
         InputError: if its variation cannot be built.
         SimulationDivergedError: if its state is no longer finite.
     """
-    station = _varied(file, seed, trial)
-    return judge(file, seed, trial, station, run_station(station, described=False))
-
-
-def record_trial(file: str, seed: int, trial: int, progress: Progress | None = None) -> tuple[Station, Recording]:
-    """Runs one trial and keeps its recording; `progress` as for `simulate`. Raises what `run_trial` does."""
-    station = _varied(file, seed, trial)
+    scenario = _varied(_read(file, engine), file, seed, trial)
+    if isinstance(scenario, Exception):
+        raise scenario
+    station = make_private_station(scenario)
     return station, run_station(station, progress=progress)
 
 
-def _varied(file: str, seed: int, trial: int) -> Station:
-    scenario, _ = vary(load_scenario(file), random_numbers(seed, Path(file).stem, trial))
-    return make_private_station(scenario)
+def _varied(base: Scenario, file: str, seed: int, trial: int) -> Scenario | InputError:
+    try:
+        return vary(base, random_numbers(seed, Path(file).stem, trial))[0]
+    except InputError as error:
+        return error
 
 
 def judge(file: str, seed: int, trial: int, station: Station, recording: Recording) -> Trial:

@@ -127,6 +127,8 @@ def _signals(station: Station, recording: Recording, held: str, samples: NDArray
 def _mass(station: Station, held: str) -> float:
     if held in station.parts.deformables:
         return station.parts.deformables[held].mass
+    if held in station.parts.masses:
+        return station.parts.masses[held]
     plant = station.plant
     bodies = plant.GetBodyIndices(plant.GetModelInstanceByName(held))
     return float(sum(plant.get_body(index).default_mass() for index in bodies))
@@ -145,7 +147,8 @@ def _poses(station: Station, recording: Recording, held: str, samples: NDArray[n
 def friction_coefficient(station: Station, finger: PlantFinger, held: str) -> float:
     """Static coefficient of friction between a finger and an object, of the smoothest geometry of each."""
     of_links = [each for link in finger.links for each in station.plant.GetCollisionGeometriesForBody(link)]
-    return combined_friction(_static_friction(station, of_links), _static_friction(station, _touched(station, held)))
+    of_object = station.parts.frictions.get(held, _static_friction(station, _touched(station, held)))
+    return combined_friction(_static_friction(station, of_links), of_object)
 
 
 def _touched(station: Station, held: str) -> list[GeometryId]:

@@ -4,7 +4,7 @@ import itertools
 import json
 import math
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import suppress
 from dataclasses import dataclass
@@ -21,14 +21,15 @@ from matplotlib.figure import Figure
 from scipy.stats import qmc
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.simulation import check_closed, kept_station, run_station
+from soft_gripper.diagrams.simulation import Run, check_closed, run_many, runs_at_once
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.errors import InputError
 from soft_gripper.files.output import lock_folder
 from soft_gripper.files.yaml_text import parse_yaml
 from soft_gripper.pictures.style import STYLE
+from soft_gripper.runs.agreement import Agreement, agreement
 from soft_gripper.runs.scores.grasp import HELD
-from soft_gripper.runs.study import StudyTables
+from soft_gripper.runs.study import StudyTables, describe, results
 from soft_gripper.runs.sweep.measures import OPTION, column_of, kind_of, measure, names_of
 from soft_gripper.scenario.scenario_file import changed_scenario, dump_scenario
 from soft_gripper.scenario.schema import Scenario
@@ -288,21 +289,68 @@ def run_and_measure(
         InputError: if the scenario cannot be built with the changes, or a user measure fails.
         SimulationDivergedError: if the state is no longer finite.
     """
-    changed = changed_scenario(scenario, changes)
-    measured = _measured(changed, own)
+    (found,) = _measured(scenario, [changes], own, check_step)
+    if isinstance(found, Exception):
+        raise found
+    return found
+
+
+def measured_runs(
+    scenario: str, changes: Sequence[Mapping[str, Any]], own: Sequence[str] = (), check_step: bool = False
+) -> list[dict[str, Any]]:
+    """The measures of many runs, which an engine may make together; of a run that fails the "error" alone.
+
+    Arguments as of `run_and_measure`, `changes` for each run.
+    """
+    found = _measured(scenario, changes, own, check_step)
+    return [{ERROR: describe(each)} if isinstance(each, Exception) else each for each in found]
+
+
+def _measured(
+    scenario: str, changes: Sequence[Mapping[str, Any]], own: Sequence[str], check_step: bool
+) -> Sequence[dict[str, Any] | Exception]:
+    read = [_changed(scenario, each) for each in changes]
+    found = list(_all_measures(read, own))
     if not check_step:
-        return measured
-    step = changed.plant_config.time_step / 2
-    halved = _measured(changed_scenario(scenario, {**changes, STEP: step}), own)
-    return measured | {DEPENDS: " ".join(depends_on_step(measured, halved))}
+        return found
+    steps = [each.plant_config.time_step / 2 if isinstance(each, Scenario) else 0.0 for each in read]
+    halves = [_changed(scenario, {**each, STEP: step}) for each, step in zip(changes, steps, strict=True)]
+    return [_compared(*both) for both in zip(found, _all_measures(halves, own), strict=True)]
 
 
-def _measured(scenario: Scenario, own: Sequence[str]) -> dict[str, Any]:
-    station = kept_station(scenario)
-    if not station.fingers:
-        models = [model.file for model in station.scenario.models]
+def _changed(scenario: str, changes: Mapping[str, Any]) -> Scenario | Exception:
+    try:
+        return changed_scenario(scenario, changes)
+    except InputError as error:
+        return error
+
+
+def _all_measures(
+    scenarios: Sequence[Scenario | Exception], own: Sequence[str]
+) -> Iterator[dict[str, Any] | Exception]:
+    """The measures of a run of each scenario that could be read, or the error."""
+    runs = run_many([each for each in scenarios if isinstance(each, Scenario)], described=bool(own))
+    for each in scenarios:
+        run = each if isinstance(each, Exception) else next(runs)
+        try:
+            yield run if isinstance(run, Exception) else _measures(run, own)
+        except InputError as error:  # of a user's measure
+            yield error
+
+
+def _measures(run: Run, own: Sequence[str]) -> dict[str, Any]:
+    """The measures of a run; users may read whatever there is."""
+    if not run.station.fingers:
+        models = [model.file for model in run.station.scenario.models]
         raise InputError("sweep", "models", models, "there is no <finger> in them")
-    return measure(station, run_station(station, described=bool(own)), own)  # users may read whatever there is
+    return measure(run.station, run.recording, own)
+
+
+def _compared(measured: dict[str, Any] | Exception, halved: dict[str, Any] | Exception) -> dict[str, Any] | Exception:
+    """The measures of a run, with those that depend on its time step."""
+    if isinstance(measured, Exception) or isinstance(halved, Exception):
+        return measured if isinstance(measured, Exception) else halved
+    return measured | {DEPENDS: " ".join(depends_on_step(measured, halved))}
 
 
 def depends_on_step(measured: Mapping[str, Any], halved: Mapping[str, Any]) -> list[str]:
@@ -394,12 +442,39 @@ def run_sweep(
             raise InputError("sweep", OPTION, name, f"there is already a column '{column}'; rename the function")
     runs = ScenarioRuns(out, TABLE, ABOUT, [NUMBER], columns)
     runs.begin(_about(scenario, dump_scenario(base), points, [*own, *checked]), resume)
-    jobs: dict[tuple[str, ...], Sequence[Any]] = {
-        (str(number),): (scenario, fixed | point, own, check_step) for number, point in enumerate(points)
+    changes: dict[tuple[str, ...], Mapping[str, Any]] = {
+        (str(number),): fixed | point for number, point in enumerate(points)
     }
-    runs.run_changed(executor, run_and_measure, jobs, lambda row: report(row[ERROR] == ""))
-    runs.finish(jobs)
-    return [runs.row(key) for key in jobs]
+    runs.run_changed(
+        executor, measured_runs, base, (scenario, changes), (own, check_step), lambda row: report(row[ERROR] == "")
+    )
+    runs.finish(changes)
+    return [runs.row(key) for key in changes]
+
+
+Work = Callable[..., list[dict[str, Any]]]  # as `measured_runs`
+
+
+def agreement_with_drake(
+    scenario: str,
+    rows: Sequence[Mapping[str, str]],
+    changes: Sequence[Mapping[str, Any]],
+    executor: Executor,
+    own: Sequence[str] = (),
+) -> list[Agreement]:
+    """How the measures of runs in another engine agree with those of the same runs in Drake.
+
+    Args:
+        scenario: name of a shipped one, or path of a file.
+        rows: cells of the runs in the other engine, by column.
+        changes: of each run, with Drake as its engine.
+        executor: makes the runs.
+        own: user measures.
+    """
+    repeated = results(executor, measured_runs, {i: (scenario, [each], own) for i, each in enumerate(changes)})
+    both = [(row, {name: cell(v) for name, v in repeated[i][0].items()}) for i, row in enumerate(rows)]
+    fine = [(row, other) for row, other in both if ERROR not in other]
+    return agreement([{name: row[name] for name in other} for row, other in fine], [other for _, other in fine])
 
 
 class ScenarioRuns(StudyTables):
@@ -417,23 +492,42 @@ class ScenarioRuns(StudyTables):
     def run_changed(
         self,
         executor: Executor,
-        work: Callable[..., Mapping[str, Any]],
-        jobs: Mapping[tuple[str, ...], Sequence[Any]],
+        work: Work,
+        base: Scenario,
+        given: tuple[str, Mapping[tuple[str, ...], Mapping[str, Any]]],
+        others: Sequence[Any],
         report: Callable[[dict[str, str]], Any],
     ) -> None:
-        """Makes the runs whose rows do not exist, by `run_and_measure` or a function like it.
+        """Makes the runs whose rows do not exist, as many at once as the engine of the scenario is best at.
 
         Args:
-            executor, work: see `run`.
-            jobs: arguments of `work` by the key of each run: a scenario, its changes by dotted keys, and others.
+            executor: makes the calls.
+            work: `measured_runs` or a function like it.
+            base: the scenario, read.
+            given: its name or file, and the changes of each run by its key.
+            others: further arguments of `work`.
             report: called with the row of each run.
         """
+        scenario, changes = given
+        keys = list(changes)
+        size = math.ceil(len(keys) / math.ceil(len(keys) / runs_at_once(base))) if keys else 1
+        batches = [tuple(keys[i : i + size]) for i in range(0, len(keys), size)]
+        jobs = {batch: (scenario, [changes[key] for key in batch], *others) for batch in batches}
 
-        def keep(key: tuple[str, ...], measured: Mapping[str, Any]) -> None:
-            given = {**dict(zip(self._names, key, strict=False)), **jobs[key][1], **measured}
-            self.add([cell(given.get(name)) for name in self._names])
+        def keep(batch: tuple[tuple[str, ...], ...], found: Sequence[Mapping[str, Any]]) -> None:
+            for key, measured in zip(batch, found, strict=True):
+                given = {**dict(zip(self._names, key, strict=False)), **changes[key], **measured}
+                if key not in self.rows:
+                    self.add([cell(given.get(name)) for name in self._names])
 
-        self.run(executor, work, jobs, keep, lambda key, error: {ERROR: error}, lambda key: report(self.row(key)))
+        def failed(batch: tuple[tuple[str, ...], ...], error: str) -> list[dict[str, Any]]:
+            return [{ERROR: error}] * len(batch)
+
+        def ended(batch: tuple[tuple[str, ...], ...]) -> None:
+            for key in batch:
+                report(self.row(key))
+
+        self.run(executor, work, jobs, keep, failed, ended, keys=lambda batch: batch)
 
     def row(self, key: tuple[str, ...]) -> dict[str, str]:
         """The cells of a run by column."""

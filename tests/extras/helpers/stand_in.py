@@ -14,8 +14,12 @@ def force(changes):
     return GAIN * changes.get(PRESSURE, 120e3) / changes.get(LENGTH, 0.12)
 
 
-def grasped(scenario, changes, own=()):
-    """The measures of a run."""
+def grasped(scenario, runs, own=()):
+    """The measures of each run."""
+    return [*map(_measures, runs)]
+
+
+def _measures(changes):
     pressed = force(changes)
     ratio = WEIGHT / (changes.get(FRICTION, 0.8) * pressed)
     return {"grasp": "held" if ratio <= 1 else "dropped", "normal_force_n": pressed, "slip_ratio": ratio}

@@ -30,12 +30,13 @@ SECTIONS = [{KEY: n} for n in (1, 2, 3, 4)]
 def executor(monkeypatch):
     """Runs nothing; two sections diverge."""
 
-    def run(scenario, changes, own, check_step):
+    def run(scenario, runs, own, check_step):
+        (changes,) = runs
         if changes[KEY] == 2:
             raise SimulationDivergedError("the simulation\ndiverged")
-        return MEASURES | {"mean_pose_error_mm": 1 / changes[KEY], "max_pose_error_mm": changes["sensor.period"]}
+        return [MEASURES | {"mean_pose_error_mm": 1 / changes[KEY], "max_pose_error_mm": changes["sensor.period"]}]
 
-    monkeypatch.setattr(sweep, "run_and_measure", run)
+    monkeypatch.setattr(sweep, "measured_runs", run)
     monkeypatch.setattr(sweep, "check_closed", lambda station: None)
     monkeypatch.setattr(sweep, "make_station", lambda scenario: None)
     return HereExecutor()
@@ -70,7 +71,7 @@ def test_what_was_cut_short_goes_on_to_the_same_table(executor, tmp_path):
     executor.calls.clear()
     swept(tmp_path / "cut", executor, resume=True)
     assert (tmp_path / "cut" / TABLE).read_bytes() == whole
-    assert [changes[KEY] for _, changes, *_ in executor.calls] == [4]
+    assert [changes[KEY] for _, (changes,), *_ in executor.calls] == [4]
     executor.calls.clear()
     swept(tmp_path / "cut", executor)
     assert len(executor.calls) == 4
@@ -82,7 +83,7 @@ def test_a_row_whose_number_was_changed_is_run_again(executor, tmp_path, caplog)
     (tmp_path / TABLE).write_bytes(whole.replace(b"0.333333333", b"0.033333333"))
     executor.calls.clear()
     swept(tmp_path, executor, resume=True)
-    assert [changes[KEY] for _, changes, *_ in executor.calls] == [3]
+    assert [changes[KEY] for _, (changes,), *_ in executor.calls] == [3]
     assert "1 rows" in caplog.text
     assert (tmp_path / TABLE).read_bytes() == whole
 
@@ -150,7 +151,7 @@ def test_cells(value, text):
 
 def test_what_is_varied_counts_before_what_is_fixed(executor, tmp_path):
     run_sweep("free_bending", SECTIONS[2:], tmp_path, executor, fixed={"sensor.period": 0.02, KEY: 1})
-    assert [changes[KEY] for _, changes, *_ in executor.calls] == [3, 4]
+    assert [changes[KEY] for _, (changes,), *_ in executor.calls] == [3, 4]
 
 
 def test_a_failure_that_is_resumed_is_reported_as_one(executor, tmp_path):
@@ -177,11 +178,11 @@ def test_measures_that_change_with_the_step_are_named():
 def test_a_checked_sweep_has_a_column_for_what_depends_on_the_step(tmp_path, monkeypatch):
     steps = []
 
-    def measured(scenario, own):
-        steps.append(scenario.plant_config.time_step)
-        return MEASURES | {"largest_bend_deg": scenario.plant_config.time_step}
+    def measured(scenarios, own):
+        steps.extend(scenario.plant_config.time_step for scenario in scenarios)
+        return (MEASURES | {"largest_bend_deg": scenario.plant_config.time_step} for scenario in scenarios)
 
-    monkeypatch.setattr(sweep, "_measured", measured)
+    monkeypatch.setattr(sweep, "_all_measures", measured)
     monkeypatch.setattr(sweep, "check_closed", lambda station: None)
     monkeypatch.setattr(sweep, "make_station", lambda scenario: None)
     fixed = {sweep.STEP: 1.0}

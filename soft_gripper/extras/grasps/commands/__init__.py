@@ -5,7 +5,9 @@ from collections import Counter
 from pathlib import Path
 
 from soft_gripper.commands.options import (
+    CHECK,
     CONSOLE,
+    ENGINE,
     EXECUTOR,
     RESUME,
     SEED,
@@ -75,6 +77,7 @@ COMMANDS = (
             "--trials 200 --seed 1                                        200 trials of every scenario",
             "--scenario pick_and_place_delicate --trials 20 --json",
             "--scenario pick_and_place_box --seed 1 --trial 7             rerun one, with its recording",
+            "--trials 1000 --engine mujoco --check 100                    in MuJoCo, a hundred repeated in Drake",
         ),
         (
             *CONSOLE,
@@ -88,6 +91,8 @@ COMMANDS = (
                 action="append",
             ),
             option("--trial", "run this trial only; keep its scenario and recording", "K", whole(0)),
+            ENGINE,
+            CHECK,
             RESUME,
             *EXECUTOR,
             out("results/grasp_trials"),

@@ -2,6 +2,7 @@
 
 import argparse
 from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -9,7 +10,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import binomtest
 
-from soft_gripper.commands.console import Console
+from soft_gripper.commands.printing import AGREEMENT, print_agreement
 from soft_gripper.extras.grasps.trial import Trial
 from soft_gripper.extras.grasps.trials import (
     ABOUT,
@@ -20,10 +21,14 @@ from soft_gripper.extras.grasps.trials import (
     judge,
     record_trial,
     run_trials,
+    trials_together,
 )
 from soft_gripper.files.output import atomic_file, lock_folder, writable_folder
+from soft_gripper.runs.agreement import Agreement, agreement, chosen
 from soft_gripper.runs.executor import open_executor
+from soft_gripper.runs.study import results
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
+from soft_gripper.scenario.schema import DRAKE
 
 
 def run(options: argparse.Namespace) -> None:
@@ -34,7 +39,7 @@ def run(options: argparse.Namespace) -> None:
     out = lock_folder(options.out, [ABOUT], files)
     if options.trial is not None:
         for file in files:
-            _run_alone(file, options.seed, options.trial, out, options.console)
+            _run_alone(file, options, out)
     else:
         _run_all(files, out, options)
 
@@ -44,18 +49,44 @@ def _run_all(files: Sequence[str], out: Path, options: argparse.Namespace) -> No
     executor = open_executor(options.jobs, options.scheduler)
     kept = f"their results are in {out / TABLES[0]}; --resume runs the others"
     with console.jobs(number * len(files), "trials", kept) as ended, executor as opened:
-        trials = run_trials(files, number, seed, out, opened, lambda trial: ended(trial.result.success), options.resume)
+        trials = run_trials(
+            *(files, number, seed, out, opened, lambda trial: ended(trial.result.success)),
+            resume=options.resume,
+            engine=options.engine,
+        )
+        agreed = _in_drake(files, trials, seed, options.check, opened)
     for file in files:
         _print_summary(file, seed, [trial for trial in trials if trial.scenario == Path(file).stem])
+    if agreed:
+        print_agreement(agreed, console, out)
     console.document["trials"] = [_row(trial) for trial in trials]
-    console.wrote(*(out / file for file in (*TABLES, f"{FIGURE}.png", f"{FIGURE}.svg")))
+    files_of_check = [AGREEMENT] if agreed else []
+    console.wrote(*(out / file for file in (*TABLES, f"{FIGURE}.png", f"{FIGURE}.svg", *files_of_check)))
 
 
-def _run_alone(file: str, seed: int, trial: int, out: Path, console: Console) -> None:
+def _in_drake(
+    files: Sequence[str], trials: Sequence[Trial], seed: int, checked: int, executor: Executor
+) -> list[Agreement]:
+    """How trials in another engine agree with some of them in Drake, if that is asked for."""
+    picked = [trials[i] for i in chosen(len(trials), checked, seed)]
+    file_of = {Path(file).stem: file for file in files}
+    jobs = {i: (file_of[each.scenario], seed, [each.trial], DRAKE) for i, each in enumerate(picked)}
+    repeated = results(executor, trials_together, jobs)
+    return agreement([*map(_cells, picked)], [_cells(repeated[i][0]) for i in jobs])
+
+
+def _cells(trial: Trial) -> dict[str, str]:
+    """The measures of a trial, as text."""
+    measured = asdict(trial.result) | asdict(trial.grasp)
+    return {name: str(value) for name, value in measured.items() if name != "cause"}
+
+
+def _run_alone(file: str, options: argparse.Namespace, out: Path) -> None:
     """Runs one trial in this process, and keeps its scenario and recording for inspection."""
+    seed, trial, console = options.seed, options.trial, options.console
     name = Path(file).stem
     with console.progress(f"{name} {trial}", load_scenario(file).duration) as progress:
-        station, recording = record_trial(file, seed, trial, progress)
+        station, recording = record_trial(file, seed, trial, progress, options.engine)
     folder = writable_folder(out / f"{name}_{trial}")
     recording.save(folder / "recording.nc")
     with atomic_file(folder / "scenario.yaml") as partial:

@@ -1,0 +1,496 @@
+"""The blocks of a station for E environments at once: values of ports are arrays (E, size).
+
+A block made of functions (ArrayBlock) calls them once for all environments, and so do Drake's blocks of linear algebra.
+A block that is one Python object per run, such as the state machine of a task, is asked once for each environment.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import LeafSystem
+from pydrake.systems.primitives import (
+    Adder,
+    ConstantVectorSource,
+    Demultiplexer,
+    LinearSystem,
+    MatrixGain,
+    Multiplexer,
+    Saturation,
+)
+
+from soft_gripper.array_block import TIME, ArrayBlock, Constant, Function, Memory, Sample
+from soft_gripper.arrays import Array
+from soft_gripper.control.grip import GripForce, GripForceBound, LowSelector
+from soft_gripper.control.pid_controller import SampledPidController, Step
+from soft_gripper.control.task import GripObservation, Progress, TaskMachine
+from soft_gripper.fingers.leak import Leak
+from soft_gripper.fingers.path_drive import BentChambers, TendonDrive
+from soft_gripper.load.opening import GripperOpening
+
+Read = Callable[[int], Array]  # the value of an input, by its number
+
+
+class Block(Protocol):
+    """A leaf system for E environments."""
+
+    @property
+    def period(self) -> float | None:
+        """Time between its updates, s; None: it has no state."""
+
+    def begin(self, read: Read) -> None:
+        """Prepares the first state, from the inputs when a run is initialized."""
+
+    def output(self, number: int, read: Read, time: float) -> Array:
+        """The value of an output, (E, size); or (1, size) if it is the same in all environments."""
+
+    def advance(self, read: Read, time: float, active: NDArray[np.int_]) -> None:
+        """Prepares the state after an update."""
+
+    def commit(self) -> None:
+        """Takes on the state that was prepared."""
+
+
+class Stateless:
+    """A block whose outputs follow from its inputs at once."""
+
+    period: float | None = None
+
+    def __init__(self, function: Callable[..., Array], inputs: int):
+        """`function` takes the inputs, and returns its only output."""
+        self._function, self._inputs = function, inputs
+
+    def begin(self, read: Read) -> None:
+        """It has no state."""
+
+    def output(self, number: int, read: Read, time: float) -> Array:
+        """See Block."""
+        return self._function(*map(read, range(self._inputs)))
+
+    def advance(self, read: Read, time: float, active: NDArray[np.int_]) -> None:
+        """It has no state."""
+
+    def commit(self) -> None:
+        """It has no state."""
+
+
+class Parts(Stateless):
+    """A Demultiplexer."""
+
+    def __init__(self, block: Demultiplexer):
+        sizes = [block.get_output_port(i).size() for i in range(block.num_output_ports())]
+        self._ends = np.cumsum([0, *sizes])
+
+    def output(self, number: int, read: Read, time: float) -> Array:
+        """See Block."""
+        return read(0)[:, self._ends[number] : self._ends[number + 1]]
+
+
+class Linear:
+    """A LinearSystem in discrete steps."""
+
+    def __init__(self, block: LinearSystem, count: int):
+        self.period = block.time_period()
+        self._A, self._B, self._C, self._D = (np.array(m).T for m in (block.A(), block.B(), block.C(), block.D()))
+        self._x: Array = np.zeros((count, len(self._A)))
+        self._through = bool(self._D.any())
+
+    def begin(self, read: Read) -> None:
+        """It begins at zero."""
+        self._next = self._x
+
+    def output(self, number: int, read: Read, time: float) -> Array:
+        """See Block."""
+        found: Array = self._x @ self._C
+        return found + read(0) @ self._D if self._through else found
+
+    def advance(self, read: Read, time: float, active: NDArray[np.int_]) -> None:
+        """See Block."""
+        self._next = self._x @ self._A + read(0) @ self._B
+
+    def commit(self) -> None:
+        """See Block."""
+        self._x = self._next
+
+
+class Functions:
+    """An ArrayBlock, whose functions take the environments as leading axis; E = None: one without that axis."""
+
+    def __init__(
+        self, block: ArrayBlock, count: int | None, given: Mapping[str, Callable[[], Array]] = MappingProxyType({})
+    ):
+        """`given` computes steps otherwise than the block does."""
+        self.period = block.period
+        self._block, self._shape, self._given = block, () if count is None else (count,), given
+        self._numbers = {block.get_input_port(i).get_name(): i for i in range(block.num_input_ports())}
+        self._names = [block.get_output_port(i).get_name() for i in range(block.num_output_ports())]
+        remembering = {name: step for name, step in block.steps.items() if isinstance(step, Sample | Memory)}
+        self._state = {name: self._repeated(step.begin) for name, step in remembering.items()}
+        self._next, self._is_later = dict(self._state), False
+        self._known: dict[str, Any] = {}
+
+    def _repeated(self, value: Array) -> Array:
+        return np.broadcast_to(value, (*self._shape, *np.shape(value)))
+
+    def forget(self) -> None:
+        """Forgets what followed from the inputs."""
+        self._known.clear()
+
+    def begin(self, read: Read) -> None:
+        """See Block."""
+        for name in self._state:
+            step = self._block.steps[name]
+            if isinstance(step, Sample) and step.at_initialization:
+                self._next[name] = self._value(step.source, read, 0.0)
+            elif isinstance(step, Memory) and step.begin_of is not None:
+                function, source = step.begin_of
+                self._next[name] = function(self._value(source, read, 0.0))
+
+    def output(self, number: int, read: Read, time: float) -> Array:
+        """See Block."""
+        function, sources = self._block.outputs[self._names[number]]
+        found = function(*[self._value(source, read, time) for source in sources])
+        return np.reshape(found, (*self._shape, -1))
+
+    def advance(self, read: Read, time: float, active: NDArray[np.int_]) -> None:
+        """See Block; at the first sample nothing is remembered."""
+        for name in self._state:
+            step = self._block.steps[name]
+            if isinstance(step, Sample) and (self._is_later or step.at_first):
+                self._next[name] = self._value(step.source, read, time)
+            elif isinstance(step, Memory) and self._is_later:
+                self._next[name] = step.keep(*[self._value(source, read, time) for source in (name, *step.kept)])
+        self._is_later = True
+
+    def commit(self) -> None:
+        """See Block."""
+        self._state = dict(self._next)
+        self.forget()
+
+    def _value(self, name: str, read: Read, time: float) -> Any:
+        if name == TIME:
+            return self._repeated(np.array([time]))
+        step = self._block.steps[name]
+        if isinstance(step, Sample):
+            return self._state[name]
+        if name not in self._known:
+            self._known[name] = self._computed(name, read, time)
+        return self._known[name]
+
+    def _computed(self, name: str, read: Read, time: float) -> Any:
+        if name in self._given:
+            return self._given[name]()
+        step = self._block.steps[name]
+        if isinstance(step, Constant):
+            return self._repeated(step.value)
+        if isinstance(step, Function):
+            return step.of(*[self._value(source, read, time) for source in step.sources])
+        if isinstance(step, Memory):
+            return step.of(self._state[name], *[self._value(source, read, time) for source in step.sources])
+        value = read(self._numbers[name])
+        return np.broadcast_to(value, (*self._shape, value.shape[-1])) if self._shape else value
+
+
+class OneByOne:
+    """An ArrayBlock whose functions do not take leading axes: one for each environment."""
+
+    def __init__(self, block: ArrayBlock, count: int):
+        self.period, self._each = block.period, [Functions(block, None) for _ in range(count)]
+
+    def forget(self) -> None:
+        """Forgets what followed from the inputs."""
+        for one in self._each:
+            one.forget()
+
+    def begin(self, read: Read) -> None:
+        """See Block."""
+        for i, one in enumerate(self._each):
+            one.begin(_of(read, i))
+
+    def output(self, number: int, read: Read, time: float) -> Array:
+        """See Block."""
+        return np.array([one.output(number, _of(read, i), time) for i, one in enumerate(self._each)])
+
+    def advance(self, read: Read, time: float, active: NDArray[np.int_]) -> None:
+        """See Block."""
+        for i in active:
+            self._each[i].advance(_of(read, int(i)), time, active)
+
+    def commit(self) -> None:
+        """See Block."""
+        for one in self._each:
+            one.commit()
+
+
+def _of(read: Read, environment: int) -> Read:
+    """What one environment reads."""
+
+    def one(number: int) -> Array:
+        value = read(number)
+        found: Array = value[min(environment, len(value) - 1)]
+        return found
+
+    return one
+
+
+class Controllers:
+    """A SampledPidController for each environment."""
+
+    def __init__(self, block: SampledPidController, count: int, is_overridden: bool):
+        """`is_overridden`: another block may choose what is applied, the input `applied`."""
+        self.period, self._block, self._is_overridden = block.period, block, is_overridden
+        self._memory = [block.first_memory] * count
+        self._next, self._steps = self._memory, list[Step]()
+
+    def forget(self) -> None:
+        """Forgets what followed from the inputs."""
+        self._steps = []
+
+    def begin(self, read: Read) -> None:
+        """It begins with its first memory."""
+
+    def _stepped(self, read: Read) -> list[Step]:
+        if not self._steps:
+            given = [np.broadcast_to(read(i), (len(self._memory), 1))[:, 0].tolist() for i in range(2)]
+            self._steps = [*map(self._block.step, self._memory, *given)]
+        return self._steps
+
+    def output(self, number: int, read: Read, time: float) -> Array:
+        """See Block."""
+        return np.array([[step.memory[3]] for step in self._stepped(read)])
+
+    def advance(self, read: Read, time: float, active: NDArray[np.int_]) -> None:
+        """See Block."""
+        steps = self._stepped(read)
+        applied = read(2)[:, 0].tolist() if self._is_overridden else [step.memory[3] for step in steps]
+        self._next = [*map(self._block.remembered, steps, applied)]
+
+    def commit(self) -> None:
+        """See Block."""
+        self._memory = self._next
+        self.forget()
+
+
+class Tasks:
+    """A TaskMachine for each environment, each with the phases of its own station."""
+
+    def __init__(self, blocks: Sequence[TaskMachine], observes: bool):
+        """`observes`: the task commands the gripper, and its inputs are connected."""
+        self.period, self._blocks, self._observes = blocks[0].period, blocks, observes
+        self._progress = [Progress()] * len(blocks)
+        self._put_out = [block.first_outputs for block in blocks]
+        self._next = list(zip(self._progress, self._put_out, strict=True))
+
+    @property
+    def phases(self) -> list[int]:
+        """The number of the phase of each environment."""
+        return [progress.phase for progress in self._progress]
+
+    @property
+    def over(self) -> NDArray[np.bool_]:
+        """The environments whose task is over, (E,)."""
+        ends = zip(self._progress, self._blocks, strict=True)
+        return np.array([progress.phase == len(block.phases) for progress, block in ends])
+
+    def begin(self, read: Read) -> None:
+        """It begins with the first phase."""
+
+    def output(self, number: int, read: Read, time: float) -> Array:
+        """See Block."""
+        return np.array([outputs[number] for outputs in self._put_out])
+
+    def advance(self, read: Read, time: float, active: NDArray[np.int_]) -> None:
+        """See Block."""
+        seen = [read(i)[:, 0] if self._observes else np.full(len(self._blocks), np.nan) for i in range(2)]
+        for i in active:
+            observed = GripObservation(time, float(seen[0][i]), float(seen[1][i]))
+            progress = self._blocks[i].rules.step(self._progress[i], observed)
+            self._next[i] = progress, self._blocks[i].outputs(progress, time, self._put_out[i])
+
+    def commit(self) -> None:
+        """See Block."""
+        self._progress, self._put_out = ([*each] for each in zip(*self._next, strict=True))
+
+
+class Streams(Stateless):
+    """What random sources draw, known before the run; they draw before other blocks take their samples, as in Drake."""
+
+    def __init__(self, drawn: Array):
+        """`drawn` at every sample, (T, E, size)."""
+        self._drawn, self._number = drawn, 0
+
+    def draw(self) -> None:
+        """Draws for the next sample."""
+        self._number = min(self._number + 1, len(self._drawn) - 1)
+
+    def output(self, number: int, read: Read, time: float) -> Array:
+        """See Block."""
+        found: Array = self._drawn[self._number]
+        return found
+
+
+class Sliding:
+    """A TendonDrive."""
+
+    def __init__(self, block: TendonDrive):
+        self.period = block.period if block.slides else None
+        self._block = block
+        self._state: Array | None = None
+        self._next: Array | None = None
+
+    def begin(self, read: Read) -> None:
+        """See Block."""
+        if self._block.slides:
+            self._next = self._block.at_rest(read(0))
+
+    def output(self, number: int, read: Read, time: float) -> Array:
+        """See Block."""
+        if number == 0:
+            return self._block.tension(read(0), read(1))
+        return self._block.actuation(read(0), read(1), self._state)
+
+    def advance(self, read: Read, time: float, active: NDArray[np.int_]) -> None:
+        """See Block."""
+        assert self._state is not None
+        self._next = self._block.travelled(self._state, read(0))
+
+    def commit(self) -> None:
+        """See Block."""
+        self._state = self._next
+
+
+class Leaking(Stateless):
+    """A Leak."""
+
+    def __init__(self, block: Leak):
+        self._block = block
+
+    def output(self, number: int, read: Read, time: float) -> Array:
+        """See Block."""
+        return self._block.left(read(0), time)
+
+
+class Contexts:
+    """Any other leaf system, with a context for each of E environments, or one that they share (E = 1)."""
+
+    def __init__(self, block: LeafSystem, count: int):
+        self._block, self._inputs = block, range(block.num_input_ports())
+        contexts = [block.CreateDefaultContext() for _ in range(count)]
+        self._runs = [Simulator(block, context) for context in contexts]
+        has_state = contexts[0].num_discrete_state_groups() or contexts[0].num_abstract_states()
+        self.period = _period(block) if has_state else None
+        self._updates: int | None = None  # made so far; None before the first state
+
+    def _give(self, read: Read) -> None:
+        for number in self._inputs:
+            port = self._block.get_input_port(number)
+            given = np.broadcast_to(read(number), (len(self._runs), port.size()))
+            for run, value in zip(self._runs, given, strict=True):
+                port.FixValue(run.get_mutable_context(), value)
+
+    def begin(self, read: Read) -> None:
+        """See Block."""
+        self._give(read)
+
+    def output(self, number: int, read: Read, time: float) -> Array:
+        """See Block."""
+        self._give(read)
+        port = self._block.get_output_port(number)
+        if self.period is None:
+            for run in self._runs:
+                run.get_mutable_context().SetTime(time)
+        return np.array([port.Eval(run.get_context()) for run in self._runs])
+
+    def advance(self, read: Read, time: float, active: NDArray[np.int_]) -> None:
+        """See Block."""
+        self._give(read)
+
+    def commit(self) -> None:
+        """See Block; inputs are still those of the update."""
+        begins, self._updates = self._updates is None, 0 if self._updates is None else self._updates + 1
+        for run in self._runs:
+            if begins:
+                run.Initialize()
+            elif self.period:
+                run.AdvanceTo(self._updates * self.period)  # a sum of periods would drift off the updates
+
+
+def _period(block: LeafSystem) -> float:
+    timing = block.GetUniquePeriodicDiscreteUpdateAttribute()
+    return float(timing.period_sec()) if timing is not None else 0.0
+
+
+def _limits(block: Saturation) -> Callable[[Array], Array]:
+    """A Saturation as a function; its limits are what it makes of the largest numbers."""
+    size, context = block.get_input_port().size(), block.CreateDefaultContext()
+
+    def of(value: float) -> Array:
+        block.get_input_port().FixValue(context, np.full(size, value))
+        return np.array(block.get_output_port().Eval(context))
+
+    huge = np.finfo(float).max
+    least, most = of(-huge), of(huge)
+    return lambda u: np.minimum(np.maximum(u, least), most)
+
+
+def _constant(block: ConstantVectorSource) -> Callable[[], Array]:
+    value = np.array(block.get_output_port().Eval(block.CreateDefaultContext()))[None]
+    return lambda: value
+
+
+def _gain(block: MatrixGain) -> Callable[[Array], Array]:
+    gain = np.array(block.D()).T
+    return lambda u: np.asarray(u @ gain)
+
+
+def _together(*values: Array) -> Array:
+    count = max(map(len, values))
+    return np.concatenate([np.broadcast_to(value, (count, value.shape[1])) for value in values], axis=1)
+
+
+def _added(*values: Array) -> Array:
+    total = values[0]
+    for value in values[1:]:
+        total = total + value
+    return total
+
+
+def _lower(first: Array, second: Array) -> Array:
+    return np.where(second < first, second, first)
+
+
+def _mean(*forces: Array) -> Array:
+    return _added(*forces) / len(forces)
+
+
+def _mean_bound(*given: Array) -> Array:
+    """Intervals and contacts take turns."""
+    bounds = [
+        np.where(touch != 0, interval[:, -1:], 0.0) for interval, touch in zip(given[::2], given[1::2], strict=True)
+    ]
+    return _mean(*bounds)
+
+
+def _opening(block: GripperOpening) -> Callable[..., Array]:
+    return lambda *tips: block.opening(np.stack(tips, axis=1))[:, None]
+
+
+def _bent(block: BentChambers) -> Callable[..., Array]:
+    return lambda state, pressure: block.actuation(state, pressure)
+
+
+FUNCTIONS: dict[type[LeafSystem], Callable[[Any], Callable[..., Array]]] = {
+    Adder: lambda block: _added,
+    BentChambers: _bent,
+    ConstantVectorSource: _constant,
+    GripForce: lambda block: _mean,
+    GripForceBound: lambda block: _mean_bound,
+    GripperOpening: _opening,
+    LowSelector: lambda block: _lower,
+    MatrixGain: _gain,
+    Multiplexer: lambda block: _together,
+    Saturation: _limits,
+}

@@ -1,0 +1,207 @@
+"""Runs scenarios in MuJoCo, many at once: stepped together; our blocks sense, estimate, control and record them.
+
+A run comes back as the recording of its station, with the same signals; those that follow from others are computed
+when they are read, as after a run in Drake.
+"""
+
+import math
+from collections import OrderedDict
+from collections.abc import Iterator, Sequence
+from copy import deepcopy
+from dataclasses import replace
+from functools import partial
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.multibody.plant import MultibodyPlant
+
+from soft_gripper.arrays import Array
+from soft_gripper.cached import kept
+from soft_gripper.diagrams.recording import make_recording
+from soft_gripper.diagrams.simulation import Run, check_closed
+from soft_gripper.diagrams.station import make_private_station
+from soft_gripper.diagrams.station_parts import Station
+from soft_gripper.errors import InputError
+from soft_gripper.extras.mujoco.lockstep import Logs, rows_of, simulated
+from soft_gripper.extras.mujoco.network import Network
+from soft_gripper.extras.mujoco.plants import Exported, Plants, in_mujoco
+from soft_gripper.extras.mujoco.variation import Key, Variation, begin, blocks_key, station_key, variation, varied
+from soft_gripper.scenario.checks import checked_scenario
+from soft_gripper.scenario.deformables import is_deformable
+from soft_gripper.scenario.schema import Scenario
+from soft_gripper.truth.contact import COLUMNS
+
+LONGEST_STEP, SHORTEST_STEP = 0.005, 0.001  # s, of MuJoCo
+_SMALL_SHIFT, _SMALL_SHARE = 5e-5, 5e-3  # m, and share of a force, that half the step may change
+_FORCE = 0.1  # N, of which that share is taken if a force is less
+_LAST = 50  # samples at the end
+_MEMORY = 2**28  # bytes that the logs of runs that are made together may take
+_MOST = 4  # cached stations
+_stations: OrderedDict[Key, Station] = OrderedDict()
+
+
+def run_many(scenarios: Sequence[Scenario], described: bool = True) -> Iterator[Run | Exception]:
+    """Runs scenarios in MuJoCo, those of one structure together; a run that fails gives its error.
+
+    `described`: recordings have the attributes that describe their runs.
+    """
+    served = [_serve(scenario) for scenario in scenarios]
+    groups: dict[Any, list[int]] = {}
+    for i, each in enumerate(served):
+        if isinstance(each, Served):
+            groups.setdefault(blocks_key(each.station.scenario) or i, []).append(i)
+    found: dict[int, Run | Exception] = {i: each for i, each in enumerate(served) if isinstance(each, Exception)}
+    for numbers in groups.values():
+        alike = [each for each in (served[i] for i in numbers) if isinstance(each, Served)]
+        size = _at_once(alike[0].station)
+        for first in range(0, len(numbers), size):
+            part = slice(first, first + size)
+            found |= dict(zip(numbers[part], _run_alike(alike[part], described), strict=True))
+    yield from (found[i] for i in range(len(scenarios)))
+
+
+class Served(NamedTuple):
+    """The station of a run, which may have been built for another scenario with the same key."""
+
+    station: Station
+    of: Variation  # how the objects of the run differ from those in the plant of the station
+
+
+def _serve(scenario: Scenario) -> Served | Exception:
+    """The station that serves a scenario."""
+    try:
+        scenario = checked_scenario("scenario", scenario)
+        _check_carried_over(scenario)
+        key = station_key(scenario)
+        build = partial(_built, deepcopy(scenario))  # the caller may change it
+        station = build() if key is None else kept(_stations, key, build, _MOST)
+    except InputError as error:
+        return error
+    of = variation(scenario, station.scenario)
+    parts = replace(station.parts, scenario=scenario, masses=of.masses, frictions=of.frictions)
+    return Served(replace(station, parts=parts), of)
+
+
+def _built(scenario: Scenario) -> Station:
+    station = make_private_station(scenario, composed=False)
+    check_closed(station)
+    return station
+
+
+def _check_carried_over(scenario: Scenario) -> None:
+    """Raises an InputError for what MuJoCo cannot simulate as Drake does."""
+    if scenario.plant_config.time_step == 0:
+        raise InputError("scenario", "plant_config.time_step", 0.0, "give one above 0: engine mujoco takes steps")
+    for i, model in enumerate(scenario.models):
+        if model.self_contact:
+            expected = "leave it out: in engine mujoco the links of a finger do not touch each other"
+            raise InputError("scenario", f"models[{i}].self_contact", True, expected)
+        if is_deformable(model.mesh):
+            raise InputError("scenario", f"models[{i}].file", model.file, "is soft; engine mujoco has rigid objects")
+
+
+def _at_once(station: Station) -> int:
+    """How many runs are made together: as many as memory holds the logs of."""
+    samples = station.scenario.duration / station.scenario.sensor.period
+    width = sum(station.logs.get_input_port(i).size() for i in range(station.logs.num_input_ports()))
+    return max(1, int(_MEMORY / (8 * width * samples)))
+
+
+def _run_alike(served: Sequence[Served], described: bool) -> Iterator[Run | Exception]:
+    """Runs stations of one structure together.
+
+    Some of the runs are made with half the step as well: if that changes where they end, all are repeated with it.
+    """
+    stations = [each.station for each in served]
+    plant_step, twins = stations[0].plant.time_step(), _evenly(len(served))
+    step = plant_step / math.ceil(plant_step / LONGEST_STEP - 1e-9)
+    while True:
+        network = Network([*stations, *(stations[i] for i in twins)], _plants(served, step, twins))
+        logs, lengths, failed = simulated(network)
+        change = _changes(stations, logs, lengths, twins)
+        if change.is_small or step / 2 < SHORTEST_STEP:
+            break
+        step /= 2
+    times = np.arange(logs.samples) * stations[0].scenario.sensor.period
+    for i, station in enumerate(stations):
+        if i in failed:
+            yield failed[i]
+            continue
+        computed = station.logs.computed(times[: lengths[i]], logs.of(i, lengths[i]))
+        about = station.parts.about | {"engine_step": f"{1e3 * step:g} ms; {change.words}"} if described else {}
+        yield Run(station, make_recording(station.logs.signals, computed, about))
+
+
+def _evenly(count: int) -> list[int]:
+    """Up to three of so many runs."""
+    return sorted({0, count // 2, count - 1})
+
+
+class Change(NamedTuple):
+    """What half the step changes at the end of a run."""
+
+    tip: float  # m, the largest of all fingers, in the median run
+    force: float  # share of the contact force of a finger
+
+    @property
+    def is_small(self) -> bool:
+        """Whether the step is short enough."""
+        return self.tip <= _SMALL_SHIFT and self.force <= _SMALL_SHARE
+
+    @property
+    def words(self) -> str:
+        """For users."""
+        return f"half of it moves tips by {1e3 * self.tip:.3f} mm and changes forces by {self.force:.2%}"
+
+
+def _changes(stations: Sequence[Station], logs: Logs, lengths: NDArray[np.int_], twins: Sequence[int]) -> Change:
+    """What half the step changes, in the median of some runs."""
+    found = []
+    for number, i in enumerate(twins):
+        one, other = (_ends(stations[i], logs, e, lengths[e]) for e in (i, len(stations) + number))
+        largest = np.maximum(one.forces, other.forces)
+        share = np.abs(one.forces - other.forces) / np.maximum(largest, _FORCE)
+        shift = np.linalg.norm(one.tips - other.tips, axis=-1)
+        found.append((float(shift.max()), float(share.max())))
+    return Change(*np.median(found, axis=0).tolist())
+
+
+class _End(NamedTuple):
+    """Where a run of F fingers ends."""
+
+    tips: Array  # (F, 3) m in their bases
+    forces: Array  # (F,) N, the mean over the last samples; 0 if contact is not recorded
+
+
+def _ends(station: Station, logs: Logs, environment: int, samples: int) -> _End:
+    """Where a run ends, or of a task where the first phase ends that holds an object: there the fingers are at rest."""
+    if station.task is not None:
+        holding = [number for number, phase in enumerate(station.task.phases) if phase.holds]
+        held = np.flatnonzero(np.isin(logs.phases[:samples, environment], holding[:1]))
+        samples = int(held[-1]) + 1 if len(held) else samples
+    plant, last = station.plant, slice(max(0, samples - _LAST), samples)
+    context = plant.CreateDefaultContext()
+    plant.SetPositionsAndVelocities(context, logs.states[samples - 1, environment])
+    tips = [finger.frames[-1].CalcPose(context, finger.base.body_frame()).translation() for finger in station.fingers]
+    tables = [rows_of(*each, environment) for each in logs.patches[last]]
+    rows = np.concatenate([np.empty((0, COLUMNS)), *(table for table in tables if table.shape[1])])
+    size = np.linalg.norm(rows[:, 10:13], axis=1)
+    forces = np.bincount(rows[:, 0].astype(int), size, len(station.fingers)) / max(1, len(tables))
+    return _End(np.array(tips).reshape(-1, 3), forces)
+
+
+def _plants(served: Sequence[Served], step: float, twins: Sequence[int]) -> Plants:
+    """The plants of runs, some of which share a plant of Drake and differ from it, and of twins with half the step."""
+    listed = frozenset().union(*(each.of.touched for each in served))
+    exported: dict[tuple[MultibodyPlant, float], Exported] = {}
+    models, begins = [], []
+    for (station, of), own_step in [*((each, step) for each in served), *((served[i], step / 2) for i in twins)]:
+        key = station.plant, own_step
+        if key not in exported:
+            exported[key] = in_mujoco(station, own_step, listed)
+        found = exported[key]
+        models.append(varied(found.model, found.file, station.plant, of, station.scenario.contact_points))
+        begins.append(begin(station.plant, of))
+    first = served[0].station
+    return Plants(first, exported[first.plant, step].touching, models, np.array(begins))

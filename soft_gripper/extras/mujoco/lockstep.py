@@ -1,0 +1,103 @@
+"""Steps a network through a run, sample by sample, and keeps what its logs take."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from soft_gripper.arrays import Array
+from soft_gripper.diagrams.simulation import TASK_PAUSE
+from soft_gripper.errors import SimulationDivergedError
+from soft_gripper.extras.mujoco.network import Network
+
+
+class Logs:
+    """What the logs of E environments have taken."""
+
+    def __init__(self, network: Network, samples: int):
+        self.samples, self._network = samples, network
+        self._vectors: dict[int, Array] = {}
+        self.states = np.empty((samples, network.count, network.plants.state.shape[1]))
+        self.phases = np.empty((samples, network.count), int)  # of tasks
+        self.patches: list[tuple[Array, NDArray[np.int_]]] = []
+
+    def take(self, sample: int) -> None:
+        """Takes a sample."""
+        every = self._network.station.scenario.record.patches_every
+        self.states[sample] = self._network.plants.state
+        if self._network.tasks is not None:
+            self.phases[sample] = self._network.tasks.phases
+        for i, value in enumerate(self._network.logged()):
+            if value is None:
+                is_due = every is not None and sample % every == 0
+                self.patches.append(self._network.plants.patches() if is_due else _LEFT_OUT)
+                continue
+            if i not in self._vectors:
+                self._vectors[i] = np.empty((self.samples, self._network.count, value.shape[1]))
+            self._vectors[i][sample] = value
+
+    def of(self, environment: int, samples: int) -> dict[int, Any]:
+        """Those of one environment, up to a number of samples, by the number of the logged port."""
+        logged = self._network.station.logs.logged
+        found: dict[int, Any] = {
+            logged[i]: np.ascontiguousarray(value[:samples, environment]) for i, value in self._vectors.items()
+        }
+        if self.patches:
+            number = next(number for i, number in enumerate(logged) if i not in self._vectors)
+            found[number] = [rows_of(*patches, environment) for patches in self.patches[:samples]]
+        return found
+
+
+_LEFT_OUT = np.empty((0, 0)), np.zeros(0, int)
+
+
+def rows_of(table: Array, begins: NDArray[np.int_], environment: int) -> Array:
+    return table[begins[environment] : begins[environment + 1]] if len(begins) else table
+
+
+def simulated(network: Network) -> tuple[Logs, NDArray[np.int_], dict[int, SimulationDivergedError]]:
+    """Runs everything; returns the logs, the number of samples of each run, and those that diverged.
+
+    What follows from a state is known once MuJoCo has stepped from it, so that samples are taken after the first step.
+    """
+    station, plants = network.station, network.plants
+    period, plant_step = station.scenario.sensor.period, station.plant.time_step()
+    samples = round(station.scenario.duration / period) + 1
+    logs, lengths = Logs(network, samples), np.zeros(network.count, int)
+    failed: dict[int, SimulationDivergedError] = {}
+    network.begin()
+    for sample in range(samples):
+        time = sample * period
+        network.drive(time)
+        _find_diverged(network, time, failed)
+        plants.begin_step()
+        logs.take(sample)
+        lengths[plants.active] = sample + 1
+        if network.tasks is not None and _is_pause(time):
+            plants.active = plants.active[~network.tasks.over[plants.active]]
+        if not len(plants.active):
+            break
+        network.sample()
+        plants.finish_step()
+        for i in range(1, round(period / plant_step)):
+            network.drive(time + i * plant_step)
+            plants.begin_step()
+            plants.finish_step()
+            network.update_drive()
+    return logs, lengths, failed
+
+
+def _is_pause(time: float) -> bool:
+    """Whether a task is checked for its end at this time, as in a run in Drake."""
+    return abs(time / TASK_PAUSE - round(time / TASK_PAUSE)) < 1e-6 and time > 0
+
+
+def _find_diverged(network: Network, time: float, failed: dict[int, SimulationDivergedError]) -> None:
+    """Ends the runs whose state is not finite."""
+    plants = network.plants
+    bad = ~np.isfinite(plants.state).all(axis=1)
+    for i in plants.active[bad[plants.active]]:
+        name = network.station.plant.GetStateNames()[int(np.argmin(np.isfinite(plants.state[i])))]
+        words = f"the simulation in MuJoCo diverged before t = {time:.4g} s in state {name}"
+        failed[int(i)] = SimulationDivergedError(words)
+    plants.active = plants.active[~bad[plants.active]]

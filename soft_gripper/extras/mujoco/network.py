@@ -1,0 +1,333 @@
+"""A station for E environments at once: its blocks, wired as in its diagram, around plants in MuJoCo.
+
+Values of ports are computed when they are read, and kept until what they follow from changes. Blocks of the drive are
+updated with every step of the plant, others with every sample; all updates of one time see the values before it, as
+in Drake.
+"""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.common import RandomDistribution
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import BodyIndex, ModelInstanceIndex
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem
+from pydrake.systems.primitives import Demultiplexer, LinearSystem, RandomSource, TrajectorySource, VectorLogSink
+
+from soft_gripper.array_block import ArrayBlock
+from soft_gripper.arrays import Array
+from soft_gripper.control.pid_controller import SampledPidController
+from soft_gripper.control.task import TaskMachine
+from soft_gripper.diagrams.simulation import seed_random_sources
+from soft_gripper.diagrams.station_parts import Station
+from soft_gripper.diagrams.wires import Level, leaf_systems
+from soft_gripper.extras.mujoco.blocks import (
+    FUNCTIONS,
+    Block,
+    Contexts,
+    Controllers,
+    Functions,
+    Leaking,
+    Linear,
+    OneByOne,
+    Parts,
+    Sliding,
+    Stateless,
+    Streams,
+    Tasks,
+)
+from soft_gripper.fingers.leak import Leak
+from soft_gripper.fingers.path_drive import TendonDrive
+from soft_gripper.sensors.base_pose import BasePoseSensor
+from soft_gripper.truth.contact import TrueContact
+
+Output = tuple[LeafSystem, int]
+
+
+class Plants(Protocol):
+    """The plants of E environments, with the ports of Drake's plant; see `plants.Plants`."""
+
+    active: NDArray[np.int_]  # environments that still run
+    state: Array  # (E, nq + nv) when they were looked at
+
+    def look(self) -> None:
+        """Takes the states as they are now."""
+
+    def drive(self, model: ModelInstanceIndex, torques: Array, desired: Array | None) -> None:
+        """Applies the torques of the actuators of a model, (E, nu), and the desired states of an arm, (E, 2 nu)."""
+
+    def begin_step(self) -> None:
+        """Steps as far as is needed to know what follows from the states."""
+
+    def finish_step(self) -> None:
+        """Steps to the end of a step of Drake's plant."""
+
+    def model_ports(self, model: ModelInstanceIndex) -> Mapping[str, Callable[[], Array]]:
+        """The output ports of a model, by what follows its name: what computes them."""
+
+    def pose(self, body: BodyIndex) -> Array:
+        """The pose of a body in the world, (E, 3, 4) [R | p]."""
+
+    def patches(self) -> tuple[Array, NDArray[np.int_]]:
+        """Contacts of all fingers as rows of `patch_table`, and where those of each environment begin, (E + 1,)."""
+
+
+_STEP, _SAMPLE, _HELD = range(3)  # how long values are valid: for a step of the plant, or a sample; or kept for one
+
+
+class Network:
+    """The blocks of stations of one structure, those that are read."""
+
+    def __init__(self, stations: Sequence[Station], plants: Plants):
+        self.station, self.plants, self.count = stations[0], plants, len(stations)
+        self._stations = stations
+        self._root = Level(self.station.diagram.connection_map())
+        self._levels = {
+            leaf: level for part in self.station.diagram.GetSystems() for leaf, level in leaf_systems(part, self._root)
+        }
+        self._feeds: dict[LeafSystem, list[Output | None]] = {}
+        self._blocks: dict[LeafSystem, Block] = {}
+        self._validity: dict[Output, int] = {}
+        self._known: tuple[dict[Output, Array], ...] = ({}, {}, {})
+        self._time = 0.0
+        self._ports = self._plant_ports()
+        self._driven = list(self._drives())
+        logs = self.station.logs
+        self._logged = [self._source(logs, i, self._root) for i in range(logs.num_input_ports())]
+        for output in [*self._logged, *(each for _, *given in self._driven for each in given)]:
+            if output is not None:
+                self._reach(output)
+        self._by_step = [leaf for leaf, block in self._blocks.items() if self._is_by_step(block)]
+        self._by_sample = [
+            leaf for leaf, block in self._blocks.items() if block.period is not None and leaf not in self._by_step
+        ]
+        self._reading_plants = [leaf for leaf in self._blocks if self._reads_steps(leaf)]
+
+    # Wiring.
+
+    def _source(self, system: Any, number: int, level: Level) -> Output | None:
+        """The leaf output that feeds an input."""
+        feed = level.feed(system.get_input_port(number))
+        if feed is None:
+            return None
+        if isinstance(feed.system, Diagram):
+            port, _ = feed.level.leaf_output(feed.output)
+            return port.get_system(), int(port.get_index())
+        return feed.system, int(feed.output_index)
+
+    def _reach(self, output: Output) -> None:
+        """Makes the block of an output, and those that it reads."""
+        pending = [output[0]]
+        while pending:
+            leaf = pending.pop()
+            if leaf in self._blocks or isinstance(leaf, MultibodyPlant | TrueContact):
+                continue
+            inputs = range(leaf.num_input_ports())
+            self._feeds[leaf] = [self._source(leaf, i, self._levels[leaf]) for i in inputs]
+            self._blocks[leaf] = self._made(leaf)
+            pending += [fed[0] for fed in self._feeds[leaf] if fed is not None]
+
+    def _is_shared(self, leaf: LeafSystem) -> bool:
+        """Whether a block does the same in all environments: it follows from the time alone."""
+        if isinstance(leaf, MultibodyPlant | TrueContact | RandomSource | TaskMachine):
+            return False
+        fed = (self._source(leaf, i, self._levels[leaf]) for i in range(leaf.num_input_ports()))
+        return all(source is not None and self._is_shared(source[0]) for source in fed)
+
+    def _made(self, leaf: LeafSystem) -> Block:
+        count = self.count
+        function = next((FUNCTIONS[kind] for kind in type(leaf).__mro__ if kind in FUNCTIONS), None)
+        if function is not None:
+            return Stateless(function(leaf), leaf.num_input_ports())
+        if isinstance(leaf, BasePoseSensor):
+            return Functions(leaf, count, {"pose": lambda: self.plants.pose(leaf.body).reshape(count, -1)})
+        if isinstance(leaf, ArrayBlock):
+            return (Functions if leaf.takes_axes else OneByOne)(leaf, count)
+        if isinstance(leaf, LinearSystem):
+            return Linear(leaf, count)
+        if isinstance(leaf, Demultiplexer):
+            return Parts(leaf)
+        if isinstance(leaf, SampledPidController):
+            return Controllers(leaf, count, self._feeds[leaf][2] is not None)
+        if isinstance(leaf, TaskMachine):
+            tasks = [station.task for station in self._stations]
+            return Tasks([task for task in tasks if task is not None], self._feeds[leaf][0] is not None)
+        if isinstance(leaf, TendonDrive):
+            return Sliding(leaf)
+        if isinstance(leaf, Leak):
+            return Leaking(leaf)
+        if isinstance(leaf, RandomSource):
+            return Streams(self._drawn(leaf))
+        return Contexts(leaf, 1 if self._is_shared(leaf) else count)
+
+    def _plant_ports(self) -> dict[int, Callable[[], Array]]:
+        """The output ports of the plant by their numbers: what computes them."""
+        plant, plants = self.station.plant, self.plants
+        ports: dict[int, Callable[[], Array]] = {int(plant.get_state_output_port().get_index()): lambda: plants.state}
+        for model in map(ModelInstanceIndex, range(plant.num_model_instances())):
+            of_model = plants.model_ports(model)
+            for name, port in (
+                ("state", plant.get_state_output_port(model)),
+                ("generalized_contact_forces", plant.get_generalized_contact_forces_output_port(model)),
+                ("net_actuation", plant.get_net_actuation_output_port(model)),
+            ):
+                ports[int(port.get_index())] = of_model[name]
+        return ports
+
+    def _drives(self) -> Iterator[tuple[ModelInstanceIndex, Output, Output | None]]:
+        """The models with actuators, and what feeds their torques and their desired states."""
+        plant = self.station.plant
+        for model in map(ModelInstanceIndex, range(plant.num_model_instances())):
+            if plant.num_actuated_dofs(model):
+                ports = plant.get_actuation_input_port(model), plant.get_desired_state_input_port(model)
+                torque, desired = (self._source(plant, int(port.get_index()), self._root) for port in ports)
+                if torque is not None:
+                    yield model, torque, desired
+
+    # Values.
+
+    def _value(self, output: Output) -> Array:
+        leaf, number = output
+        if isinstance(leaf, MultibodyPlant):
+            return self._ports[number]()
+        known = self._known[self._valid_for(output)]
+        if output not in known:
+            known[output] = self._blocks[leaf].output(number, self._reader(leaf), self._time)
+        return known[output]
+
+    def _reader(self, leaf: LeafSystem) -> Callable[[int], Array]:
+        def read(number: int) -> Array:
+            fed = self._feeds[leaf][number]
+            assert fed is not None, f"{leaf.get_name()}: input {number} is not connected"
+            return self._value(fed)
+
+        return read
+
+    def _valid_for(self, output: Output) -> int:
+        if output not in self._validity:
+            self._validity[output] = self._found_valid_for(*output)
+        return self._validity[output]
+
+    def _found_valid_for(self, leaf: LeafSystem, number: int) -> int:
+        block = self._blocks[leaf]
+        if isinstance(leaf, TrajectorySource | Leak) or self._is_by_step(block):
+            return _STEP
+        fed = [each for i, each in enumerate(self._feeds[leaf]) if each and leaf.HasDirectFeedthrough(i, number)]
+        changes = any(isinstance(each[0], MultibodyPlant) or self._valid_for(each) == _STEP for each in fed)
+        if changes and isinstance(block, Contexts) and not self._is_shared(leaf):
+            return _HELD  # it takes a call for each environment
+        return _STEP if changes else _SAMPLE
+
+    def _is_by_step(self, block: Block) -> bool:
+        return (
+            block.period is not None
+            and block.period == self.station.plant.time_step()
+            and isinstance(block, Linear | Sliding)
+        )
+
+    def _reads_steps(self, leaf: LeafSystem) -> bool:
+        """Whether a block of functions reads what changes with every step of the plant."""
+        fed = (each for each in self._feeds[leaf] if each is not None)
+        return any(isinstance(each[0], MultibodyPlant) or self._valid_for(each) == _STEP for each in fed)
+
+    # Time.
+
+    def begin(self) -> None:
+        """Sets the states in which a run begins."""
+        for leaf, block in self._blocks.items():
+            block.begin(self._reader(leaf))
+        self._commit(list(self._blocks))
+
+    def drive(self, time: float) -> None:
+        """Takes the states of the plants at a time, s, drives them, and prepares updates of the drive."""
+        self._time = time
+        self.plants.look()
+        self._known[_STEP].clear()
+        self._forget(self._reading_plants)
+        for model, torque, desired in self._driven:
+            self.plants.drive(model, self._value(torque), None if desired is None else self._value(desired))
+        self._advance(self._by_step)
+
+    def update_drive(self) -> None:
+        """Takes on the updates of the drive."""
+        self._commit(self._by_step)
+
+    def logged(self) -> Iterator[Array | None]:
+        """What the logs take, (E, size) each, or (1, size); None for the patches of contact."""
+        for output in self._logged:
+            assert output is not None
+            yield None if isinstance(output[0], TrueContact) else self._value(output)
+
+    def sample(self) -> None:
+        """Takes all samples and updates of a time, once the plants have made their first step from it."""
+        for block in self._blocks.values():
+            if isinstance(block, Streams):
+                block.draw()
+        self._advance(self._by_sample)
+        self._known[_SAMPLE].clear()
+        self._known[_HELD].clear()
+        self._commit([*self._by_sample, *self._by_step])
+
+    @property
+    def patches_every(self) -> int | None:
+        """Samples from one record of the patches of contact to the next; None: they are not recorded."""
+        return self.station.scenario.record.patches_every
+
+    @property
+    def tasks(self) -> Tasks | None:
+        """The tasks, if there are any."""
+        for block in self._blocks.values():
+            if isinstance(block, Tasks):
+                return block
+        return None
+
+    def _forget(self, leaves: Iterable[LeafSystem]) -> None:
+        """Blocks of functions keep what they have computed until they are told to forget it."""
+        for leaf in leaves:
+            block = self._blocks[leaf]
+            if isinstance(block, Functions | OneByOne | Controllers):
+                block.forget()
+
+    def _advance(self, leaves: Sequence[LeafSystem]) -> None:
+        for leaf in leaves:
+            self._blocks[leaf].advance(self._reader(leaf), self._time, self.plants.active)
+
+    def _commit(self, leaves: Sequence[LeafSystem]) -> None:
+        for leaf in leaves:
+            self._blocks[leaf].commit()
+        self._known[_STEP].clear()
+        if leaves is not self._by_step:
+            self._known[_SAMPLE].clear()
+            self._forget(self._blocks)
+
+    def _drawn(self, source: LeafSystem) -> Array:
+        """What a random source draws in each environment, (T, E, size)."""
+        if not hasattr(self, "_streams"):
+            self._streams = _streams(self._stations)
+        return self._streams[source.get_name()]
+
+
+def _streams(stations: Sequence[Station]) -> dict[str, Array]:
+    """What every random source of a station draws, (T, E, size), by its name; by the seeds of the scenarios."""
+    scenario = stations[0].scenario
+    builder, sinks = DiagramBuilder(), {}
+    for source in stations[0].diagram.GetSystems():
+        if isinstance(source, RandomSource):
+            alike = RandomSource(RandomDistribution.kGaussian, source.get_output_port().size(), scenario.sensor.period)
+            builder.AddNamedSystem(source.get_name(), alike)
+            sinks[source.get_name()] = sink = builder.AddSystem(
+                VectorLogSink(alike.get_output_port().size(), scenario.sensor.period)
+            )
+            builder.Connect(alike.get_output_port(), sink.get_input_port())
+    diagram = builder.Build()
+    found: dict[str, list[Array]] = {name: [] for name in sinks}
+    for station in stations:
+        simulator = Simulator(diagram)
+        seed_random_sources(diagram, simulator.get_mutable_context(), station.scenario.sensor.seed)
+        simulator.AdvanceTo(scenario.duration + 2 * scenario.sensor.period)
+        for name, sink in sinks.items():
+            found[name].append(sink.FindLog(simulator.get_context()).data().T.copy())
+    return {name: np.stack(each, axis=1) for name, each in found.items()}

@@ -1,0 +1,242 @@
+"""Many copies of a plant in MuJoCo, with the ports of Drake's plant: environments as the leading axis of every array.
+
+The copies are those of stations of one structure, whose objects may differ. E environments, nq positions and nv
+velocities in the order of Drake's plant, in which a free body has [q_w .. z] and [angular, linear] velocities in the
+world; MuJoCo has the position first, and the angular velocity in the body.
+"""
+
+import xml.etree.ElementTree as ET
+from collections.abc import Collection, Mapping, Sequence
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import mujoco
+import numpy as np
+from mujoco.batch import Batch
+from numpy.typing import NDArray
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import Joint, JointActuator, ModelInstanceIndex
+
+from soft_gripper.arrays import Array
+from soft_gripper.diagrams.station_parts import Station
+from soft_gripper.extras.export.actuation import arm_actuators
+from soft_gripper.extras.export.mjcf import Mjcf, station_mjcf
+from soft_gripper.extras.export.tree import scoped_name
+from soft_gripper.extras.mujoco.touching import TouchSensors
+
+_CALM = mujoco.mjtDisableBit.mjDSBL_AUTORESET  # a diverged state is reported, not replaced
+
+
+class Layout:
+    """Where MuJoCo keeps the positions, velocities and actuators of Drake's plant."""
+
+    def __init__(self, plant: MultibodyPlant, model: mujoco.MjModel):
+        self.plant = plant
+        self.qpos, self.qvel = np.zeros(plant.num_positions(), int), np.zeros(plant.num_velocities(), int)
+        self.turns: list[tuple[slice, slice]] = []  # of free bodies: their quaternions and angular velocities
+        for joint in map(plant.get_joint, plant.GetJointIndices()):
+            if not joint.num_velocities():
+                continue
+            there = model.joint(scoped_name(joint))
+            q, v, at_q, at_v = joint.position_start(), joint.velocity_start(), *_starts(there)
+            if joint.num_velocities() == 1:
+                self.qpos[q], self.qvel[v] = at_q, at_v
+                continue
+            self.qpos[q : q + 7] = at_q + np.array([3, 4, 5, 6, 0, 1, 2])
+            self.qvel[v : v + 6] = at_v + np.array([3, 4, 5, 0, 1, 2])
+            self.turns.append((slice(q, q + 4), slice(v, v + 3)))
+
+    def state(self, qpos: Array, qvel: Array) -> Array:
+        """The state of Drake's plant, (E, nq + nv)."""
+        q = qpos[:, self.qpos]
+        return np.concatenate([q, self.in_world(q, qvel)], axis=1)
+
+    def in_world(self, q: Array, vector: Array) -> Array:
+        """Velocities, or forces along them, of MuJoCo in the order and frames of Drake's plant, (E, nv)."""
+        found = vector[:, self.qvel]
+        for quaternion, angular in self.turns:
+            found[:, angular] = _rotated(q[:, quaternion], found[:, angular])
+        return found
+
+    def dofs(self, model: ModelInstanceIndex) -> NDArray[np.int_]:
+        """The degrees of freedom of the actuators of a model in MuJoCo, in their order in Drake."""
+        joints = [actuator.joint() for actuator in actuators(self.plant, model)]
+        return self.qvel[[joint.velocity_start() for joint in joints]]
+
+    def velocities(self, model: ModelInstanceIndex) -> NDArray[np.int_]:
+        """The velocities of a model among those of the plant."""
+        return self.plant.GetVelocitiesFromArray(model, np.arange(self.plant.num_velocities())).astype(int)
+
+    def positions(self, model: ModelInstanceIndex) -> NDArray[np.int_]:
+        """The positions of a model among those of the plant."""
+        return self.plant.GetPositionsFromArray(model, np.arange(self.plant.num_positions())).astype(int)
+
+
+def _starts(joint: Any) -> tuple[int, int]:
+    return int(joint.qposadr[0]), int(joint.dofadr[0])
+
+
+def _rotated(quaternion: Array, vector: Array) -> Array:
+    """Vectors (E, 3) turned by unit quaternions [w, x, y, z], (E, 4)."""
+    w, axis = quaternion[:, :1], quaternion[:, 1:]
+    across = np.cross(axis, vector)
+    return vector + 2 * (w * across + np.cross(axis, across))
+
+
+def actuators(plant: MultibodyPlant, model: ModelInstanceIndex) -> list[JointActuator]:
+    """The actuators of a model, in their order."""
+    return [plant.get_joint_actuator(index) for index in plant.GetJointActuatorIndices(model)]
+
+
+class _Arm(NamedTuple):
+    """The position actuators of an arm, in the order of Drake's actuators."""
+
+    ctrl: NDArray[np.int_]
+    stiffness: Array
+    damping: Array
+
+
+class Exported(NamedTuple):
+    """A station in MuJoCo."""
+
+    model: mujoco.MjModel
+    file: Mjcf
+    touching: TouchSensors
+
+
+def in_mujoco(station: Station, step: float, listed: Collection[str] = ()) -> Exported:
+    """A station in MuJoCo, without the drive of its fingers, and with sensors of contact if that is recorded.
+
+    Args:
+        station: made with contact at points.
+        step: of MuJoCo, s.
+        listed: models that touch others in pairs, see `station_mjcf`.
+    """
+    found = station_mjcf(station, step, listed)
+    root = ET.fromstring(found.text)
+    arm = {scoped_name(actuator.joint) for actuator in arm_actuators(station)}
+    for part in ("tendon", "keyframe"):
+        root.remove(_part(root, part))
+    driven = _part(root, "actuator")
+    for actuator in [each for each in driven if each.attrib["name"] not in arm]:
+        driven.remove(actuator)
+    touching = TouchSensors(station)
+    touching.add_to(root)
+    assets = {f"meshes/{name}": path.read_bytes() for name, path in found.meshes.items()}
+    model = mujoco.MjModel.from_xml_string(ET.tostring(root, encoding="unicode"), assets)
+    model.opt.disableflags |= _CALM
+    touching.bind(model)
+    return Exported(model, found, touching)
+
+
+def _part(root: ET.Element, name: str) -> ET.Element:
+    found = root.find(name)
+    assert found is not None
+    return found
+
+
+class Plants:
+    """The plants of E runs of stations that differ in their objects alone."""
+
+    def __init__(
+        self,
+        station: Station,
+        touching: TouchSensors,
+        models: Sequence[mujoco.MjModel],
+        begins: Array,
+        threads: int = 1,
+    ):
+        """
+        Args:
+            station: the first one.
+            touching: its sensors of contact.
+            models: of all stations, in MuJoCo, with steps that divide those of Drake's plant.
+            begins: positions in which the runs begin, (E, nq).
+            threads: that step them.
+        """
+        self._substeps = np.array([round(station.plant.time_step() / model.opt.timestep) for model in models])
+        self.station, self.touching = station, touching
+        self.plant, self.layout, self._model = station.plant, Layout(station.plant, models[0]), models[0]
+        self.batch = Batch(models[0], len(models), threads)
+        if any(model is not models[0] for model in models):
+            self.batch.set_models(models)
+        self._qpos, self._qvel = self.batch.bind("qpos"), self.batch.bind("qvel")
+        self._applied, self._ctrl = self.batch.bind("qfrc_applied"), self.batch.bind("ctrl")
+        self._contact, self._driven = self.batch.bind("qfrc_constraint"), self.batch.bind("qfrc_actuator")
+        self._xpos, self._xmat = self.batch.bind("xpos"), self.batch.bind("xmat")
+        self._sensed = self.batch.bind("sensordata")
+        self._qpos[:, self.layout.qpos] = begins
+        self.batch.forward()
+        self.active = np.arange(len(models))
+        self.state = self.layout.state(self._qpos, self._qvel)
+
+    @property
+    def count(self) -> int:
+        """E."""
+        return self.batch.nsim
+
+    @cached_property
+    def _arm(self) -> _Arm | None:
+        arm = self.station.parts.arm
+        if arm is None:
+            return None
+        gains = {each.joint.name(): each for each in arm_actuators(self.station)}
+        joints: list[Joint] = [actuator.joint() for actuator in actuators(self.plant, arm.model)]
+        ctrl = np.array([self._model.actuator(scoped_name(joint)).id for joint in joints])
+        found = [gains[joint.name()] for joint in joints]
+        return _Arm(ctrl, *(np.array([getattr(each, name) for each in found]) for name in ("stiffness", "damping")))
+
+    def drive(self, model: ModelInstanceIndex, torques: Array, desired: Array | None) -> None:
+        """Applies the torques of the actuators of a model, (E, nu), and the desired states of an arm, (E, 2 nu)."""
+        arm = self._arm
+        if self.station.parts.arm is None or model != self.station.parts.arm.model:
+            self._applied[:, self.layout.dofs(model)] = torques
+        elif arm is not None and desired is not None:
+            position, velocity = np.split(desired, 2, axis=1)
+            self._ctrl[:, arm.ctrl] = position + (torques + arm.damping * velocity) / arm.stiffness
+
+    def begin_step(self) -> None:
+        """Makes the first of the steps into which a step of Drake's plant is divided.
+
+        What follows from a state is then that of the state before.
+        """
+        self.batch.step(self.active, 1)
+
+    def finish_step(self) -> None:
+        """Makes the other steps."""
+        for substeps in np.unique(self._substeps):
+            alike = self.active[self._substeps[self.active] == substeps]
+            if substeps > 1 and len(alike):
+                self.batch.step(alike, int(substeps) - 1)
+
+    def look(self) -> None:
+        """Takes the states as they are now."""
+        self.state = self.layout.state(self._qpos, self._qvel)
+
+    def contact_forces(self, model: ModelInstanceIndex) -> Array:
+        """Generalized forces of all contacts on a model, (E, nv of it)."""
+        forces = self.layout.in_world(self.state[:, : self.plant.num_positions()], self._contact)
+        return forces[:, self.layout.velocities(model)]
+
+    def net_actuation(self, model: ModelInstanceIndex) -> Array:
+        """Torques that the actuators of an arm apply, (E, nu)."""
+        return np.array(self._driven[:, self.layout.dofs(model)])
+
+    def pose(self, body: Any) -> Array:
+        """The pose of a body of Drake's plant in the world, (E, 3, 4) [R | p]."""
+        number = self._model.body(str(self.plant.get_body(body).scoped_name())).id
+        return np.concatenate([self._xmat[:, number].reshape(-1, 3, 3), self._xpos[:, number, :, None]], axis=-1)
+
+    def patches(self) -> tuple[Array, NDArray[np.int_]]:
+        """Contacts of all fingers as rows of `patch_table`, and where those of each environment begin, (E + 1,)."""
+        return self.touching.read(self._sensed, self._xpos, self._xmat)
+
+    def model_ports(self, model: ModelInstanceIndex) -> Mapping[str, Any]:
+        """The output ports of a model, by what follows its name: what computes them."""
+        q, v = self.layout.positions(model), self.layout.velocities(model)
+        of_state = np.concatenate([q, self.plant.num_positions() + v])
+        return {
+            "state": lambda: self.state[:, of_state],
+            "generalized_contact_forces": lambda: self.contact_forces(model),
+            "net_actuation": lambda: self.net_actuation(model),
+        }

@@ -1,0 +1,129 @@
+"""What fingers touch in MuJoCo, as the table of patches from which the ground truth of contact is computed.
+
+MuJoCo has points, so a patch is a point, without an area. A sensor for every link and object, and one for every link
+and all that it touches, since a sensor of MuJoCo does not say what touches.
+"""
+
+import xml.etree.ElementTree as ET
+from typing import NamedTuple
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.geometry import GeometryId
+
+from soft_gripper.arrays import Array
+from soft_gripper.diagrams.station_parts import Station
+from soft_gripper.truth.contact import COLUMNS, NO_OBJECT, TrueContact
+
+TRUTH = "true_contact"  # the block that summarizes contact
+_DATA = "found force torque pos normal tangent"
+_SIZE = 16  # numbers of one contact
+_FOUND, _FORCE, _TORQUE, _PLACE, _NORMAL, _TANGENT = (0, *(slice(i, i + 3) for i in (1, 4, 7, 10, 13)))
+
+
+class _Touched(NamedTuple):
+    """A link of a finger."""
+
+    body: str
+    finger: int
+    link: int
+    begin: float  # m, arc length at its frame
+
+
+class TouchSensors:
+    """Sensors of contact of the fingers of a station; none if contact is not recorded."""
+
+    def __init__(self, station: Station):
+        plant, inspector = station.plant, station.parts.scene_graph.model_inspector()
+        is_recorded = station.diagram.HasSubsystemNamed(TRUTH)
+        self.links = [
+            _Touched(str(link.scoped_name()), number, i, float(finger.finger.link_ends[i]))
+            for number, finger in enumerate(station.fingers if is_recorded else ())
+            for i, link in enumerate(finger.links)
+        ]
+        self.objects: list[tuple[str, int]] = []  # bodies of objects, and the numbers of these
+        parts = 1
+        if is_recorded:
+            truth: TrueContact = station.diagram.GetSubsystemByName(TRUTH)
+            every = {each.get_value(): each for each in inspector.GetAllGeometryIds()}
+            shapes: dict[tuple[str, int], int] = {}
+            for geometry, number in truth.objects.items():
+                key = str(_body(station, every[geometry])), number
+                shapes[key] = shapes.get(key, 0) + 1
+            self.objects, parts = list(shapes), 2 if max(shapes.values(), default=1) > 1 else 1
+        points = max(
+            (len(plant.GetCollisionGeometriesForBody(link)) for f in station.fingers for link in f.links), default=1
+        )
+        self._most = points * parts  # contacts of a sensor
+        self._bodies = np.zeros(len(self.links), int)
+
+    def add_to(self, root: ET.Element) -> None:
+        """Adds the sensors to a file."""
+        if not self.links:
+            return
+        part = ET.SubElement(root, "sensor")
+        for link in self.links:
+            for other in (*(name for name, _ in self.objects), None):
+                settings = {"body1": link.body, "num": str(self._most), "data": _DATA, "reduce": "none"}
+                ET.SubElement(part, "contact", settings if other is None else settings | {"body2": other})
+
+    def bind(self, model: mujoco.MjModel) -> None:
+        """Finds the links in a model."""
+        self._bodies = np.array([model.body(link.body).id for link in self.links], int)
+
+    def read(self, sensed: Array, xpos: Array, xmat: Array) -> tuple[Array, NDArray[np.int_]]:
+        """Rows of `patch_table`, (P, 31), and where those of each environment begin, (E + 1,).
+
+        Args:
+            sensed: the readings of all sensors, (E, ...).
+            xpos, xmat: poses of all bodies, (E, B, 3) and (E, B, 9).
+        """
+        if not self.links:
+            return np.empty((0, COLUMNS)), np.zeros(len(sensed) + 1, int)
+        all_contacts = sensed.reshape(len(sensed), len(self.links), len(self.objects) + 1, self._most, _SIZE)
+        environment, link, other, slot = np.nonzero(all_contacts[..., _FOUND] > 0)
+        found = all_contacts[environment, link, other, slot]
+        kept = self._once(environment * len(self.links) + link, other, found[:, _PLACE])
+        environment, link, other, found = environment[kept], link[kept], other[kept], found[kept]
+        rows = np.empty((len(found), COLUMNS))
+        of_link = np.array([(each.finger, each.link, each.begin) for each in self.links])
+        rows[:, :3], rows[:, 3] = of_link[link], 1.0
+        rows[:, 4:7], rows[:, 7:10] = found[:, _PLACE], found[:, _NORMAL]
+        rows[:, 10:13], rows[:, 13:16] = (-_in_world(found, part) for part in (_FORCE, _TORQUE))
+        body = self._bodies[link]
+        X_WL = np.concatenate([xmat[environment, body].reshape(-1, 3, 3), xpos[environment, body][:, :, None]], axis=2)
+        rows[:, 16:28] = X_WL.reshape(-1, 12)
+        rows[:, 28] = np.array([*(number for _, number in self.objects), NO_OBJECT])[other]
+        rows[:, 29:] = np.nan
+        return rows, np.searchsorted(environment, np.arange(len(sensed) + 1))
+
+    def _once(self, cell: NDArray[np.int_], other: NDArray[np.int_], place: Array) -> NDArray[np.bool_]:
+        """Which contacts are not those with an object that the sensor of all that a link touches reports once more.
+
+        Args:
+            cell: environment and link of each, (P,), in rising order.
+            other: number of the sensor, (P,); that of all comes last.
+            place: of the contact, (P, 3) m.
+        """
+        is_of_all = other == len(self.objects)
+        total, with_object = (
+            np.bincount(cell[which], minlength=cell.max(initial=-1) + 1) for which in (is_of_all, ~is_of_all)
+        )
+        kept = ~is_of_all
+        for each in np.flatnonzero(total > with_object):  # it touches something else too
+            own = cell == each
+            known = {row.tobytes() for row in place[own & ~is_of_all]}
+            kept[own & is_of_all] = [row.tobytes() not in known for row in place[own & is_of_all]]
+        return kept
+
+
+def _in_world(found: Array, part: slice) -> Array:
+    """A force or torque of contacts on what a link touches, from the frames of the contacts, (P, 3)."""
+    normal, tangent, local = found[:, _NORMAL], found[:, _TANGENT], found[:, part]
+    return local[:, :1] * normal + local[:, 1:2] * tangent + local[:, 2:] * np.cross(normal, tangent)
+
+
+def _body(station: Station, geometry: GeometryId) -> str:
+    inspector = station.parts.scene_graph.model_inspector()
+    return str(station.plant.GetBodyFromFrameId(inspector.GetFrameId(geometry)).scoped_name())

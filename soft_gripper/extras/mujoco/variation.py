@@ -1,0 +1,123 @@
+"""What runs in MuJoCo may have in common: one station, one model, or the blocks around models of their own.
+
+Pose, mass and friction of free objects are numbers in MuJoCo's model and state, so that runs that differ in them share
+a station. A task is planned for the pose of its object, and a mesh of another size is another model: such runs have
+stations of their own, and share the blocks.
+"""
+
+from collections.abc import Mapping
+from copy import copy
+from dataclasses import dataclass, field, replace
+
+import mujoco
+import numpy as np
+from pydrake.common.schema import Transform
+from pydrake.math import RigidTransform
+from pydrake.multibody.plant import MultibodyPlant
+
+from soft_gripper.arrays import Array
+from soft_gripper.diagrams.simulation import built_of
+from soft_gripper.extras.export.mjcf import Mjcf, Pair
+from soft_gripper.extras.export.mjcf_contact import Surface, friction_of, touch
+from soft_gripper.scenario.schema import ModelConfig, Scenario
+
+Key = tuple[str, ...]
+_ANY = "package://soft_gripper/package.xml"  # in the place of the file of an object
+
+
+def station_key(scenario: Scenario) -> Key | None:
+    """Equal for scenarios that one station serves; None: it serves no other, see `built_of`."""
+    is_planned = scenario.task is not None
+    models = [_plain(model, with_pose=is_planned) if model.free else model for model in scenario.models]
+    return built_of(replace(scenario, description="", models=models))
+
+
+def blocks_key(scenario: Scenario) -> Key | None:
+    """Equal for scenarios whose stations have equal blocks, but for the phases of their tasks; None: no other has."""
+    models = [ModelConfig(name=model.name, file=_ANY, free=True) if model.free else model for model in scenario.models]
+    task = scenario.task
+    if task is not None:
+        task = replace(task, X_WGoal=Transform(), pose_error=type(task.pose_error)())
+    return built_of(replace(scenario, description="", models=models, task=task))
+
+
+def _plain(model: ModelConfig, with_pose: bool) -> ModelConfig:
+    """A model without what can be changed in MuJoCo."""
+    X_PC = model.X_PC if with_pose else Transform()
+    return replace(model, X_PC=X_PC, mesh=replace(model.mesh, mass=1.0, friction=1.0))
+
+
+@dataclass(frozen=True)
+class Variation:
+    """How the objects of a scenario differ from those of the station that serves it; by the names of models."""
+
+    poses: Mapping[str, RigidTransform] = field(default_factory=dict)
+    masses: Mapping[str, float] = field(default_factory=dict)  # kg
+    frictions: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def touched(self) -> set[str]:
+        """Models whose contacts differ."""
+        return {*self.masses, *self.frictions}
+
+
+def variation(scenario: Scenario, base: Scenario) -> Variation:
+    """How a scenario differs from another one with the same `station_key`."""
+    poses, masses, frictions = {}, {}, {}
+    for model, other in zip(scenario.models, base.models, strict=True):
+        if model.free:
+            X, X_base = (each.X_PC.GetDeterministicValue() for each in (model, other))
+            if not X.IsExactlyEqualTo(X_base):
+                poses[model.name] = X
+            if model.mesh.mass != other.mesh.mass:
+                masses[model.name] = model.mesh.mass
+            if model.mesh.friction != other.mesh.friction:
+                frictions[model.name] = model.mesh.friction
+    return Variation(poses, masses, frictions)
+
+
+def begin(plant: MultibodyPlant, of: Variation) -> Array:
+    """The positions in which a run begins, (nq,)."""
+    context = plant.CreateDefaultContext()
+    for name, X_WB in of.poses.items():
+        first = plant.get_body(plant.GetBodyIndices(plant.GetModelInstanceByName(name))[0])
+        plant.SetFreeBodyPose(context, first, X_WB)
+    return np.array(plant.GetPositions(context))
+
+
+def varied(model: mujoco.MjModel, exported: Mjcf, plant: MultibodyPlant, of: Variation, points: int) -> mujoco.MjModel:
+    """A model of MuJoCo with other masses and frictions; inertia grows with the mass.
+
+    Args:
+        model: in which the models that differ touch others in pairs.
+        exported: the file from which it was made.
+        plant: of Drake.
+        of: how it differs.
+        points: on either side of a link.
+    """
+    if not of.touched:
+        return model
+    found, growth = copy(model), {}
+    for name, mass in of.masses.items():
+        bodies = [plant.get_body(i) for i in plant.GetBodyIndices(plant.GetModelInstanceByName(name))]
+        growth[name] = mass / sum(body.default_mass() for body in bodies)
+        for body in bodies:
+            number = found.body(str(body.scoped_name())).id
+            found.body_mass[number] *= growth[name]
+            found.body_inertia[number] *= growth[name]
+    if growth:
+        mujoco.mj_setConst(found, mujoco.MjData(found))
+    for pair in exported.pairs:
+        if of.touched.intersection(pair.models):
+            _set_contact(found, pair, of, growth, points)
+    return found
+
+
+def _set_contact(model: mujoco.MjModel, pair: Pair, of: Variation, growth: Mapping[str, float], points: int) -> None:
+    one, other = (
+        Surface(of.frictions.get(name, surface.friction), surface.compliance, surface.mobility / growth.get(name, 1.0))
+        for name, surface in zip(pair.models, pair.surfaces, strict=True)
+    )
+    contact, number = touch(one, other), model.pair(pair.name).id
+    model.pair_friction[number] = friction_of(contact, 2, points)
+    model.pair_solref[number, 0] = contact.time

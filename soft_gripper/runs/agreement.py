@@ -1,0 +1,68 @@
+"""Agreement of runs in another engine with the same runs in Drake, measure by measure.
+
+Drake is the judge: a random part of the runs is repeated there, and their measures are compared.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+
+NAN = float("nan")
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """How one measure agrees over all runs that were repeated.
+
+    alike: runs with the same word; of a number NaN.
+    in_drake: median of a number in Drake, in the unit of the measure.
+    median_difference, difference_q95, largest_difference: sizes of the differences; q95: of 95 % of the runs at most.
+    """
+
+    measure: str
+    runs: int
+    alike: Annotated[float, ".0f"] = NAN
+    in_drake: Annotated[float, ".4g"] = NAN
+    median_difference: Annotated[float, ".3g"] = NAN
+    difference_q95: Annotated[float, ".3g"] = NAN
+    largest_difference: Annotated[float, ".3g"] = NAN
+
+
+def chosen(count: int, checked: int, seed: int) -> list[int]:
+    """Indices of the runs to repeat: so many of all, at random, in rising order."""
+    drawn = np.random.default_rng([seed, count]).permutation(count)[:checked]
+    return sorted(map(int, drawn))
+
+
+def agreement(found: Sequence[Mapping[str, str]], in_drake: Sequence[Mapping[str, str]]) -> list[Agreement]:
+    """A row for every measure, from the cells of the same runs in both engines.
+
+    A number that is missing in either run, such as the area of contact at points, is not compared.
+    """
+    return [*_compared(found, in_drake)]
+
+
+def _compared(found: Sequence[Mapping[str, str]], in_drake: Sequence[Mapping[str, str]]) -> Iterator[Agreement]:
+    for name in found[0] if found else ():
+        cells = [(one[name], other[name]) for one, other in zip(found, in_drake, strict=True)]
+        numbers = np.array([[_number(cell) for cell in both] for both in cells])
+        both = numbers[np.isfinite(numbers).all(axis=1)]
+        if len(both):
+            size = np.abs(both[:, 0] - both[:, 1])
+            of_size = (np.median(size), np.quantile(size, 0.95), size.max())
+            yield Agreement(name, len(both), NAN, float(np.median(both[:, 1])), *map(float, of_size))
+        elif words := [each for each in cells if all(map(_is_word, each))]:
+            yield Agreement(name, len(words), float(sum(one == other for one, other in words)))
+
+
+def _number(cell: str) -> float:
+    try:
+        return float(cell)
+    except ValueError:
+        return NAN
+
+
+def _is_word(cell: str) -> bool:
+    return bool(cell) and cell != "nan" and np.isnan(_number(cell))
