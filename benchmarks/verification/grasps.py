@@ -53,7 +53,7 @@ class Grasp:
 
 
 _CYLINDER = ModelConfig("cylinder", "package://soft_gripper/objects/cylinder.obj", free=True)
-_CYLINDER.mesh.mass, _CYLINDER.mesh.friction = 0.05, 0.8
+_CYLINDER.mass, _CYLINDER.friction = 0.05, 0.8
 GRASPS = {
     "box": Grasp("box_grasp"),
     "box, 15 mm off the plane": Grasp("box_grasp", shift=0.015),

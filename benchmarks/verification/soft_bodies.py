@@ -78,12 +78,13 @@ def pressed(mesh: Tetrahedra, material: Material, force: float) -> Pressed:
 
 def _add_body(plant: MultibodyPlant, mesh: Tetrahedra, material: Material) -> None:
     """Adds it as a scenario does, from a file."""
-    properties = MeshConfig(mass=DENSITY * float(mesh.volumes.sum()), friction=material.friction)
+    properties, mass = MeshConfig(), DENSITY * float(mesh.volumes.sum())
     properties.youngs_modulus, properties.poissons_ratio = material.modulus, material.poissons_ratio
     with TemporaryDirectory() as folder:
         path = Path(folder) / "body.vtk"
         path.write_text(mesh.as_vtk(), encoding="utf-8")
-        load_model(plant, ModelConfig("body", str(path), free=True, mesh=properties), "models[0]")
+        config = ModelConfig("body", str(path), free=True, mass=mass, friction=material.friction, mesh=properties)
+        load_model(plant, config, "models[0]")
 
 
 def _add_plates(plant: MultibodyPlant, low: float, high: float, friction: float) -> None:

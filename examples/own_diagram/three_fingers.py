@@ -18,7 +18,7 @@ scenario = sg.Scenario(
     estimator=sg.EstimatorConfig(contact_threshold=2.5e-3),  # N m
 )
 scenario.models[1].X_PC.translation = [0.0, 0.0, 0.13]  # m
-scenario.models[1].mesh.mass = 0.06  # kg
+scenario.models[1].mass = 0.06  # kg
 
 recording = sg.simulate(scenario)
 figure = recording.plot("grip.opening", "grip.torque", "grip.object_width", "finger_1.contact", "apple.pose")

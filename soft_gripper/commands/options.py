@@ -178,7 +178,7 @@ def scenario(default: str | None = None) -> tuple[Option, ...]:
     """A scenario, with an optional default, and overrides."""
     described = "a shipped scenario (see `soft-gripper list`) or a YAML file"
     optional = {"nargs": "?", "default": default} if default else {}
-    changes = "change a field, such as pressure.settle=2 or models.3.mesh.mass=0.1; may be repeated"
+    changes = "change a field, such as pressure.settle=2 or models.box.mass=0.1; may be repeated"
     return (
         option(
             "scenario", f"{described}; default: {default}" if default else described, None, scenario_name, **optional

@@ -69,8 +69,8 @@ class DeformableKind(ABC):
         """The surface of a mesh file with this suffix."""
 
     @abstractmethod
-    def add_to_link(self, link: ET.Element, path: Path, config: MeshConfig, volume: float) -> None:
-        """Describes an object of a volume, m^3, as the link of an SDFormat file."""
+    def add_to_link(self, link: ET.Element, path: Path, config: MeshConfig, density: float, friction: float) -> None:
+        """Describes an object of a density, kg/m^3, as the link of an SDFormat file."""
 
     @abstractmethod
     def check_config(self, config: MultibodyPlantConfig, models: Sequence[ModelConfig]) -> None:

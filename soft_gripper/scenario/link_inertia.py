@@ -18,6 +18,7 @@ SPECK_WHY = "it moves on a joint of its own, and weighs 1 g now"
 NOT_POSSIBLE = "no body has it; the nearest that a body can have takes its place"
 _THINNEST = 1e-3  # m, spread of the mass along any axis
 _ROUNDED = 1e-3  # change relative to the trace, below which an inertia was only rounded in its file
+_DENSITY = "1000"  # kg/m^3, of SDFormat
 _ENTRIES = {"ixx": (0, 0), "iyy": (1, 1), "izz": (2, 2), "ixy": (0, 1), "ixz": (0, 2), "iyz": (1, 2)}
 
 
@@ -66,6 +67,25 @@ def repair_inertia(path: Path, model: ET.Element, jointed: Collection[str]) -> N
             note(MENDED, path, f"link '{name}': mass", f"{mass:g}", SPECK_WHY)
         else:
             massless(link, is_sdf)
+
+
+def scale_inertias(path: Path, model: ET.Element, factor: float) -> None:
+    """Multiplies the masses and moments of all links of a URDF or SDFormat model by a factor.
+
+    Raises:
+        InputError: if a mass or a moment is not a number.
+    """
+    is_sdf = model.tag == "model"
+    for link in model.findall("link"):
+        auto = link.find("inertial[@auto='true']")
+        if auto is not None:  # computed by Drake, from the densities of the shapes or that of the link
+            density = _child(auto, "density")
+            density.text = density.text or _DENSITY
+            for each in (density, *link.findall("collision/density")):
+                each.text = repr(factor * float(each.text or _DENSITY))
+        elif is_sdf or link.find("inertial") is not None:
+            mass, inertia = _read(f"{path}: link '{link.get('name')}'", link, is_sdf)
+            _write(link, factor * mass, factor * inertia, is_sdf)
 
 
 def _heavy(path: Path, model: ET.Element, is_sdf: bool) -> set[str]:

@@ -197,6 +197,7 @@ def _color(part: trimesh.Trimesh) -> NDArray[np.uint8] | None:
 
 _SUFFIXES = (".obj", ".stl", ".ply", ".off", ".glb", ".gltf")
 _DIGITS = 12  # of coordinates in metres
+MASS, FRICTION = 0.05, 0.8  # kg, Coulomb: of a mesh for which none is given
 MAX_SIZE = 1.0  # m; a gripper of this size grasps nothing larger
 
 
@@ -206,8 +207,10 @@ def mesh_suffixes() -> tuple[str, ...]:
     return _SUFFIXES if kind is None else (*_SUFFIXES, kind.suffix)
 
 
-def mesh_to_sdf(path: Path, config: MeshConfig, name: str) -> str:
-    """SDFormat text of an object: rigid, or of finite elements if the config means that.
+def mesh_to_sdf(
+    path: Path, config: MeshConfig, name: str, mass: float | None = None, friction: float | None = None
+) -> str:
+    """SDFormat text of an object of uniform density: rigid, or of finite elements if the config means that.
 
     A rigid object touches compliant fingers with its true surface, not with its hull. Meshes are kept as scaled files
     in the user's cache folder, whatever their format was.
@@ -221,23 +224,22 @@ def mesh_to_sdf(path: Path, config: MeshConfig, name: str) -> str:
     _check(path, mesh, config)
     root = ET.Element("sdf", version="1.7")
     link = ET.SubElement(ET.SubElement(root, "model", name=name), "link", name=name)
-    kind = deformable_kind()
+    kind, mesh.density = deformable_kind(), (MASS if mass is None else mass) / mesh.volume
+    rubbing = FRICTION if friction is None else friction
     if kind is not None and kind.is_meant(config):
-        kind.add_to_link(link, path, config, mesh.volume)
+        kind.add_to_link(link, path, config, mesh.density, rubbing)
     else:
-        _add_rigid(link, mesh, config)
+        _add_rigid(link, mesh, config, rubbing)
     return ET.tostring(root, encoding="unicode")
 
 
-def _add_rigid(link: ET.Element, mesh: trimesh.Trimesh, config: MeshConfig) -> None:
-    mesh.density = config.mass / mesh.volume
+def _add_rigid(link: ET.Element, mesh: trimesh.Trimesh, config: MeshConfig, friction: float) -> None:
     _add_inertia(link, mesh)
     uri = f"file://{keep_by_content(obj_text(mesh))}"
     add_visual(link, uri, config)
     contact = ET.SubElement(add_geometry(link, "collision", uri), DRAKE + "proximity_properties")
     ET.SubElement(contact, DRAKE + "rigid_hydroelastic")
-    friction = {"mu_static": config.friction, "mu_dynamic": config.friction}
-    add_values(contact, {**friction, "hunt_crossley_dissipation": 2.0})
+    add_values(contact, {"mu_static": friction, "mu_dynamic": friction, "hunt_crossley_dissipation": 2.0})
 
 
 def add_visual(link: ET.Element, uri: str, config: MeshConfig) -> None:

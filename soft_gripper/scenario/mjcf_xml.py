@@ -19,6 +19,7 @@ from soft_gripper.scenario.link_inertia import NEXT_TO_NONE, NOT_POSSIBLE, SPECK
 from soft_gripper.scenario.mesh_object import check_mesh_file, converted, weighable
 from soft_gripper.scenario.model_xml import Ready, check_chains
 
+_DENSITY = "1000"  # kg/m^3, of a geom for which none is given
 _DEEPEST_INCLUDE = 10  # files that include each other
 _FULL = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # entries of fullinertia
 _ACTUATORS = ("motor", "general", "position", "velocity", "intvelocity", "damper")
@@ -166,8 +167,28 @@ def _has_mass(path: Path, geom: ET.Element, masses: _Masses, childclass: str) ->
         geom.set("mass", "0")
         return False
     name = "mass" if "mass" in values else "density"
-    (value,) = finite_numbers(f"{path}: {_name(geom)}", name, values.get(name, "1000"), 1)
+    (value,) = finite_numbers(f"{path}: {_name(geom)}", name, values.get(name, _DENSITY), 1)
     return value > 0
+
+
+def scale_masses(path: Path, root: ET.Element, factor: float) -> None:
+    """Multiplies the masses and moments of all bodies of a model that is `ready_mjcf` by a factor.
+
+    Raises:
+        InputError: if one is not a number.
+    """
+    defaults = _defaults(root)
+    for body, childclass in _bodies(root):
+        where = f"{path}: {_name(body)}"
+        for inertial in body.findall("inertial"):
+            for name in {"mass", "diaginertia", "fullinertia"} & set(inertial.keys()):
+                numbers = finite_numbers(where, f"inertial.{name}", inertial.get(name, ""), 1, 3, 6, least=0)
+                inertial.set(name, " ".join(repr(factor * number) for number in numbers))
+        for geom in body.findall("geom"):
+            values = _with_defaults(geom, "geom", defaults, childclass)
+            name = "mass" if "mass" in values else "density"
+            (value,) = finite_numbers(where, name, values.get(name, _DENSITY), 1)
+            geom.set(name, repr(factor * value))
 
 
 def _mend(path: Path, body: ET.Element, inertial: ET.Element, moves: bool) -> None:

@@ -33,6 +33,7 @@ from soft_gripper.scenario.arm_joints import couple, exclude_self_contact, set_l
 from soft_gripper.scenario.deformables import deformable_body, deformable_kind
 from soft_gripper.scenario.drake_parsing import add_file, add_text, check_inside, drake_reads
 from soft_gripper.scenario.link_inertia import note_spread
+from soft_gripper.scenario.mass_and_friction import set_friction, touching, with_mass
 from soft_gripper.scenario.mesh_object import mesh_suffixes, mesh_to_sdf
 from soft_gripper.scenario.mjcf_xml import ready_mjcf
 from soft_gripper.scenario.model_xml import ready
@@ -250,7 +251,7 @@ def _prepared(
         found = ready_mjcf(path, read_xml(path))
         return _Prepared(found.text, ".xml", mimics=found.mimics)
     if kind in mesh_suffixes():
-        return _Prepared(mesh_to_sdf(path, config.mesh, config.name), ".sdf")
+        return _Prepared(mesh_to_sdf(path, config.mesh, config.name, config.mass, config.friction), ".sdf")
     return _Prepared(None)
 
 
@@ -261,6 +262,14 @@ def _check_choices(config: ModelConfig, kind: str, where: str, points: int | Non
     if config.self_contact and points is not None:
         expected = "leave it out with contact: points: these lie under the skin, and would meet too late"
         raise InputError(where, "self_contact", True, expected)
+
+
+def _check_fingers_keep(config: ModelConfig, where: str, fingers: Sequence[Finger]) -> None:
+    """Checks that mass and friction of a model with fingers are not given for all of it: fingers have theirs."""
+    for name, of_fingers in {"mass": "density", "friction": "friction"}.items():
+        given = getattr(config, name)
+        expected = f"leave it out: the model has fingers; give fingers.all.{of_fingers}"
+        require(given is None or not fingers, where, name, given, expected)
 
 
 def load_model(
@@ -287,8 +296,12 @@ def load_model(
     parser = Parser(plant)
     parser.SetAutoRenaming(True)
     parser.package_map().AddMap(package_map())
+    shapes = touching(parser)
     with drake_reads(where, "file", config.file, path):
         text, suffix, fingers, mimics = _prepared(plant, path, kind, config, where, arm is not None, visuals, points)
+        _check_fingers_keep(config, where, fingers)
+        if text is not None and config.mass is not None and kind not in mesh_suffixes():
+            text = with_mass(where, config.mass, text, path, suffix)
         models = add_file(parser, path) if text is None else add_text(parser, text, path, suffix)
     check_names(where, config.fingers, [finger.name for finger in fingers])
     require(bool(fingers) or not config.self_contact, where, "self_contact", True, f"{config.file} has no finger")
@@ -298,6 +311,8 @@ def load_model(
         raise InputError(where, "name", config.name, "is taken by another model")
     plant.RenameModelInstance(models[0], config.name)
     couple(path, plant, models[0], mimics)
+    if config.friction is not None and kind not in mesh_suffixes():
+        set_friction(where, config.friction, parser, shapes)
     note_spread(path, parser, models[0], stands=not config.free and config.parent == "world")
     if arm is not None:
         set_limits(path, plant, models[0], arm.limits, mimics)

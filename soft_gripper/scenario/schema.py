@@ -33,11 +33,9 @@ ATMOSPHERE = 101325.0  # Pa; no vacuum is deeper
 @dataclass
 @with_added_fields
 class MeshConfig:
-    """Properties of a model that is a bare mesh file; its inertia follows from its shape."""
+    """Properties of a model that is a bare mesh file; its inertia follows from its shape and the model's mass."""
 
     scale: float = quantity(1.0, "m", above=0)  # length unit of the file: 0.001 for millimetres
-    mass: float = quantity(0.05, "kg", above=0)  # uniform density over the volume
-    friction: float = quantity(0.8, least=0)  # Coulomb, equal static and dynamic
     color: list[float] = quantity([0.45, 0.62, 0.36, 1.0], least=0, most=1, length=4)  # red, green, blue, opacity
 
 
@@ -94,6 +92,10 @@ class ModelConfig(ByValue):
     child: str | None = None  # frame of the model that is welded; None: its first link
     X_PC: Transform = field(default_factory=Transform)  # child frame in the parent frame
     free: bool = False  # not welded: X_PC is the initial pose of its first link in the world
+    # Of all its links, whose inertias change in proportion; None: as in the file, 0.05 kg for a bare mesh.
+    mass: float | None = quantity(None, "kg", above=0)
+    # Coulomb, equal static and dynamic, of all its shapes; None: as in the file, 0.8 for a bare mesh.
+    friction: float | None = quantity(None, least=0)
     without: list[str] = field(default_factory=list)  # links of a URDF to omit, with everything attached to them
     segments: int | None = quantity(None, least=1)  # of every finger in the file; None: as in the file
     springs: str | None = quantity(None, known=SPRINGS)  # see docs/finger.md; None: linear ones if they are stable

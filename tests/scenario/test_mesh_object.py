@@ -18,7 +18,7 @@ from soft_gripper.scenario.schema import MeshConfig
 SIZE = np.array([0.04, 0.03, 0.05])  # m
 CENTER = [0.01, 0.0, -0.02]  # m
 MASS = 0.07  # kg
-MILLIMETRES = MeshConfig(scale=1e-3, mass=MASS)
+MILLIMETRES = MeshConfig(scale=1e-3)
 
 
 @pytest.fixture(autouse=True)
@@ -45,7 +45,7 @@ def box_file(tmp_path):
 def inertia(path, config):
     """Mass, kg, centre of mass, m, and rotational inertia about it, kg m^2, as Drake reads them."""
     plant, _ = AddMultibodyPlantSceneGraph(DiagramBuilder(), 0.0)
-    Parser(plant).AddModelsFromString(mesh_to_sdf(path, config, "thing"), "sdf")
+    Parser(plant).AddModelsFromString(mesh_to_sdf(path, config, "thing", MASS), "sdf")
     plant.Finalize()
     M_BBo = plant.GetBodyByName("thing").default_spatial_inertia()
     about_center = M_BBo.Shift(M_BBo.get_com()).CalcRotationalInertia()
@@ -75,14 +75,15 @@ def test_cylinder_askew_has_the_inertia_of_a_cylinder(tmp_path):
     R = trimesh.transformations.rotation_matrix(0.7, [1, 2, -1])
     cylinder = trimesh.creation.cylinder(radius=0.02, height=0.06, sections=256, transform=R)
     cylinder.export(tmp_path / "cylinder.obj")
-    _, center, moments = inertia(tmp_path / "cylinder.obj", MeshConfig(mass=MASS))
+    _, center, moments = inertia(tmp_path / "cylinder.obj", MeshConfig())
     straight = MASS * UnitInertia.SolidCylinder(0.02, 0.06, [0, 0, 1]).CopyToFullMatrix3()
     np.testing.assert_allclose(center, 0, atol=1e-9)
     np.testing.assert_allclose(moments, R[:3, :3] @ straight @ R[:3, :3].T, atol=2e-4 * straight.max())
 
 
 def test_friction_and_colour_are_taken_over(box_file):
-    text = mesh_to_sdf(box_file("box.obj"), MeshConfig(1e-3, MASS, friction=0.35, color=[0.1, 0.2, 0.3, 1]), "thing")
+    config = MeshConfig(1e-3, color=[0.1, 0.2, 0.3, 1])
+    text = mesh_to_sdf(box_file("box.obj"), config, "thing", friction=0.35)
     assert text.count(">0.35<") == 2  # static and dynamic
     assert "<diffuse>0.1 0.2 0.3 1.0</diffuse>" in text
 

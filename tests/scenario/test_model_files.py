@@ -91,7 +91,7 @@ def test_springs_of_the_fingers_are_pairs_of_linear_ones_unless_the_scenario_cho
 @pytest.mark.parametrize("name", ["part.stl", "PART.STL", "part.obj"])
 def test_a_bare_mesh_is_an_object(plant, name):
     trimesh.creation.box([40, 30, 50]).export(name, file_type=name[-3:].lower())
-    config = ModelConfig("part", name, mesh=MeshConfig(scale=1e-3, mass=0.07))
+    config = ModelConfig("part", name, mass=0.07, mesh=MeshConfig(scale=1e-3))
     model, fingers, _ = load_model(plant, config, "models[0]")
     plant.Finalize()
     assert fingers == []

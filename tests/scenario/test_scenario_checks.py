@@ -23,7 +23,7 @@ ONE_FINGER = "models.0.file=package://soft_gripper/grippers/finger.urdf"
 
 RANGES = {
     "above 0": """
-        MeshConfig.scale MeshConfig.mass ControlConfig.set_points ControlConfig.hold
+        MeshConfig.scale ModelConfig.mass ControlConfig.set_points ControlConfig.hold
         ControlConfig.torque_limit ControlConfig.force_limit PidGains.tracking_time
         JointLimitsConfig.velocity JointLimitsConfig.effort
         ArmConfig.frequency ArmConfig.damping_ratio ArmConfig.acceleration PhaseConfig.opening
@@ -34,7 +34,7 @@ RANGES = {
         UncertaintyConfig.friction
         plant_config.penetration_allowance plant_config.stiction_tolerance simulator_config.max_step_size""",
     "at least 0": """
-        MeshConfig.friction PidGains.derivative_filter PhaseConfig.rest
+        ModelConfig.friction PidGains.derivative_filter PhaseConfig.rest
         PressureConfig.settle PressureConfig.time_constant PressureConfig.leak_time
         TendonConfig.maximum TendonConfig.time_constant
         SensorConfig.seed SensorFaultConfig.section SensorFaultConfig.time DeadSensorConfig.section

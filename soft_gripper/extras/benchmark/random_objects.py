@@ -65,7 +65,7 @@ def with_mesh(scenario: Scenario, file: str, scale: float, drawn: RandomObject) 
     turn = RotationMatrix.MakeZRotation(np.radians(drawn.yaw_deg))
     x, y, _ = X_WO.translation() + 1e-3 * np.array([drawn.x_mm, drawn.y_mm, 0.0])
     model.file, model.mesh.scale = file, drawn.size * scale
-    model.mesh.mass, model.mesh.friction = 1e-3 * drawn.mass_g, drawn.friction
+    model.mass, model.friction = 1e-3 * drawn.mass_g, drawn.friction
     model.X_PC = Transform(RigidTransform(turn, [x, y, height - model.mesh.scale * lowest(model.file, turn)]))
     return found
 

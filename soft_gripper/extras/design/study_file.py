@@ -5,7 +5,7 @@
       models.gripper.fingers.all.length: 0.10..0.14
       pressure.steps.all.0: 40.0e3..120.0e3
     draw:
-      models.bottle.mesh.friction: 0.6..1.0
+      models.bottle.friction: 0.6..1.0
     ends:
     - { measure: normal_force_n }
 

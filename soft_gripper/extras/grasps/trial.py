@@ -82,7 +82,7 @@ def varied(scenario: Scenario, variation: Variation) -> Scenario:
     place = begin.translation() + 1e-3 * np.array([variation.x_mm, variation.y_mm, 0.0])
     model.X_PC, task.X_WGoal = Transform(RigidTransform(turn @ begin.rotation(), place)), Transform(goal)
     model.mesh.scale += growth
-    model.mesh.mass, model.mesh.friction = 1e-3 * variation.mass_g, variation.friction
+    model.mass, model.friction = 1e-3 * variation.mass_g, variation.friction
     error = (1e-3 * variation.error_x_mm, 1e-3 * variation.error_y_mm, float(np.radians(variation.error_yaw_deg)))
     task.pose_error = PoseErrorConfig(*error)
     return found

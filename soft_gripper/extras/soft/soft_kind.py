@@ -38,7 +38,7 @@ class SoftKind(DeformableKind):
     def surface(self, path: Path) -> trimesh.Trimesh:
         return surface(read_tetrahedra(path))
 
-    def add_to_link(self, link: ET.Element, path: Path, config: MeshConfig, volume: float) -> None:
+    def add_to_link(self, link: ET.Element, path: Path, config: MeshConfig, density: float, friction: float) -> None:
         """Adds finite elements, drawn as their surface."""
         soft = cast(SoftMesh, config)
         if path.suffix.lower() != SUFFIX:
@@ -50,12 +50,12 @@ class SoftKind(DeformableKind):
         drawn = obj_text(surface(_inside(elements)).smooth_shaded, normals=True)
         add_visual(link, f"file://{keep_by_content(drawn)}", config)
         body = add_geometry(link, "collision", f"file://{keep_by_content(elements.as_vtk(), SUFFIX)}")
-        add_values(ET.SubElement(body, DRAKE + "proximity_properties"), {"mu_dynamic": config.friction})
+        add_values(ET.SubElement(body, DRAKE + "proximity_properties"), {"mu_dynamic": friction})
         material = {
             "youngs_modulus": soft.youngs_modulus,
             "poissons_ratio": soft.poissons_ratio,
             "stiffness_damping": soft.relaxation_time,
-            "mass_density": config.mass / volume,
+            "mass_density": density,
         }
         add_values(ET.SubElement(link, DRAKE + "deformable_properties"), material)
 

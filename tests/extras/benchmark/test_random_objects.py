@@ -44,9 +44,8 @@ def test_another_object_stands_as_high_as_that_of_the_scenario(scenario, shape):
     assert foot == pytest.approx(1e-5, abs=1e-9)
     np.testing.assert_allclose(X_WO.translation()[:2], [2e-3, -3e-3], atol=1e-12)
     assert np.degrees(RollPitchYaw(X_WO.rotation()).yaw_angle()) == pytest.approx(15.0)
-    mesh = model.mesh
     scale = pytest.approx(1.1 * (0.7 if shape == "irregular" else 1.0))
-    assert (mesh.scale, mesh.mass, mesh.friction) == (scale, pytest.approx(0.025), 0.6)
+    assert (model.mesh.scale, model.mass, model.friction) == (scale, pytest.approx(0.025), 0.6)
     assert free_model(scenario).file.endswith("box.obj"), "the scenario itself is left as it was"
 
 

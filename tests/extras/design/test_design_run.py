@@ -249,7 +249,7 @@ HOSTILE = [
 def test_hostile_values_are_taken_or_refused(tmp_path, key):
     """Nothing but an InputError, whatever stands in place of a field or of what lies in it."""
     for value in HOSTILE:
-        for hostile in (value, [value], {"sensor.sections": value}, {"bottle": {"models.bottle.mesh.mass": value}}):
+        for hostile in (value, [value], {"sensor.sections": value}, {"bottle": {"models.bottle.mass": value}}):
             assert "study.yaml" in complaint(tmp_path, **{key: hostile})
 
 

@@ -47,7 +47,8 @@ models:
   file: {folder}/pad.obj
   free: true
   X_PC: {{ translation: [0, 0, {height}] }}
-  mesh: {{ mass: 0.02, friction: {friction} }}
+  mass: 0.02
+  friction: {friction}
 gravity: [0, 0, 0]
 sensor: {{ sections: 1 }}
 pressure: {{ steps: {{ all: [{pressure}] }}, settle: 1.0, time_constant: 0.3 }}

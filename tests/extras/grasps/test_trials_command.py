@@ -53,7 +53,7 @@ def test_a_trial_alone_places_the_box_and_keeps_what_it_takes_to_look_into_it(sc
     recording = Recording.load(tmp_path / "box_4" / "recording.nc")
     kept = load_scenario(str(tmp_path / "box_4" / "scenario.yaml"))
     drawn = draw(random_numbers(2, "box", 4), TrialsConfig())
-    assert kept.models[3].mesh.mass == pytest.approx(1e-3 * drawn.mass_g)
+    assert kept.models[3].mass == pytest.approx(1e-3 * drawn.mass_g)
     box = recording["plant.state"].sel(state=["box_box_x", "box_box_y", "box_box_z"]).values
     start = np.array([0.45 + 1e-3 * drawn.x_mm, -0.18 + 1e-3 * drawn.y_mm, 0.03 * drawn.size + 1e-5])
     np.testing.assert_allclose(box[0], start, atol=1e-9)
@@ -76,9 +76,9 @@ def test_a_trial_alone_places_the_box_and_keeps_what_it_takes_to_look_into_it(sc
         x, _, z = X_OW @ recording[f"{finger}_finger.contact_center"].values[held]
         assert abs(x) == pytest.approx(0.022 * drawn.size, abs=2e-4)
         assert abs(z) < 0.03 * drawn.size
-    weight = kept.models[3].mesh.mass * 9.81
+    weight = kept.models[3].mass * 9.81
     assert float(printed["peak_force_n"]) == pytest.approx(np.max(forces), abs=1e-3)
-    assert np.max(forces) > weight / 2 / kept.models[3].mesh.friction
+    assert np.max(forces) > weight / 2 / kept.models[3].friction
 
 
 @pytest.mark.slow

@@ -92,8 +92,8 @@ def test_the_object_is_shifted_and_turned_about_its_own_vertical():
     assert found.task.X_WGoal.GetDeterministicValue().IsNearlyEqualTo(
         scenario.task.X_WGoal.GetDeterministicValue(), 1e-12
     )
-    mesh = object_of(found).mesh
-    assert (mesh.mass, mesh.friction) == pytest.approx((0.025, 0.6))
+    model = object_of(found)
+    assert (model.mass, model.friction) == pytest.approx((0.025, 0.6))
 
 
 def test_the_object_is_reported_with_an_error_and_stays_where_it_is():

@@ -7,7 +7,7 @@ pressure that just holds with the least friction.
 
 WEIGHT, GAIN = 0.6, 1.2e-6  # N; m^2
 LENGTH, PRESSURE = "models.gripper.fingers.all.length", "pressure.steps.all.0"
-FRICTION = "models.bottle.mesh.friction"
+FRICTION = "models.bottle.friction"
 
 
 def force(changes):

@@ -14,11 +14,12 @@ from refusals import refused
 from soft_gripper.extras import soft
 from soft_gripper.extras.soft.soft_kind import SoftKind
 from soft_gripper.scenario.mesh_object import mesh_to_sdf
-from soft_gripper.scenario.schema import MeshConfig
+from soft_gripper.scenario.model_files import load_model
+from soft_gripper.scenario.schema import MeshConfig, ModelConfig
 
 OBJECTS = Path(soft.__path__[0]) / "objects"
 BLOCK = OBJECTS / "soft_block.vtk"
-SOFT = MeshConfig(scale=0.5, mass=0.02, friction=0.6, youngs_modulus=3e4, poissons_ratio=0.4, relaxation_time=0.01)
+SOFT = MeshConfig(scale=0.5, youngs_modulus=3e4, poissons_ratio=0.4, relaxation_time=0.01)
 
 
 @pytest.fixture(autouse=True)
@@ -28,7 +29,7 @@ def cache(tmp_path, monkeypatch) -> None:
 
 def parsed(config: MeshConfig):
     plant, scene_graph = AddMultibodyPlantSceneGraph(DiagramBuilder(), 0.01)
-    Parser(plant).AddModelsFromString(mesh_to_sdf(BLOCK, config, "thing"), "sdf")
+    Parser(plant).AddModelsFromString(mesh_to_sdf(BLOCK, config, "thing", 0.02, 0.6), "sdf")
     plant.Finalize()
     return plant, scene_graph.model_inspector()
 
@@ -46,10 +47,19 @@ def test_drake_reads_the_material_the_mass_and_the_scale():
 
 
 def test_without_a_modulus_it_is_rigid():
-    plant, inspector = parsed(MeshConfig(mass=0.02))
+    plant, inspector = parsed(MeshConfig())
     assert SoftKind().objects(plant, inspector, ["thing"]) == {}
     assert plant.GetBodyByName("thing").default_mass() == pytest.approx(0.02)
     assert plant.deformable_model().GetBodyIds(ModelInstanceIndex(2)) == []
+
+
+@pytest.mark.parametrize("key", ["mass", "friction"])
+def test_what_an_sdformat_file_says_of_a_soft_object_stays(tmp_path, key):
+    text = mesh_to_sdf(BLOCK, SOFT, "thing")
+    (tmp_path / "soft.sdf").write_text(text, encoding="utf-8")
+    plant, _ = AddMultibodyPlantSceneGraph(DiagramBuilder(), 0.01)
+    with refused(key, 0.5):
+        load_model(plant, ModelConfig("thing", str(tmp_path / "soft.sdf"), free=True, **{key: 0.5}), "models[0]")
 
 
 def test_a_surface_with_a_modulus_is_refused(tmp_path):

@@ -239,7 +239,7 @@ def carried(case: Case, number: int, seed: int) -> dict[str, Stated]:
     found = []
     for i in range(number):
         rng = np.random.default_rng([seed, i])
-        mass = {"models.3.mesh.mass": rng.uniform(0.03, 0.06)}
+        mass = {"models.3.mass": rng.uniform(0.03, 0.06)}
         recording = simulate(changed_scenario("pick_and_place_box", _changes(case, rng) | mass))
         for finger in ("left_finger", "right_finger"):
             place = np.asarray(recording[f"{finger}.X_WB"])[:, :, 3]
