@@ -43,8 +43,8 @@ def blocks_key(scenario: Scenario) -> Key | None:
 
 def _plain(model: ModelConfig, with_pose: bool) -> ModelConfig:
     """A model without what can be changed in MuJoCo."""
-    X_PC = model.X_PC if with_pose else Transform()
-    return replace(model, X_PC=X_PC, mesh=replace(model.mesh, mass=1.0, friction=1.0))
+    mass, friction = (None if given is None else 1.0 for given in (model.mass, model.friction))
+    return replace(model, X_PC=model.X_PC if with_pose else Transform(), mass=mass, friction=friction)
 
 
 @dataclass(frozen=True)
@@ -69,10 +69,10 @@ def variation(scenario: Scenario, base: Scenario) -> Variation:
             X, X_base = (each.X_PC.GetDeterministicValue() for each in (model, other))
             if not X.IsExactlyEqualTo(X_base):
                 poses[model.name] = X
-            if model.mesh.mass != other.mesh.mass:
-                masses[model.name] = model.mesh.mass
-            if model.mesh.friction != other.mesh.friction:
-                frictions[model.name] = model.mesh.friction
+            if model.mass is not None and model.mass != other.mass:
+                masses[model.name] = model.mass
+            if model.friction is not None and model.friction != other.friction:
+                frictions[model.name] = model.friction
     return Variation(poses, masses, frictions)
 
 
