@@ -20,10 +20,8 @@ OTHER = BASE | {
 
 
 def test_masses_frictions_and_poses_are_numbers_of_one_model():
-    base, other = (
-        changed_scenario("box_grasp", {"models.box.mass": 0.1, "models.box.friction": 0.8} | changes)
-        for changes in (BASE, OTHER)
-    )
+    plain = {"models.box.mass": 0.1, "models.box.friction": 0.8}
+    base, other = (changed_scenario("box_grasp", plain | changes) for changes in (BASE, OTHER))
     assert station_key(base) == station_key(other)
     stations = [make_private_station(scenario, composed=False) for scenario in (base, other)]
     of = variation(other, base)
