@@ -6,7 +6,7 @@ block needs no log if its inputs can be traced back to logged ports.
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, cached_property
 from importlib.metadata import version
 from itertools import pairwise
 from pathlib import Path
@@ -241,6 +241,11 @@ class SignalLogs(Diagram):
                 builder.ExportInput(self._values[number].get_input_port(), name)
         builder.BuildInto(self)
 
+    @cached_property
+    def labels(self) -> "dict[str, Labels]":
+        """The axes of all signals."""
+        return labels_of(self.signals)
+
     @property
     def logged(self) -> list[int]:
         """The logged ports, in the order of the inputs, by their indices among those of the sources."""
@@ -326,13 +331,16 @@ class Recording:
 
     data: xr.Dataset
 
+    def __contains__(self, signal: str) -> bool:
+        return signal in self.data
+
     def __getitem__(self, signal: str) -> xr.DataArray:
         """A signal.
 
         Raises:
             InputError: if it was not recorded.
         """
-        if signal not in self.data:
+        if signal not in self:
             expected = "was not recorded; of the ground truth, everything is with record.truth: all"
             raise InputError("recording", "signal", signal, expected)
         return self.data[signal]
@@ -408,7 +416,7 @@ def read_logs(logs: SignalLogs, root_context: Context, about: Mapping[str, str] 
         root_context: the context of the root diagram.
         about: attributes of the recording, see `provenance`.
     """
-    recording = make_recording(logs.signals, logs.samples(root_context), about)
+    recording = make_recording(logs.labels, logs.samples(root_context), about)
     recording.data.load()  # or the diagram would live as long as its recording
     return recording
 
@@ -440,23 +448,80 @@ class _Computed(BackendArray):
         return indexing.NumpyIndexingAdapter, (self._samples[self._name].reshape(self.shape),)
 
 
-def make_recording(
-    signals: Mapping[str, Signal], samples: Samples, about: Mapping[str, str] | None = None
-) -> Recording:
-    """Labels the samples of signals, which are computed when they are read; `about` as for `read_logs`."""
-    names, variables = _axis_names(signals), {}
-    coords: dict[str, Any] = {}
+class Labels(NamedTuple):
+    """The axes of a signal in a recording."""
+
+    axes: Mapping[str, Sequence[Any]]  # labels by the names of the axes, without time
+    coords: Mapping[str, tuple[str, Array, Mapping[str, str]]]  # of these axes
+    attributes: Mapping[str, Any]
+
+
+def labels_of(signals: Mapping[str, Signal]) -> dict[str, Labels]:
+    """The axes of signals that are recorded together."""
+    names, found = _axis_names(signals), {}
     for name, signal in signals.items():
-        labels = {names[name, axis]: list(values) for axis, values in signal.axes.items()}
-        shape = len(samples.time), *map(len, labels.values())
-        values = samples[name].reshape(shape) if samples.is_logged(name) else _Computed(samples, name, shape).cached
-        variables[name] = xr.Variable(["time", *labels], values, _attributes(signal))
-        coords |= {axis: (axis, np.array(entries), _NO_UNIT) for axis, entries in labels.items()}
+        axes = {names[name, axis]: list(values) for axis, values in signal.axes.items()}
+        coords = {axis: (axis, np.array(entries), _NO_UNIT) for axis, entries in axes.items()}
         if not isinstance(signal.unit, str):
-            last = list(labels)[-1]
+            last = list(axes)[-1]
             coords[f"{last}_units"] = (last, np.array(signal.unit), _NO_UNIT)
-    coords["time"] = ("time", samples.time, {"units": "s"})
-    return Recording(xr.Dataset(variables, coords, dict(about or {})))
+        found[name] = Labels(axes, coords, _attributes(signal))
+    return found
+
+
+class _OfSamples(Recording):
+    """The recording of a run: a signal is labelled when it is read, and all are when the dataset is."""
+
+    def __init__(self, labels: Mapping[str, Labels], samples: Samples, about: Mapping[str, str]):
+        own = {"_labels": labels, "_samples": samples, "_about": about, "_read": dict[str, xr.DataArray]()}
+        self.__dict__.update(own)  # its class is frozen
+        self._read[_TIME] = xr.DataArray(samples.time, {_TIME: self._time}, [_TIME], name=_TIME, attrs=_SECONDS)
+
+    _labels: Mapping[str, Labels]
+    _samples: Samples
+    _about: Mapping[str, str]
+    _read: dict[str, xr.DataArray]
+
+    @cached_property
+    def data(self) -> xr.Dataset:
+        """All signals."""
+        variables, coords = {}, {_TIME: self._time}
+        for name, labels in self._labels.items():
+            variables[name] = self._read[name].variable if name in self._read else self._variable(name)
+            coords |= labels.coords
+        return xr.Dataset(variables, coords, dict(self._about))
+
+    def __contains__(self, signal: str) -> bool:
+        return signal in self._labels or signal in self._read or signal in self.data
+
+    def __getitem__(self, signal: str) -> xr.DataArray:
+        if "data" in self.__dict__ or signal not in {**self._labels, **self._read}:
+            return super().__getitem__(signal)
+        if signal not in self._read:
+            coords = {_TIME: self._time, **self._labels[signal].coords}
+            self._read[signal] = xr.DataArray(self._variable(signal), coords, name=signal)
+        return self._read[signal]
+
+    def __reduce__(self) -> Any:
+        return Recording, (self.data,)
+
+    @property
+    def _time(self) -> tuple[str, Array, Mapping[str, str]]:
+        return _TIME, self._samples.time, _SECONDS
+
+    def _variable(self, name: str) -> xr.Variable:
+        labels, samples = self._labels[name], self._samples
+        shape = len(samples.time), *map(len, labels.axes.values())
+        values = samples[name].reshape(shape) if samples.is_logged(name) else _Computed(samples, name, shape).cached
+        return xr.Variable([_TIME, *labels.axes], values, labels.attributes)
+
+
+_TIME, _SECONDS = "time", {"units": "s"}
+
+
+def make_recording(labels: Mapping[str, Labels], samples: Samples, about: Mapping[str, str] | None = None) -> Recording:
+    """Labels the samples of signals, which are computed when they are read; `about` as for `read_logs`."""
+    return _OfSamples(labels, samples, about or {})
 
 
 def _axis_names(signals: Mapping[str, Signal]) -> dict[tuple[str, str], str]:

@@ -71,13 +71,16 @@ def kept_station(scenario: Scenario) -> Station:
     return replace(station, parts=replace(station.parts, scenario=scenario))
 
 
-def built_of(scenario: Scenario) -> tuple[str, ...] | None:
-    """The scenario and the contents of its files; None if these cannot be known."""
+def built_of(scenario: Scenario, content_of: Callable[[Path], str | None] | None = None) -> tuple[str, ...] | None:
+    """The scenario and the contents of its files, from which a station is built; None if these cannot be known.
+
+    `content_of` is what was found of a file before, see `content`; None: files are looked at.
+    """
     types = (scenario.sensor.type, scenario.estimator.type, *scenario.estimator.alongside)
     named = [*(model.file for model in scenario.models), scenario.nominal.file, scenario.nominal.calibration]
     paths = [model_path(file) for file in named if file is not None]
     places = dict.fromkeys(DIRECTORY if path.is_relative_to(DIRECTORY) else path for path in paths)
-    contents = list(map(_content, places))
+    contents = list(map(content_of or content, places))
     if any(":" in name for name in types) or None in contents:
         return None
     of_a_run = replace(scenario.sensor, seed=0)
@@ -85,7 +88,7 @@ def built_of(scenario: Scenario) -> tuple[str, ...] | None:
     return repr(plain_values(built)), *filter(None, contents)  # YAML takes ten times as long
 
 
-def _content(path: Path) -> str | None:
+def content(path: Path) -> str | None:
     """A fingerprint of a file, or of the shipped models; None if the file is missing or refers to others."""
     if path == DIRECTORY:
         return str([(each.name, each.stat().st_mtime_ns) for each in sorted(DIRECTORY.rglob("*"))])

@@ -109,4 +109,4 @@ class Station:
         about = self.parts.about if described else {}
         if not self.removed:
             return read_logs(self.logs, context, about)
-        return make_recording(self.logs.signals, self.logs.samples(context), about)
+        return make_recording(self.logs.labels, self.logs.samples(context), about)

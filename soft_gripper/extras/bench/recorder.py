@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from soft_gripper.diagrams.recording import Logged, Samples, make_recording, provenance
+from soft_gripper.diagrams.recording import Logged, Samples, labels_of, make_recording, provenance
 from soft_gripper.errors import InputError
 from soft_gripper.extras.bench.bench import Bench
 from soft_gripper.extras.bench.threads import LINGER, write_all
@@ -51,7 +51,7 @@ def recording_layout(bench: Bench, signals: Sequence[str]) -> Layout:
         for rows in (1, 2):
             numbers = {i: np.tile(part, (rows, 1)) for i, part in enumerate(places[1:])}
             sources = {name: Logged(i) for i, name in enumerate(described)}
-            recording = make_recording(described, Samples(sources, np.zeros(rows), numbers), about)
+            recording = make_recording(labels_of(described), Samples(sources, np.zeros(rows), numbers), about)
             path = Path(folder) / "layout.nc"
             recording.data.to_netcdf(path, engine="scipy", format="NETCDF3_64BIT", unlimited_dims=["time"])
             found.append(path.read_bytes())

@@ -9,7 +9,7 @@ from collections import OrderedDict
 from collections.abc import Iterator, Sequence
 from copy import deepcopy
 from dataclasses import replace
-from functools import partial
+from functools import cache, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,14 +19,23 @@ from pydrake.multibody.plant import MultibodyPlant
 from soft_gripper.arrays import Array
 from soft_gripper.cached import kept
 from soft_gripper.diagrams.recording import make_recording
-from soft_gripper.diagrams.simulation import Run, check_closed
+from soft_gripper.diagrams.simulation import Run, check_closed, content
 from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.errors import InputError
 from soft_gripper.extras.mujoco.lockstep import Logs, rows_of, simulated
 from soft_gripper.extras.mujoco.network import Network
 from soft_gripper.extras.mujoco.plants import Exported, Plants, in_mujoco
-from soft_gripper.extras.mujoco.variation import Key, Variation, begin, blocks_key, station_key, variation, varied
+from soft_gripper.extras.mujoco.variation import (
+    Content,
+    Key,
+    Variation,
+    begin,
+    blocks_key,
+    station_key,
+    variation,
+    varied,
+)
 from soft_gripper.scenario.checks import checked_scenario
 from soft_gripper.scenario.deformables import is_deformable
 from soft_gripper.scenario.schema import Scenario
@@ -46,11 +55,12 @@ def run_many(scenarios: Sequence[Scenario], described: bool = True) -> Iterator[
 
     `described`: recordings have the attributes that describe their runs.
     """
-    served = [_serve(scenario) for scenario in scenarios]
+    content_of = cache(content)  # files do not change while this runs
+    served = [_serve(scenario, content_of) for scenario in scenarios]
     groups: dict[Any, list[int]] = {}
     for i, each in enumerate(served):
         if isinstance(each, Served):
-            groups.setdefault(blocks_key(each.station.scenario) or i, []).append(i)
+            groups.setdefault(blocks_key(each.station.scenario, content_of) or i, []).append(i)
     found: dict[int, Run | Exception] = {i: each for i, each in enumerate(served) if isinstance(each, Exception)}
     for numbers in groups.values():
         alike = [each for each in (served[i] for i in numbers) if isinstance(each, Served)]
@@ -68,12 +78,12 @@ class Served(NamedTuple):
     of: Variation  # how the objects of the run differ from those in the plant of the station
 
 
-def _serve(scenario: Scenario) -> Served | Exception:
+def _serve(scenario: Scenario, content_of: Content) -> Served | Exception:
     """The station that serves a scenario."""
     try:
         scenario = checked_scenario("scenario", scenario)
         _check_carried_over(scenario)
-        key = station_key(scenario)
+        key = station_key(scenario, content_of)
         build = partial(_built, deepcopy(scenario))  # the caller may change it
         station = build() if key is None else kept(_stations, key, build, _MOST)
     except InputError as error:
@@ -130,7 +140,7 @@ def _run_alike(served: Sequence[Served], described: bool) -> Iterator[Run | Exce
             continue
         computed = station.logs.computed(times[: lengths[i]], logs.of(i, lengths[i]))
         about = station.parts.about | {"engine_step": f"{1e3 * step:g} ms; {change.words}"} if described else {}
-        yield Run(station, make_recording(station.logs.signals, computed, about))
+        yield Run(station, make_recording(station.logs.labels, computed, about))
 
 
 def _evenly(count: int) -> list[int]:

@@ -5,9 +5,10 @@ a station. A task is planned for the pose of its object, and a mesh of another s
 stations of their own, and share the blocks.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from copy import copy
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -16,7 +17,7 @@ from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.simulation import built_of
+from soft_gripper.diagrams.simulation import built_of, content
 from soft_gripper.extras.export.mjcf import Mjcf, Pair
 from soft_gripper.extras.export.mjcf_contact import Surface, friction_of, touch
 from soft_gripper.scenario.schema import ModelConfig, Scenario
@@ -25,20 +26,23 @@ Key = tuple[str, ...]
 _ANY = "package://soft_gripper/package.xml"  # in the place of the file of an object
 
 
-def station_key(scenario: Scenario) -> Key | None:
+Content = Callable[[Path], str | None]
+
+
+def station_key(scenario: Scenario, content_of: Content = content) -> Key | None:
     """Equal for scenarios that one station serves; None: it serves no other, see `built_of`."""
     is_planned = scenario.task is not None
     models = [_plain(model, with_pose=is_planned) if model.free else model for model in scenario.models]
-    return built_of(replace(scenario, description="", models=models))
+    return built_of(replace(scenario, description="", models=models), content_of)
 
 
-def blocks_key(scenario: Scenario) -> Key | None:
+def blocks_key(scenario: Scenario, content_of: Content = content) -> Key | None:
     """Equal for scenarios whose stations have equal blocks, but for the phases of their tasks; None: no other has."""
     models = [ModelConfig(name=model.name, file=_ANY, free=True) if model.free else model for model in scenario.models]
     task = scenario.task
     if task is not None:
         task = replace(task, X_WGoal=Transform(), pose_error=type(task.pose_error)())
-    return built_of(replace(scenario, description="", models=models, task=task))
+    return built_of(replace(scenario, description="", models=models, task=task), content_of)
 
 
 def _plain(model: ModelConfig, with_pose: bool) -> ModelConfig:

@@ -145,7 +145,7 @@ def _rows(
 
 def _mean_turn(scenario: Scenario, recording: Recording, signal: str) -> Array:
     """Sum of the angles of all joints, averaged over each step, (steps) degrees; 0 where the finger is rigid."""
-    if signal not in recording.data:
+    if signal not in recording:
         return np.zeros(scenario.steps)
     turn: Array = np.degrees(held_samples(scenario, recording, signal).sum(axis=-1).mean(axis=-1))
     return turn

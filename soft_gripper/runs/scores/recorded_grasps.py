@@ -25,7 +25,7 @@ from soft_gripper.runs.scores.grasp import (
     pump_energy,
     stiffness,
 )
-from soft_gripper.runs.scores.slip import path_length, recorded_poses, shifts, slip
+from soft_gripper.runs.scores.slip import path_length, pose_matrices, shifts, slip
 from soft_gripper.truth.contact import combined_friction
 
 NORMAL = "grip_normal_force"
@@ -136,12 +136,23 @@ def _mass(station: Station, held: str) -> float:
 
 def _poses(station: Station, recording: Recording, held: str, samples: NDArray[np.int_]) -> tuple[Array, Array]:
     """Positions and rotations of an object in the base of the first finger, (T, 3) and (T, 3, 3)."""
-    plant, base, states = station.plant, station.fingers[0].base, recording["plant.state"].values[samples]
-    context, poses = plant.CreateDefaultContext(), np.empty((len(states), 3, 4))
-    for i, (state, X_WO) in enumerate(zip(states, recorded_poses(recording, held, samples), strict=True)):
+    X_WO, X_WB = pose_matrices(recording, held, samples), _base_poses(station, recording, samples)
+    to_base = np.swapaxes(X_WB[..., :3], -1, -2)
+    places = (to_base @ (X_WO[..., 3:] - X_WB[..., 3:]))[..., 0]
+    return places, to_base @ X_WO[..., :3]
+
+
+def _base_poses(station: Station, recording: Recording, samples: NDArray[np.int_]) -> Array:
+    """Poses of the base of the first finger in the world, (T, 3, 4), or (1, 3, 4) if it does not move."""
+    finger = station.fingers[0]
+    if finger.is_anchored:
+        return np.array(finger.X_WB.GetAsMatrix34())[None]
+    plant, states = station.plant, recording["plant.state"].values[samples]
+    context, found = plant.CreateDefaultContext(), np.empty((len(states), 3, 4))
+    for i, state in enumerate(states):
         plant.SetPositionsAndVelocities(context, state)
-        poses[i] = (base.EvalPoseInWorld(context).inverse() @ X_WO).GetAsMatrix34()
-    return poses[..., 3], poses[..., :3]
+        found[i] = finger.base.EvalPoseInWorld(context).GetAsMatrix34()
+    return found
 
 
 def friction_coefficient(station: Station, finger: PlantFinger, held: str) -> float:
@@ -167,11 +178,11 @@ def _static_friction(station: Station, geometries: Sequence[GeometryId]) -> floa
 
 def _estimated(station: Station, recording: Recording, samples: NDArray[np.int_]) -> Estimated:
     """Width at the end and stiffness as estimated, if they are."""
-    if "grip.object_width" not in recording.data:
+    if "grip.object_width" not in recording:
         return Estimated()
     width = recording["grip.object_width"].values[samples].ravel()
     forces = [f"{finger.name}.contact_force" for finger in station.fingers]
-    if not all(name in recording.data for name in forces):
+    if not all(name in recording for name in forces):
         return Estimated(float(width[-1]))
     force = np.mean([recording[name].values[samples].ravel() for name in forces], axis=0)
     return Estimated(float(width[-1]), stiffness(width, force))

@@ -112,7 +112,7 @@ class TaskRun:
     def squeeze(self) -> float:
         """Largest squeeze of a soft object while a finger touches it, m; NaN of a rigid one."""
         signal = f"{self._task.object}.squeeze"
-        if signal not in self._recording.data:
+        if signal not in self._recording:
             return NAN
         touched = np.any([self._of(finger, "normal_force") > 0 for finger in self._fingers], axis=0)
         return float(self._recording[signal].values.max(where=touched, initial=0.0))

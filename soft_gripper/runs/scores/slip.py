@@ -5,10 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.common.eigen_geometry import Quaternion
 from pydrake.math import RigidTransform
 from pydrake.multibody.tree import RigidBody
 from pydrake.systems.framework import Context
+from scipy.spatial.transform import Rotation
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.recording import Recording
@@ -58,21 +58,40 @@ def shifts(station: Station, recording: Recording, held: str, samples: NDArray[n
     plant, states = station.plant, recording["plant.state"].values[samples]
     if not len(samples):
         return np.empty((0, 0, 2))
-    poses, context = recorded_poses(recording, held, samples), plant.CreateDefaultContext()
+    poses, context = pose_matrices(recording, held, samples), plant.CreateDefaultContext()
     plant.SetPositionsAndVelocities(context, states[0])
     centers = {finger: recording[f"{finger.name}.contact_center"].values[samples[0]] for finger in station.fingers}
-    grips = [grip_at(context, finger, poses[0], p_WC) for finger, p_WC in centers.items() if np.isfinite(p_WC).all()]
-    found = np.empty((len(states), len(grips), 2))
+    X_WO = RigidTransform(poses[0])
+    grips = [grip_at(context, finger, X_WO, p_WC) for finger, p_WC in centers.items() if np.isfinite(p_WC).all()]
+    X_WL = np.empty((len(states), len(grips), 3, 4))
     for i, state in enumerate(states if grips else ()):
         plant.SetPositionsAndVelocities(context, state)
-        found[i] = [shift(context, grip, poses[i]) for grip in grips]
-    return found
+        for j, grip in enumerate(grips):
+            X_WL[i, j] = grip.link.EvalPoseInWorld(context).GetAsMatrix34()
+    found = [_along(X_WL[:, j], poses, grip) for j, grip in enumerate(grips)]
+    return np.stack(found, axis=1) if found else np.empty((len(states), 0, 2))
+
+
+def _along(X_WL: Array, X_WO: Array, grip: Grip) -> Array:
+    """Shifts of the point of the object from that of the link, along the link's inner face, (K, 2) m.
+
+    `X_WL` and `X_WO` are the poses of link and object at K samples, (K, 3, 4).
+    """
+    p_WC = X_WO[..., :3] @ grip.on_object + X_WO[..., 3]
+    p_LC = ((p_WC - X_WL[..., 3])[:, None] @ X_WL[..., :3])[:, 0]
+    return np.asarray((p_LC - grip.on_link)[:, 1:])
+
+
+def pose_matrices(recording: Recording, name: str, samples: Sequence[int] | NDArray[np.int_]) -> Array:
+    """The poses of an object in the world at K samples of a recording, (K, 3, 4) [R | p]."""
+    poses = recording[f"{name}.pose"].values[samples]
+    rotations = Rotation.from_quat(poses[:, :4], scalar_first=True).as_matrix()
+    return np.concatenate([rotations, poses[:, 4:, None]], axis=-1)
 
 
 def recorded_poses(recording: Recording, name: str, samples: Sequence[int] | NDArray[np.int_]) -> list[RigidTransform]:
     """The poses of an object in the world at some samples of a recording."""
-    poses = recording[f"{name}.pose"].values[samples]
-    return [RigidTransform(Quaternion(pose[:4] / np.linalg.norm(pose[:4])), pose[4:]) for pose in poses]
+    return [*map(RigidTransform, pose_matrices(recording, name, samples))]
 
 
 def grip_at(context: Context, finger: PlantFinger, X_WO: RigidTransform, p_WC: Array) -> Grip:
@@ -85,6 +104,6 @@ def grip_at(context: Context, finger: PlantFinger, X_WO: RigidTransform, p_WC: A
 
 def shift(context: Context, grip: Grip, X_WO: RigidTransform) -> Array:
     """Shift of the point of the object from that of the link, along the link's inner face, (2,) m."""
-    X_LO = grip.link.EvalPoseInWorld(context).inverse() @ X_WO
-    along: Array = (X_LO @ grip.on_object - grip.on_link)[1:]
-    return along
+    X_WL = grip.link.EvalPoseInWorld(context).GetAsMatrix34()
+    found: Array = _along(X_WL[None], X_WO.GetAsMatrix34()[None], grip)[0]
+    return found

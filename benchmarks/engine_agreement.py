@@ -1,0 +1,103 @@
+"""Every shipped scenario in MuJoCo and in Drake: where the tips rest, how hard the fingers press, and the time of both.
+
+    python benchmarks/engine_agreement.py [SCENARIO ...]
+
+prints a table. Tips and forces are compared at the end of each step of pressure or set point, and of a task at the end
+of the first phase that holds the object; the forces are means over the last half second before.
+"""
+
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+
+from soft_gripper.arrays import Array
+from soft_gripper.diagrams.simulation import Run, run_many
+from soft_gripper.errors import InputError, shortened
+from soft_gripper.files.row_table import print_rows
+from soft_gripper.runs.scores.recorded_grasps import recorded_grasps
+from soft_gripper.runs.scores.steps import outcome
+from soft_gripper.scenario.scenario_file import changed_scenario
+from soft_gripper.scenario.schema import DRAKE
+from soft_gripper.scenario.shipped import scenario_names
+
+LAST = 50  # samples before the end of a step
+LEAST = 0.1  # N, of which a difference of force is a share at least
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """How a scenario in MuJoCo agrees with Drake; worst of all fingers and steps."""
+
+    scenario: str
+    tips_mm: Annotated[float, ".3f"]
+    force_percent: Annotated[float, ".2f"]
+    in_drake: str
+    in_mujoco: str
+    step: str
+    times_as_fast: Annotated[float, ".2f"]
+
+
+def ends(run: Run) -> list[int]:
+    """The samples that are compared."""
+    scenario, task, samples = run.station.scenario, run.station.task, run.recording["time"].values
+    if task is not None:
+        holding = [number for number, phase in enumerate(task.phases) if phase.holds][:1]
+        held = np.flatnonzero(np.isin(run.recording["task.phase"].values, holding))
+        return [int(held[-1]) if len(held) else len(samples) - 1]
+    times = scenario.step_duration * np.arange(1, scenario.steps + 1)
+    return [int(np.searchsorted(samples, each + 1e-9)) - 1 for each in times]
+
+
+def at_rest(run: Run) -> tuple[Array, Array]:
+    """Tips, (K, F, 3) m, and contact forces, (K, F) N, at the ends of K steps."""
+    rows, fingers = ends(run), [finger.name for finger in run.station.fingers]
+    tips = np.array([run.recording[f"{name}.true_tip_position"].values[rows] for name in fingers])
+    totals = [run.recording[f"{name}.true_contact_total"].values.ravel() for name in fingers]
+    forces = np.array([[total[max(0, row - LAST) : row + 1].mean() for row in rows] for total in totals])
+    return tips.swapaxes(0, 1), forces.T
+
+
+def words(run: Run) -> str:
+    """How a run ends."""
+    grasps = [grasp.grasp for grasp in recorded_grasps(run.station, run.recording)[0]]
+    return ", ".join([*grasps, *([] if run.station.task is None else [outcome(run.recording).words])]) or "-"
+
+
+def timed(name: str, engine: str) -> tuple[Run, float]:
+    """A run, and the CPU time that it took, s; the station is built before."""
+    scenario = changed_scenario(name, {"engine": engine})
+    list(run_many([changed_scenario(name, {"engine": engine, "sensor.seed": 99})]))
+    begin = time.process_time()
+    (run,) = run_many([scenario])
+    if isinstance(run, Exception):
+        raise run
+    return run, time.process_time() - begin
+
+
+def agreement(name: str) -> Agreement:
+    """How a shipped scenario agrees."""
+    (one, fast), (other, slow) = timed(name, "mujoco"), timed(name, DRAKE)
+    (tips, forces), (tips_there, forces_there) = at_rest(one), at_rest(other)
+    shift = float(np.linalg.norm(tips - tips_there, axis=-1).max())
+    share = float((np.abs(forces - forces_there) / np.maximum(forces_there, LEAST)).max())
+    step = str(one.recording.data.attrs["engine_step"]).partition(";")[0]
+    return Agreement(name, 1e3 * shift, 100 * share, words(other), words(one), step, slow / fast)
+
+
+def main(names: Sequence[str]) -> None:
+    """Prints the table."""
+    rows = []
+    for name in names:
+        try:
+            rows.append(agreement(name))
+        except InputError as error:
+            print(f"{name}: {shortened(str(error), 200)}")
+    print_rows(rows)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:] or scenario_names())
