@@ -14,9 +14,9 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import LeafSystem
 from pydrake.systems.primitives import (
     Adder,
+    AffineSystem,
     ConstantVectorSource,
     Demultiplexer,
-    LinearSystem,
     MatrixGain,
     Multiplexer,
     Saturation,
@@ -34,6 +34,9 @@ from soft_gripper.load.opening import GripperOpening
 Read = Callable[[int], Array]  # the value of an input, by its number
 
 
+Rows = NDArray[np.int_]  # numbers of environments
+
+
 class Block(Protocol):
     """A leaf system for E environments."""
 
@@ -41,13 +44,16 @@ class Block(Protocol):
     def period(self) -> float | None:
         """Time between its updates, s; None: it has no state."""
 
-    def begin(self, read: Read) -> None:
-        """Prepares the first state, from the inputs when a run is initialized."""
+    def clear(self, rows: Rows) -> None:
+        """Sets some environments to the state before they are initialized."""
+
+    def begin(self, read: Read, rows: Rows) -> None:
+        """Prepares the first state of some environments, from the inputs when a run is initialized."""
 
     def output(self, number: int, read: Read, time: float) -> Array:
         """The value of an output, (E, size); or (1, size) if it is the same in all environments."""
 
-    def advance(self, read: Read, time: float, active: NDArray[np.int_]) -> None:
+    def advance(self, read: Read, time: float, active: Rows) -> None:
         """Prepares the state after an update."""
 
     def commit(self) -> None:
@@ -63,18 +69,33 @@ class Stateless:
         """`function` takes the inputs, and returns its only output."""
         self._function, self._inputs = function, inputs
 
-    def begin(self, read: Read) -> None:
+    def clear(self, rows: Rows) -> None:
+        """It has no state."""
+
+    def begin(self, read: Read, rows: Rows) -> None:
         """It has no state."""
 
     def output(self, number: int, read: Read, time: float) -> Array:
         """See Block."""
         return self._function(*map(read, range(self._inputs)))
 
-    def advance(self, read: Read, time: float, active: NDArray[np.int_]) -> None:
+    def advance(self, read: Read, time: float, active: Rows) -> None:
         """It has no state."""
 
     def commit(self) -> None:
         """It has no state."""
+
+
+class Given(Stateless):
+    """An input of the whole diagram."""
+
+    def __init__(self, value: Array):
+        """`value`, (E, size), which may be replaced."""
+        self.value = value
+
+    def output(self, number: int, read: Read, time: float) -> Array:
+        """See Block."""
+        return self.value
 
 
 class Parts(Stateless):
@@ -89,27 +110,35 @@ class Parts(Stateless):
         return read(0)[:, self._ends[number] : self._ends[number + 1]]
 
 
-class Linear:
-    """A LinearSystem in discrete steps."""
+class Affine:
+    """An AffineSystem in discrete steps, or one without a state."""
 
-    def __init__(self, block: LinearSystem, count: int):
-        self.period = block.time_period()
-        self._A, self._B, self._C, self._D = (np.array(m).T for m in (block.A(), block.B(), block.C(), block.D()))
+    def __init__(self, block: AffineSystem, count: int):
+        self.period = block.time_period() or None
+        matrices = block.A(), block.B(), block.C(), block.D()
+        self._A, self._B, self._C, self._D = (np.array(matrix).T for matrix in matrices)
+        self._f0, self._y0 = (np.array(each, dtype=float) for each in (block.f0(), block.y0()))
         self._x: Array = np.zeros((count, len(self._A)))
         self._through = bool(self._D.any())
+        self._next: Array = self._x
 
-    def begin(self, read: Read) -> None:
+    def clear(self, rows: Rows) -> None:
         """It begins at zero."""
+        self._x = self._x.copy()
+        self._x[rows] = 0.0
         self._next = self._x
+
+    def begin(self, read: Read, rows: Rows) -> None:
+        """It begins at zero."""
 
     def output(self, number: int, read: Read, time: float) -> Array:
         """See Block."""
-        found: Array = self._x @ self._C
+        found: Array = self._x @ self._C + self._y0
         return found + read(0) @ self._D if self._through else found
 
-    def advance(self, read: Read, time: float, active: NDArray[np.int_]) -> None:
+    def advance(self, read: Read, time: float, active: Rows) -> None:
         """See Block."""
-        self._next = self._x @ self._A + read(0) @ self._B
+        self._next = self._x @ self._A + read(0) @ self._B + self._f0
 
     def commit(self) -> None:
         """See Block."""
@@ -127,9 +156,10 @@ class Functions:
         self._block, self._shape, self._given = block, () if count is None else (count,), given
         self._numbers = {block.get_input_port(i).get_name(): i for i in range(block.num_input_ports())}
         self._names = [block.get_output_port(i).get_name() for i in range(block.num_output_ports())]
-        remembering = {name: step for name, step in block.steps.items() if isinstance(step, Sample | Memory)}
-        self._state = {name: self._repeated(step.begin) for name, step in remembering.items()}
-        self._next, self._is_later = dict(self._state), False
+        remembering = ((name, step) for name, step in block.steps.items() if isinstance(step, Sample | Memory))
+        self._begin = {name: step.begin for name, step in remembering}
+        self._state = {name: self._repeated(begin) for name, begin in self._begin.items()}
+        self._next, self._is_later = dict(self._state), np.zeros(self._shape, bool)
         self._known: dict[str, Any] = {}
 
     def _repeated(self, value: Array) -> Array:
@@ -139,15 +169,24 @@ class Functions:
         """Forgets what followed from the inputs."""
         self._known.clear()
 
-    def begin(self, read: Read) -> None:
+    def clear(self, rows: Rows) -> None:
+        """See Block."""
+        for name, state in self._state.items():
+            self._state[name] = np.array(state)
+            self._state[name][rows] = self._begin[name]
+        self._next = {name: state.copy() for name, state in self._state.items()}
+        self._is_later[rows] = False
+        self.forget()
+
+    def begin(self, read: Read, rows: Rows) -> None:
         """See Block."""
         for name in self._state:
             step = self._block.steps[name]
             if isinstance(step, Sample) and step.at_initialization:
-                self._next[name] = self._value(step.source, read, 0.0)
+                self._next[name][rows] = self._value(step.source, read, 0.0)[rows]
             elif isinstance(step, Memory) and step.begin_of is not None:
                 function, source = step.begin_of
-                self._next[name] = function(self._value(source, read, 0.0))
+                self._next[name][rows] = function(self._value(source, read, 0.0))[rows]
 
     def output(self, number: int, read: Read, time: float) -> Array:
         """See Block."""
@@ -155,15 +194,24 @@ class Functions:
         found = function(*[self._value(source, read, time) for source in sources])
         return np.reshape(found, (*self._shape, -1))
 
-    def advance(self, read: Read, time: float, active: NDArray[np.int_]) -> None:
+    def advance(self, read: Read, time: float, active: Rows) -> None:
         """See Block; at the first sample nothing is remembered."""
         for name in self._state:
             step = self._block.steps[name]
-            if isinstance(step, Sample) and (self._is_later or step.at_first):
-                self._next[name] = self._value(step.source, read, time)
-            elif isinstance(step, Memory) and self._is_later:
-                self._next[name] = step.keep(*[self._value(source, read, time) for source in (name, *step.kept)])
-        self._is_later = True
+            if isinstance(step, Sample):
+                taken = self._value(step.source, read, time)
+                self._next[name] = taken if step.at_first else self._if_later(name, taken)
+            elif isinstance(step, Memory) and self._is_later.any():
+                kept = step.keep(*[self._value(source, read, time) for source in (name, *step.kept)])
+                self._next[name] = self._if_later(name, kept)
+        self._is_later = np.ones(self._shape, bool)
+
+    def _if_later(self, name: str, value: Array) -> Array:
+        """A state, in those environments of which it is not the first sample."""
+        if self._is_later.all():
+            return value
+        is_later = self._is_later.reshape(*self._shape, *[1] * (value.ndim - len(self._shape)))
+        return np.where(is_later, value, self._state[name])
 
     def commit(self) -> None:
         """See Block."""
@@ -194,27 +242,37 @@ class Functions:
         return np.broadcast_to(value, (*self._shape, value.shape[-1])) if self._shape else value
 
 
+_ALL: Any = ...  # rows of what has no axis of environments
+
+
 class OneByOne:
     """An ArrayBlock whose functions do not take leading axes: one for each environment."""
 
     def __init__(self, block: ArrayBlock, count: int):
-        self.period, self._each = block.period, [Functions(block, None) for _ in range(count)]
+        self.period, self._block = block.period, block
+        self._each = [Functions(block, None) for _ in range(count)]
 
     def forget(self) -> None:
         """Forgets what followed from the inputs."""
         for one in self._each:
             one.forget()
 
-    def begin(self, read: Read) -> None:
+    def clear(self, rows: Rows) -> None:
         """See Block."""
-        for i, one in enumerate(self._each):
-            one.begin(_of(read, i))
+        for i in rows:
+            self._each[i] = Functions(self._block, None)
+            self._each[i].clear(_ALL)
+
+    def begin(self, read: Read, rows: Rows) -> None:
+        """See Block."""
+        for i in rows:
+            self._each[i].begin(_of(read, int(i)), _ALL)
 
     def output(self, number: int, read: Read, time: float) -> Array:
         """See Block."""
         return np.array([one.output(number, _of(read, i), time) for i, one in enumerate(self._each)])
 
-    def advance(self, read: Read, time: float, active: NDArray[np.int_]) -> None:
+    def advance(self, read: Read, time: float, active: Rows) -> None:
         """See Block."""
         for i in active:
             self._each[i].advance(_of(read, int(i)), time, active)
@@ -249,7 +307,15 @@ class Controllers:
         """Forgets what followed from the inputs."""
         self._steps = []
 
-    def begin(self, read: Read) -> None:
+    def clear(self, rows: Rows) -> None:
+        """It begins with its first memory."""
+        self._memory = [*self._memory]
+        for i in rows:
+            self._memory[i] = self._block.first_memory
+        self._next = self._memory
+        self.forget()
+
+    def begin(self, read: Read, rows: Rows) -> None:
         """It begins with its first memory."""
 
     def _stepped(self, read: Read) -> list[Step]:
@@ -262,7 +328,7 @@ class Controllers:
         """See Block."""
         return np.array([[step.memory[3]] for step in self._stepped(read)])
 
-    def advance(self, read: Read, time: float, active: NDArray[np.int_]) -> None:
+    def advance(self, read: Read, time: float, active: Rows) -> None:
         """See Block."""
         steps = self._stepped(read)
         applied = read(2)[:, 0].tolist() if self._is_overridden else [step.memory[3] for step in steps]
@@ -295,14 +361,20 @@ class Tasks:
         ends = zip(self._progress, self._blocks, strict=True)
         return np.array([progress.phase == len(block.phases) for progress, block in ends])
 
-    def begin(self, read: Read) -> None:
+    def clear(self, rows: Rows) -> None:
+        """It begins with the first phase."""
+        for i in rows:
+            self._next[i] = Progress(), self._blocks[i].first_outputs
+        self.commit()
+
+    def begin(self, read: Read, rows: Rows) -> None:
         """It begins with the first phase."""
 
     def output(self, number: int, read: Read, time: float) -> Array:
         """See Block."""
         return np.array([outputs[number] for outputs in self._put_out])
 
-    def advance(self, read: Read, time: float, active: NDArray[np.int_]) -> None:
+    def advance(self, read: Read, time: float, active: Rows) -> None:
         """See Block."""
         seen = [read(i)[:, 0] if self._observes else np.full(len(self._blocks), np.nan) for i in range(2)]
         for i in active:
@@ -320,15 +392,19 @@ class Streams(Stateless):
 
     def __init__(self, drawn: Array):
         """`drawn` at every sample, (T, E, size)."""
-        self._drawn, self._number = drawn, 0
+        self._drawn, self._number = drawn, np.zeros(drawn.shape[1], int)
+
+    def give(self, drawn: Array, rows: Rows) -> None:
+        """Lets some environments begin anew, with other draws, (T, rows, size)."""
+        self._drawn[:, rows], self._number[rows] = drawn, 0
 
     def draw(self) -> None:
         """Draws for the next sample."""
-        self._number = min(self._number + 1, len(self._drawn) - 1)
+        self._number = np.minimum(self._number + 1, len(self._drawn) - 1)
 
     def output(self, number: int, read: Read, time: float) -> Array:
         """See Block."""
-        found: Array = self._drawn[self._number]
+        found: Array = self._drawn[self._number, np.arange(len(self._number))]
         return found
 
 
@@ -341,10 +417,15 @@ class Sliding:
         self._state: Array | None = None
         self._next: Array | None = None
 
-    def begin(self, read: Read) -> None:
+    def clear(self, rows: Rows) -> None:
+        """It begins at rest."""
+
+    def begin(self, read: Read, rows: Rows) -> None:
         """See Block."""
         if self._block.slides:
-            self._next = self._block.at_rest(read(0))
+            at_rest = self._block.at_rest(read(0))
+            self._next = at_rest if self._state is None else self._state.copy()
+            self._next[rows] = at_rest[rows]
 
     def output(self, number: int, read: Read, time: float) -> Array:
         """See Block."""
@@ -352,7 +433,7 @@ class Sliding:
             return self._block.tension(read(0), read(1))
         return self._block.actuation(read(0), read(1), self._state)
 
-    def advance(self, read: Read, time: float, active: NDArray[np.int_]) -> None:
+    def advance(self, read: Read, time: float, active: Rows) -> None:
         """See Block."""
         assert self._state is not None
         self._next = self._block.travelled(self._state, read(0))
@@ -378,11 +459,16 @@ class Contexts:
 
     def __init__(self, block: LeafSystem, count: int):
         self._block, self._inputs = block, range(block.num_input_ports())
-        contexts = [block.CreateDefaultContext() for _ in range(count)]
-        self._runs = [Simulator(block, context) for context in contexts]
-        has_state = contexts[0].num_discrete_state_groups() or contexts[0].num_abstract_states()
+        self._runs = [Simulator(block) for _ in range(count)]
+        context = self._runs[0].get_context()
+        has_state = context.num_discrete_state_groups() or context.num_abstract_states()
         self.period = _period(block) if has_state else None
-        self._updates: int | None = None  # made so far; None before the first state
+        self._updates = [_UNBEGUN] * count  # made so far
+
+    def clear(self, rows: Rows) -> None:
+        """See Block."""
+        for i in rows if len(self._runs) > 1 else ():
+            self._runs[i], self._updates[i] = Simulator(self._block), _UNBEGUN
 
     def _give(self, read: Read) -> None:
         for number in self._inputs:
@@ -391,7 +477,7 @@ class Contexts:
             for run, value in zip(self._runs, given, strict=True):
                 port.FixValue(run.get_mutable_context(), value)
 
-    def begin(self, read: Read) -> None:
+    def begin(self, read: Read, rows: Rows) -> None:
         """See Block."""
         self._give(read)
 
@@ -404,18 +490,21 @@ class Contexts:
                 run.get_mutable_context().SetTime(time)
         return np.array([port.Eval(run.get_context()) for run in self._runs])
 
-    def advance(self, read: Read, time: float, active: NDArray[np.int_]) -> None:
+    def advance(self, read: Read, time: float, active: Rows) -> None:
         """See Block."""
         self._give(read)
 
     def commit(self) -> None:
         """See Block; inputs are still those of the update."""
-        begins, self._updates = self._updates is None, 0 if self._updates is None else self._updates + 1
-        for run in self._runs:
-            if begins:
+        for i, run in enumerate(self._runs):
+            self._updates[i] += 1
+            if not self._updates[i]:
                 run.Initialize()
             elif self.period:
-                run.AdvanceTo(self._updates * self.period)  # a sum of periods would drift off the updates
+                run.AdvanceTo(self._updates[i] * self.period)  # a sum of periods would drift off the updates
+
+
+_UNBEGUN = -1
 
 
 def _period(block: LeafSystem) -> float:

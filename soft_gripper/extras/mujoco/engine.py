@@ -127,8 +127,9 @@ def _run_alike(served: Sequence[Served], described: bool) -> Iterator[Run | Exce
     plant_step, twins = stations[0].plant.time_step(), _evenly(len(served))
     step = plant_step / math.ceil(plant_step / LONGEST_STEP - 1e-9)
     while True:
-        network = Network([*stations, *(stations[i] for i in twins)], _plants(served, step, twins))
-        logs, lengths, failed = simulated(network)
+        all_runs = [*stations, *(stations[i] for i in twins)]
+        network = Network(all_runs, _plants(served, step, twins), stations[0].logs)
+        logs, lengths, failed = simulated(stations[0], network)
         change = _changes(stations, logs, lengths, twins)
         if change.is_small or step / 2 < SHORTEST_STEP:
             break

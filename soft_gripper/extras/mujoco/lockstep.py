@@ -7,15 +7,16 @@ from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.simulation import TASK_PAUSE
+from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.errors import SimulationDivergedError
-from soft_gripper.extras.mujoco.network import Network
+from soft_gripper.extras.mujoco.network import Network, Plants
 
 
 class Logs:
     """What the logs of E environments have taken."""
 
-    def __init__(self, network: Network, samples: int):
-        self.samples, self._network = samples, network
+    def __init__(self, station: Station, network: Network, samples: int):
+        self.samples, self._station, self._network = samples, station, network
         self._vectors: dict[int, Array] = {}
         self.states = np.empty((samples, network.count, network.plants.state.shape[1]))
         self.phases = np.empty((samples, network.count), int)  # of tasks
@@ -23,7 +24,7 @@ class Logs:
 
     def take(self, sample: int) -> None:
         """Takes a sample."""
-        every = self._network.station.scenario.record.patches_every
+        every = self._station.scenario.record.patches_every
         self.states[sample] = self._network.plants.state
         if self._network.tasks is not None:
             self.phases[sample] = self._network.tasks.phases
@@ -38,7 +39,7 @@ class Logs:
 
     def of(self, environment: int, samples: int) -> dict[int, Any]:
         """Those of one environment, up to a number of samples, by the number of the logged port."""
-        logged = self._network.station.logs.logged
+        logged = self._station.logs.logged
         found: dict[int, Any] = {
             logged[i]: np.ascontiguousarray(value[:samples, environment]) for i, value in self._vectors.items()
         }
@@ -52,24 +53,25 @@ _LEFT_OUT = np.empty((0, 0)), np.zeros(0, int)
 
 
 def rows_of(table: Array, begins: NDArray[np.int_], environment: int) -> Array:
+    """The patches of one environment at a sample, see `Plants.patches`."""
     return table[begins[environment] : begins[environment + 1]] if len(begins) else table
 
 
-def simulated(network: Network) -> tuple[Logs, NDArray[np.int_], dict[int, SimulationDivergedError]]:
-    """Runs everything; returns the logs, the number of samples of each run, and those that diverged.
+def simulated(station: Station, network: Network) -> tuple[Logs, NDArray[np.int_], dict[int, SimulationDivergedError]]:
+    """Runs a network of stations, of which the first is given; returns logs, samples of each run, and what diverged.
 
     What follows from a state is known once MuJoCo has stepped from it, so that samples are taken after the first step.
     """
-    station, plants = network.station, network.plants
+    plants = network.plants
     period, plant_step = station.scenario.sensor.period, station.plant.time_step()
     samples = round(station.scenario.duration / period) + 1
-    logs, lengths = Logs(network, samples), np.zeros(network.count, int)
+    logs, lengths = Logs(station, network, samples), np.zeros(network.count, int)
     failed: dict[int, SimulationDivergedError] = {}
     network.begin()
     for sample in range(samples):
         time = sample * period
         network.drive(time)
-        _find_diverged(network, time, failed)
+        _find_diverged(station, plants, time, failed)
         plants.begin_step()
         logs.take(sample)
         lengths[plants.active] = sample + 1
@@ -92,12 +94,11 @@ def _is_pause(time: float) -> bool:
     return abs(time / TASK_PAUSE - round(time / TASK_PAUSE)) < 1e-6 and time > 0
 
 
-def _find_diverged(network: Network, time: float, failed: dict[int, SimulationDivergedError]) -> None:
+def _find_diverged(station: Station, plants: Plants, time: float, failed: dict[int, SimulationDivergedError]) -> None:
     """Ends the runs whose state is not finite."""
-    plants = network.plants
     bad = ~np.isfinite(plants.state).all(axis=1)
     for i in plants.active[bad[plants.active]]:
-        name = network.station.plant.GetStateNames()[int(np.argmin(np.isfinite(plants.state[i])))]
+        name = station.plant.GetStateNames()[int(np.argmin(np.isfinite(plants.state[i])))]
         words = f"the simulation in MuJoCo diverged before t = {time:.4g} s in state {name}"
         failed[int(i)] = SimulationDivergedError(words)
     plants.active = plants.active[~bad[plants.active]]

@@ -5,8 +5,8 @@ updated with every step of the plant, others with every sample; all updates of o
 in Drake.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from typing import Any, Protocol
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from typing import Any, Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,26 +14,28 @@ from pydrake.common import RandomDistribution
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import BodyIndex, ModelInstanceIndex
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem
-from pydrake.systems.primitives import Demultiplexer, LinearSystem, RandomSource, TrajectorySource, VectorLogSink
+from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem, System
+from pydrake.systems.primitives import AffineSystem, Demultiplexer, RandomSource, TrajectorySource, VectorLogSink
 
 from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array
 from soft_gripper.control.pid_controller import SampledPidController
 from soft_gripper.control.task import TaskMachine
+from soft_gripper.diagrams.recording import SignalLogs
 from soft_gripper.diagrams.simulation import seed_random_sources
-from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.diagrams.wires import Level, leaf_systems
 from soft_gripper.extras.mujoco.blocks import (
     FUNCTIONS,
+    Affine,
     Block,
     Contexts,
     Controllers,
     Functions,
+    Given,
     Leaking,
-    Linear,
     OneByOne,
     Parts,
+    Rows,
     Sliding,
     Stateless,
     Streams,
@@ -41,10 +43,12 @@ from soft_gripper.extras.mujoco.blocks import (
 )
 from soft_gripper.fingers.leak import Leak
 from soft_gripper.fingers.path_drive import TendonDrive
+from soft_gripper.scenario.schema import Scenario
 from soft_gripper.sensors.base_pose import BasePoseSensor
 from soft_gripper.truth.contact import TrueContact
 
-Output = tuple[LeafSystem, int]
+Key: TypeAlias = LeafSystem | str  # of a block; of an input of the whole diagram, its name
+Output = tuple[Key, int]
 
 
 class Plants(Protocol):
@@ -78,45 +82,83 @@ class Plants(Protocol):
 _STEP, _SAMPLE, _HELD = range(3)  # how long values are valid: for a step of the plant, or a sample; or kept for one
 
 
-class Network:
-    """The blocks of stations of one structure, those that are read."""
+class Wired(Protocol):
+    """A built diagram with one plant, whose blocks are to run for many environments."""
 
-    def __init__(self, stations: Sequence[Station], plants: Plants):
-        self.station, self.plants, self.count = stations[0], plants, len(stations)
-        self._stations = stations
-        self._root = Level(self.station.diagram.connection_map())
-        self._levels = {
-            leaf: level for part in self.station.diagram.GetSystems() for leaf, level in leaf_systems(part, self._root)
-        }
-        self._feeds: dict[LeafSystem, list[Output | None]] = {}
-        self._blocks: dict[LeafSystem, Block] = {}
+    @property
+    def diagram(self) -> Diagram:
+        """With all blocks."""
+
+    @property
+    def plant(self) -> MultibodyPlant:
+        """At the root of the diagram."""
+
+    @property
+    def scenario(self) -> Scenario:
+        """From which it was built."""
+
+    @property
+    def task(self) -> TaskMachine | None:
+        """Its task, if there is one."""
+
+
+class Network:
+    """The blocks of diagrams of one structure, those that are read: by the plant, by logs, or by `read`."""
+
+    def __init__(
+        self, wired: Sequence[Wired], plants: Plants, logs: SignalLogs | None = None, outputs: Collection[str] = ()
+    ):
+        """
+        Args:
+            wired: the diagram of each environment; the blocks of the first one run for all, but for tasks.
+            plants: of all environments.
+            logs: of the first diagram; None: nothing is logged.
+            outputs: of the diagram, which are read.
+        """
+        self._first, self.plants, self.count, self._wired = wired[0], plants, len(wired), wired
+        diagram = self._first.diagram
+        self._root = Level(diagram.connection_map())
+        parts = diagram.GetSystems()
+        self._levels = {leaf: level for part in parts for leaf, level in leaf_systems(part, self._root)}
+        self._given = dict(_given(diagram))
+        self._feeds: dict[Key, list[Output | None]] = {}
+        self._blocks: dict[Key, Block] = {}
         self._validity: dict[Output, int] = {}
         self._known: tuple[dict[Output, Array], ...] = ({}, {}, {})
-        self._time = 0.0
+        self._time, self._drawn = 0.0, self._draw([each.scenario.sensor.seed for each in wired])
         self._ports = self._plant_ports()
         self._driven = list(self._drives())
-        logs = self.station.logs
-        self._logged = [self._source(logs, i, self._root) for i in range(logs.num_input_ports())]
-        for output in [*self._logged, *(each for _, *given in self._driven for each in given)]:
+        count = 0 if logs is None else logs.num_input_ports()
+        self._logged = [self._source(logs, i, self._root) for i in range(count)]
+        self._outputs = {name: self._exported(name) for name in outputs}
+        read = [*self._logged, *self._outputs.values(), *(each for _, *given in self._driven for each in given)]
+        for output in read:
             if output is not None:
                 self._reach(output)
         self._by_step = [leaf for leaf, block in self._blocks.items() if self._is_by_step(block)]
-        self._by_sample = [
-            leaf for leaf, block in self._blocks.items() if block.period is not None and leaf not in self._by_step
-        ]
+        with_state = [leaf for leaf, block in self._blocks.items() if block.period is not None]
+        self._by_sample = [leaf for leaf in with_state if leaf not in self._by_step]
         self._reading_plants = [leaf for leaf in self._blocks if self._reads_steps(leaf)]
 
     # Wiring.
 
     def _source(self, system: Any, number: int, level: Level) -> Output | None:
-        """The leaf output that feeds an input."""
+        """The leaf output, or the input of the diagram, that feeds an input."""
         feed = level.feed(system.get_input_port(number))
         if feed is None:
-            return None
+            name = self._given.get((system, number))
+            return None if name is None else (name, 0)
         if isinstance(feed.system, Diagram):
             port, _ = feed.level.leaf_output(feed.output)
             return port.get_system(), int(port.get_index())
         return feed.system, int(feed.output_index)
+
+    def _exported(self, name: str) -> Output:
+        """The leaf output behind an output of the diagram."""
+        diagram = self._first.diagram
+        system, number = diagram.get_output_port_locator(diagram.GetOutputPort(name).get_index())
+        port, _ = self._root.leaf_output(system.get_output_port(number))
+        return port.get_system(), int(port.get_index())
 
     def _reach(self, output: Output) -> None:
         """Makes the block of an output, and those that it reads."""
@@ -125,14 +167,18 @@ class Network:
             leaf = pending.pop()
             if leaf in self._blocks or isinstance(leaf, MultibodyPlant | TrueContact):
                 continue
+            if isinstance(leaf, str):
+                size = self._first.diagram.GetInputPort(leaf).size()
+                self._feeds[leaf], self._blocks[leaf] = [], Given(np.zeros((self.count, size)))
+                continue
             inputs = range(leaf.num_input_ports())
             self._feeds[leaf] = [self._source(leaf, i, self._levels[leaf]) for i in inputs]
             self._blocks[leaf] = self._made(leaf)
             pending += [fed[0] for fed in self._feeds[leaf] if fed is not None]
 
-    def _is_shared(self, leaf: LeafSystem) -> bool:
+    def _is_shared(self, leaf: Key) -> bool:
         """Whether a block does the same in all environments: it follows from the time alone."""
-        if isinstance(leaf, MultibodyPlant | TrueContact | RandomSource | TaskMachine):
+        if isinstance(leaf, str | MultibodyPlant | TrueContact | RandomSource | TaskMachine):
             return False
         fed = (self._source(leaf, i, self._levels[leaf]) for i in range(leaf.num_input_ports()))
         return all(source is not None and self._is_shared(source[0]) for source in fed)
@@ -146,26 +192,26 @@ class Network:
             return Functions(leaf, count, {"pose": lambda: self.plants.pose(leaf.body).reshape(count, -1)})
         if isinstance(leaf, ArrayBlock):
             return (Functions if leaf.takes_axes else OneByOne)(leaf, count)
-        if isinstance(leaf, LinearSystem):
-            return Linear(leaf, count)
+        if isinstance(leaf, AffineSystem):
+            return Affine(leaf, count)
         if isinstance(leaf, Demultiplexer):
             return Parts(leaf)
         if isinstance(leaf, SampledPidController):
             return Controllers(leaf, count, self._feeds[leaf][2] is not None)
         if isinstance(leaf, TaskMachine):
-            tasks = [station.task for station in self._stations]
+            tasks = [each.task for each in self._wired]
             return Tasks([task for task in tasks if task is not None], self._feeds[leaf][0] is not None)
         if isinstance(leaf, TendonDrive):
             return Sliding(leaf)
         if isinstance(leaf, Leak):
             return Leaking(leaf)
         if isinstance(leaf, RandomSource):
-            return Streams(self._drawn(leaf))
+            return Streams(self._drawn[leaf.get_name()])
         return Contexts(leaf, 1 if self._is_shared(leaf) else count)
 
     def _plant_ports(self) -> dict[int, Callable[[], Array]]:
         """The output ports of the plant by their numbers: what computes them."""
-        plant, plants = self.station.plant, self.plants
+        plant, plants = self._first.plant, self.plants
         ports: dict[int, Callable[[], Array]] = {int(plant.get_state_output_port().get_index()): lambda: plants.state}
         for model in map(ModelInstanceIndex, range(plant.num_model_instances())):
             of_model = plants.model_ports(model)
@@ -179,7 +225,7 @@ class Network:
 
     def _drives(self) -> Iterator[tuple[ModelInstanceIndex, Output, Output | None]]:
         """The models with actuators, and what feeds their torques and their desired states."""
-        plant = self.station.plant
+        plant = self._first.plant
         for model in map(ModelInstanceIndex, range(plant.num_model_instances())):
             if plant.num_actuated_dofs(model):
                 ports = plant.get_actuation_input_port(model), plant.get_desired_state_input_port(model)
@@ -198,10 +244,10 @@ class Network:
             known[output] = self._blocks[leaf].output(number, self._reader(leaf), self._time)
         return known[output]
 
-    def _reader(self, leaf: LeafSystem) -> Callable[[int], Array]:
+    def _reader(self, leaf: Key) -> Callable[[int], Array]:
         def read(number: int) -> Array:
             fed = self._feeds[leaf][number]
-            assert fed is not None, f"{leaf.get_name()}: input {number} is not connected"
+            assert fed is not None, f"input {number} of {leaf} is not connected"
             return self._value(fed)
 
         return read
@@ -211,8 +257,10 @@ class Network:
             self._validity[output] = self._found_valid_for(*output)
         return self._validity[output]
 
-    def _found_valid_for(self, leaf: LeafSystem, number: int) -> int:
+    def _found_valid_for(self, leaf: Key, number: int) -> int:
         block = self._blocks[leaf]
+        if isinstance(leaf, str):
+            return _SAMPLE
         if isinstance(leaf, TrajectorySource | Leak) or self._is_by_step(block):
             return _STEP
         fed = [each for i, each in enumerate(self._feeds[leaf]) if each and leaf.HasDirectFeedthrough(i, number)]
@@ -224,22 +272,43 @@ class Network:
     def _is_by_step(self, block: Block) -> bool:
         return (
             block.period is not None
-            and block.period == self.station.plant.time_step()
-            and isinstance(block, Linear | Sliding)
+            and block.period == self._first.plant.time_step()
+            and isinstance(block, Affine | Sliding)
         )
 
-    def _reads_steps(self, leaf: LeafSystem) -> bool:
+    def _reads_steps(self, leaf: Key) -> bool:
         """Whether a block of functions reads what changes with every step of the plant."""
         fed = (each for each in self._feeds[leaf] if each is not None)
         return any(isinstance(each[0], MultibodyPlant) or self._valid_for(each) == _STEP for each in fed)
 
     # Time.
 
-    def begin(self) -> None:
-        """Sets the states in which a run begins."""
+    def begin(self, rows: Rows | None = None, seeds: Sequence[int] = ()) -> None:
+        """Sets the states in which a run begins: of some environments, with new seeds; None: of all, with their own."""
+        if rows is None:
+            rows = np.arange(self.count)
+        else:
+            self._draw_anew(rows, seeds)
+        for block in self._blocks.values():
+            block.clear(rows)
+        self._changed()
         for leaf, block in self._blocks.items():
-            block.begin(self._reader(leaf))
+            block.begin(self._reader(leaf), rows)
         self._commit(list(self._blocks))
+
+    def give(self, name: str, value: Array) -> None:
+        """Sets an input of the diagram, (E, size)."""
+        block = self._blocks[name]
+        assert isinstance(block, Given)
+        block.value = value
+        self._changed()
+
+    def read(self, name: str) -> Array:
+        """An output of the diagram, (E, size)."""
+        self.plants.look()
+        self._known[_STEP].clear()
+        self._forget(self._reading_plants)
+        return self._value(self._outputs[name])
 
     def drive(self, time: float) -> None:
         """Takes the states of the plants at a time, s, drives them, and prepares updates of the drive."""
@@ -267,14 +336,7 @@ class Network:
             if isinstance(block, Streams):
                 block.draw()
         self._advance(self._by_sample)
-        self._known[_SAMPLE].clear()
-        self._known[_HELD].clear()
         self._commit([*self._by_sample, *self._by_step])
-
-    @property
-    def patches_every(self) -> int | None:
-        """Samples from one record of the patches of contact to the next; None: they are not recorded."""
-        return self.station.scenario.record.patches_every
 
     @property
     def tasks(self) -> Tasks | None:
@@ -284,50 +346,66 @@ class Network:
                 return block
         return None
 
-    def _forget(self, leaves: Iterable[LeafSystem]) -> None:
+    def _forget(self, leaves: Iterable[Key]) -> None:
         """Blocks of functions keep what they have computed until they are told to forget it."""
         for leaf in leaves:
             block = self._blocks[leaf]
             if isinstance(block, Functions | OneByOne | Controllers):
                 block.forget()
 
-    def _advance(self, leaves: Sequence[LeafSystem]) -> None:
+    def _advance(self, leaves: Sequence[Key]) -> None:
         for leaf in leaves:
             self._blocks[leaf].advance(self._reader(leaf), self._time, self.plants.active)
 
-    def _commit(self, leaves: Sequence[LeafSystem]) -> None:
+    def _commit(self, leaves: Sequence[Key]) -> None:
         for leaf in leaves:
             self._blocks[leaf].commit()
         self._known[_STEP].clear()
         if leaves is not self._by_step:
-            self._known[_SAMPLE].clear()
-            self._forget(self._blocks)
+            self._changed()
 
-    def _drawn(self, source: LeafSystem) -> Array:
-        """What a random source draws in each environment, (T, E, size)."""
-        if not hasattr(self, "_streams"):
-            self._streams = _streams(self._stations)
-        return self._streams[source.get_name()]
+    def _changed(self) -> None:
+        """Forgets all values."""
+        for known in self._known:
+            known.clear()
+        self._forget(self._blocks)
+
+    def _draw(self, seeds: Sequence[int]) -> dict[str, Array]:
+        """What every random source draws in environments with these seeds, (T, E, size), by its name."""
+        return _streams(self._first.diagram, self._first.scenario, seeds)
+
+    def _draw_anew(self, rows: Rows, seeds: Sequence[int]) -> None:
+        drawn = self._draw(seeds)
+        for leaf, block in self._blocks.items():
+            if isinstance(block, Streams) and not isinstance(leaf, str):
+                block.give(drawn[leaf.get_name()], rows)
 
 
-def _streams(stations: Sequence[Station]) -> dict[str, Array]:
-    """What every random source of a station draws, (T, E, size), by its name; by the seeds of the scenarios."""
-    scenario = stations[0].scenario
-    builder, sinks = DiagramBuilder(), {}
-    for source in stations[0].diagram.GetSystems():
+def _given(diagram: Diagram) -> Iterator[tuple[tuple[System, int], str]]:
+    """Which inputs of blocks are inputs of the whole diagram, and the names of these."""
+    for port in map(diagram.get_input_port, range(diagram.num_input_ports())):
+        for system, number in diagram.GetInputPortLocators(port.get_index()):
+            yield (system, int(number)), port.get_name()
+
+
+def _streams(diagram: Diagram, scenario: Scenario, seeds: Sequence[int]) -> dict[str, Array]:
+    """What the random sources of a diagram draw, (T, E, size), by name, in a run of its scenario with each seed."""
+    builder, sinks, period = DiagramBuilder(), {}, scenario.sensor.period
+    for source in diagram.GetSystems():
         if isinstance(source, RandomSource):
-            alike = RandomSource(RandomDistribution.kGaussian, source.get_output_port().size(), scenario.sensor.period)
+            alike = RandomSource(RandomDistribution.kGaussian, source.get_output_port().size(), period)
             builder.AddNamedSystem(source.get_name(), alike)
-            sinks[source.get_name()] = sink = builder.AddSystem(
-                VectorLogSink(alike.get_output_port().size(), scenario.sensor.period)
-            )
+            sink = builder.AddSystem(VectorLogSink(alike.get_output_port().size(), period))
+            sinks[source.get_name()] = sink
             builder.Connect(alike.get_output_port(), sink.get_input_port())
-    diagram = builder.Build()
+    if not sinks:
+        return {}
+    drawing = builder.Build()
     found: dict[str, list[Array]] = {name: [] for name in sinks}
-    for station in stations:
-        simulator = Simulator(diagram)
-        seed_random_sources(diagram, simulator.get_mutable_context(), station.scenario.sensor.seed)
-        simulator.AdvanceTo(scenario.duration + 2 * scenario.sensor.period)
+    for seed in seeds:
+        simulator = Simulator(drawing)
+        seed_random_sources(drawing, simulator.get_mutable_context(), seed)
+        simulator.AdvanceTo(scenario.duration + 2 * period)
         for name, sink in sinks.items():
             found[name].append(sink.FindLog(simulator.get_context()).data().T.copy())
     return {name: np.stack(each, axis=1) for name, each in found.items()}

@@ -25,8 +25,8 @@ CASES = {
 def test_every_signal_is_that_of_the_simulator(name):
     scenario = changed_scenario(name, CASES[name] | REALISTIC)
     station = make_private_station(scenario, composed=False)
-    network = Network([station], DrakePlants(station))
-    logs, (length,), failed = simulated(network)
+    network = Network([station], DrakePlants(station), station.logs)
+    logs, (length,), failed = simulated(station, network)
     assert not failed
     time = np.arange(length) * scenario.sensor.period
     found = make_recording(station.logs.labels, station.logs.computed(time, logs.of(0, length))).data
