@@ -39,7 +39,7 @@ LISTED: dict[str, set[str]] = {
     "grasps": set(),
     "hardware": set(),
     "health": set(),
-    "learning": set(),
+    "learning": {"mujoco"},
     "mujoco": {"export"},
     "page": set(),
     "placement": {"hardware", "studies"},

@@ -525,8 +525,10 @@ class Scenario(ByValue):
 
     @property
     def points(self) -> int | None:
-        """Points on either side of a link at which fingers touch other bodies; None: they touch over surfaces."""
-        return self.contact_points if self.contact == "points" or self.engine != DRAKE else None
+        """Points on either side of a link at which fingers touch other bodies; None: their shapes touch."""
+        over_surfaces = self.plant_config.contact_model != "point"
+        is_by_points = self.contact == "points" or (self.engine != DRAKE and over_surfaces)
+        return self.contact_points if is_by_points else None
 
     @property
     def steps(self) -> int:

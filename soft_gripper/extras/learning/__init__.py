@@ -12,6 +12,11 @@ for _id, _environment in (
     ("SoftGrasp-v0", "soft_grasp"),
     ("SoftPickPlace-v0", "soft_pick_place"),
 ):
-    gymnasium.register(_id, f"{__name__}.environment:SoftGripperEnv", kwargs={"environment": _environment})
+    gymnasium.register(
+        _id,
+        f"{__name__}.environment:SoftGripperEnv",
+        vector_entry_point=f"{__name__}.vector_environment:SoftGripperVectorEnv",
+        kwargs={"environment": _environment},
+    )
 
 __getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -175,8 +175,11 @@ class Observation(LeafSystem):
         self.DeclareVectorOutputPort("observation", len(self._entries), self._calc)
 
     def _calc(self, context: Context, output: BasicVector) -> None:
-        values = np.concatenate([port.Eval(context) for port in self._ports])[self._entries]
-        output.SetFromVector(scaled(values, self._scales))
+        output.SetFromVector(self.observe(*(port.Eval(context) for port in self._ports)))
+
+    def observe(self, *signals: Array) -> Array:
+        """The observation, (..., n), from the signals, (..., size) each."""
+        return scaled(np.concatenate(signals, axis=-1)[..., self._entries], self._scales)
 
 
 def add_observation(
@@ -333,7 +336,11 @@ class LearningStation:
 
 
 def make_learning_station(
-    config: EnvironmentConfig, scenario: Scenario, picture: bool = False, meshcat: Meshcat | None = None
+    config: EnvironmentConfig,
+    scenario: Scenario,
+    picture: bool = False,
+    meshcat: Meshcat | None = None,
+    composed: bool = True,
 ) -> LearningStation:
     """Builds a diagram.
 
@@ -348,12 +355,13 @@ def make_learning_station(
         scenario: of this station; the commands that an action gives are left open.
         picture: whether a camera looks at the scene.
         meshcat: shows the scene and the estimates.
+        composed: see `add_station`.
 
     Raises:
         InputError: if a part cannot be built, or does not fit the others.
     """
     builder, seen = DiagramBuilder(), picture or meshcat is not None
-    parts = add_station(builder, scenario, meshcat, visuals=seen, composed=True)
+    parts = add_station(builder, scenario, meshcat, visuals=seen, composed=composed)
     _add_action(builder, config, parts)
     handled = config.grasp or config.pick_place
     forces = None if handled is None else add_peak_force(builder, parts)

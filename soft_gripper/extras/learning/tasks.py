@@ -12,10 +12,10 @@ from soft_gripper.fingers.kinematics import as_planar, in_space
 
 
 class Judgement(NamedTuple):
-    """Result of one step."""
+    """Result of one step, of one environment or of several: (...)."""
 
-    reward: float
-    terminated: bool
+    reward: Any
+    terminated: Any
     info: dict[str, Any]  # ground truth, which observations do not contain
 
 
@@ -74,6 +74,17 @@ class HandledObject:
 _HELD_HEIGHT_SHARE = 0.8  # share of the height above which a touched object counts as held up
 
 
+def grasp_judgement(config: GraspConfig, time_step: float, height: Array, force: Array, peak: Array) -> Judgement:
+    """The result of a step of `Grasp`, from the height, (...) m, the forces of F fingers, (..., F), and their peak."""
+    lifted = np.clip(height / config.height, 0.0, 1.0)
+    crushed = np.asarray(peak) > config.crushing_force
+    reward = time_step * (lifted - config.force_weight * force.max(axis=-1)) - crushed
+    held = (lifted >= _HELD_HEIGHT_SHARE) & (force > 0).all(axis=-1) & ~crushed
+    return Judgement(
+        reward, crushed, {"height": height, "force": force, "peak_force": peak, "crushed": crushed, "success": held}
+    )
+
+
 class Grasp:
     """Earns time_step (lifted share - force_weight force) a step, and -1 for a crushed object, which ends it."""
 
@@ -85,14 +96,14 @@ class Grasp:
         self._object.begin(context)
 
     def judge(self, context: Context) -> Judgement:
-        seen, config = self._object.look(context), self._config
-        height = float(seen.place[2])
-        lifted = float(np.clip(height / config.height, 0.0, 1.0))
-        crushed = seen.peak > config.crushing_force
-        reward = self._time_step * (lifted - config.force_weight * seen.strongest) - float(crushed)
-        held = lifted >= _HELD_HEIGHT_SHARE and bool((seen.force > 0).all()) and not crushed
-        info = {"height": height, "force": seen.force, "peak_force": seen.peak, "crushed": crushed, "success": held}
-        return Judgement(reward, crushed, info)
+        seen = self._object.look(context)
+        return _of_one(grasp_judgement(self._config, self._time_step, seen.place[2], seen.force, np.array(seen.peak)))
+
+
+def _of_one(judged: Judgement) -> Judgement:
+    """The judgement of one environment, with Python's own numbers."""
+    info = {name: value if np.ndim(value) else np.asarray(value).item() for name, value in judged.info.items()}
+    return Judgement(float(judged.reward), bool(judged.terminated), info)
 
 
 _RESTING = 2e-3  # m, below which an object stands on the table
@@ -117,16 +128,33 @@ class PickPlace:
         self._goal.get_mutable_source_value(own).SetFromVector([rng.uniform(least, most)])
 
     def judge(self, context: Context) -> Judgement:
-        seen, config = self._object.look(context), self._config
-        goal = float(self._goal.get_output_port().Eval(self._goal.GetMyContextFromRoot(context))[0])
-        way, height = goal - float(self._object.begins_at[0]), float(seen.place[2])
-        error = abs(way - float(seen.place[0]))
-        crushed = seen.peak > config.crushing_force
-        placed = error < config.tolerance and abs(height) < _RESTING and not seen.force.any()
-        share = float(np.clip(1 - error / max(abs(way), config.tolerance), 0.0, 1.0))
-        reward = self._time_step * (share - config.force_weight * seen.strongest) + float(placed) - float(crushed)
-        info = {"error": error, "height": height, "force": seen.force, "peak_force": seen.peak}
-        return Judgement(reward, placed or crushed, info | {"crushed": crushed, "success": placed})
+        seen = self._object.look(context)
+        goal = self._goal.get_output_port().Eval(self._goal.GetMyContextFromRoot(context))[0]
+        way = goal - self._object.begins_at[0]
+        judged = pick_place_judgement(self._config, self._time_step, way, seen.place, seen.force, np.array(seen.peak))
+        return _of_one(judged)
+
+
+def pick_place_judgement(
+    config: PickPlaceConfig, time_step: float, way: Array, place: Array, force: Array, peak: Array
+) -> Judgement:
+    """The result of a step of `PickPlace`.
+
+    Args:
+        config: of the task.
+        time_step: s.
+        way: to the goal from the begin, (...) m along x.
+        place: of the object from there, (..., 3) m.
+        force: of F fingers, (..., F) N.
+        peak: the largest so far, (...) N.
+    """
+    error, height = np.abs(way - place[..., 0]), place[..., 2]
+    crushed = peak > config.crushing_force
+    placed = (error < config.tolerance) & (np.abs(height) < _RESTING) & ~force.any(axis=-1)
+    share = np.clip(1 - error / np.maximum(np.abs(way), config.tolerance), 0.0, 1.0)
+    reward = time_step * (share - config.force_weight * force.max(axis=-1)) + placed - 1.0 * crushed
+    info = {"error": error, "height": height, "force": force, "peak_force": peak}
+    return Judgement(reward, placed | crushed, info | {"crushed": crushed, "success": placed})
 
 
 class Reach:

@@ -19,6 +19,7 @@ from pydrake.systems.primitives import (
     Demultiplexer,
     MatrixGain,
     Multiplexer,
+    PassThrough,
     Saturation,
 )
 
@@ -90,12 +91,12 @@ class Given(Stateless):
     """An input of the whole diagram."""
 
     def __init__(self, value: Array):
-        """`value`, (E, size), which may be replaced."""
-        self.value = value
+        """`value`, (E, size)."""
+        self._value = value
 
     def output(self, number: int, read: Read, time: float) -> Array:
         """See Block."""
-        return self.value
+        return self._value
 
 
 class Parts(Stateless):
@@ -535,6 +536,10 @@ def _gain(block: MatrixGain) -> Callable[[Array], Array]:
     return lambda u: np.asarray(u @ gain)
 
 
+def _same(value: Array) -> Array:
+    return value
+
+
 def _together(*values: Array) -> Array:
     count = max(map(len, values))
     return np.concatenate([np.broadcast_to(value, (count, value.shape[1])) for value in values], axis=1)
@@ -571,7 +576,8 @@ def _bent(block: BentChambers) -> Callable[..., Array]:
     return lambda state, pressure: block.actuation(state, pressure)
 
 
-FUNCTIONS: dict[type[LeafSystem], Callable[[Any], Callable[..., Array]]] = {
+Functional = Mapping[type[LeafSystem], Callable[[Any], Callable[..., Array]]]
+FUNCTIONS: Functional = {
     Adder: lambda block: _added,
     BentChambers: _bent,
     ConstantVectorSource: _constant,
@@ -581,5 +587,6 @@ FUNCTIONS: dict[type[LeafSystem], Callable[[Any], Callable[..., Array]]] = {
     LowSelector: lambda block: _lower,
     MatrixGain: _gain,
     Multiplexer: lambda block: _together,
+    PassThrough: lambda block: _same,
     Saturation: _limits,
 }

@@ -6,6 +6,7 @@ in Drake.
 """
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from types import MappingProxyType
 from typing import Any, Protocol, TypeAlias
 
 import numpy as np
@@ -30,6 +31,7 @@ from soft_gripper.extras.mujoco.blocks import (
     Block,
     Contexts,
     Controllers,
+    Functional,
     Functions,
     Given,
     Leaking,
@@ -106,7 +108,12 @@ class Network:
     """The blocks of diagrams of one structure, those that are read: by the plant, by logs, or by `read`."""
 
     def __init__(
-        self, wired: Sequence[Wired], plants: Plants, logs: SignalLogs | None = None, outputs: Collection[str] = ()
+        self,
+        wired: Sequence[Wired],
+        plants: Plants,
+        logs: SignalLogs | None = None,
+        outputs: Collection[str] = (),
+        functions: Functional = MappingProxyType({}),
     ):
         """
         Args:
@@ -114,7 +121,9 @@ class Network:
             plants: of all environments.
             logs: of the first diagram; None: nothing is logged.
             outputs: of the diagram, which are read.
+            functions: what further kinds of blocks without a state compute, as of `FUNCTIONS`.
         """
+        self._functions = {**FUNCTIONS, **functions}
         self._first, self.plants, self.count, self._wired = wired[0], plants, len(wired), wired
         diagram = self._first.diagram
         self._root = Level(diagram.connection_map())
@@ -185,7 +194,8 @@ class Network:
 
     def _made(self, leaf: LeafSystem) -> Block:
         count = self.count
-        function = next((FUNCTIONS[kind] for kind in type(leaf).__mro__ if kind in FUNCTIONS), None)
+        functions = self._functions
+        function = next((functions[kind] for kind in type(leaf).__mro__ if kind in functions), None)
         if function is not None:
             return Stateless(function(leaf), leaf.num_input_ports())
         if isinstance(leaf, BasePoseSensor):
@@ -297,10 +307,9 @@ class Network:
         self._commit(list(self._blocks))
 
     def give(self, name: str, value: Array) -> None:
-        """Sets an input of the diagram, (E, size)."""
-        block = self._blocks[name]
-        assert isinstance(block, Given)
-        block.value = value
+        """Sets an input of the diagram, or the output of a source in it, (E, size)."""
+        key: Key = name if name in self._blocks else self._first.diagram.GetSubsystemByName(name)
+        self._blocks[key] = Given(value)
         self._changed()
 
     def read(self, name: str) -> Array:

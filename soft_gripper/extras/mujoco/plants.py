@@ -22,6 +22,7 @@ from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.extras.export.actuation import arm_actuators
 from soft_gripper.extras.export.mjcf import Mjcf, station_mjcf
 from soft_gripper.extras.export.tree import scoped_name
+from soft_gripper.extras.mujoco.blocks import Rows
 from soft_gripper.extras.mujoco.touching import TouchSensors
 
 _CALM = mujoco.mjtDisableBit.mjDSBL_AUTORESET  # a diverged state is reported, not replaced
@@ -104,13 +105,16 @@ class Exported(NamedTuple):
     touching: TouchSensors
 
 
-def in_mujoco(station: Station, step: float, listed: Collection[str] = ()) -> Exported:
+def in_mujoco(
+    station: Station, step: float, listed: Collection[str] = (), objects: Mapping[int, int] | None = None
+) -> Exported:
     """A station in MuJoCo, without the drive of its fingers, and with sensors of contact if that is recorded.
 
     Args:
         station: made with contact at points.
         step: of MuJoCo, s.
         listed: models that touch others in pairs, see `station_mjcf`.
+        objects: numbers of the objects whose contact is sensed, see `TouchSensors`.
     """
     found = station_mjcf(station, step, listed)
     root = ET.fromstring(found.text)
@@ -120,7 +124,7 @@ def in_mujoco(station: Station, step: float, listed: Collection[str] = ()) -> Ex
     driven = _part(root, "actuator")
     for actuator in [each for each in driven if each.attrib["name"] not in arm]:
         driven.remove(actuator)
-    touching = TouchSensors(station)
+    touching = TouchSensors(station, objects)
     touching.add_to(root)
     assets = {f"meshes/{name}": path.read_bytes() for name, path in found.meshes.items()}
     model = mujoco.MjModel.from_xml_string(ET.tostring(root, encoding="unicode"), assets)
@@ -170,10 +174,13 @@ class Plants:
         self.active = np.arange(len(models))
         self.state = self.layout.state(self._qpos, self._qvel)
 
-    @property
-    def count(self) -> int:
-        """E."""
-        return self.batch.nsim
+    def reset(self, rows: Rows, models: Sequence[mujoco.MjModel], begins: Array) -> None:
+        """Lets some environments begin anew, with models of all, (E,), and the positions of those, (rows, nq)."""
+        self.batch.set_models(models)
+        self.batch.reset(rows, stage=mujoco.mjtStage.mjSTAGE_NONE)
+        places = np.ix_(rows, self.layout.qpos)
+        self._qpos[places] = begins
+        self.batch.forward(rows)
 
     @cached_property
     def _arm(self) -> _Arm | None:

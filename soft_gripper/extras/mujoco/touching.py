@@ -5,6 +5,8 @@ and all that it touches, since a sensor of MuJoCo does not say what touches.
 """
 
 import xml.etree.ElementTree as ET
+from collections import Counter
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import mujoco
@@ -19,6 +21,7 @@ from soft_gripper.truth.contact import COLUMNS, NO_OBJECT, TrueContact
 TRUTH = "true_contact"  # the block that summarizes contact
 _DATA = "found force torque pos normal tangent"
 _SIZE = 16  # numbers of one contact
+_FEWEST = 8  # contacts that a sensor can report: a link may touch several shapes of an object
 _FOUND, _FORCE, _TORQUE, _PLACE, _NORMAL, _TANGENT = (0, *(slice(i, i + 3) for i in (1, 4, 7, 10, 13)))
 
 
@@ -34,28 +37,24 @@ class _Touched(NamedTuple):
 class TouchSensors:
     """Sensors of contact of the fingers of a station; none if contact is not recorded."""
 
-    def __init__(self, station: Station):
+    def __init__(self, station: Station, objects: Mapping[int, int] | None = None):
+        """`objects` are the numbers of the objects to which geometries belong; None: as contact is recorded."""
         plant, inspector = station.plant, station.parts.scene_graph.model_inspector()
-        is_recorded = station.diagram.HasSubsystemNamed(TRUTH)
+        if objects is None and station.diagram.HasSubsystemNamed(TRUTH):
+            truth: TrueContact = station.diagram.GetSubsystemByName(TRUTH)
+            objects = truth.objects
         self.links = [
             _Touched(str(link.scoped_name()), number, i, float(finger.finger.link_ends[i]))
-            for number, finger in enumerate(station.fingers if is_recorded else ())
+            for number, finger in enumerate(() if objects is None else station.fingers)
             for i, link in enumerate(finger.links)
         ]
-        self.objects: list[tuple[str, int]] = []  # bodies of objects, and the numbers of these
-        parts = 1
-        if is_recorded:
-            truth: TrueContact = station.diagram.GetSubsystemByName(TRUTH)
-            every = {each.get_value(): each for each in inspector.GetAllGeometryIds()}
-            shapes: dict[tuple[str, int], int] = {}
-            for geometry, number in truth.objects.items():
-                key = str(_body(station, every[geometry])), number
-                shapes[key] = shapes.get(key, 0) + 1
-            self.objects, parts = list(shapes), 2 if max(shapes.values(), default=1) > 1 else 1
-        points = max(
-            (len(plant.GetCollisionGeometriesForBody(link)) for f in station.fingers for link in f.links), default=1
-        )
-        self._most = points * parts  # contacts of a sensor
+        every = {each.get_value(): each for each in inspector.GetAllGeometryIds()}
+        shapes = Counter((_body(station, every[geometry]), number) for geometry, number in (objects or {}).items())
+        self.objects = list(shapes)  # bodies of objects, and the numbers of these
+        parts = 2 if max(shapes.values(), default=1) > 1 else 1
+        links = (link for finger in station.fingers for link in finger.links)
+        points = max((len(plant.GetCollisionGeometriesForBody(link)) for link in links), default=1)
+        self._most = max(_FEWEST, points * parts)  # contacts of a sensor
         self._bodies = np.zeros(len(self.links), int)
 
     def add_to(self, root: ET.Element) -> None:

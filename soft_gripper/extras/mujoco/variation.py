@@ -58,11 +58,13 @@ class Variation:
     poses: Mapping[str, RigidTransform] = field(default_factory=dict)
     masses: Mapping[str, float] = field(default_factory=dict)  # kg
     frictions: Mapping[str, float] = field(default_factory=dict)
+    sizes: Mapping[str, float] = field(default_factory=dict)  # factors of all lengths
+    stiffnesses: Mapping[str, float] = field(default_factory=dict)  # N/m, at a point of contact
 
     @property
     def touched(self) -> set[str]:
         """Models whose contacts differ."""
-        return {*self.masses, *self.frictions}
+        return {*self.masses, *self.frictions, *self.sizes, *self.stiffnesses}
 
 
 def variation(scenario: Scenario, base: Scenario) -> Variation:
@@ -90,7 +92,7 @@ def begin(plant: MultibodyPlant, of: Variation) -> Array:
 
 
 def varied(model: mujoco.MjModel, exported: Mjcf, plant: MultibodyPlant, of: Variation, points: int) -> mujoco.MjModel:
-    """A model of MuJoCo with other masses and frictions; inertia grows with the mass.
+    """A model of MuJoCo with other objects; inertia grows with the mass, and with the square of the size.
 
     Args:
         model: in which the models that differ touch others in pairs.
@@ -102,13 +104,16 @@ def varied(model: mujoco.MjModel, exported: Mjcf, plant: MultibodyPlant, of: Var
     if not of.touched:
         return model
     found, growth = copy(model), {}
-    for name, mass in of.masses.items():
+    for name in {*of.masses, *of.sizes}:
         bodies = [plant.get_body(i) for i in plant.GetBodyIndices(plant.GetModelInstanceByName(name))]
-        growth[name] = mass / sum(body.default_mass() for body in bodies)
-        for body in bodies:
-            number = found.body(str(body.scoped_name())).id
+        mass, size = sum(body.default_mass() for body in bodies), of.sizes.get(name, 1.0)
+        growth[name] = of.masses.get(name, mass) / mass
+        for number in (found.body(str(body.scoped_name())).id for body in bodies):
             found.body_mass[number] *= growth[name]
-            found.body_inertia[number] *= growth[name]
+            found.body_inertia[number] *= growth[name] * size**2
+            found.body_ipos[number] *= size
+            for lengths in (found.geom_size, found.geom_pos, found.geom_rbound, found.geom_aabb):
+                lengths[found.geom_bodyid == number] *= size
     if growth:
         mujoco.mj_setConst(found, mujoco.MjData(found))
     for pair in exported.pairs:
@@ -119,7 +124,11 @@ def varied(model: mujoco.MjModel, exported: Mjcf, plant: MultibodyPlant, of: Var
 
 def _set_contact(model: mujoco.MjModel, pair: Pair, of: Variation, growth: Mapping[str, float], points: int) -> None:
     one, other = (
-        Surface(of.frictions.get(name, surface.friction), surface.compliance, surface.mobility / growth.get(name, 1.0))
+        Surface(
+            of.frictions.get(name, surface.friction),
+            1 / of.stiffnesses[name] if name in of.stiffnesses else surface.compliance,
+            surface.mobility / growth.get(name, 1.0),
+        )
         for name, surface in zip(pair.models, pair.surfaces, strict=True)
     )
     contact, number = touch(one, other), model.pair(pair.name).id

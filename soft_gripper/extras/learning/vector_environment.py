@@ -1,0 +1,266 @@
+"""SoftGripperVectorEnv: many environments of one file at once, in MuJoCo, as a vector environment of Gymnasium.
+
+Observations and rewards are those of `SoftGripperEnv`, by the same blocks and functions, with the environments as
+leading axis. MuJoCo takes contact at points, as the shipped scenes do in Drake.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import mujoco
+import numpy as np
+from gymnasium.spaces import Box
+from gymnasium.utils.seeding import np_random
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+from numpy.typing import NDArray
+from pydrake.math import RigidTransform
+
+from soft_gripper.arrays import Array
+from soft_gripper.diagrams.station_parts import Station
+from soft_gripper.errors import InputError
+from soft_gripper.extras.learning.config import EnvironmentConfig, load_environment
+from soft_gripper.extras.learning.episode_variation import Draw, draw, varied_fingers
+from soft_gripper.extras.learning.station import (
+    LARGEST,
+    PERIOD,
+    LearningStation,
+    Observation,
+    home,
+    make_learning_station,
+    resting_action,
+)
+from soft_gripper.extras.learning.tasks import Judgement, grasp_judgement, pick_place_judgement
+from soft_gripper.extras.mujoco.blocks import Rows
+from soft_gripper.extras.mujoco.network import Network
+from soft_gripper.extras.mujoco.plants import Exported, Plants, in_mujoco
+from soft_gripper.extras.mujoco.variation import Variation, begin, varied
+from soft_gripper.scenario.schema import Scenario
+
+# s, of MuJoCo: with 5 ms one block in ten is hit by 5 N as it leaves the table, with 3.3 ms none, as in Drake.
+LONGEST_STEP = 0.0034
+
+
+class SoftGripperVectorEnv(VectorEnv[Any, Any, Any]):
+    """Agents act on stations from -1 to 1, and observe estimates from the sensors of the grippers.
+
+    An episode that has ended begins anew in the next step, whose action is ignored. Grippers of other moduli take turns
+    among the environments, one for each. A simulation that diverges truncates its episode: `info["diverged"]`.
+    """
+
+    def __init__(
+        self,
+        num_envs: int = 1,
+        environment: str = "soft_grasp",
+        changes: Mapping[str, Any] | None = None,
+        threads: int = 1,
+    ):
+        """Builds the stations.
+
+        Args:
+            num_envs: number of environments.
+            environment: name of a shipped environment, or path of a file; see `load_environment`.
+            changes: of it.
+            threads: that step the plants.
+
+        Raises:
+            InputError: if anything in the file is invalid, or the task handles no object.
+        """
+        self.environment = load_environment(environment, changes)
+        config = self.environment.config
+        if config.grasp is None and config.pick_place is None:
+            expected = "handles no object; use vectorization_mode='async', whose environments are simulated in Drake"
+            raise InputError("vector environment", "environment", environment, expected)
+        self.num_envs, self.metadata = num_envs, {"autoreset_mode": AutoresetMode.NEXT_STEP}
+        slots = [np.arange(first, num_envs, config.variation.grippers) for first in range(config.variation.grippers)]
+        scenario = replace(self.environment.scenario, engine="mujoco")
+        self._grippers = [
+            _Gripper(config, varied_fingers(scenario, config.variation, number), of_gripper, threads)
+            for number, of_gripper in enumerate(slots)
+            if len(of_gripper)
+        ]
+        first = self._grippers[0]
+        self.single_action_space = Box(-1.0, 1.0, (len(first.resting),), np.float32)
+        self.single_observation_space = Box(-LARGEST, LARGEST, (first.observe().shape[1],), np.float32)
+        self.action_space = batch_space(self.single_action_space, num_envs)
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self._random = [np_random(None)[0] for _ in range(num_envs)]
+        self._over = np.zeros(num_envs, bool)
+
+    def reset(
+        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[NDArray[np.float32], dict[str, Any]]:
+        """Begins an episode in all environments; seeds of environments follow each other if one is given."""
+        seeds = [seed + i for i in range(self.num_envs)] if isinstance(seed, int) else seed
+        for i, own in enumerate(seeds or ()):
+            if own is not None:
+                self._random[i] = np_random(own)[0]
+        for gripper in self._grippers:
+            gripper.begin(np.arange(len(gripper.slots)), [self._random[i] for i in gripper.slots])
+        self._over[:] = False
+        return self._observations(), {}
+
+    def step(
+        self, actions: Any
+    ) -> tuple[NDArray[np.float32], NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
+        """Applies actions for a time step.
+
+        Raises:
+            InputError: if the actions are not finite, or have another shape than `action_space`.
+        """
+        given, shape = np.asarray(actions, dtype=float), self.action_space.shape
+        if given.shape != shape or not np.isfinite(given).all():
+            raise InputError("step", "actions", actions, f"give finite numbers of shape {shape}, from -1 to 1")
+        reward, ends = np.zeros(self.num_envs), np.zeros((2, self.num_envs), bool)  # terminated, truncated
+        begun, info = self._over.copy(), dict[str, Any]()
+        for gripper in self._grippers:
+            own = gripper.slots
+            anew = np.flatnonzero(begun[own])
+            judged = gripper.step(np.clip(given[own], -1.0, 1.0), anew, [self._random[i] for i in own[anew]])
+            reward[own], ends[0, own] = judged.reward, judged.terminated
+            ends[1, own] = gripper.is_late | judged.info["diverged"]
+            for name, values in judged.info.items():
+                info.setdefault(name, np.zeros((self.num_envs, *values.shape[1:]), values.dtype))[own] = values
+        reward[begun], ends[:, begun] = 0.0, False
+        info |= {f"_{name}": ~begun for name in info}
+        self._over = ends.any(axis=0)
+        return self._observations(), reward, ends[0], ends[1], info
+
+    def _observations(self) -> NDArray[np.float32]:
+        found = np.empty(self.observation_space.shape or (), np.float32)
+        for gripper in self._grippers:
+            found[gripper.slots] = gripper.observe()
+        return found
+
+
+class _Gripper:
+    """The environments of one of the grippers."""
+
+    def __init__(self, config: EnvironmentConfig, scenario: Scenario, slots: Rows, threads: int):
+        """`slots` are the numbers of its environments among all."""
+        self.slots, self._config = slots, config
+        self._learning = learning = make_learning_station(config, scenario, composed=False)
+        self._station = station = _station_of(learning)
+        self._period, self._plant_step = scenario.sensor.period, station.plant.time_step()
+        self._check(scenario)
+        substeps = np.ceil(self._plant_step / LONGEST_STEP - 1e-9)
+        handled = config.grasp or config.pick_place
+        assert handled is not None
+        assert learning.object is not None
+        self._name, self._body = handled.object, learning.object
+        self._exported: Exported = in_mujoco(station, self._plant_step / float(substeps), [self._name], {})
+        self._models: list[mujoco.MjModel] = [self._exported.model] * len(slots)
+        begins = np.tile(begin(station.plant, Variation()), (len(slots), 1))
+        self._plants = Plants(station, self._exported.touching, self._models, begins, threads)
+        functions = {Observation: lambda block: block.observe}
+        self._network = Network([station] * len(slots), self._plants, None, ["observation"], functions)
+        self.resting = resting_action(config.action, home(learning.parts))
+        self._actions = np.tile(self.resting, (len(slots), 1))
+        self._network.give("action", self._actions)
+        self._network.begin()
+        self._place = self._body.floating_positions_start() + 4
+        self._steps = np.zeros(len(slots), int)  # of the episodes
+        self._begins, self._goals = begins[:, self._place : self._place + 3], np.zeros(len(slots))
+        self._force = np.zeros((len(slots), len(station.fingers)))
+        self._peak = np.zeros(len(slots))
+        self._observed = self._network.read("observation")
+
+    def _check(self, scenario: Scenario) -> None:
+        for name, of in (("plant_config.time_step", self._plant_step), ("sensor.period", self._period)):
+            steps = self._config.time_step / of if of else 0.0
+            if not steps or abs(steps - round(steps)) > 1e-6:
+                raise InputError("vector environment", name, of, f"must divide time_step, {self._config.time_step:g} s")
+
+    @property
+    def is_late(self) -> NDArray[np.bool_]:
+        """Which episodes have lasted as long as they may."""
+        return self._steps * self._config.time_step > self._config.duration - 1e-9
+
+    def observe(self) -> Array:
+        """The observations, (E, k)."""
+        return self._observed
+
+    def begin(self, rows: Rows, random: Sequence[np.random.Generator]) -> None:
+        """Begins episodes in some environments, whose random numbers are given."""
+        if not len(rows):
+            return
+        drawn = [draw(each, self._config.variation) for each in random]
+        variations = [self._variation(each) for each in drawn]
+        plant, points = self._station.plant, self._station.scenario.contact_points
+        for row, of in zip(rows, variations, strict=True):
+            self._models[row] = varied(self._exported.model, self._exported.file, plant, of, points)
+        begins = np.array([begin(plant, of) for of in variations])
+        self._plants.reset(rows, self._models, begins)
+        self._actions[rows] = self.resting
+        self._network.give("action", self._actions)
+        self._network.begin(rows, [each.sensor_seed for each in drawn])
+        self._begins[rows] = begins[:, self._place : self._place + 3]
+        self._force[rows], self._peak[rows], self._steps[rows] = 0.0, 0.0, 0
+        if self._config.pick_place is not None:
+            least, most = self._config.pick_place.goal
+            self._goals[rows] = [each.uniform(least, most) for each in random]
+            self._network.give("goal", self._goals[:, None])
+        self._observed = self._network.read("observation")
+
+    def _variation(self, drawn: Draw) -> Variation:
+        name, X_WO = self._name, self._station.plant.GetDefaultFloatingBaseBodyPose(self._body)
+        size = drawn.size or 1.0
+        shift = np.array([drawn.offset, 0.0, (size - 1) * self._learning.object_height])
+        given = {"masses": drawn.mass, "frictions": drawn.friction, "sizes": drawn.size, "stiffnesses": drawn.stiffness}
+        changed = {field: {name: value} for field, value in given.items() if value is not None}
+        return Variation({name: RigidTransform(X_WO.rotation(), X_WO.translation() + shift)}, **changed)
+
+    def step(self, actions: Array, anew: Rows, random: Sequence[np.random.Generator]) -> Judgement:
+        """Applies actions, (E, n), for a time step; those environments that end an episode begin another instead."""
+        self._actions[:] = actions
+        self._network.give("action", self._actions)
+        before = self._observed
+        every, per_force = round(self._period / self._plant_step), max(1, round(PERIOD / self._plant_step))
+        for i in range(round(self._config.time_step / self._plant_step)):
+            self._network.drive(i * self._plant_step)
+            self._plants.begin_step()
+            if i % per_force == 0:
+                self._look_at_forces()
+            if i % every == 0:
+                self._network.sample()
+            else:
+                self._network.update_drive()
+            self._plants.finish_step()
+        self._look_at_forces()
+        self._steps += 1
+        self._observed = self._network.read("observation")
+        diverged = ~np.isfinite(self._plants.state).all(axis=1)
+        judged = self._judged()
+        judged.info["diverged"] = diverged
+        if diverged.any():
+            self._observed[diverged] = before[diverged]
+            judged = judged._replace(
+                reward=np.where(diverged, 0.0, judged.reward), terminated=judged.terminated & ~diverged
+            )
+        self.begin(anew, random)
+        return judged
+
+    def _judged(self) -> Judgement:
+        place = self._plants.state[:, self._place : self._place + 3] - self._begins
+        config, dt = self._config, self._config.time_step
+        if config.grasp is not None:
+            return grasp_judgement(config.grasp, dt, place[:, 2], self._force, self._peak)
+        assert config.pick_place is not None
+        way = self._goals - self._begins[:, 0]
+        return pick_place_judgement(config.pick_place, dt, way, place, self._force, self._peak)
+
+    def _look_at_forces(self) -> None:
+        """The force on each finger along the normals of its contacts, (E, F) N, and the largest so far."""
+        rows, begins = self._plants.patches()
+        count = len(self._station.fingers)
+        environment = np.repeat(np.arange(len(self.slots)), np.diff(begins))
+        pressed = np.abs((rows[:, 10:13] * rows[:, 7:10]).sum(axis=1))
+        cell = environment * count + rows[:, 0].astype(int)
+        self._force = np.bincount(cell, pressed, len(self.slots) * count).reshape(-1, count)
+        self._peak = np.maximum(self._peak, self._force.max(axis=1))
+
+
+def _station_of(learning: LearningStation) -> Station:
+    """A station without logs."""
+    return Station(learning.diagram, learning.parts, None)  # type: ignore[arg-type]

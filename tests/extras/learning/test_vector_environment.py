@@ -1,0 +1,77 @@
+"""Many environments at once in MuJoCo, beside one in Drake."""
+
+import numpy as np
+import pytest
+
+pytest.importorskip("mujoco")
+gymnasium = pytest.importorskip("gymnasium")
+
+import soft_gripper.extras.learning  # noqa: E402, F401, registers the environments
+from soft_gripper.errors import InputError  # noqa: E402
+from soft_gripper.extras.learning import SoftGripperEnv  # noqa: E402
+from soft_gripper.extras.learning.vector_environment import SoftGripperVectorEnv  # noqa: E402
+
+PLAIN = {
+    "variation": {"grippers": 1},
+    "scenario.sensor.errors": None,
+    "duration": 1.5,
+}
+CLOSE, LIFT = [0.7, -1.0], [0.7, 0.6]
+
+
+def played(step, actions):
+    """The last observation, and the sum of rewards."""
+    total, observed = 0.0, None
+    for action in actions:
+        observed, reward, *_ = step(action)
+        total = total + reward
+    return observed, total
+
+
+def test_observations_and_rewards_are_those_of_drake():
+    one, many = SoftGripperEnv("soft_grasp", PLAIN), SoftGripperVectorEnv(2, "soft_grasp", PLAIN)
+    first, _ = one.reset(seed=1)
+    firsts, _ = many.reset(seed=1)
+    assert firsts == pytest.approx(np.tile(first, (2, 1)), abs=1e-6)
+    actions = [CLOSE] * 10 + [LIFT] * 4
+    observed, earned = played(one.step, np.array(actions))
+    observations, rewards = played(many.step, [np.tile(action, (2, 1)) for action in actions])
+    assert observations == pytest.approx(np.tile(observed, (2, 1)), abs=0.02)
+    assert rewards == pytest.approx(earned, abs=0.03)
+
+
+def test_an_episode_that_is_over_begins_anew_in_the_next_step():
+    env = gymnasium.make_vec(
+        "SoftGrasp-v0", num_envs=4, vectorization_mode="vector_entry_point", changes={"duration": 0.2}
+    )
+    begins, _ = env.reset(seed=3)
+    idle = np.tile([-1.0, -1.0], (4, 1))
+    assert not env.step(idle)[3].any()
+    assert env.step(idle)[3].all()
+    observed, reward, terminated, truncated, info = env.step(idle)
+    assert not terminated.any()
+    assert not truncated.any()
+    assert not reward.any()
+    assert not info["_height"].any()
+    assert np.abs(observed[:, :4] - begins[:, :4]).max() < 0.05
+
+
+def test_the_same_seed_gives_the_same_episodes():
+    found = []
+    for _ in range(2):
+        env = SoftGripperVectorEnv(3, "soft_pick_place")
+        env.reset(seed=5)
+        found.append(played(env.step, [np.tile([0.5, 0.0, 0.0], (3, 1))] * 4))
+    for one, other in zip(*found, strict=True):
+        np.testing.assert_array_equal(one, other)
+    assert np.ptp(found[0][0][:, -1]) > 0  # goals differ
+
+
+def test_bad_input_is_named():
+    env = SoftGripperVectorEnv(2, "soft_grasp", PLAIN)
+    env.reset(seed=0)
+    for actions in (np.zeros((2, 3)), np.full((2, 2), np.nan)):
+        with pytest.raises(InputError, match="actions"):
+            env.step(actions)
+    with pytest.raises(InputError, match="handles no object"):
+        SoftGripperVectorEnv(2, "soft_reach")
