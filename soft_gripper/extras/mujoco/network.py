@@ -301,6 +301,7 @@ class Network:
             self._draw_anew(rows, seeds)
         for block in self._blocks.values():
             block.clear(rows)
+        self.plants.look()
         self._changed()
         for leaf, block in self._blocks.items():
             block.begin(self._reader(leaf), rows)
