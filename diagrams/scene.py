@@ -18,12 +18,14 @@ from pydrake.geometry import (
     SceneGraphInspector,
 )
 from pydrake.math import RigidTransform
+from pydrake.multibody.parsing import ModelDirective
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant, MultibodyPlantConfig
-from pydrake.multibody.tree import Frame, Joint, ModelInstanceIndex, RigidBody
+from pydrake.multibody.tree import Frame, Joint, ModelInstanceIndex, RigidBody, world_model_instance
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
 from soft_gripper.arrays import Array
 from soft_gripper.control.couplings import Couplings, Mimic, couplings
+from soft_gripper.diagrams.initial_position import set_initial_position
 from soft_gripper.diagrams.point_contact import prepare_point_contact
 from soft_gripper.errors import InputError
 from soft_gripper.files.notes import collected
@@ -31,6 +33,7 @@ from soft_gripper.fingers.finger_parts import SLIDES
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.library_messages import without_messages
 from soft_gripper.scenario.deformables import Deformable, deformable_body, deformable_kind
+from soft_gripper.scenario.directives import add_directives
 from soft_gripper.scenario.drake_parsing import drake_reads
 from soft_gripper.scenario.model_files import LoadedModel, is_mjcf, load_model, model_path
 from soft_gripper.scenario.schema import ArmConfig, ModelConfig
@@ -90,6 +93,9 @@ def add_model(
         InputError: if its file or a frame that it names is invalid.
     """
     loaded = load_model(plant, config, where, arm, visuals, points)
+    if arm is not None and config.initial_position:
+        raise InputError(where, "initial_position", config.initial_position, "leave it out: an arm has arm.home")
+    set_initial_position(plant, loaded.model, config.initial_position, loaded.mimics, where)
     X_PC = config.X_PC.GetDeterministicValue()
     deformable = deformable_body(plant, loaded.model)
     if deformable is not None:
@@ -140,15 +146,21 @@ def first_body(plant: MultibodyPlant, model: str) -> RigidBody:
 
 
 def find_frame(plant: MultibodyPlant, name: str, where: str, field: str) -> Frame:
-    """The frame named "world" or "model::frame".
+    """The frame named "world", "model::frame", or as it was added to the world by directives.
 
     Raises:
         InputError: if there is none; lists the frames of the model.
     """
     if name == "world":
         return plant.world_frame()
-    model, is_scoped, frame = name.partition("::")
-    frame = frame.replace("::", "_")  # of a model in the model, see nested_models.py
+    of_directives, _, own_name = name.rpartition("::")
+    if of_directives and plant.HasModelInstanceNamed(of_directives):  # whose name may have "::" in it
+        model, is_scoped, frame = of_directives, "::", own_name
+    else:
+        model, is_scoped, frame = name.partition("::")
+        frame = frame.replace("::", "_")  # of a model in the model, see nested_models.py
+    if not is_scoped and plant.HasFrameNamed(name, world_model_instance()):
+        return plant.GetFrameByName(name, world_model_instance())
     if not is_scoped:
         raise InputError(where, field, name, 'write "model::frame", or "world"')
     if not plant.HasModelInstanceNamed(model):
@@ -181,6 +193,7 @@ def add_plant(
     arm: ArmConfig | None = None,
     visuals: bool = True,
     points: int | None = None,
+    directives: Sequence[ModelDirective] = (),
 ) -> Scene:
     """Adds a finalized plant named "plant" and its SceneGraph, with all models placed.
 
@@ -192,12 +205,14 @@ def add_plant(
         arm: which of the models is an arm, and its initial posture.
         visuals: whether Meshcat or a camera is to see the fingers; where nothing looks, their shapes only cost time.
         points: on either side of every link of a finger, at which it touches other bodies; None: over its surface.
+        directives: what is added before the models.
 
     Raises:
-        InputError: if a model or a finger in it is invalid.
+        InputError: if a directive, a model or a finger in it is invalid.
     """
     plant, scene_graph = AddMultibodyPlant(config, builder)
     plant.mutable_gravity_field().set_gravity_vector(gravity)
+    add_directives(plant, directives)
     fingers: list[PlantFinger] = []
     mimics: dict[str, Sequence[Mimic]] = {}
     kind = deformable_kind()

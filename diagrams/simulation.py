@@ -36,6 +36,7 @@ from soft_gripper.errors import InputError, SimulationDivergedError
 from soft_gripper.models import DIRECTORY
 from soft_gripper.registry import registered
 from soft_gripper.scenario.checks import checked_scenario
+from soft_gripper.scenario.directives import parts_with_files
 from soft_gripper.scenario.drake_values import plain_values
 from soft_gripper.scenario.mesh_object import mesh_suffixes
 from soft_gripper.scenario.model_files import model_path
@@ -77,7 +78,8 @@ def built_of(scenario: Scenario, content_of: Callable[[Path], str | None] | None
     `content_of` is what was found of a file before, see `content`; None: files are looked at.
     """
     types = (scenario.sensor.type, scenario.estimator.type, *scenario.estimator.alongside)
-    named = [*(model.file for model in scenario.models), scenario.nominal.file, scenario.nominal.calibration]
+    models = [*scenario.models, *parts_with_files(scenario.directives)]
+    named = [*(model.file for model in models), scenario.nominal.file, scenario.nominal.calibration]
     paths = [model_path(file) for file in named if file is not None]
     places = dict.fromkeys(DIRECTORY if path.is_relative_to(DIRECTORY) else path for path in paths)
     contents = list(map(content_of or content, places))

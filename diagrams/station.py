@@ -125,7 +125,14 @@ def add_station(
         scenario = checked_scenario("scenario", scenario)
         nominal = read_nominal_model(scenario.nominal)
         scene = add_plant(
-            builder, scenario.plant_config, scenario.models, scenario.gravity, scenario.arm, visuals, scenario.points
+            builder,
+            scenario.plant_config,
+            scenario.models,
+            scenario.gravity,
+            scenario.arm,
+            visuals,
+            scenario.points,
+            scenario.directives,
         )
         made_by = (name_of(make_sensor, scenario.sensor.type), name_of(make_estimator, scenario.estimator.type))
         check_finger_names("scenario", (finger.finger.name for finger in scene.fingers))
@@ -154,6 +161,7 @@ def add_station(
                 scenario.models,
                 scenario.arm,
                 scenario.task,
+                scenario.visualization,
             )
         station.notes += notes
     return station

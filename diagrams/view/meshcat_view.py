@@ -15,6 +15,7 @@ import socket
 from base64 import b64encode
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
+from copy import deepcopy
 from ipaddress import IPv4Address
 from itertools import product
 from pathlib import Path
@@ -23,11 +24,13 @@ from urllib.parse import urlsplit
 
 import numpy as np
 from pydrake.geometry import Meshcat, MeshcatParams, MeshcatVisualizer, MeshcatVisualizerParams, Rgba, Role, SceneGraph
+from pydrake.lcm import DrakeLcm
 from pydrake.math import RotationMatrix
 from pydrake.multibody.meshcat import ContactVisualizer, ContactVisualizerParams
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex
 from pydrake.systems.framework import Context, DiagramBuilder, OutputPort
+from pydrake.visualization import ApplyVisualizationConfig, VisualizationConfig
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.scene import Scene
@@ -182,6 +185,7 @@ def add_meshcat_view(
     models: Sequence[ModelConfig] = (),
     arm: ArmConfig | None = None,
     task: TaskConfig | None = None,
+    visualization: VisualizationConfig | None = None,
 ) -> None:
     """Adds the visualizers of bodies, true contact forces and estimates, and sets up camera, light and legend.
 
@@ -192,13 +196,25 @@ def add_meshcat_view(
         meshcat: the Meshcat to draw in.
         pressure: the `pressure` part, whose limits determine the torque scale.
         models, arm, task: parts of the scenario; their whole workspace is kept in view.
+        visualization: Drake's config of what else is shown; None: nothing else.
     """
     add_estimates(builder, scene, signals, meshcat, pressure)
     kind = deformable_kind()
     if kind is not None and scene.deformables:
         kind.add_view(builder, scene.plant, scene.scene_graph, scene.deformables, signals, meshcat, PERIOD)
-    ContactVisualizer.AddToBuilder(builder, scene.plant, meshcat, _contact_arrows())
+    if visualization is None or visualization.publish_contacts:
+        ContactVisualizer.AddToBuilder(builder, scene.plant, meshcat, _contact_arrows())
+    if visualization is not None:
+        _add_others(builder, scene, meshcat, visualization)
     set_up_view(scene, meshcat, pressure, models, arm, task)
+
+
+def _add_others(builder: DiagramBuilder, scene: Scene, meshcat: Meshcat, config: VisualizationConfig) -> None:
+    """Adds what Drake's config shows besides the bodies and contacts, which are drawn already; and mouse springs."""
+    others = deepcopy(config)
+    others.publish_illustration = others.publish_contacts = False
+    nowhere = DrakeLcm("memq://")  # Drake also publishes its shapes as LCM messages, which nothing receives
+    ApplyVisualizationConfig(others, builder, None, scene.plant, scene.scene_graph, meshcat, nowhere)
 
 
 def add_estimates(

@@ -12,6 +12,7 @@ from typing import Any, TypeVar, get_args, get_origin, get_type_hints
 import numpy as np
 from pydrake.common.schema import Transform
 from pydrake.common.yaml import yaml_dump, yaml_load_typed
+from pydrake.multibody.parsing import ModelDirective
 
 from soft_gripper.errors import InputError
 from soft_gripper.quantity import Rule, misfits, rules
@@ -117,6 +118,9 @@ def check_document(
         _must(rule.of_group(value), where, field, value)
     elif kind is Transform and isinstance(value, Transform):
         _must(None if _is_finite(value) else "must be a pose of finite numbers", where, field, value)
+    elif kind is ModelDirective:  # which Drake checks: a pose in it may be in a frame
+        fits = isinstance(value, dict | ModelDirective)
+        _must(None if fits else "must be a directive, such as add_model", where, field, value)
     elif fields := _fields(kind):
         _check_fields(where, value, kind, fields, field, rule, strict)
 

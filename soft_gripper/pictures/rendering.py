@@ -64,7 +64,8 @@ class RecordedScene:
 
     def __init__(self, scenario: Scenario, recording: Recording):
         builder = DiagramBuilder()
-        scene = add_plant(builder, scenario.plant_config, scenario.models, scenario.gravity, scenario.arm)
+        parts = scenario.models, scenario.gravity, scenario.arm
+        scene = add_plant(builder, scenario.plant_config, *parts, directives=scenario.directives)
         self.plant, self.scene_graph, self.fingers, self._deformables, *_ = scene
         give_normals(self.scene_graph, self.plant.get_source_id())
         self._diagram = builder.Build()

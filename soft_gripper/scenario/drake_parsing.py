@@ -116,9 +116,21 @@ def add_file(parser: Parser, path: Path) -> list[ModelInstanceIndex]:
     Raises:
         InputError: if it is XML that would end the process.
     """
-    if path.suffix.lower() in _XML:
-        _check(path, read_text(path))
+    check_file(path)
     return list(parser.AddModels(str(path)))
+
+
+def check_file(path: Path) -> ET.Element | None:
+    """Checks a file that Drake is to read unchanged; returns its root element if it is XML.
+
+    Raises:
+        InputError: if it is XML that would end the process.
+    """
+    if path.suffix.lower() not in _XML:
+        return None
+    text = read_text(path)
+    _check(path, text)
+    return parse_xml(path, text)
 
 
 def add_text(parser: Parser, text: str, path: Path, suffix: str) -> list[ModelInstanceIndex]:

@@ -7,8 +7,11 @@ from typing import Any
 
 import numpy as np
 from pydrake.common.schema import Rotation, Transform
+from pydrake.geometry import Rgba
+from pydrake.multibody import parsing
 from pydrake.multibody.plant import MultibodyPlantConfig
 from pydrake.systems.analysis import SimulatorConfig
+from pydrake.visualization import VisualizationConfig
 
 
 class ByValue:
@@ -57,5 +60,10 @@ def _made(kind: type, parts: Mapping[str, Any]) -> Any:
     return config
 
 
-for _kind in (Transform, Rotation, Rotation.Identity, Rotation.Rpy, MultibodyPlantConfig, SimulatorConfig):
+_DIRECTIVES = ("AddCollisionFilterGroup", "AddDirectives", "AddFrame", "AddModel", "AddModelInstance", "AddWeld")
+for _kind in (
+    *(Transform, Rotation, Rotation.Identity, Rotation.Rpy, Rotation.AngleAxis, Rotation.Uniform),
+    *(MultibodyPlantConfig, SimulatorConfig, VisualizationConfig, Rgba),
+    *(parsing.ModelDirective, *(getattr(parsing, name) for name in _DIRECTIVES)),
+):
     copyreg.pickle(_kind, lambda config: (_made, (type(config), _parts(config))))

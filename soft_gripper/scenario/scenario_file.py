@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from pydrake.common.yaml import yaml_dump, yaml_dump_typed, yaml_load_data
+from pydrake.visualization import VisualizationConfig
 
 from soft_gripper.cached import kept
 from soft_gripper.errors import InputError
@@ -16,6 +17,7 @@ from soft_gripper.files.document import load_config, require
 from soft_gripper.files.text import name_of
 from soft_gripper.files.yaml_text import parse_yaml, read_yaml
 from soft_gripper.scenario.checks import check_scenario, checked_scenario
+from soft_gripper.scenario.directives import parts_with_files
 from soft_gripper.scenario.drake_values import plain_values, without_numpy
 from soft_gripper.scenario.schema import Scenario
 from soft_gripper.scenario.shipped import scenario_path
@@ -83,9 +85,10 @@ def _checked(path: Path, document: dict[str, Any]) -> Scenario:
 def _files(scenario: Scenario) -> list[tuple[Any, str]]:
     """The parts of a scenario that name a file by its path, and the field in which they do."""
     of_models = [(m, "file") for m in scenario.models]
-    named = [*of_models, (scenario.nominal, "file"), (scenario.nominal, "calibration"), (scenario, "bench")]
+    of_directives = [(part, "file") for part in parts_with_files(scenario.directives)]
+    named = [*of_models, *of_directives, (scenario.nominal, "file"), (scenario.nominal, "calibration"), (scenario, "bench")]
     found = ((part, field, getattr(part, field)) for part, field in named)
-    return [(part, field) for part, field, file in found if file is not None and not file.startswith("package://")]
+    return [(part, field) for part, field, file in found if file is not None and "://" not in file]
 
 
 def files_read(name_or_path: str | Path, scenario: Scenario) -> list[str]:
@@ -125,6 +128,7 @@ def dump_scenario(scenario: Scenario, folder: Path | None = None) -> str:
 
 
 _ANY_SEED = 31415926535897932  # in a kept text, in the place of the seed of a run
+_MOUSE_STIFFNESS = getattr(VisualizationConfig(), "mouse_interaction_stiffness", None)
 _MOST_TEXTS = 8  # kept, since runs that differ in their seeds have one, and writing it takes 15 ms
 _texts: OrderedDict[str, str] = OrderedDict()
 
@@ -132,6 +136,9 @@ _texts: OrderedDict[str, str] = OrderedDict()
 def _dumped(scenario: Scenario) -> str:
     document = yaml_load_data(yaml_dump_typed(scenario))
     document["simulator_config"].pop("publish_every_time_step", None)  # gone from newer Drakes
+    shown = document.get("visualization") or {}
+    if shown.get("mouse_interaction_stiffness") == _MOUSE_STIFFNESS:
+        del shown["mouse_interaction_stiffness"]  # the default, unknown to older Drakes
     text: str = yaml_dump(document)
     return text
 

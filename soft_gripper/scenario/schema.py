@@ -13,8 +13,10 @@ from typing import Any
 
 from pydrake.common.schema import Transform
 from pydrake.common.yaml import yaml_load_file
+from pydrake.multibody.parsing import ModelDirective
 from pydrake.multibody.plant import MultibodyPlantConfig
 from pydrake.systems.analysis import GetIntegrationSchemes, SimulatorConfig
+from pydrake.visualization import VisualizationConfig
 
 from soft_gripper.control.pid_controller import PidGains
 from soft_gripper.estimators.uncertainty import Uncertainty
@@ -96,6 +98,8 @@ class ModelConfig(ByValue):
     mass: float | None = quantity(None, "kg", above=0)
     # Coulomb, equal static and dynamic, of all its shapes; None: as in the file, 0.8 for a bare mesh.
     friction: float | None = quantity(None, least=0)
+    # By name of a joint; those left out are as in the file. An arm has `arm.home` instead.
+    initial_position: dict[str, list[float]] = quantity({}, "rad or m")
     without: list[str] = field(default_factory=list)  # links of a URDF to omit, with everything attached to them
     segments: int | None = quantity(None, least=1)  # of every finger in the file; None: as in the file
     springs: str | None = quantity(None, known=SPRINGS)  # see docs/finger.md; None: linear ones if they are stable
@@ -460,6 +464,12 @@ _SOLVER = {
     "accuracy": Rule(least=1e-9),  # below this, error control takes endlessly many steps
     "target_realtime_rate": Rule(least=0),
 }
+_VISUALIZATION = {
+    "lcm_bus": Rule(known=("default",)),  # LCM is not published to
+    "publish_period": Rule("s", above=0),
+    "initial_proximity_alpha": Rule(least=0, most=1),
+    "mouse_interaction_stiffness": Rule("N/m", least=0),
+}
 
 
 @dataclass
@@ -494,6 +504,8 @@ class Scenario(ByValue):
     """A whole scenario: models, drive, sensors, estimators and solver."""
 
     description: str = ""
+    # Drake's model directives, added before the models, which can be welded to what they add, see docs/drake_users.md
+    directives: list[ModelDirective] = field(default_factory=list)
     models: list[ModelConfig] = quantity([], filled=True)
     gravity: list[float] = quantity([0.0, 0.0, -9.81], "m/s^2", length=3)  # in the world
     pressure: PressureConfig = field(default_factory=PressureConfig)
@@ -512,6 +524,8 @@ class Scenario(ByValue):
     bench: str | None = None
     # What simulates the plant; engines other than Drake let fingers touch at points, whatever `contact` says.
     engine: str = quantity(DRAKE, known=engines)
+    # What Meshcat shows besides the view that is always drawn, and mouse springs; None: nothing
+    visualization: VisualizationConfig | None = field(default=None, metadata=valid(parts=_VISUALIZATION))
     # How fingers touch other bodies: over the surface of their links, or at points of it, which is faster; see
     # docs/solver.md for what that changes.
     contact: str = quantity("surface", known=("surface", "points"))
@@ -522,6 +536,9 @@ class Scenario(ByValue):
     def misfits(self) -> Iterator[Misfit]:
         if self.contact_points not in (2, 4, 8):
             yield "contact_points", self.contact_points, "must be 2, 4 or 8"
+        for name in ("publish_illustration", "enable_meshcat_creation"):
+            if self.visualization is not None and not getattr(self.visualization, name):
+                yield f"visualization.{name}", False, "must be true: a view shows the bodies, in the Meshcat it is given"
 
     @property
     def points(self) -> int | None:

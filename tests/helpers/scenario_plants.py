@@ -19,7 +19,8 @@ def scenario_of(folder: Path, *models: str) -> Scenario:
 
 def add_scene(builder: DiagramBuilder, scenario: Scenario) -> Scene:
     """Adds what a scenario simulates."""
-    return add_plant(builder, scenario.plant_config, scenario.models, scenario.gravity, scenario.arm)
+    parts = scenario.models, scenario.gravity, scenario.arm
+    return add_plant(builder, scenario.plant_config, *parts, directives=scenario.directives)
 
 
 def arm_of(scenario: Scenario, scene: Scene) -> Arm:

@@ -45,7 +45,8 @@ class EstimateScene:
         whole, builder = self._add_whole(DiagramBuilder()), DiagramBuilder()
         models = _placed_models(scenario.models, whole.fingers, bool(moving))
         arm = None if moving else scenario.arm
-        scene = add_plant(builder, scenario.plant_config, models, scenario.gravity, arm)
+        directives = () if moving else scenario.directives
+        scene = add_plant(builder, scenario.plant_config, models, scenario.gravity, arm, directives=directives)
         self._sizes = {
             name: signals[name].size() for finger in scene.fingers for name in _drawn_of(finger.name, signals)
         }
@@ -103,7 +104,7 @@ class EstimateScene:
 
     def _add_whole(self, builder: DiagramBuilder) -> Scene:
         of = self._scenario
-        return add_plant(builder, of.plant_config, of.models, of.gravity, of.arm)
+        return add_plant(builder, of.plant_config, of.models, of.gravity, of.arm, directives=of.directives)
 
 
 class _Posed:

@@ -120,8 +120,9 @@ def _simulated(file: Path) -> Iterator[_Recorded]:
 def _logged(file: Path, log: Log) -> Iterator[_Recorded]:
     """The fingers of a log."""
     scenario, described = log.scenario, log.described
-    plant = scenario.plant_config, scenario.models, scenario.gravity, scenario.arm, False
-    fingers = {each.name: each for each in add_plant(DiagramBuilder(), *plant).fingers}
+    parts = scenario.models, scenario.gravity, scenario.arm
+    scene = add_plant(DiagramBuilder(), scenario.plant_config, *parts, visuals=False, directives=scenario.directives)
+    fingers = {each.name: each for each in scene.fingers}
     if isinstance(described, BenchConfig):
         found: Iterable[tuple[PlantFinger, _Measured]]
         found = _bench_logs(file, described, fingers, np.array(scenario.gravity))

@@ -38,7 +38,8 @@ def load_run(file: Path) -> RecordedRun:
         raise InputError(file, "scenario", text, "is not a recording of a scenario: it has no such attribute")
     scenario = parse_scenario(file, text)
     _check_time(file, recording, scenario.sensor.period)
-    scene = add_plant(DiagramBuilder(), scenario.plant_config, scenario.models, scenario.gravity, scenario.arm, False)
+    parts = scenario.models, scenario.gravity, scenario.arm
+    scene = add_plant(DiagramBuilder(), scenario.plant_config, *parts, visuals=False, directives=scenario.directives)
     if not scene.fingers:
         raise InputError(file, "fingers", [], "there is no finger in the recording")
     return RecordedRun(recording, scenario, scene.fingers)
