@@ -24,12 +24,13 @@ from urllib.parse import urlsplit
 
 import numpy as np
 from pydrake.geometry import Meshcat, MeshcatParams, MeshcatVisualizer, MeshcatVisualizerParams, Rgba, Role, SceneGraph
-from pydrake.lcm import DrakeLcm
+from pydrake.lcm import DrakeLcmParams
 from pydrake.math import RotationMatrix
 from pydrake.multibody.meshcat import ContactVisualizer, ContactVisualizerParams
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex
 from pydrake.systems.framework import Context, DiagramBuilder, OutputPort
+from pydrake.systems.lcm import ApplyLcmBusConfig
 from pydrake.visualization import ApplyVisualizationConfig, VisualizationConfig
 
 from soft_gripper.arrays import Array
@@ -213,8 +214,9 @@ def _add_others(builder: DiagramBuilder, scene: Scene, meshcat: Meshcat, config:
     """Adds what Drake's config shows besides the bodies and contacts, which are drawn already; and mouse springs."""
     others = deepcopy(config)
     others.publish_illustration = others.publish_contacts = False
-    nowhere = DrakeLcm("memq://")  # Drake also publishes its shapes as LCM messages, which nothing receives
-    ApplyVisualizationConfig(others, builder, None, scene.plant, scene.scene_graph, meshcat, nowhere)
+    # Drake also publishes its shapes as LCM messages, which nothing receives; the diagram owns where they go.
+    nowhere = ApplyLcmBusConfig({others.lcm_bus: DrakeLcmParams(lcm_url="memq://")}, builder)
+    ApplyVisualizationConfig(others, builder, nowhere, scene.plant, scene.scene_graph, meshcat)
 
 
 def add_estimates(

@@ -468,7 +468,7 @@ _VISUALIZATION = {
     "lcm_bus": Rule(known=("default",)),  # LCM is not published to
     "publish_period": Rule("s", above=0),
     "initial_proximity_alpha": Rule(least=0, most=1),
-    "mouse_interaction_stiffness": Rule("N/m", least=0),
+    "mouse_interaction_stiffness": Rule("1/s^2", least=0),
 }
 
 
@@ -536,6 +536,11 @@ class Scenario(ByValue):
     def misfits(self) -> Iterator[Misfit]:
         if self.contact_points not in (2, 4, 8):
             yield "contact_points", self.contact_points, "must be 2, 4 or 8"
+        for i, directive in enumerate(self.directives):
+            kinds = [each.name for each in ModelDirective.__fields__]
+            given = [kind for kind in kinds if getattr(directive, kind) is not None]
+            if len(given) != 1:
+                yield f"directives[{i}]", given, f"must have one of {', '.join(kinds)}"
         for name in ("publish_illustration", "enable_meshcat_creation"):
             if self.visualization is not None and not getattr(self.visualization, name):
                 yield f"visualization.{name}", False, "must be true: a view shows the bodies, in the Meshcat it is given"
