@@ -17,7 +17,6 @@ from pydrake.multibody.plant import MultibodyPlant
 
 from soft_gripper.errors import InputError
 from soft_gripper.files.document import require
-from soft_gripper.files.text import read_text
 from soft_gripper.models import package_map
 from soft_gripper.scenario.drake_parsing import check_file, check_inside, drake_reads
 

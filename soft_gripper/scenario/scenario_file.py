@@ -86,7 +86,13 @@ def _files(scenario: Scenario) -> list[tuple[Any, str]]:
     """The parts of a scenario that name a file by its path, and the field in which they do."""
     of_models = [(m, "file") for m in scenario.models]
     of_directives = [(part, "file") for part in parts_with_files(scenario.directives)]
-    named = [*of_models, *of_directives, (scenario.nominal, "file"), (scenario.nominal, "calibration"), (scenario, "bench")]
+    named = [
+        *of_models,
+        *of_directives,
+        (scenario.nominal, "file"),
+        (scenario.nominal, "calibration"),
+        (scenario, "bench"),
+    ]
     found = ((part, field, getattr(part, field)) for part, field in named)
     return [(part, field) for part, field, file in found if file is not None and "://" not in file]
 

@@ -543,7 +543,11 @@ class Scenario(ByValue):
                 yield f"directives[{i}]", given, f"must have one of {', '.join(kinds)}"
         for name in ("publish_illustration", "enable_meshcat_creation"):
             if self.visualization is not None and not getattr(self.visualization, name):
-                yield f"visualization.{name}", False, "must be true: a view shows the bodies, in the Meshcat it is given"
+                yield (
+                    f"visualization.{name}",
+                    False,
+                    "must be true: a view shows the bodies, in the Meshcat it is given",
+                )
 
     @property
     def points(self) -> int | None:

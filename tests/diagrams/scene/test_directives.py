@@ -2,6 +2,7 @@
 
 import os
 import pickle
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -71,7 +72,7 @@ def _stand_ins() -> dict[str, str]:
     """Models of the links, joints and frames that the directives name, by URI."""
     links = ["base", *(f"iiwa_link_{i}" for i in range(1, 8))]
     arm = "".join(f'<link name="{link}"><inertial>{_SOLID}</inertial></link>' for link in links)
-    for i, (parent, child) in enumerate(zip(links, links[1:], strict=False), start=1):
+    for i, (parent, child) in enumerate(pairwise(links), start=1):
         arm += f"""<joint name="iiwa_joint_{i}" type="revolute"><parent link="{parent}"/><child link="{child}"/>
             <origin xyz="0 0 0.15"/><axis xyz="0 {i % 2} {1 - i % 2}"/>
             <limit lower="-2.9" upper="2.9" effort="300" velocity="2"/></joint>"""
@@ -145,7 +146,7 @@ def test_the_demo_beside_a_gripper(packages: None, tmp_path: Path) -> None:
     np.testing.assert_allclose(arm[0], POSTURE)
     np.testing.assert_allclose(jaws[0], OPEN)
     assert np.abs(arm[-1] - arm[0]).max() > 1e-3  # nothing drives it
-    fingers = [name for name in alone if name.endswith(".joint_angles")]
+    fingers = [name for name in alone if name.endswith(".theta")]
     assert len(fingers) == 2
     for name in fingers:
         assert np.abs(alone[name][-1]).max() > 0.01
@@ -174,7 +175,9 @@ def test_a_gripper_on_what_directives_add(packages: None, tmp_path: Path, parent
     assert plant.EvalBodyPoseInWorld(context, first).IsNearlyEqualTo(expected, 1e-12)
 
 
-FINGER = "models:\n- {name: finger, file: package://soft_gripper/grippers/finger.urdf, X_PC: {translation: [0, 0, 1]}}\n"
+FINGER = (
+    "models:\n- {name: finger, file: package://soft_gripper/grippers/finger.urdf, X_PC: {translation: [0, 0, 1]}}\n"
+)
 PENDULUM = "package://drake/examples/pendulum/Pendulum.urdf"
 
 

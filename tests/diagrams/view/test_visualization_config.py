@@ -28,7 +28,9 @@ def test_nothing_is_drawn_twice() -> None:
     names = _names(["visualization={}"])
     assert [role for role in ROLES if f"meshcat_visualizer({role})" in names] == ["proximity", "inertia"]
     assert sum("contact_visualizer" in name for name in names) == 1
-    assert not any("contact" in name for name in _names(["visualization={publish_contacts: false}"]) if "meshcat" in name)
+    assert not any(
+        "contact" in name for name in _names(["visualization={publish_contacts: false}"]) if "meshcat" in name
+    )
 
 
 def test_a_run_with_it_is_that_without() -> None:
@@ -42,7 +44,12 @@ def test_a_run_with_it_is_that_without() -> None:
 
 @pytest.mark.parametrize(
     ("field", "value"),
-    [("lcm_bus", "driver"), ("publish_illustration", "false"), ("enable_meshcat_creation", "false"), ("publish_period", "0")],
+    [
+        ("lcm_bus", "driver"),
+        ("publish_illustration", "false"),
+        ("enable_meshcat_creation", "false"),
+        ("publish_period", "0"),
+    ],
 )
 def test_what_a_view_cannot_do(field: str, value: str) -> None:
     with refused(f"visualization.{field}"):

@@ -1,0 +1,44 @@
+"""The plant has gradients, through contact too; a station, with blocks in Python, has none."""
+
+import numpy as np
+import pytest
+from pydrake.autodiffutils import ExtractGradient, InitializeAutoDiff
+from pydrake.systems.framework import Diagram, DiagramBuilder
+
+from soft_gripper.arrays import Array
+from soft_gripper.diagrams.scene import add_plant
+from soft_gripper.diagrams.simulation import simulate
+from soft_gripper.diagrams.station import make_station
+from soft_gripper.scenario.scenario_file import load_scenario
+
+
+def _step(diagram: Diagram, state: Array) -> tuple[Array, int]:
+    """The state after a step, and the number of contacts before it."""
+    context = diagram.CreateDefaultContext()
+    plant = diagram.GetSubsystemByName("plant")
+    of_plant = plant.GetMyMutableContextFromRoot(context)
+    plant.SetPositionsAndVelocities(of_plant, state)
+    after = diagram.EvalUniquePeriodicDiscreteUpdate(context).value().copy().ravel()
+    if after.dtype == object:
+        return after, 0
+    found = plant.get_contact_results_output_port().Eval(of_plant)
+    return after, found.num_hydroelastic_contacts() + found.num_point_pair_contacts()
+
+
+@pytest.mark.parametrize("points", [None, 4])
+def test_a_step_in_contact_against_differences(points: int | None) -> None:
+    scenario = load_scenario("box_grasp", ["pressure.settle=0.3"])
+    state = simulate(scenario).data["plant.state"].values[-1]
+    builder = DiagramBuilder()
+    add_plant(builder, scenario.plant_config, scenario.models, scenario.gravity, points=points)
+    diagram = builder.Build()
+    assert _step(diagram, state)[1] > 0
+    moves = 1e-7 * np.eye(len(state))
+    numeric = np.transpose([(_step(diagram, state + h)[0] - _step(diagram, state - h)[0]) / 2e-7 for h in moves])
+    exact = ExtractGradient(_step(diagram.ToAutoDiffXd(), InitializeAutoDiff(state).ravel())[0])
+    assert np.abs(exact - numeric).max() < 1e-5 * np.abs(numeric).max()
+
+
+def test_a_station_is_of_double() -> None:
+    with pytest.raises(RuntimeError, match="does not support scalar conversion"):
+        make_station(load_scenario("free_bending")).diagram.ToAutoDiffXd()
