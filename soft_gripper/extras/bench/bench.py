@@ -213,8 +213,8 @@ def bench_scenario(scenario: Scenario) -> Scenario:
 
 
 def _make_parts(scenario: Scenario, moving: Sequence[str]) -> _Parts:
-    parts = scenario.models, scenario.gravity, scenario.arm
-    scene = add_plant(DiagramBuilder(), scenario.plant_config, *parts, visuals=False, directives=scenario.directives)
+    placed = scenario.models, scenario.gravity, scenario.arm
+    scene = add_plant(DiagramBuilder(), scenario.plant_config, *placed, visuals=False, directives=scenario.directives)
     if not scene.fingers:
         raise InputError("scenario", "models", [m.file for m in scenario.models], "there is no <finger> in them")
     parts = _Parts(DiagramBuilder(), scenario.sensor.period)

@@ -78,9 +78,8 @@ class _Writer:
         lacks += ["contacts between links of one model, such as two fingers, in simulators that leave them out"]
         for name, mimics in self._station.parts.mimics.items():
             lacks += [f"{name}: joint {mimic.joint} follows {mimic.leader}; it moves freely" for mimic in mimics]
-        for model in self._station.scenario.models:
-            if model.initial_position:
-                lacks.append(f"{model.name}: initial_position, joints begin at 0")
+        begun = [each.name for each in self._station.scenario.models if each.initial_position]
+        lacks += [f"{name}: initial_position, joints begin at 0" for name in begun]
         if self._station.scenario.directives:
             lacks.append("directives: default_joint_positions, joints begin at 0")
         if self._station.scenario.arm is not None:
