@@ -143,7 +143,7 @@ def _dumped(scenario: Scenario) -> str:
     document = yaml_load_data(yaml_dump_typed(scenario))
     document["simulator_config"].pop("publish_every_time_step", None)  # gone from newer Drakes
     shown = document.get("visualization") or {}
-    if shown.get("mouse_interaction_stiffness") == _MOUSE_STIFFNESS:
+    if "mouse_interaction_stiffness" in shown and shown["mouse_interaction_stiffness"] == _MOUSE_STIFFNESS:
         del shown["mouse_interaction_stiffness"]  # the default, unknown to older Drakes
     text: str = yaml_dump(document)
     return text

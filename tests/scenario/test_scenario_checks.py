@@ -32,7 +32,8 @@ RANGES = {
         StrainErrorsConfig.creep_time StrainErrorsConfig.correlation_time StrainErrorsConfig.quantization
         UncertaintyConfig.reading UncertaintyConfig.load_pressure UncertaintyConfig.largest_force
         UncertaintyConfig.friction
-        plant_config.penetration_allowance plant_config.stiction_tolerance simulator_config.max_step_size""",
+        plant_config.penetration_allowance plant_config.stiction_tolerance simulator_config.max_step_size
+        visualization.publish_period""",
     "at least 0": """
         ModelConfig.friction PidGains.derivative_filter PhaseConfig.rest
         PressureConfig.settle PressureConfig.time_constant PressureConfig.leak_time
@@ -43,12 +44,12 @@ RANGES = {
         PressureErrors.gain_error PressureErrors.offset PressureErrors.noise PressureErrors.delay
         UncertaintyConfig.angle UncertaintyConfig.bend_per_pressure UncertaintyConfig.pressure UncertaintyConfig.gain
         UncertaintyConfig.offset UncertaintyConfig.drift UncertaintyConfig.creep
-        plant_config.time_step simulator_config.target_realtime_rate""",
+        plant_config.time_step simulator_config.target_realtime_rate visualization.mouse_interaction_stiffness""",
     "at least 1": "ModelConfig.segments PressureConfig.hold_samples SensorConfig.sections",
     "above 0 and at most 1": "PhaseConfig.speed",
     "at least 0 and at most 1": """
         MeshConfig.color PressureConfig.leaks SensorPathConfig.at
-        StrainErrorsConfig.creep StrainErrorsConfig.dropout""",
+        StrainErrorsConfig.creep StrainErrorsConfig.dropout visualization.initial_proximity_alpha""",
     "at least 0 and below 1": "UncertaintyConfig.nearest_contact",
     "at least 0 and at most 0.1": "StrainErrorsConfig.hysteresis",
     "at least 1e-09": "simulator_config.accuracy",
