@@ -38,6 +38,7 @@ from soft_gripper.array_block import TIME, ArrayBlock
 from soft_gripper.arrays import Array
 from soft_gripper.cached import Cached
 from soft_gripper.control.task import Phase
+from soft_gripper.diagrams.contact_forces import ContactForces, contact_forces
 from soft_gripper.diagrams.wires import Level
 from soft_gripper.errors import InputError, first_line, shortened
 from soft_gripper.files.document import require
@@ -382,6 +383,17 @@ class Recording:
         except Exception as error:  # parsers do not document their exceptions
             expected = f"is a damaged netCDF 3 file: {shortened(first_line(error), 100)}"
             raise InputError(file, "file", file.name, expected) from None
+
+    def forces(self) -> ContactForces:
+        """The contact force of every finger over time, true and estimated, with the band of the estimate.
+
+        ``print(recording.forces())`` prints those at the end, ``recording.forces().at(3.0)`` gives those at 3 s, and
+        ``recording.forces().data["estimated"]`` is the estimate over time.
+
+        Raises:
+            InputError: if no contact force was recorded, true or estimated.
+        """
+        return contact_forces(self.data)
 
     def plot(self, *signals: str) -> Figure:
         """Plots signals over time, one below the other, with a line for each entry of a vector."""

@@ -12,7 +12,7 @@ import numpy as np
 from soft_gripper.commands.console import Console
 from soft_gripper.control.task import Outcome
 from soft_gripper.evaluation.paper.claims import Claim, verdict
-from soft_gripper.files.row_table import headings, print_rows, print_table
+from soft_gripper.files.row_table import UNKNOWN, headings, print_rows, print_table
 from soft_gripper.runs.agreement import Agreement
 from soft_gripper.runs.scores.grasp import NEVER_TOUCHED
 from soft_gripper.runs.scores.poses import PoseRow
@@ -60,12 +60,16 @@ def print_grasps(grasps: Sequence[ObjectGrasp], grips: Sequence[ObjectGrip]) -> 
                 f" while held it has slid {grasp.slid_mm:.2f} mm on the fingers,\nmoved {grasp.moved_mm:.2f} mm and"
                 f" turned {grasp.turned_deg:.2f} degrees in the palm, {grasp.sideways_play_mm:.2f} mm of that sideways"
             )
-        if not math.isnan(grasp.estimated_width_mm):
-            print(
-                f"As estimated, it is {grasp.estimated_width_mm:.1f} mm wide, with a stiffness of"
-                f" {grasp.estimated_stiffness_n_m:.0f} N/m"
-            )
+        print(
+            f"Width: {_known(grasp.true_width_mm, '.1f', 'mm')}, estimated:"
+            f" {_known(grasp.estimated_width_mm, '.1f', 'mm')}; stiffness, estimated:"
+            f" {_known(grasp.estimated_stiffness_n_m, '.0f', 'N/m')}"
+        )
         print(f"Work of the pump: {grasp.pump_energy_mj:.1f} mJ")
+
+
+def _known(value: float, form: str, unit: str) -> str:
+    return UNKNOWN if math.isnan(value) else f"{value:{form}} {unit}"
 
 
 def print_phases(rows: Sequence[PhaseRow], outcome: Outcome, task: TaskConfig) -> None:

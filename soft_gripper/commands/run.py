@@ -17,6 +17,7 @@ from soft_gripper.commands.console import Console
 from soft_gripper.commands.printing import print_grasps, print_phases, print_poses, print_truth
 from soft_gripper.commands.viewing import viewed
 from soft_gripper.control.task import Outcome
+from soft_gripper.diagrams.contact_forces import forces_text
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.simulation import check_closed, run_station
 from soft_gripper.diagrams.station import make_private_station
@@ -28,6 +29,7 @@ from soft_gripper.files.row_table import print_rows
 from soft_gripper.pictures.phases import phases_figure
 from soft_gripper.pictures.video import check_video, write_video
 from soft_gripper.registry import registered
+from soft_gripper.runs.scores.contact_forces import contact_rows, end_of_hold, estimator_of_forces, has_forces
 from soft_gripper.runs.scores.poses import recorded_pose_table
 from soft_gripper.runs.scores.recorded_grasps import recorded_grasps
 from soft_gripper.runs.scores.recorded_task import judged
@@ -146,8 +148,24 @@ def _write(out: Path, name: str, station: Station, recording: Recording, console
     recording.save(out / "recording.nc")
     with atomic_file(out / "scenario.yaml") as partial:
         partial.write_text(dump_scenario(station.scenario, out), encoding="utf-8")
-    files = _write_scores(out, name, station, recording, console)
-    return ["recording.nc", "scenario.yaml", *files, *_write_grasps(out, station, recording, console)]
+    files = [
+        *_write_scores(out, name, station, recording, console),
+        *_write_forces(out, station, recording, console),
+        *_write_grasps(out, station, recording, console),
+    ]
+    return ["recording.nc", "scenario.yaml", *files]
+
+
+def _write_forces(out: Path, station: Station, recording: Recording, console: Console) -> list[str]:
+    """Writes the contact forces at the end of each step or phase, and prints those of the hold, if there is contact."""
+    if not has_forces(station, recording):
+        return []
+    rows = contact_rows(station, recording)
+    console.table("contact_forces", rows, out / "contact_forces.csv")
+    until = end_of_hold(rows, station, recording)
+    held = [row for row in rows if row.time_s == until]
+    print(f"\n{forces_text(held, estimator_of_forces(station, recording))}")
+    return ["contact_forces.csv"]
 
 
 def _write_grasps(out: Path, station: Station, recording: Recording, console: Console) -> list[str]:

@@ -11,6 +11,7 @@ A CSV file has the column `tip_error_mm`, and a terminal the column "tip error [
 """
 
 import csv
+import math
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import astuple, fields
 from io import StringIO
@@ -82,27 +83,45 @@ def _text(value: object) -> str:
 
 
 def print_table(columns: Mapping[str, str], rows: Iterable[Sequence[Any]], title: str = "") -> None:
-    """Prints rows of cells below the headings of their columns; units are in a line of their own, to save width.
+    """Prints a table, see `table_text`, below an empty line.
 
     Args:
         columns: format specification of each column, by heading; "": text, aligned left.
         rows: cells in the order of the columns.
         title: a line printed above the table.
     """
-    heads = [heading.partition(" [") for heading in columns]
+    print(f"\n{table_text(list(columns), list(columns.values()), rows, title)}")
+
+
+def table_text(headings: Sequence[str], forms: Sequence[str], rows: Iterable[Sequence[Any]], title: str = "") -> str:
+    """Rows of cells below the headings of their columns; units are in a line of their own, to save width.
+
+    Args:
+        headings: of the columns; a unit is in brackets at the end.
+        forms: format specification of each column; "": text, aligned left.
+        rows: cells in the order of the columns; NaN is UNKNOWN.
+        title: a line above the table.
+    """
+    heads = [heading.partition(" [") for heading in headings]
     lines = [[words for words, _, _ in heads]]
     if any(unit for _, _, unit in heads):
         lines.append([f"[{unit}" if unit else "" for _, _, unit in heads])
-    lines += [[_shown(cell, form) for cell, form in zip(row, columns.values(), strict=True)] for row in rows]
+    lines += [[_shown(cell, form) for cell, form in zip(row, forms, strict=True)] for row in rows]
     widths = [max(map(len, cells)) for cells in zip(*lines, strict=True)]
-    print(f"\n{title}" if title else "")
+    texts = [title] if title else []
     for line in lines:
-        cells = zip(line, widths, columns.values(), strict=True)
-        print("  ".join(f"{text:{'>' if form else '<'}{width}}" for text, width, form in cells).rstrip())
+        cells = zip(line, widths, forms, strict=True)
+        texts.append("  ".join(f"{text:{'>' if form else '<'}{width}}" for text, width, form in cells).rstrip())
+    return "\n".join(texts)
+
+
+UNKNOWN = "not known"  # in the place of nan
 
 
 def _shown(cell: Any, form: str) -> str:
     """A cell as it is printed; zero has no sign."""
+    if isinstance(cell, float) and math.isnan(cell):
+        return UNKNOWN
     text = format(cell, form)
     return text if not form or text.strip("-0.") else text.lstrip("-")
 

@@ -138,6 +138,20 @@ def test_run_has_a_row_for_every_held_step_of_every_finger() -> None:
     assert [float(row["bend_angle_deg"]) > 10 for row in rows] == [False, True, False, True]
 
 
+def test_run_of_a_grasp_prints_contact_forces_with_their_band_and_nothing_as_nan() -> None:
+    steps = ("--set", "pressure.steps={all: [0.0, 75.0e3]}", "--set", "pressure.settle=0.5")
+    out = soft_gripper("run", "box_grasp", *steps, "--set", "pressure.hold_samples=50", "--out", "here").out
+    _, title, _, _, left, right = out[out.index("\nContact forces") :].splitlines()[:6]
+    assert title == "Contact forces at 2.00 s, estimated by contact"
+    row = table("here/contact_forces.csv")[-1]
+    band = f"{float(row['least_n']):.2f} to {float(row['most_n']):.2f}"
+    numbers = f"{float(row['true_n']):.2f} {float(row['true_mm']):.0f} {float(row['estimated_n']):.2f}"
+    assert right.split() == ["right_finger", *numbers.split(), *band.split(), f"{float(row['estimated_mm']):.0f}"]
+    assert left.startswith("left_finger ")
+    assert "\nWidth: 44.0 mm, estimated: not known; stiffness, estimated: not known\n" in out
+    assert "nan" not in out
+
+
 def test_run_has_a_torque_for_every_joint() -> None:
     soft_gripper("run", "free_bending", *short(), "--out", "here")
     assert Path("here/forces.csv").read_text().splitlines()[0] == FORCE_COLUMNS

@@ -67,6 +67,7 @@ class Grasp:
     slid_mm: length of its path along the fingers while held, see `held_since`; creep adds to it.
     moved_mm, turned_deg: largest change of the object's pose in the palm while held.
     sideways_play_mm: range of its motion across the bending plane of the first finger while held.
+    true_width_mm: of the object, between the contacts of all fingers at the end.
     estimated_width_mm, estimated_stiffness_n_m: of the object, from the sensors; see `stiffness`.
     pump_energy_mj: work of the pressure on the fingers up to the end, see `pump_energy`.
     """
@@ -84,6 +85,7 @@ class Grasp:
     moved_mm: float
     turned_deg: float
     sideways_play_mm: float
+    true_width_mm: float
     estimated_width_mm: float
     estimated_stiffness_n_m: float
     pump_energy_mj: float
@@ -214,15 +216,16 @@ def motion(place: Array, turn: Array) -> tuple[float, float, float]:
     return float(shift), float(np.arccos(np.clip(cosine, -1, 1)).max()), float(np.ptp(place[:, 1]))
 
 
-class Estimated(NamedTuple):
-    """Width, m, and stiffness, N/m, of an object as sensors say; NaN if that is not estimated."""
+class Sizes(NamedTuple):
+    """True width, m, and estimated width, m, and stiffness, N/m, of an object; NaN if that is not known."""
 
+    true_width: float = NAN
     width: float = NAN
     stiffness: float = NAN
 
 
 def judge(
-    signals: GraspSignals, grips: list[FingerGrip], slid: float, speed: float, estimated: Estimated, energy: float
+    signals: GraspSignals, grips: list[FingerGrip], slid: float, speed: float, sizes: Sizes, energy: float
 ) -> Grasp:
     """The grasp of one object.
 
@@ -231,7 +234,7 @@ def judge(
         grips: of each finger, see `finger_grips`.
         slid: length of the path of the object along the fingers while held, m; NaN without contact.
         speed: at which it slides at the end, m/s.
-        estimated: from the sensors.
+        sizes: of the object.
         energy: of the pump, J.
     """
     window, begin = last(signals.time), held_since(signals)
@@ -255,8 +258,9 @@ def judge(
         moved_mm=1e3 * moved,
         turned_deg=float(np.degrees(turned)),
         sideways_play_mm=1e3 * play,
-        estimated_width_mm=1e3 * estimated.width,
-        estimated_stiffness_n_m=estimated.stiffness,
+        true_width_mm=1e3 * sizes.true_width,
+        estimated_width_mm=1e3 * sizes.width,
+        estimated_stiffness_n_m=sizes.stiffness,
         pump_energy_mj=1e3 * energy,
     )
 

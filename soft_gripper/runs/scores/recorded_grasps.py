@@ -14,10 +14,10 @@ from soft_gripper.diagrams.scene import first_body
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.runs.scores.grasp import (
-    Estimated,
     FingerGrip,
     Grasp,
     GraspSignals,
+    Sizes,
     finger_grips,
     held_since,
     judge,
@@ -77,9 +77,9 @@ def recorded_grasp(station: Station, recording: Recording, held: str) -> tuple[G
     at_the_end = slip(station, recording, held, samples[window])
     elapsed = signals.time[-1] - signals.time[window[0]]
     speed = float(at_the_end[-1]) / elapsed if elapsed > 0 else np.nan
-    estimated = _estimated(station, recording, samples)
+    sizes = _sizes(station, recording, samples)
     energy = _energy(station, recording, samples)
-    return judge(signals, grips, slid, speed, estimated, energy), grips
+    return judge(signals, grips, slid, speed, sizes, energy), grips
 
 
 def _judged(station: Station, recording: Recording, held: str) -> NDArray[np.int_]:
@@ -176,16 +176,23 @@ def _static_friction(station: Station, geometries: Sequence[GeometryId]) -> floa
     return min((each.GetProperty("material", "coulomb_friction").static_friction() for each in properties), default=0.0)
 
 
-def _estimated(station: Station, recording: Recording, samples: NDArray[np.int_]) -> Estimated:
-    """Width at the end and stiffness as estimated, if they are."""
-    if "grip.object_width" not in recording:
-        return Estimated()
-    width = recording["grip.object_width"].values[samples].ravel()
+def _sizes(station: Station, recording: Recording, samples: NDArray[np.int_]) -> Sizes:
+    """True and estimated width at the end, and stiffness as estimated, as far as they are recorded."""
+    widths = {name: _width(recording, f"grip.{name}", samples) for name in ("true_object_width", "object_width")}
+    true, width = (values[-1] for values in widths.values())
     forces = [f"{finger.name}.contact_force" for finger in station.fingers]
     if not all(name in recording for name in forces):
-        return Estimated(float(width[-1]))
+        return Sizes(true, width)
     force = np.mean([recording[name].values[samples].ravel() for name in forces], axis=0)
-    return Estimated(float(width[-1]), stiffness(width, force))
+    return Sizes(true, width, stiffness(widths["object_width"], force))
+
+
+def _width(recording: Recording, signal: str, samples: NDArray[np.int_]) -> Array:
+    """A width over some samples, (T) m; NaN if it was not recorded."""
+    if signal not in recording:
+        return np.full(len(samples), np.nan)
+    width: Array = recording[signal].values[samples].ravel()
+    return width
 
 
 def _energy(station: Station, recording: Recording, samples: NDArray[np.int_]) -> float:

@@ -29,7 +29,7 @@ DRAWN = (1.0, 2.0, 3.0, 40.0, 0.6, 1.0, 0.5, -0.5, 0.7, 1.5, 1.5, 3.7)  # what a
 def succeed(file: str, seed: int, trial: int) -> Trial:
     """In the place of a trial that runs."""
     result = Judged(True, 1.0 + trial, 2.0, False, 2.0, 0.0, 0.5, 20.0, 1.5, 9.9, "")
-    return Trial(file, trial, result, Details(*DRAWN, 0.1, 0.2, 0.3, 0.4), Grasp("held", *[1.0] * 15))
+    return Trial(file, trial, result, Details(*DRAWN, 0.1, 0.2, 0.3, 0.4), Grasp("held", *[1.0] * 16))
 
 
 @pytest.fixture

@@ -9,8 +9,8 @@ from task_rules import motion as arm_motion
 from soft_gripper.control.task import Phase
 from soft_gripper.runs.scores.grasp import (
     IMPULSE_TIME,
-    Estimated,
     GraspSignals,
+    Sizes,
     finger_grips,
     held_since,
     judge,
@@ -44,7 +44,7 @@ def signals(normal=1.0, support=0.0):
 
 
 def judged(of, speed=0.0):
-    return judge(of, finger_grips(of, ["one", "other"]), 0.0, speed, Estimated(), 0.0)
+    return judge(of, finger_grips(of, ["one", "other"]), 0.0, speed, Sizes(), 0.0)
 
 
 def test_a_held_object_is_held_by_forces_at_the_end():

@@ -1,0 +1,175 @@
+"""ContactForces: the contact force of every finger of a recording, true and estimated, with the band of the latter."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from soft_gripper.arrays import Array
+from soft_gripper.errors import InputError
+from soft_gripper.estimators.force_posterior import INTERVAL, NOTHING
+from soft_gripper.files.row_table import UNKNOWN, table_text
+
+_TRUE, _ESTIMATED = "true_contact_force", "contact_force"
+_ONE_OF = "the recording has neither; record.truth: all records the true force, estimator.type: contact estimates it"
+_NO_ESTIMATE = "No contact force was estimated: --set estimator.type=contact estimates it."
+_STDS = 1.96  # from the middle to either end of an interval of 95 %
+_OUT_OF_PLANE = "estimated_sideways_angles", "estimated_twist_angles"  # of fingers that are seen in space
+
+
+@dataclass(frozen=True)
+class FingerForce:
+    """The contact force on a finger at one time; NaN where it is not known, locations also without contact.
+
+    true_n, estimated_n: across the finger in its bending plane, positive on the inner side.
+    least_n, most_n: the band of the estimate, which holds the true force with a probability of 95 %.
+    true_mm, estimated_mm: contact location along the finger, from its base.
+    """
+
+    finger: str
+    time_s: float
+    true_n: float
+    estimated_n: float
+    least_n: float
+    most_n: float
+    true_mm: float
+    estimated_mm: float
+
+
+class ForceBand(NamedTuple):
+    """Ends of the band of an estimated force, (...) N."""
+
+    least: Array
+    most: Array
+
+
+def force_band(force: Array, interval: Array, answer: Array) -> ForceBand:
+    """The band that `ContactPosterior.force_interval` gives for a force, with the sign of the force.
+
+    The interval is given contact; where no contact is detected, the band begins at 0. NaN where the interval is.
+
+    Args:
+        force: estimated, (...) N, negative on the outer side.
+        interval: of its absolute value, (..., 3) N.
+        answer: of the posterior, (...).
+    """
+    least = np.where((answer == NOTHING) & np.isfinite(interval[..., 0]), 0.0, interval[..., 0])
+    most = interval[..., INTERVAL.index("most")]
+    is_outside = force < 0
+    return ForceBand(np.where(is_outside, -most, least), np.where(is_outside, -least, most))
+
+
+@dataclass(frozen=True)
+class ContactForces:
+    """The contact force of F fingers over time, see `Recording.forces`; printed, it is a table of the last sample.
+
+    ::
+
+        data    true, estimated          (T, F) N, across the finger in its bending plane, positive on the inner side
+                least, most              (T, F) N, ends of the band, which holds the true force with 95 %
+                true_location, location  (T, F) m along the finger from its base; NaN without contact
+
+    NaN where a quantity is not known: nothing is estimated while a finger moves so fast that contact would be missed,
+    or where no single force explains the readings.
+    """
+
+    data: xr.Dataset
+
+    def at(self, time: float | None = None) -> list[FingerForce]:
+        """The force on each finger at the sample nearest to a time, s; None: the last.
+
+        Raises:
+            InputError: if the time is not one of the recording.
+        """
+        times = self.data["time"].values
+        wanted = float(times[-1]) if time is None else time
+        if not times[0] <= wanted <= times[-1]:
+            expected = f"must be from {times[0]:g} to {times[-1]:g} s, as recorded"
+            raise InputError("forces", "time", time, expected)
+        now = self.data.isel(time=int(np.argmin(np.abs(times - wanted))))
+        return [self._row(now.sel(finger=finger)) for finger in self.data["finger"].values]
+
+    @staticmethod
+    def _row(now: xr.Dataset) -> FingerForce:
+        forces = (float(now[name]) for name in ("true", "estimated", "least", "most"))
+        locations = (1e3 * float(now[name]) for name in ("true_location", "location"))
+        return FingerForce(str(now["finger"].values), float(now["time"]), *forces, *locations)
+
+    def __str__(self) -> str:
+        """The table of the last sample."""
+        return forces_text(self.at())
+
+
+def contact_forces(data: xr.Dataset) -> ContactForces:
+    """The contact forces in the signals of a recording.
+
+    Raises:
+        InputError: if no contact force was recorded, true or estimated.
+    """
+    owners = dict.fromkeys(str(name).rpartition(".")[0] for name in data if _kind(name) in (_TRUE, _ESTIMATED))
+    fingers = [owner for owner in owners if "." not in owner]  # others are further estimates, of `alongside`
+    if not fingers:
+        raise InputError("recording", "signal", f"{_TRUE} or {_ESTIMATED}", _ONE_OF)
+    found = [_of_finger(data, finger) for finger in fingers]
+    variables = {
+        name: (("time", "finger"), np.stack([each[name] for each in found], axis=-1), {"units": unit})
+        for name, unit in _UNITS.items()
+    }
+    return ContactForces(xr.Dataset(variables, {"time": data["time"], "finger": fingers}))
+
+
+_UNITS = {"true": "N", "estimated": "N", "least": "N", "most": "N", "true_location": "m", "location": "m"}
+
+
+def _kind(name: object) -> str:
+    return str(name).rpartition(".")[2]
+
+
+def _of_finger(data: xr.Dataset, finger: str) -> dict[str, Array]:
+    """The variables of one finger, (T) each."""
+
+    def signal(name: str) -> Array:
+        full = f"{finger}.{name}"
+        return data[full].values if full in data else np.full(data.sizes["time"], np.nan)
+
+    force = signal(_ESTIMATED)
+    is_seen_in_space = any(f"{finger}.{name}" in data for name in _OUT_OF_PLANE)
+    if f"{finger}.contact_force_interval" in data and not is_seen_in_space:
+        band = force_band(force, signal("contact_force_interval"), signal("contact_answer"))
+    else:
+        std = _STDS * signal("contact_force_std")
+        band = ForceBand(force - std, force + std)
+    places = signal("true_contact_arc_length"), signal("contact_arc_length")
+    return dict(zip(_UNITS, (signal(_TRUE), force, *band, *places), strict=True))
+
+
+def forces_text(rows: Sequence[FingerForce], estimator: str = "") -> str:
+    """A table of forces at one time, without nan; `estimator` says by which they are estimated."""
+    headings = "finger", "true force [N]", "at [mm]", "estimated [N]", "95 % band [N]", "at [mm]"
+    forms = "", *[">"] * (len(headings) - 1)
+    cells = [
+        [
+            row.finger,
+            _known(row.true_n, ".2f"),
+            _location(row.true_n, row.true_mm),
+            _known(row.estimated_n, ".2f"),
+            UNKNOWN if math.isnan(row.least_n) else f"{row.least_n:.2f} to {row.most_n:.2f}",
+            _location(row.estimated_n, row.estimated_mm),
+        ]
+        for row in rows
+    ]
+    by = f", estimated by {estimator}" if estimator else ""
+    title = f"Contact forces at {rows[0].time_s:.2f} s{by}"
+    text = table_text(headings, forms, cells, title)
+    return text if estimator or any(math.isfinite(row.most_n) for row in rows) else f"{text}\n{_NO_ESTIMATE}"
+
+
+def _known(value: float, form: str) -> str:
+    return UNKNOWN if math.isnan(value) else f"{value:z{form}}"
+
+
+def _location(force: float, location: float) -> str:
+    return "no contact" if force == 0 else _known(location, ".0f")

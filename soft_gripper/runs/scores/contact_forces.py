@@ -1,0 +1,117 @@
+"""The contact forces of a run where they count: at the end of each step of pressure, or of each phase of a task.
+
+Where the estimator of the scenario gives no contact force, `contact` estimates it from the readings that were recorded.
+"""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from soft_gripper.arrays import Array
+from soft_gripper.diagrams.contact_forces import FingerForce, contact_forces
+from soft_gripper.diagrams.recording import Recording, phase_spans
+from soft_gripper.diagrams.station_parts import Station
+from soft_gripper.estimators.contact import ContactShape
+from soft_gripper.estimators.driving_torque import driving_port
+from soft_gripper.estimators.free_motion import Lag, base_acceleration, recorded_lag
+from soft_gripper.estimators.named_estimators import estimator_function
+from soft_gripper.estimators.plane import in_base
+from soft_gripper.fingers.plant_finger import PlantFinger
+from soft_gripper.runs.scores.recorded_grasps import before_put_down
+from soft_gripper.scenario.nominal_model import read_nominal_model
+from soft_gripper.scenario.sensor_presets import uncertainty
+from soft_gripper.truth.contact import touches
+
+ESTIMATOR = "contact"
+
+
+def has_forces(station: Station, recording: Recording) -> bool:
+    """Whether there are contact forces to report: a finger touches something or, without truth, they are estimated."""
+    names = [f"{finger.name}.true_contact_force" for finger in station.fingers]
+    true = [recording[name].values for name in names if name in recording.data]
+    is_estimated = bool(station.fingers) and not _without_estimate(station, recording)
+    return any(touches(np.abs(force)).any() for force in true) if true else is_estimated
+
+
+def contact_rows(station: Station, recording: Recording) -> list[FingerForce]:
+    """A row for each step or phase, at its end, and finger."""
+    times = recording["time"].values
+    rows = np.searchsorted(times, _ends(station, recording) + station.scenario.sensor.period / 2) - 1
+    now = recording.data.isel(time=rows)
+    again = [_estimated(station, recording, finger, rows) for finger in _without_estimate(station, recording)]
+    forces = contact_forces(now.assign({name: found for each in again for name, found in each.items()}))
+    return [row for time in times[rows] for row in forces.at(time)]
+
+
+def estimator_of_forces(station: Station, recording: Recording) -> str:
+    """The estimator of the forces of `contact_rows`."""
+    return ESTIMATOR if _without_estimate(station, recording) else station.parts.estimator
+
+
+def end_of_hold(rows: Sequence[FingerForce], station: Station, recording: Recording) -> float:
+    """Time of the last of these rows before an object is put down, s; of the last if there is no task that holds one.
+
+    Like the grasp, contact forces are judged there.
+    """
+    until = np.inf
+    if station.task is not None:
+        phases = before_put_down(recording["task.phase"].values.ravel(), station.task.phases)
+        until = recording["time"].values[phases][-1] + 1.5 * station.scenario.sensor.period
+    return max(row.time_s for row in rows if row.time_s <= until)
+
+
+def _ends(station: Station, recording: Recording) -> Array:
+    """Ends of the steps or phases, s."""
+    if station.task is not None:
+        return np.array([span.end for span in phase_spans(recording, station.task.phases)])
+    return (np.arange(station.scenario.steps) + 1) * station.scenario.step_duration
+
+
+def _without_estimate(station: Station, recording: Recording) -> list[PlantFinger]:
+    """The fingers of whose contact force there is no estimate."""
+    return [finger for finger in station.fingers if f"{finger.name}.contact_force" not in recording.data]
+
+
+def _estimated(
+    station: Station, recording: Recording, finger: PlantFinger, rows: NDArray[np.int_]
+) -> Mapping[str, xr.Variable]:
+    """The signals of a contact that `contact` estimates at some samples (M), by their names in a recording.
+
+    None if sensors of the user's own give no readings as the scenario's sensors would.
+    """
+    scenario, known = station.scenario, recording.data
+
+    def signal(name: str) -> Array:
+        values: Array = known[f"{finger.name}.{name}"].values[1:]
+        return values  # the first sample is recorded twice: a log at a time still shows the sample before
+
+    layout = read_nominal_model(scenario.nominal).layout(finger.finger, scenario.sensor)
+    if known.get(f"{finger.name}.{layout.quantity}", known["time"]).size != layout.readings * known.sizes["time"]:
+        return {}
+    period, uncertain = scenario.sensor.period, uncertainty(scenario.estimator, scenario.sensor)
+    function = estimator_function(ESTIMATOR, layout, uncertain, period)
+    assert isinstance(function, ContactShape)
+    X_WB, joints = signal("X_WB"), np.zeros(finger.finger.segments)
+    driven = [driving_port(way) for way in layout.ways]
+    torques = [signal(port) if f"{finger.name}.{port}" in known else np.tile(joints, (len(X_WB), 1)) for port in driven]
+    gravity_W = np.array(scenario.gravity) * scenario.estimator.compensate_gravity
+    gravity, driving = in_base(X_WB, gravity_W), np.concatenate(torques, axis=-1)
+    pull = in_base(X_WB, gravity_W - base_acceleration(X_WB, finger.finger.length, period))
+    lag = recorded_lag(function, driving, gravity, pull)
+    at = np.maximum(rows - 1, 0)
+    readings = signal(layout.quantity).reshape(len(driving), -1)
+    samples = readings[at], driving[at], gravity[at]
+    moved = [Lag(*(part[at] for part in each)) for each in lag]
+    contact, posterior = function(*samples, *moved).contact, function.posterior(*samples, *moved)
+    assert contact is not None
+    found = {
+        "contact_force": contact.force,
+        "contact_force_std": contact.force_std,
+        "contact_arc_length": contact.arc_length,
+    }
+    if tuple(layout.ways) == ("bending",):
+        found |= {"contact_force_interval": posterior.force_interval, "contact_answer": posterior.answer}
+    axes = {1: ["time"], 2: ["time", "end_of_interval"]}
+    return {f"{finger.name}.{name}": xr.Variable(axes[values.ndim], values) for name, values in found.items()}
