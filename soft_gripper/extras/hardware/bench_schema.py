@@ -10,7 +10,13 @@ from pathlib import Path
 import numpy as np
 
 from soft_gripper.arrays import Array
-from soft_gripper.extras.hardware.recording_schema import PRESSURE
+from soft_gripper.extras.hardware.recording_schema import (
+    PRESSURE,
+    MeasuredAngleConfig,
+    MeasuredForceConfig,
+    MeasuredTorqueConfig,
+    instrument_columns,
+)
 from soft_gripper.files.document import load_config, require
 from soft_gripper.files.yaml_text import read_yaml
 from soft_gripper.quantity import Misfit, quantity
@@ -29,6 +35,10 @@ class BenchFinger:
     base_pose: list[str] | None = quantity(None, length=12)
     # Of the tip, x and z in the frame of the base, m, measured apart; in logs for `soft-gripper calibrate` alone
     tip: list[str] | None = quantity(None, length=2)
+    # Of instruments beside the sensors: recorded by `live`, and compared with estimates by `replay`
+    measured_force: MeasuredForceConfig | None = None
+    measured_torque: MeasuredTorqueConfig | None = None
+    measured_angle: MeasuredAngleConfig | None = None
 
 
 @dataclass
@@ -49,6 +59,8 @@ class BenchConfig:
     reading_range: list[float] | None = quantity(None, span=True)  # of every sensor, in its own unit
     pressure_range: list[float] | None = quantity(None, span=True)  # in the unit above
     tension_range: list[float] | None = quantity(None, "N", span=True)
+    # Of a log: a gap of time that is longer, or time that begins anew, begins another run; None: it is one run
+    pause: float | None = quantity(None, "s", above=0)
     opening: str | None = None  # field with the set point of the opening, m; None: those of the scenario
     send: list[str] | None = None  # signals of the results, "{finger}.{signal}"; None: those of shape and contact
     record: list[str] | None = None  # signals of a recording beside those measured, sent and commanded; None: likewise
@@ -71,7 +83,10 @@ class BenchConfig:
         of_fingers = [
             name
             for finger in self.fingers.values()
-            for name in (*finger.readings, *finger.pressures, *finger.tensions, *(finger.base_pose or ()))
+            for name in (
+                *(*finger.readings, *finger.pressures, *finger.tensions, *(finger.base_pose or ())),
+                *instrument_columns(finger),
+            )
         ]
         return [*of_fingers, *(name for name in (self.count, self.time, self.opening) if name is not None)]
 

@@ -2,29 +2,23 @@
 
 Recordings are those of `soft-gripper run` and `play`, or logs of hardware, any file of `tables`. Their columns are the
 fields of a bench (`live.bench_schema`), or those of a recording of one finger, markers included (`recording_schema`).
+Where an instrument measures a force, the finger is not free: these samples are left out.
 """
 
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.systems.framework import DiagramBuilder
 
 from soft_gripper.arrays import Array, Planar
-from soft_gripper.diagrams.scene import add_plant
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.plane import planar_gravity
-from soft_gripper.extras.hardware.bench_schema import BenchConfig
+from soft_gripper.extras.hardware.finger_logs import Log, read_finger_logs
 from soft_gripper.extras.hardware.free_bending import FreeBending, calibrate
 from soft_gripper.extras.hardware.recorded_run import load_run, read_signal
-from soft_gripper.extras.hardware.recording_schema import RecordingConfig
-from soft_gripper.extras.hardware.recordings import HardwareRecording, check_relative, read_recording
-from soft_gripper.extras.hardware.table import Columns, Table
-from soft_gripper.extras.hardware.table_files import read_table
-from soft_gripper.files.document import given, require
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.scenario.calibration_file import Calibration, CalibrationConfig, as_config
 from soft_gripper.scenario.nominal_model import read_nominal_model
@@ -35,17 +29,10 @@ ASSUMED = "gains are 1 within 5 %, the shape of the response is right, and the f
 _REST = 0.3  # s of constant pressure, after which a finger is assumed to be at rest
 _STEADY_PRESSURE = 0.02  # share of the pressure range; allowed variation in that time
 _SAMPLES = 3000  # number of samples used per recording, spread evenly
+_LEAST_FORCE = 0.05  # N, beyond which a measured force is a contact; scales drift by less in some minutes
 _MOTION = 0.01  # extension ratio: smallest range of the most stretched sensor
 _LEAST_GAIN = 0.5  # or its inverse; values further from 1 are rejected as errors
 _RESIDUAL = 0.05  # share of that range; larger residuals indicate contact or a different finger
-
-
-@dataclass(frozen=True)
-class Log:
-    """How a log of hardware is read: the fields of a bench, or the columns of a recording of one finger."""
-
-    described: BenchConfig | RecordingConfig
-    scenario: Scenario  # with its fingers and sensors
 
 
 class _Measured(NamedTuple):
@@ -54,8 +41,9 @@ class _Measured(NamedTuple):
     time: Array  # (T) s
     pressure: Array  # (T) Pa
     gravity: Planar  # (T) see FreeBending
-    readings: Array  # (T, R), or extension ratios
-    tip: Planar | None  # (T) m
+    ratios: Array  # (T, R) extension ratios
+    tip: Planar | None = None  # (T) m
+    free: NDArray[np.bool_] | None = None  # (T) whether nothing touches, if an instrument says so
 
 
 class _Recorded(NamedTuple):
@@ -109,7 +97,7 @@ def _simulated(file: Path) -> Iterator[_Recorded]:
         time = scenario.sensor.period * np.arange(len(pressure))
         ratios = layout.response.ratio(strain.reshape(len(strain), layout.readings))
         gravity = planar_gravity(X_WB, np.array(scenario.gravity))
-        samples = _free_bending(file, layout, _Measured(time, pressure, gravity, ratios, None))
+        samples = _free_bending(file, layout, _Measured(time, pressure, gravity, ratios))
         contact = f"{name}.contact"
         if contact in recording.data and np.any(read_signal(file, recording, contact)[_resting(time, pressure)] > 0):
             expected = "contact was detected; record free bending, or omit the threshold if that was noise"
@@ -119,99 +107,19 @@ def _simulated(file: Path) -> Iterator[_Recorded]:
 
 def _logged(file: Path, log: Log) -> Iterator[_Recorded]:
     """The fingers of a log."""
-    scenario, described = log.scenario, log.described
-    parts = scenario.models, scenario.gravity, scenario.arm
-    scene = add_plant(DiagramBuilder(), scenario.plant_config, *parts, visuals=False, directives=scenario.directives)
-    fingers = {each.name: each for each in scene.fingers}
-    if isinstance(described, BenchConfig):
-        found: Iterable[tuple[PlantFinger, _Measured]]
-        found = _bench_logs(file, described, fingers, np.array(scenario.gravity))
-    else:
-        found = [_recording_log(file, described, fingers, np.array(scenario.gravity))]
-    for finger, measured in found:
-        layout = _nominal(scenario, finger, file)
-        if measured.readings.shape[1] != layout.readings:
-            expected = f"give {layout.readings}, as many as the scenario's sensors have"
-            raise InputError(file, f"readings of {finger.name}", measured.readings.shape[1], expected)
-        unread = np.flatnonzero(np.isnan(measured.pressure))
-        if len(unread):
-            at = f"at {measured.time[unread[0]]:g} s: give a pressure"
-            raise InputError(file, f"pressure of {finger.name}", np.nan, at)
-        ratios = layout.response.ratio(measured.readings)
-        yield _Recorded(layout, _free_bending(file, layout, measured._replace(readings=ratios)))
+    for each in read_finger_logs(file, log):
+        layout = _nominal(log.scenario, each.finger, file)
+        gravity = planar_gravity(each.X_WB, each.gravity)
+        ratios = layout.response.ratio(each.readings)
+        free = None if "force" not in each.measured else _untouched(each.time, each.measured["force"].value)
+        measured = _Measured(each.time, each.pressure, gravity, ratios, each.tip, free)
+        yield _Recorded(layout, _free_bending(file, layout, measured))
 
 
-def _bench_logs(
-    file: Path, bench: BenchConfig, fingers: Mapping[str, PlantFinger], gravity: Array
-) -> Iterator[tuple[PlantFinger, _Measured]]:
-    """The fingers of a log with the fields of a bench."""
-    named = given(bench.time, file, "bench.time", "calibration needs the time of every row")
-    table = _table(file, bench, named)
-    time = table.columns([named])[:, 0]
-    backward = np.flatnonzero(~(np.diff(time) > 0))
-    if len(backward):
-        raise InputError(file, named, float(time[backward[0] + 1]), "times must increase from row to row")
-    for name, config in bench.fingers.items():
-        field = f"bench.fingers.{name}"
-        if name not in fingers:
-            known = ", ".join(fingers)
-            raise InputError(file, "bench.fingers", name, f"the scenario has no such finger; it has {known}")
-        _check_one_pressure(file, f"{field}.pressures", config.pressures)
-        pressure = bench.relative(table.columns(config.pressures)[:, 0])
-        if bench.pressure_ambient is None:
-            how = "give `pressure_ambient`, what it has in open air; if it is not, `pressure_ambient: 0`"
-            check_relative(file, f"{field}.pressures", pressure, time <= time[0] + _REST, how)
-        X_WB = np.tile(fingers[name].X_WB.GetAsMatrix34(), (len(time), 1, 1))
-        if config.base_pose is not None:
-            X_WB = table.columns(config.base_pose).reshape(-1, 3, 4)
-        readings = table.columns(config.readings)
-        x, z = (None, None) if config.tip is None else table.columns(config.tip).T
-        tip = None if x is None else z + 1j * x
-        yield fingers[name], _Measured(time, pressure, planar_gravity(X_WB, gravity), readings, tip)
-
-
-def _recording_log(
-    file: Path, described: RecordingConfig, fingers: Mapping[str, PlantFinger], gravity: Array
-) -> tuple[PlantFinger, _Measured]:
-    """The finger of a recording with described columns; its tip is the body "tip", or the mean of its markers."""
-    expected = "such a recording is of one finger, and the scenario has"
-    require(len(fingers) == 1, file, "fingers", len(fingers), f"{expected} {', '.join(fingers)}; or give --bench")
-    (finger,) = fingers.values()
-    found = read_recording(file, described)
-    readings = given(found.readings, file, "readings", "name the columns of the strain sensors")
-    pressures = given(found.pressures, file, "pressures", "name the column of the pressure")
-    _check_one_pressure(file, "pressures.columns", described.pressures.columns if described.pressures else [])
-    in_world = planar_gravity(finger.X_WB.GetAsMatrix34(), gravity)
-    weight = in_world if found.gravity is None else complex(found.gravity[2], found.gravity[0])
-    tip = _tip(found)
-    return finger, _Measured(found.time, pressures[:, 0], np.full(len(found.time), weight), readings, tip)
-
-
-def _tip(recording: HardwareRecording) -> Planar | None:
-    """The place of the tip, (T) z + i x in B, m; None if it has neither a pose nor markers."""
-    described = recording.config.markers
-    places = [recording.poses["tip"].p] if "tip" in recording.poses else []
-    if not places and described is not None:
-        places = [recording.markers[name] for name in described.bodies.get("tip", [])]
-    if not places:
-        return None
-    p = np.mean(places, axis=0)
-    tip: Planar = p[:, 2] + 1j * p[:, 0]
-    return tip
-
-
-def _check_one_pressure(file: Path, field: str, columns: list[str]) -> None:
-    if len(columns) != 1:
-        raise InputError(file, field, columns, "give the one pressure that bends the finger")
-
-
-def _table(file: Path, bench: BenchConfig, time: str) -> Table:
-    """The rows of a log."""
-    names: dict[str, str] = {}
-    for name, finger in bench.fingers.items():
-        for field in ("readings", "pressures", "base_pose", "tip"):
-            names |= dict.fromkeys(getattr(finger, field) or (), f"bench.fingers.{name}.{field}")
-    return read_table(file, Columns(names, time, header=bench.fields or None, points="{marker}_{axis}"))
+def _untouched(time: Array, force: Array) -> NDArray[np.bool_]:
+    """Samples in which an instrument measures no more than at the beginning, (T,); it need not begin at 0."""
+    begins = force[(time <= time[0] + _REST) & np.isfinite(force)]
+    return ~(np.abs(force - (np.median(begins) if len(begins) else 0.0)) > _LEAST_FORCE)
 
 
 def _nominal(scenario: Scenario, finger: PlantFinger, file: Path) -> SensorLayout:
@@ -222,9 +130,11 @@ def _nominal(scenario: Scenario, finger: PlantFinger, file: Path) -> SensorLayou
 
 
 def _free_bending(file: Path, layout: SensorLayout, measured: _Measured) -> FreeBending:
-    """The samples of a recording, checked; its readings are extension ratios."""
-    time, pressure, gravity, ratios, tip = measured
+    """The samples of a recording, checked."""
+    time, pressure, gravity, ratios, tip, free = measured
     name, rest = layout.finger.name, _resting(time, pressure)
+    if free is not None:
+        rest &= free
     _check_readings(file, name, ratios)
     read = rest & np.isfinite(ratios).all(axis=1)
     _check_motion(file, name, ratios[read].reshape(-1, layout.paths, layout.sections))

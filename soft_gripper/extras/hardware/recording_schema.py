@@ -5,7 +5,7 @@ An optional field that is omitted is None: there is no such item.
 
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from math import radians
 from operator import mul
@@ -19,6 +19,8 @@ from soft_gripper.quantity import Misfit, quantity
 LENGTH = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}  # m
 PRESSURE = {"Pa": 1.0, "hPa": 1e2, "mbar": 1e2, "kPa": 1e3, "bar": 1e5, "psi": 6894.757293168}  # Pa, NIST SP 811
 ANGLE = {"rad": 1.0, "deg": radians(1.0)}  # rad
+FORCE = {"N": 1.0, "mN": 1e-3, "gf": 9.80665e-3, "kgf": 9.80665, "lbf": 4.4482216}  # N, NIST SP 811
+TORQUE = {"N m": 1.0, "N mm": 1e-3, "mN m": 1e-3, "gf cm": 9.80665e-5}  # N m
 TIME = {"s": 1.0, "cs": 1e-2, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}  # s
 
 
@@ -193,6 +195,56 @@ class LoadNameConfig:
         yield from _pattern_misfits(self.pattern)
 
 
+@dataclass
+class InstrumentConfig:
+    """An instrument beside the finger's sensors: what it reads at a place along the finger."""
+
+    column: str = quantity("", filled=True)
+    place: float | None = quantity(None, "m", least=0)  # from the base along the finger
+    place_column: str | None = quantity(None, filled=True)  # of places that change
+    place_unit: str = quantity("m", known=tuple(LENGTH))  # of that column
+    sign: int = 1  # -1: the instrument counts the other way
+
+    def misfits(self) -> Iterator[Misfit]:
+        if (self.place is None) == (self.place_column is None):
+            yield "place", self.place, "give either it or `place_column`"
+        if self.sign not in (1, -1):
+            yield "sign", self.sign, "must be 1 or -1"
+
+    @property
+    def columns(self) -> list[str]:
+        """Its columns: what it reads and, if that changes, where."""
+        return [self.column, *([] if self.place_column is None else [self.place_column])]
+
+
+@dataclass
+class MeasuredForceConfig(InstrumentConfig):
+    """A force on the finger, such as that on a scale; positive if it presses on the inner side."""
+
+    unit: str = quantity("N", known=tuple(FORCE))  # gf: what a kitchen scale calls g
+    # Direction, x and z in B, in which it is measured; None: across the finger where it presses
+    along: list[float] | None = quantity(None, length=2)
+
+    def misfits(self) -> Iterator[Misfit]:
+        yield from super().misfits()
+        if self.along is not None and not any(self.along):
+            yield "along", self.along, "must be a direction; it may not be zero"
+
+
+@dataclass
+class MeasuredTorqueConfig(InstrumentConfig):
+    """The moment about a place, across the bending plane, of what touches the finger beyond; positive if it closes."""
+
+    unit: str = quantity("N m", known=tuple(TORQUE))
+
+
+@dataclass
+class MeasuredAngleConfig(InstrumentConfig):
+    """The angle by which the finger has turned at a place, from its base on; positive if it closes."""
+
+    unit: str = quantity("rad", known=tuple(ANGLE))
+
+
 def _pattern_misfits(pattern: str, name: str = "pattern") -> Iterator[Misfit]:
     try:
         groups = re.compile(pattern).groups
@@ -223,13 +275,18 @@ class RecordingConfig:
     markers: MarkersConfig | None = None
     poses: dict[str, PoseConfig] = field(default_factory=dict)  # by rigid body: "base", "tip", ...
     pressures: PressuresConfig | None = None
-    # Of strain sensors, in the order of a scenario's readings, strain or counts; for `soft-gripper calibrate` alone
+    # Of strain sensors, in the order of the readings of a scenario, strain or counts; for `calibrate` and `replay`
     readings: list[str] = field(default_factory=list)
     lengths: LengthsConfig | None = None
     tendons: TendonsConfig | None = None
+    measured_force: MeasuredForceConfig | None = None
+    measured_torque: MeasuredTorqueConfig | None = None
+    measured_angle: MeasuredAngleConfig | None = None
     labels: LabelsConfig | None = None
     frame: FrameConfig = field(default_factory=FrameConfig)
     hold: float = quantity(0.1, "s", above=0)  # age up to which a bag's message of one topic counts for rows of another
+    # A gap of time that is longer, or time that begins anew, begins another run; None: a file is one run
+    pause: float | None = quantity(None, "s", above=0)
     every: int = quantity(1, least=1)  # of so many rows of settled states one is used
     blocks: int = quantity(
         1, least=1
@@ -261,12 +318,27 @@ class RecordingConfig:
         if self.tendons is not None:
             found |= dict.fromkeys(self.tendons.columns.values(), "tendons.columns")
             found |= dict.fromkeys(self.tendons.antagonists.values(), "tendons.antagonists")
-        return found
+        return found | instrument_columns(self)
 
     def misfits(self) -> Iterator[Misfit]:
         header = self.header or []
         if twice := sorted({name for name in header if header.count(name) > 1}):
             yield "header", twice, "column names must be unique"
+
+
+Instruments = Mapping[str, MeasuredForceConfig | MeasuredTorqueConfig | MeasuredAngleConfig]
+KINDS = ("force", "torque", "angle")  # of what instruments measure
+
+
+def instruments(described: object) -> Instruments:
+    """The instruments of a description with fields `measured_force` and so on, by what they measure."""
+    found = {kind: getattr(described, f"measured_{kind}") for kind in KINDS}
+    return {kind: config for kind, config in found.items() if config is not None}
+
+
+def instrument_columns(described: object, prefix: str = "") -> dict[str, str]:
+    """The columns of the instruments of such a description, each with the field that names it, after a prefix."""
+    return {column: f"{prefix}measured_{kind}" for kind, of in instruments(described).items() for column in of.columns}
 
 
 SHIPPED = DIRECTORY / "recordings"

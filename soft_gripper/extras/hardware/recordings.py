@@ -17,6 +17,7 @@ from scipy.spatial.transform import Rotation
 from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
 from soft_gripper.extras.hardware.ambient import seems_absolute
+from soft_gripper.extras.hardware.measured import Measured, measured_by
 from soft_gripper.extras.hardware.recording_schema import (
     LENGTH,
     PRESSURE,
@@ -26,7 +27,7 @@ from soft_gripper.extras.hardware.recording_schema import (
     RecordingConfig,
     load_description,
 )
-from soft_gripper.extras.hardware.table import Columns, Table
+from soft_gripper.extras.hardware.table import Columns, Table, runs_of
 from soft_gripper.extras.hardware.table_files import is_bag_folder, read_table
 from soft_gripper.files.document import given, require
 from soft_gripper.files.notes import LEFT_OUT, Note, collected, note
@@ -186,6 +187,7 @@ class HardwareRecording:
     readings: Array | None = None  # (T, R) of strain sensors, in the order of the description
     lengths: dict[str, Array] = field(default_factory=dict)  # (T,) m, by wire
     pulled: dict[str, Array] = field(default_factory=dict)  # (T,) m, by tendon
+    measured: dict[str, Measured] = field(default_factory=dict)  # by instruments: "force", "torque", "angle"
     labels: tuple[str, ...] = ()  # (T) of what was moved; empty if none are described
     commanded_pressure: float | None = None  # Pa, from the file's name
     load_mass: float = 0.0  # kg, hung on the tip, from the file's name
@@ -427,21 +429,35 @@ def seen_mean(p: Array) -> Array:
     return mean
 
 
-def read_recording(path: Path, config: RecordingConfig) -> HardwareRecording:
-    """Reads a file according to its description.
+def read_recordings(path: Path, config: RecordingConfig) -> list[HardwareRecording]:
+    """Reads the runs in a file according to its description; several are named after the file, and numbered.
 
     Raises:
         InputError: naming file, column or marker, and row or time, if it contradicts the description.
     """
-    with collected() as notes:
-        found = _read(path, config)
-    return replace(found, notes=tuple(notes))
+    with collected() as of_file:
+        table, unit = _table(path, config), TIME[config.time_unit]
+    runs = [table] if config.pause is None else runs_of(table, config.time, config.pause / unit)
+    names = [path.stem] if len(runs) == 1 else [f"{path.stem}_{i}" for i in range(1, len(runs) + 1)]
+    found = []
+    for name, run in zip(names, runs, strict=True):
+        with collected() as notes:
+            recording = _read(name, run, config)
+        found.append(replace(recording, notes=(*of_file, *notes)))
+    return found
 
 
-def _read(path: Path, config: RecordingConfig) -> HardwareRecording:
-    longest_gap = np.inf if config.event == "settled" else _LONGEST_GAP  # between states at rest, time does not matter
-    unit = TIME[config.time_unit]
-    table = without_repeats(_table(path, config), config.time, unit, longest_gap)
+def read_recording(path: Path, config: RecordingConfig) -> HardwareRecording:
+    """Reads a file that is one run; errors as of `read_recordings`, and if there are several."""
+    found = read_recordings(path, config)
+    require(len(found) == 1, path, "pause", config.pause, f"the file has {len(found)} runs, and one is expected here")
+    return found[0]
+
+
+def _read(name: str, run: Table, config: RecordingConfig) -> HardwareRecording:
+    longest_gap = np.inf if config.event == "settled" else config.pause or _LONGEST_GAP  # at rest, time does not matter
+    path, unit = run.path, TIME[config.time_unit]
+    table = without_repeats(run, config.time, unit, longest_gap)
     time = table.columns([config.time])[:, 0] * unit
     reference = time <= time[0] + config.reference
     markers, poses = markers_of(table, config, time), poses_of(table, config)
@@ -449,7 +465,7 @@ def _read(path: Path, config: RecordingConfig) -> HardwareRecording:
     placed = {name: B.placed(p) for name, p in markers.items()}
     note_defects(path, time, placed, reference)
     return HardwareRecording(
-        name=path.stem,
+        name=name,
         config=config,
         time=time,
         markers=placed,
@@ -459,6 +475,7 @@ def _read(path: Path, config: RecordingConfig) -> HardwareRecording:
         readings=table.columns(config.readings) if config.readings else None,
         lengths=lengths_of(table, config),
         pulled=pulled_of(table, config),
+        measured=measured_by(table, config, config.length),
         labels=table.labels,
         commanded_pressure=pressure_in_name(path, config.commanded_pressure),
         load_mass=load_in_name(path, config.load),
@@ -494,9 +511,8 @@ def find_recordings(
     Raises:
         InputError: if a file or description is not found, or wrong.
     """
-    return [
-        read_recording(path, _description(path, described_as)) for path in recording_paths(files, described_as, data)
-    ]
+    paths = recording_paths(files, described_as, data)
+    return [run for path in paths for run in read_recordings(path, _description(path, described_as))]
 
 
 def recording_paths(files: Sequence[str], described_as: str | None = None, data: Path | None = None) -> list[Path]:

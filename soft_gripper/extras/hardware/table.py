@@ -94,3 +94,21 @@ class Table:
         """The samples for which `keep` is true, (T,)."""
         labels = tuple(compress(self.labels, keep))
         return replace(self, values=self.values[keep], rows=self.rows[keep], labels=labels)
+
+
+def runs_of(table: Table, time: str, pause: float) -> list[Table]:
+    """The runs in a table: a gap of time longer than `pause`, in its unit, or time that begins anew, begins another.
+
+    Raises:
+        InputError: if a run has a single row.
+    """
+    t = table.columns([time])[:, 0]
+    table, t = table.kept(np.isfinite(t)), t[np.isfinite(t)]
+    step = np.diff(t, prepend=t[:1])
+    number = np.cumsum((step < 0) | (step > pause))
+    runs = [table.kept(number == i) for i in range(int(number[-1]) + 1)] if len(t) else [table]
+    for run in runs:
+        if len(run.rows) < 2:
+            expected = f"is a run by itself in row {run.rows[0]}: is `pause` right, and does time run on?"
+            raise InputError(table.path, time, float(run.columns([time])[0, 0]), expected)
+    return runs

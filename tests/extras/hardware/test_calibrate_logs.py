@@ -98,7 +98,7 @@ def changed(folder, old, new, file="bench.yaml"):
         ("finger: { readings", "thumb: { readings", "the scenario has no such finger; it has finger"),
         ("[a, b, c, d], pressures", "[a, b, c], pressures", "give 4, as many as the scenario's sensors have"),
         ("pressures: [p]", "pressures: []", "give the one pressure that bends the finger"),
-        ("time: t\n", "", "calibration needs the time of every row"),
+        ("time: t\n", "", "a log needs the time of every row"),
         (
             "fields: [t, a, b, c, d, p, x, z]",
             "fields: [t, a, b, c, d, p, x, y, z]",

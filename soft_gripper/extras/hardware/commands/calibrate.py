@@ -3,14 +3,11 @@
 import argparse
 from dataclasses import asdict
 
-from soft_gripper.errors import InputError
-from soft_gripper.extras.hardware.bench_schema import load_bench
-from soft_gripper.extras.hardware.calibration import Log, calibrate_recordings
+from soft_gripper.extras.hardware.calibration import calibrate_recordings
+from soft_gripper.extras.hardware.finger_logs import given_log
 from soft_gripper.extras.hardware.free_bending import GAIN, SOUGHT
-from soft_gripper.extras.hardware.recording_schema import load_description
 from soft_gripper.files.output import check_file
 from soft_gripper.scenario.calibration_file import FingerCalibrationConfig, save_calibration
-from soft_gripper.scenario.scenario_file import load_scenario
 
 _UNKNOWN = 0.5  # of the standard deviation before, above which a gain counts as not determined
 
@@ -19,26 +16,14 @@ def run(options: argparse.Namespace) -> None:
     """Runs the command."""
     described = (options.scenario, options.bench, options.described_as)
     check_file(options.out, [*options.recording, *(file for file in described if file is not None)])
-    calibration = calibrate_recordings(options.recording, _log(options), options.find)
+    log = given_log(options.scenario, options.bench, options.described_as, "calibrate")
+    calibration = calibrate_recordings(options.recording, log, options.find)
     save_calibration(calibration, options.out)
     for name, finger in calibration.fingers.items():
         _print(name, finger)
     print(f"assumed: {calibration.assumed}")
     options.console.document["fingers"] = {name: asdict(finger) for name, finger in calibration.fingers.items()}
     options.console.wrote(options.out)
-
-
-def _log(options: argparse.Namespace) -> Log | None:
-    """How logs are read; None: these are recordings of this project."""
-    named = {"--scenario": options.scenario, "--bench": options.bench, "--as": options.described_as}
-    found = [name for name, value in named.items() if value is not None]
-    if not found:
-        return None
-    if len(found) != 2 or "--scenario" not in found:
-        expected = "logs need --scenario, which has the fingers, and either --bench or --as, which names the columns"
-        raise InputError("calibrate", "options", found, expected)
-    read = load_description(options.described_as) if options.bench is None else load_bench(options.bench)
-    return Log(read, load_scenario(options.scenario))
 
 
 def _print(name: str, finger: FingerCalibrationConfig) -> None:

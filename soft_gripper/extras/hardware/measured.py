@@ -1,0 +1,87 @@
+"""What instruments beside a finger's sensors measure, such as a scale that it presses on: read from a table.
+
+Positive numbers are those of the model: a force that presses on the inner side, a torque and a turn that close.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from soft_gripper.arrays import Array
+from soft_gripper.errors import InputError
+from soft_gripper.extras.hardware.recording_schema import (
+    ANGLE,
+    FORCE,
+    LENGTH,
+    TORQUE,
+    InstrumentConfig,
+    MeasuredForceConfig,
+    instruments,
+)
+from soft_gripper.extras.hardware.table import Table
+from soft_gripper.files.document import require
+
+UNITS = FORCE | TORQUE | ANGLE
+SI = {"force": "N", "torque": "N m", "angle": "rad"}
+_MOST = {"force": 1e3, "torque": 1e2, "angle": 50.0}  # largest plausible values
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What an instrument measured at T samples; NaN where it did not."""
+
+    value: Array  # (T,) N, N m or rad
+    place: Array  # (T,) m along the finger, from its base
+    along: tuple[float, float] | None = None  # direction of a force, x and z in B; None: across the finger
+
+    def at(self, rows: Array) -> "Measured":
+        """At chosen samples."""
+        return Measured(self.value[rows], self.place[rows], self.along)
+
+
+def measured_by(table: Table, described: object, length: float, prefix: str = "") -> dict[str, Measured]:
+    """What the instruments of a description measured, by "force", "torque" and "angle".
+
+    Args:
+        table: with their columns.
+        described: has the fields `measured_force` and so on; `prefix` is what comes before these in messages.
+        length: of the finger, m.
+
+    Raises:
+        InputError: if a column has no numbers or implausible ones, or a place is not on the finger.
+    """
+    return {
+        kind: _measured(table, kind, config, length, f"{prefix}measured_{kind}")
+        for kind, config in instruments(described).items()
+    }
+
+
+def _measured(table: Table, kind: str, config: InstrumentConfig, length: float, field: str) -> Measured:
+    unit = UNITS[config.unit]  # type: ignore[attr-defined]
+    value = config.sign * unit * table.columns([config.column])[:, 0]
+    most = float(np.nanmax(np.abs(value), initial=0.0))
+    require(
+        bool(np.isfinite(value).any()), table.path, f"{field}.column", config.column, "is empty, or NaN, everywhere"
+    )
+    expected = f"the largest is then {most:.3g} {SI[kind]}: is it right?"
+    require(most < _MOST[kind], table.path, f"{field}.unit", config.unit, expected)  # type: ignore[attr-defined]
+    if config.place_column is None:
+        place = np.full(len(value), config.place)
+    else:
+        place = table.columns([config.place_column])[:, 0] * LENGTH[config.place_unit]
+    check_places(table.path, f"{field}.place" + ("" if config.place_column is None else "_column"), place, length)
+    along = config.along if isinstance(config, MeasuredForceConfig) else None
+    return Measured(value, place, None if along is None else (along[0], along[1]))
+
+
+def check_places(path: Path, field: str, place: Array, length: float) -> None:
+    """Checks places along a finger, m.
+
+    Raises:
+        InputError: if one is not on it.
+    """
+    outside = ~((place >= 0) & (place <= length)) & np.isfinite(place)
+    if outside.any():
+        worst = float(place[outside][0])
+        raise InputError(path, field, round(worst, 6), f"must be on the finger: 0 to {length:g} m from its base")
