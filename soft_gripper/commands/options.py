@@ -172,19 +172,20 @@ ENGINE = option(
 CHECK = option(
     "--check", "repeat N of the runs in Drake, at random, and print how they agree", "N", whole(1), default=0
 )
+_CHANGES = "change a field, such as pressure.settle=2 or models.box.mass=0.1; may be repeated"
+SET = option("--set", _CHANGES, "KEY=VALUE", assignment, action="append", default=[])
 
 
 def scenario(default: str | None = None) -> tuple[Option, ...]:
     """A scenario, with an optional default, and overrides."""
     described = "a shipped scenario (see `soft-gripper list`) or a YAML file"
     optional = {"nargs": "?", "default": default} if default else {}
-    changes = "change a field, such as pressure.settle=2 or models.box.mass=0.1; may be repeated"
     return (
         option(
             "scenario", f"{described}; default: {default}" if default else described, None, scenario_name, **optional
         ),
         option("--sections", "sensor sections along each side of a finger", "N", whole(1)),
-        option("--set", changes, "KEY=VALUE", assignment, action="append", default=[]),
+        SET,
     )
 
 

@@ -24,6 +24,7 @@ from soft_gripper.diagrams.wiring.sensing import add_object_width
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.driving_torque import DRIVING_TORQUE
 from soft_gripper.estimators.plane import planar_gravity
+from soft_gripper.extras.hardware.measured import SI
 from soft_gripper.fingers.kinematics import gravity_torque
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.scenario.checks import checked_scenario
@@ -88,25 +89,30 @@ class Bench:
         {finger}.strain (R) ------------> +-------+ ---> {finger}.estimated_joint_angles, tip_pose, external_torque ...
         {finger}.pressure (C) Pa -------> | Bench | ---> grip.opening, torque, force
         {finger}.tension (T) N ---------> |       | ---> {finger}.pressure_command  (C) Pa, in closed loop
-        {finger}.X_WB (12) -------------> +-------+
+        {finger}.X_WB (12) -------------> +-------+ ---> {finger}.measured_force  (2) N, m
+    {finger}.measured_force (2) N, m -----^
         grip.set_point (1) m ---------------^
 
     The blocks are those of `add_estimation` and `add_grip_control`, so that from the readings of a simulation they
     compute what they computed in it, to the last bit. Sensors of another kind name their input after their quantity.
-    `X_WB` is an input of fingers that move; `grip.set_point` one where the scenario has `external: [opening]`.
+    `X_WB` is an input of fingers that move; `grip.set_point` one where the scenario has `external: [opening]`;
+    `measured_force`, `measured_torque` and `measured_angle`, value and place, those of instruments, held for a record.
     """
 
-    def __init__(self, scenario: Scenario, moving: Sequence[str] = ()):
+    def __init__(self, scenario: Scenario, moving: Sequence[str] = (), instruments: Sequence[str] = ()):
         """
         Args:
             scenario: its sensors, estimators, nominal model and control are used; nothing of it is simulated.
             moving: names of the fingers whose base moves, and is measured.
+            instruments: `{finger}.measured_force` and so on, of those that are recorded beside the estimates.
 
         Raises:
             InputError: if a part of the scenario cannot be built, or only a simulation can do it.
         """
         self.scenario, self.period = bench_scenario(scenario), scenario.sensor.period
         parts = _make_parts(self.scenario, moving)
+        for name in instruments:
+            _add_instrument(parts, name)
         self.inputs, self.signals = parts.inputs, parts.signals
         self.layouts, self.measured = parts.layouts, parts.measured
         for name, signal in parts.signals.items():
@@ -250,6 +256,14 @@ def _add_measured(parts: _Parts, finger: PlantFinger, moves: bool) -> Ports:
         base = parts.builder.AddNamedSystem(f"{name}.base_pose", FixedBasePose(finger.X_WB))
         measured["X_WB"] = base.get_output_port()
     return measured
+
+
+def _add_instrument(parts: _Parts, name: str) -> None:
+    """What an instrument measures, and where along the finger: read by nothing."""
+    unit = SI[name.rpartition(".measured_")[2]]
+    held = Measured(parts.period, 2, (unit, "m"), instrument=("value", "place"))
+    parts.signals[name] = parts.hold(name, held)
+    parts.measured.append(name)
 
 
 def _add_grip(parts: _Parts, fingers: Sequence[PlantFinger], scenario: Scenario) -> None:

@@ -21,6 +21,8 @@ from soft_gripper.extras.bench.tally import Tally
 from soft_gripper.extras.bench.threads import Message
 from soft_gripper.extras.bench.watch import Counts, Watch
 from soft_gripper.extras.hardware.bench_schema import BenchConfig
+from soft_gripper.extras.hardware.measured import factor
+from soft_gripper.extras.hardware.recording_schema import LENGTH, AnyInstrument, instruments
 from soft_gripper.extras.page.session import Driver
 
 SENT = (  # signals of a finger, and of a grip, that are sent unless the bench names others
@@ -75,15 +77,26 @@ def understood(message: Message, config: BenchConfig, ranges: Ranges, quantities
             "tension": chosen(found, finger.tensions),
             "X_WB": chosen(found, finger.base_pose or []),
         }
+        driving |= {f"measured_{kind}": _measured(found, each) for kind, each in instruments(finger).items()}
         values |= {f"{name}.{kind}": value for kind, value in driving.items() if f"{name}.{kind}" in ranges}
     if config.opening is not None:
         values[SET_POINT] = chosen(found, [config.opening])
-    check_plausible(values, ranges, {*quantities.values()})
+    unread = {*quantities.values(), *(name for name in values if ".measured_" in name)}
+    check_plausible(values, ranges, unread)
     count = None if config.count is None else count_of(float(chosen(found, [config.count])[0]))
     at = math.nan if config.time is None else float(chosen(found, [config.time])[0])
     if not abs(at) <= _LARGEST_CLOCK and not math.isnan(at):
         raise MalformedError(f"has the time {at}")
     return Reading(count, at, values)
+
+
+def _measured(found: Mapping[str, float], config: AnyInstrument) -> Array:
+    """What an instrument measured, and where, SI."""
+    value = factor(config) * chosen(found, [config.column])
+    place = np.array([config.place], dtype=float)
+    if config.place_column is not None:
+        place = LENGTH[config.place_unit] * chosen(found, [config.place_column])
+    return np.append(value, place)
 
 
 @dataclass

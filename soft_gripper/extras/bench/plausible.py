@@ -9,6 +9,7 @@ from soft_gripper.extras.bench.bench import SET_POINT, Bench
 from soft_gripper.extras.bench.messages import MalformedError
 from soft_gripper.extras.hardware.ambient import seems_absolute
 from soft_gripper.extras.hardware.bench_schema import BenchConfig
+from soft_gripper.extras.hardware.measured import MOST
 from soft_gripper.scenario.schema import ATMOSPHERE, Scenario
 from soft_gripper.sensors.measurement import MeasurementModel
 
@@ -35,6 +36,10 @@ def plausible_ranges(bench: Bench, config: BenchConfig) -> Ranges:
             f"{name}.pressure": pressure,
             f"{name}.tension": tension,
             f"{name}.X_WB": (-_FARTHEST_BASE, _FARTHEST_BASE),
+        }
+        ranges |= {
+            f"{name}.measured_{kind}": (np.array([-most, 0.0]), np.array([most, layout.finger.length]))
+            for kind, most in MOST.items()
         }
     return {name: ranges[name] for name in bench.inputs}
 

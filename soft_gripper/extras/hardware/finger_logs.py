@@ -34,8 +34,10 @@ class Log:
     scenario: Scenario  # with its fingers and sensors
 
 
-def given_log(scenario: str | None, bench: Path | None, described_as: str | None, command: str) -> Log | None:
-    """The log that the options --scenario, --bench and --as of a command describe; None if none is given.
+def given_log(
+    scenario: str | None, bench: Path | None, described_as: str | None, command: str, changes: Sequence[str] = ()
+) -> Log | None:
+    """The log that the options --scenario, --bench, --as and --set of a command describe; None if none is given.
 
     Raises:
         InputError: if they do not go together, or a file does not fit.
@@ -49,7 +51,7 @@ def given_log(scenario: str | None, bench: Path | None, described_as: str | None
         raise InputError(command, "options", found, expected)
     assert scenario is not None
     read = load_bench(bench) if bench is not None else load_description(str(described_as))
-    return Log(read, load_scenario(scenario))
+    return Log(read, load_scenario(scenario, changes))
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from soft_gripper.extras.hardware.recording_schema import (
     FORCE,
     LENGTH,
     TORQUE,
-    InstrumentConfig,
+    AnyInstrument,
     MeasuredForceConfig,
     instruments,
 )
@@ -24,7 +24,7 @@ from soft_gripper.files.document import require
 
 UNITS = FORCE | TORQUE | ANGLE
 SI = {"force": "N", "torque": "N m", "angle": "rad"}
-_MOST = {"force": 1e3, "torque": 1e2, "angle": 50.0}  # largest plausible values
+MOST = {"force": 1e3, "torque": 1e2, "angle": 50.0}  # largest plausible values
 
 
 @dataclass(frozen=True)
@@ -57,22 +57,25 @@ def measured_by(table: Table, described: object, length: float, prefix: str = ""
     }
 
 
-def _measured(table: Table, kind: str, config: InstrumentConfig, length: float, field: str) -> Measured:
-    unit = UNITS[config.unit]  # type: ignore[attr-defined]
-    value = config.sign * unit * table.columns([config.column])[:, 0]
+def _measured(table: Table, kind: str, config: AnyInstrument, length: float, field: str) -> Measured:
+    value = factor(config) * table.columns([config.column])[:, 0]
     most = float(np.nanmax(np.abs(value), initial=0.0))
     require(
         bool(np.isfinite(value).any()), table.path, f"{field}.column", config.column, "is empty, or NaN, everywhere"
     )
     expected = f"the largest is then {most:.3g} {SI[kind]}: is it right?"
-    require(most < _MOST[kind], table.path, f"{field}.unit", config.unit, expected)  # type: ignore[attr-defined]
-    if config.place_column is None:
-        place = np.full(len(value), config.place)
-    else:
+    require(most < MOST[kind], table.path, f"{field}.unit", config.unit, expected)
+    place = np.full(len(value), config.place)
+    if config.place_column is not None:
         place = table.columns([config.place_column])[:, 0] * LENGTH[config.place_unit]
     check_places(table.path, f"{field}.place" + ("" if config.place_column is None else "_column"), place, length)
     along = config.along if isinstance(config, MeasuredForceConfig) else None
     return Measured(value, place, None if along is None else (along[0], along[1]))
+
+
+def factor(config: AnyInstrument) -> float:
+    """What a number of an instrument is, with its sign, in N, N m or rad."""
+    return config.sign * UNITS[config.unit]
 
 
 def check_places(path: Path, field: str, place: Array, length: float) -> None:

@@ -5,7 +5,7 @@ An optional field that is omitted is None: there is no such item.
 
 import os
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from math import radians
 from operator import mul
@@ -326,11 +326,11 @@ class RecordingConfig:
             yield "header", twice, "column names must be unique"
 
 
-Instruments = Mapping[str, MeasuredForceConfig | MeasuredTorqueConfig | MeasuredAngleConfig]
+AnyInstrument = MeasuredForceConfig | MeasuredTorqueConfig | MeasuredAngleConfig
 KINDS = ("force", "torque", "angle")  # of what instruments measure
 
 
-def instruments(described: object) -> Instruments:
+def instruments(described: object) -> dict[str, AnyInstrument]:
     """The instruments of a description with fields `measured_force` and so on, by what they measure."""
     found = {kind: getattr(described, f"measured_{kind}") for kind in KINDS}
     return {kind: config for kind, config in found.items() if config is not None}

@@ -23,6 +23,8 @@ from soft_gripper.extras.bench.recorder import Recorder, free_name, recording_la
 from soft_gripper.extras.bench.tally import TerminalTable
 from soft_gripper.extras.bench.twin import Twin, TwinSource
 from soft_gripper.extras.hardware.bench_schema import BenchConfig, described, load_bench
+from soft_gripper.extras.hardware.measured import check_places
+from soft_gripper.extras.hardware.recording_schema import instruments
 from soft_gripper.extras.hardware.table import Columns
 from soft_gripper.extras.page.session import Session, run_on_page
 from soft_gripper.files.output import check_file, lock_folder
@@ -144,7 +146,8 @@ def _with_hardware(scenario: Scenario, file: Path, endpoints: Endpoints, options
     found = load_bench(file)
     config = replace(found, source=options.source or found.source, sink=options.sink or found.sink)
     moving = [name for name, finger in config.fingers.items() if finger.base_pose is not None]
-    bench = Bench(scenario, moving)
+    measured = [f"{name}.measured_{kind}" for name, each in config.fingers.items() for kind in instruments(each)]
+    bench = Bench(scenario, moving, measured)
     check_inputs(file, config, bench)
     columns = None if config.time is None else Columns(dict.fromkeys(config.names, "fields"), config.time)
     _check_files(scenario, file, config, options)
@@ -214,6 +217,7 @@ def check_inputs(file: Path, config: BenchConfig, bench: Bench) -> None:
         for name, finger in config.fingers.items()
         if name in bench.quantities
     }
+    found |= {f"{name}.measured_{kind}": 2 for name, each in config.fingers.items() for kind in instruments(each)}
     unknown = config.fingers.keys() - bench.quantities.keys()
     if unknown:
         raise InputError(file, "fingers", sorted(unknown), f"the scenario has: {', '.join(bench.quantities)}")
@@ -221,6 +225,10 @@ def check_inputs(file: Path, config: BenchConfig, bench: Bench) -> None:
         given = int(config.opening is not None) if name == "grip.set_point" else found.get(name, 0)
         if given != size:
             raise InputError(file, name, f"{given} fields", f"must be {size}")
+    for name, each in config.fingers.items():
+        for kind, instrument in instruments(each).items():
+            place = np.array([np.nan if instrument.place is None else instrument.place])
+            check_places(file, f"fingers.{name}.measured_{kind}.place", place, bench.layouts[name].finger.length)
     for field, chosen in (("send", config.send), ("record", config.record)):
         names = [name for name in chosen or () if name not in bench.signals]
         if names:

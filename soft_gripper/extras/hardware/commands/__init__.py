@@ -9,6 +9,7 @@ from soft_gripper.commands.options import (
     HTML,
     RECORDINGS,
     SEED,
+    SET,
     Command,
     count,
     flag,
@@ -19,6 +20,8 @@ from soft_gripper.commands.options import (
     urdf,
 )
 
+BENCH = option("--bench", "YAML file that names the fields of a log, as for `live`", "FILE", path)
+LOGGED = option("--scenario", "scenario with the fingers and sensors of a log", "NAME")
 COMMANDS = (
     Command(
         "calibrate",
@@ -31,9 +34,9 @@ COMMANDS = (
         (
             *CONSOLE,
             option("recording", "a recording.nc that `soft-gripper run` wrote, or a log", read=path, nargs="+"),
-            option("--bench", "YAML file that names the fields of a log, as for `live`", "FILE", path),
+            BENCH,
             DESCRIBED_AS,
-            option("--scenario", "scenario with the fingers and sensors of a log", "NAME"),
+            LOGGED,
             option(
                 "--find",
                 "look for an offset of the pressure sensor, a curvature of the response, too",
@@ -95,17 +98,24 @@ COMMANDS = (
     ),
     Command(
         "replay",
-        "estimate shapes from hardware recordings and compare them with motion capture",
+        "estimate from hardware recordings and compare with motion capture, or with a measured force",
         (
             "trial_1.txt trial_2.txt --as two_segment_arm --estimator arcs gaussian",
             "trial_*.txt --as two_segment_arm --html animation.html",
+            "press.csv --bench my_bench.yaml --scenario my_finger.yaml      a finger that presses on a scale",
         ),
         (
             *CONSOLE,
             *RECORDINGS,
+            LOGGED,
+            SET,
+            BENCH,
             option("--fit", "recordings to fit to (default: all but the one estimated)", "FILE", nargs="+"),
             option(
-                "--estimator", "built-in, or your own as MODULE:FUNCTION (default: all built-in)", "NAME", nargs="+"
+                "--estimator",
+                "built-in, or your own as MODULE:FUNCTION (default: all built-in, or that of the scenario)",
+                "NAME",
+                nargs="+",
             ),
             DATA,
             out("results/replay"),

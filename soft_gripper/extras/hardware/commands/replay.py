@@ -1,14 +1,20 @@
-"""soft-gripper replay: estimates shapes from recorded hardware readings; scored by motion capture."""
+"""soft-gripper replay: estimates from recorded hardware readings; scored by motion capture, or by a measured force."""
 
 import argparse
+from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
 
 from soft_gripper.commands.viewing import viewed
 from soft_gripper.diagrams.view.meshcat_view import hidden_meshcat, write_animation
-from soft_gripper.extras.hardware.commands.printing import print_replay
+from soft_gripper.extras.hardware.commands.printing import print_measured, print_replay
+from soft_gripper.extras.hardware.finger_logs import given_log, read_finger_logs
 from soft_gripper.extras.hardware.recordings import find_recordings, recording_paths
 from soft_gripper.extras.hardware.replay.held_out import ArmReplay, drawn_rows, replay, replay_figure
+from soft_gripper.extras.hardware.replay.measured_figure import measured_figure
+from soft_gripper.extras.hardware.replay.measured_scores import replay_measured, run_names
 from soft_gripper.extras.hardware.replay.view import show_replays
+from soft_gripper.files.document import require
 from soft_gripper.files.output import check_file, lock_folder
 from soft_gripper.files.row_table import write_csv
 from soft_gripper.pictures.style import save_figure
@@ -17,6 +23,40 @@ from soft_gripper.pictures.style import save_figure
 def run(options: argparse.Namespace) -> None:
     """Runs the command."""
     paths = recording_paths(options.file, options.described_as, options.data)
+    if options.scenario is None and options.bench is None:
+        _run_arm(options, paths)
+    else:
+        _run_finger(options, paths)
+
+
+def _run_finger(options: argparse.Namespace, paths: Sequence[Path]) -> None:
+    """Fingers with strain sensors, compared with instruments."""
+    ignored = {"--fit": options.fit, "--html": options.html, "--meshcat": options.meshcat or None}
+    for name, value in ignored.items():
+        require(value is None, "replay", name, value, "is for an arm and motion capture; leave it out with --scenario")
+    described = [Path(file) for file in (options.scenario, options.bench, options.described_as) if file is not None]
+    written = ["replay.csv", "scores.csv", "replay.png", "replay.svg"]
+    out = lock_folder(options.out, written, [*paths, *(file for file in described if file.suffix)])
+    log = given_log(options.scenario, options.bench, options.described_as, "replay", options.set)
+    assert log is not None
+    logs = [each for path in paths for each in read_finger_logs(path, log)]
+    found = replay_measured(logs, log.scenario, options.estimator or [log.scenario.estimator.type])
+    print_measured(found)
+    options.console.document["instruments"] = {kind: asdict(each) for kind, each in found.instruments.items()}
+    options.console.table("presses", found.presses)
+    options.console.table("scores", found.scores)
+    write_csv(out / "replay.csv", found.presses)
+    write_csv(out / "scores.csv", found.scores)
+    save_figure(measured_figure(found), out / "replay")
+    files = [out / f"{name}.nc" for name in run_names(found.runs)]
+    for file, run in zip(files, found.runs, strict=True):
+        run.recording().save(file)
+    options.console.wrote(*(out / name for name in written), *files)
+
+
+def _run_arm(options: argparse.Namespace, paths: Sequence[Path]) -> None:
+    """Arms with wires, compared with motion capture."""
+    require(not options.set, "replay", "--set", options.set, "changes the scenario of --scenario; give that too")
     fit_paths = recording_paths(options.fit, options.described_as, options.data) if options.fit else []
     written = ["replay.csv", *(f"{path.stem}.nc" for path in paths)]
     written += [] if options.html is None else [options.html.absolute()]

@@ -134,7 +134,7 @@ class LogSource(LeafSystem):
     Sampled in discrete state every period, from time 0, like a sensor; the last sample is held.
     """
 
-    def __init__(self, signal: str, samples: Array, period: float, unit: str, **axes: Sequence[Any]):
+    def __init__(self, signal: str, samples: Array, period: float, unit: str | Sequence[str], **axes: Sequence[Any]):
         """`samples` (T, ...) every `period` s; unit and axes as for `describe`."""
         super().__init__()
         self._samples, self._period = samples.reshape(len(samples), -1), period

@@ -35,7 +35,7 @@ from soft_gripper.fingers.kinematics import as_points
 from soft_gripper.pictures.style import ESTIMATOR_COLORS, STYLE
 from soft_gripper.scenario.model_files import model_path
 
-_REPORT_PERIOD = 1.0  # s, between two reports of the progress at least
+REPORT_PERIOD = 1.0  # s, between two reports of the progress at least
 Rows = Mapping[str, tuple[str, int]]  # name of an estimator and its sensors per side, by the name of the row
 _LOAD_SHARE = 0.1  # torque of a load over that of the angles that a drive leaves unexplained
 
@@ -156,7 +156,7 @@ def replay_recordings(
         return lambda recording: _replayed(recording, found, fitted_on, rows, finger)
 
     found = predictions(splits, fit)  # with a report of the progress, in a log as well
-    reports = tqdm(found, desc="replay", total=len(reported), mininterval=_REPORT_PERIOD, dynamic_ncols=True)
+    reports = tqdm(found, desc="replay", total=len(reported), mininterval=REPORT_PERIOD, dynamic_ncols=True)
     return ArmReplay(list(reports), rows)
 
 

@@ -1,0 +1,68 @@
+"""A log of a finger with strain sensors -> the blocks of its estimation, without a plant."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder
+
+from soft_gripper.arrays import Array
+from soft_gripper.diagrams.private_run import keep_what_is_read
+from soft_gripper.diagrams.recording import Recording, add_logs, read_logs
+from soft_gripper.diagrams.wiring.estimation import add_estimation
+from soft_gripper.errors import InputError
+from soft_gripper.extras.hardware.finger_logs import FingerLog, nominal_layout
+from soft_gripper.extras.hardware.replay.arm_estimation import MOST_TIME, LogSource
+from soft_gripper.files.document import require
+from soft_gripper.scenario.schema import Scenario
+from soft_gripper.sensors.base_pose import AXES, UNITS
+
+
+def sampled_rows(log: FingerLog, period: float) -> NDArray[np.int_]:
+    """The rows of a log that hold at times `period` s apart, from its first on.
+
+    Raises:
+        InputError: if it takes too long to be replayed.
+    """
+    lasts = float(log.time[-1] - log.time[0])
+    require(lasts <= MOST_TIME, log.name, "time", lasts, f"a run may take at most {MOST_TIME:g} s: is its unit right?")
+    times = log.time[0] + period * np.arange(int(lasts / period) + 1)
+    return np.searchsorted(log.time, times + 1e-6 * period, side="right") - 1
+
+
+def estimate_log(log: FingerLog, scenario: Scenario, estimators: Sequence[str]) -> Recording:
+    """Feeds the readings of a log to estimators, at the period of the scenario's sensors.
+
+    Returns:
+        the signals of each estimation, `{estimator}.{signal}`, and the readings, pressures and poses; times begin at 0.
+
+    Raises:
+        InputError: if there is no such estimator, or it needs something else.
+    """
+    builder, period, own = DiagramBuilder(), scenario.sensor.period, log.finger.finger
+    layout, rows = nominal_layout(scenario, log.finger), sampled_rows(log, period)
+    sources: dict[str, tuple[Array, str | Sequence[str], Mapping[str, Sequence[Any]]]] = {
+        layout.quantity: (log.readings, layout.unit, layout.axes),
+        "sampled_pressure": (log.pressure[:, None], "Pa", own.chamber_axis),
+        "X_WB": (log.X_WB.reshape(-1, 12), UNITS, AXES),
+    }
+    if own.pressures != 1 or own.tendons:
+        expected = "only a finger that one pressure bends is replayed"
+        raise InputError(log.name, f"chambers and tendons of {own.name}", own.pressures + len(own.tendons), expected)
+    measured = {}
+    for name, (samples, unit, axes) in sources.items():
+        source = builder.AddNamedSystem(name, LogSource(name, samples[rows], period, unit, **axes))
+        measured[name] = source.get_output_port()
+    signals = dict(measured)
+    for name in estimators:
+        config = replace(scenario.estimator, type=name, alongside=[])
+        ports = add_estimation(builder, name, layout, config, scenario.sensor, log.gravity, measured)
+        signals |= {f"{name}.{signal}": port for signal, port in ports.items()}
+    logs = add_logs(builder, signals, period)
+    keep_what_is_read(builder, signals)
+    simulator = Simulator(builder.Build())
+    simulator.AdvanceTo((len(rows) - 1) * period)
+    return read_logs(logs, simulator.get_context(), {"recording": log.name, "finger": own.name})

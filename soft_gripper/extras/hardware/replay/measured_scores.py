@@ -1,0 +1,343 @@
+"""Estimates of a finger compared with instruments: its contact force, external torque and turn.
+
+Where the finger and the instrument rest, and the instrument measures more than nothing, is a press: medians of all its
+samples are compared. In a press nothing moves, so that neither the delay of an instrument nor the finger's lag counts.
+
+A force F that is measured at a place s is compared with
+
+- `contact_force`, or the part of its vector along the instrument's axis; its band is `contact_force_interval`, scaled
+  by the same share;
+- `external_torque` at the first joint, where a force F across the finger at s has the moment that its lever on the
+  estimated shape gives it. The band is two standard deviations of the elastic torque and of the driving torque there.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Annotated, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from tqdm import tqdm
+
+from soft_gripper.arrays import Array
+from soft_gripper.diagrams.recording import Recording
+from soft_gripper.estimators.finger_shape import ANGLES
+from soft_gripper.extras.hardware.finger_logs import FingerLog, nominal_layout
+from soft_gripper.extras.hardware.instrument import Instrument, InstrumentRun, find_instrument
+from soft_gripper.extras.hardware.measured import SI, Measured
+from soft_gripper.extras.hardware.replay.finger_estimation import estimate_log, sampled_rows
+from soft_gripper.extras.hardware.replay.held_out import REPORT_PERIOD
+from soft_gripper.extras.hardware.scoring import NORMAL_95
+from soft_gripper.files.document import require
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.kinematics import Sites, forward_kinematics
+from soft_gripper.scenario.schema import Scenario
+from soft_gripper.scenario.sensor_presets import uncertainty
+
+LEAST = {"force": 0.05, "torque": 2.5e-3, "angle": 0.02}  # N, N m, rad: less is nothing
+_REST = 0.5  # s for which a pressure has been steady, and the instrument, once a finger rests
+_STEADY = 0.02  # share of the range of either; what a value may vary in that time
+_LONGEST_HELD = 1.0  # s up to which what an instrument read last is used
+
+
+@dataclass(frozen=True)
+class PressRow:
+    """An estimate in a press, compared with what an instrument measured."""
+
+    recording: str
+    estimator: str
+    quantity: str  # what is estimated: "contact force", "base torque", "torque" or "angle"
+    unit: str
+    begin_s: Annotated[float, ".1f"]
+    end_s: Annotated[float, ".1f"]
+    place_mm: Annotated[float, ".0f"]  # along the finger
+    measured: Annotated[float, ".3g"]
+    estimated: Annotated[float, ".3g"]
+    least: Annotated[float, ".3g"]  # ends of the 95 % band; NaN: the estimator states none
+    most: Annotated[float, ".3g"]
+    within_band_percent: Annotated[float, ".0f"]  # of the samples that have a band; NaN: none has
+
+
+@dataclass(frozen=True)
+class ScoreRow:
+    """An estimate in all presses."""
+
+    estimator: str
+    quantity: str
+    unit: str
+    presses: int
+    answered: int  # presses in which the estimate was known
+    median_error: Annotated[float, ".3g"]
+    percentile_90_error: Annotated[float, ".3g"]
+    median_error_percent: Annotated[float, ".1f"]  # of what was measured
+    within_band_percent: Annotated[float, ".0f"]
+    ratio: Annotated[float, ".3f"]  # of the measured to the estimated, by least squares over the presses
+    ratio_std: Annotated[float, ".3f"]
+
+
+class _Compared(NamedTuple):
+    """An estimate of what an instrument measures, over time."""
+
+    quantity: str
+    unit: str
+    scale: Array  # (T,) of what the estimate is per unit of the instrument: 1, or a lever
+    estimate: Array  # (T,)
+    least: Array  # (T,)
+    most: Array  # (T,)
+
+
+@dataclass(frozen=True)
+class MeasuredRun:
+    """A run of a log with its estimates."""
+
+    log: FingerLog
+    signals: Recording
+    time: Array  # (T,) s
+    measured: dict[str, Measured]  # at these times
+    compared: dict[str, dict[str, list[_Compared]]]  # by kind of the instrument and estimator
+    rest: NDArray[np.bool_]  # (T,) whether the pressure has been steady
+
+    def recording(self) -> Recording:
+        """The signals of the estimation, with what instruments measured, late and from their own zeros."""
+        measured = {
+            f"measured_{kind}": (("time",), each.value, {"units": SI[kind]}) for kind, each in self.measured.items()
+        }
+        places = {
+            f"measured_{kind}_place": (("time",), each.place, {"units": "m"}) for kind, each in self.measured.items()
+        }
+        return Recording(self.signals.data.assign(measured | places))
+
+
+def run_names(runs: Sequence[MeasuredRun]) -> list[str]:
+    """Names of the runs: those of the logs and, if there are several, of the fingers."""
+    several = len({run.log.finger.name for run in runs}) > 1
+    return [f"{run.log.name}_{run.log.finger.name}" if several else run.log.name for run in runs]
+
+
+@dataclass(frozen=True)
+class MeasuredReplay:
+    """Logs of a finger, replayed and compared with instruments."""
+
+    runs: Sequence[MeasuredRun]
+    instruments: dict[str, Instrument]  # by kind
+    presses: list[PressRow]
+    scores: list[ScoreRow]
+    corrected: dict[str, list[Array]]  # by kind, in each run: (T,) without delay, zero and drift
+
+
+def replay_measured(logs: Sequence[FingerLog], scenario: Scenario, estimators: Sequence[str]) -> MeasuredReplay:
+    """Estimates from the readings of logs, compared with what instruments measured.
+
+    Raises:
+        InputError: if nothing is measured, the finger never rests on an instrument, or an estimator cannot be built.
+    """
+    kinds = [kind for kind in LEAST if all(kind in log.measured for log in logs)]
+    expected = "is described in no log: give measured_force, measured_torque or measured_angle of the finger"
+    require(len(kinds) > 0, "replay", "measured_force", None, expected)
+    reported = tqdm(logs, desc="replay", mininterval=REPORT_PERIOD, dynamic_ncols=True)
+    runs = [_replayed(log, scenario, estimators) for log in reported]
+    instruments = {kind: _instrument(runs, kind) for kind in kinds}
+    corrected = {
+        kind: [found.corrected(i, _instrument_run(run, kind)) for i, run in enumerate(runs)]
+        for kind, found in instruments.items()
+    }
+    presses = [
+        row
+        for i, run in enumerate(runs)
+        for kind in kinds
+        for rows in _presses(run, corrected[kind][i], LEAST[kind])
+        for row in _press_rows(run, kind, corrected[kind][i], rows)
+    ]
+    expected = f"nowhere rests for {_REST:g} s while more than {LEAST[kinds[0]]:g} {SI[kinds[0]]} is measured"
+    require(len(presses) > 0, "replay", f"measured_{kinds[0]}", [log.name for log in logs], expected)
+    return MeasuredReplay(runs, instruments, presses, _scores(presses), corrected)
+
+
+def _replayed(log: FingerLog, scenario: Scenario, estimators: Sequence[str]) -> MeasuredRun:
+    signals, period = estimate_log(log, scenario, estimators), scenario.sensor.period
+    rows = sampled_rows(log, period)
+    time, finger = period * np.arange(len(rows)), nominal_layout(scenario, log.finger).finger
+    measured = {
+        kind: Measured(_held(log.time, each.value)[rows], _held(log.time, each.place)[rows], each.along)
+        for kind, each in log.measured.items()
+    }
+    error = uncertainty(scenario.estimator, scenario.sensor).bend_per_pressure
+    compared = {
+        kind: {name: [*_compared(signals, name, kind, each, finger, error)] for name in estimators}
+        for kind, each in measured.items()
+    }
+    pressure = log.pressure[rows]
+    return MeasuredRun(
+        log, signals, time, measured, compared, _steady(pressure, period, _STEADY * float(np.ptp(pressure)))
+    )
+
+
+def _held(time: Array, value: Array) -> Array:
+    """The last finite value up to each sample, unless it is too old."""
+    last = np.maximum.accumulate(np.where(np.isfinite(value), np.arange(len(value)), 0))
+    return np.where(time - time[last] <= _LONGEST_HELD, value[last], np.nan)
+
+
+def _steady(value: Array, period: float, most: float) -> NDArray[np.bool_]:
+    """Samples before which a value, (T,), has varied by no more than `most` for `_REST`; never where it is NaN."""
+    window = max(round(_REST / period), 1)
+    steady = np.zeros(len(value), dtype=bool)
+    if len(value) > window:
+        spans = np.ptp(np.lib.stride_tricks.sliding_window_view(value, window + 1), axis=-1)
+        steady[window:] = spans <= most
+    return steady
+
+
+def _compared(
+    signals: Recording, name: str, kind: str, measured: Measured, finger: Finger, error: float
+) -> Iterator[_Compared]:
+    """The estimates by an estimator of what an instrument measures."""
+    q = signals[f"{name}.{ANGLES}"].values
+    chain = forward_kinematics(q, finger.segment_length)
+    place = np.nan_to_num(measured.place)[:, None]
+    site = chain.at(place)
+    torque, none = signals[f"{name}.external_torque"].values, np.full(len(q), np.nan)
+    if kind == "angle":
+        turn = np.take_along_axis(chain.headings, chain.link_at(place), axis=-1)[:, 0]
+        std = none
+        if f"{name}.joint_angle_covariance" in signals.data:
+            before = (np.arange(q.shape[-1]) < chain.link_at(place)).astype(float)
+            covariance = signals[f"{name}.joint_angle_covariance"].values
+            std = np.sqrt(np.einsum("ti,tij,tj->t", before, covariance, before))
+        yield _Compared("angle", "rad", np.ones(len(q)), turn, turn - NORMAL_95 * std, turn + NORMAL_95 * std)
+        return
+    joint = np.zeros(len(q), dtype=int) if kind == "force" else np.minimum(chain.link_at(place)[:, 0], q.shape[-1] - 1)
+    share, lever = _lever(site, measured)
+    at_joint = np.take_along_axis(torque, joint[:, None], axis=-1)[:, 0]
+    std = _torque_std(signals, name, finger, joint, error)
+    scale = lever if kind == "force" else np.ones(len(q))
+    label = "base torque" if kind == "force" else "torque"
+    yield _Compared(label, "N m", scale, at_joint, at_joint - NORMAL_95 * std, at_joint + NORMAL_95 * std)
+    if kind == "force" and f"{name}.contact_force" in signals.data:
+        yield _contact(signals, name, measured, share)
+
+
+def _lever(site: Sites, measured: Measured) -> tuple[Array, Array]:
+    """Of a force across the finger: its share along the instrument's axis, and the moment at the first joint per N."""
+    share = np.ones(len(site.points))
+    if measured.along is not None:
+        axis = complex(measured.along[1], measured.along[0]) / np.hypot(*measured.along)
+        share = (-site.normals * np.conj(axis)).real[:, 0]
+    share = np.where(np.abs(share) > _LEAST_SHARE, share, np.nan)
+    return share, site.torques(-site.normals)[:, 0, 0] / share
+
+
+_LEAST_SHARE = 0.2  # along an instrument's axis, of a force across the finger; of less nothing can be said
+
+
+def _torque_std(signals: Recording, name: str, finger: Finger, joint: NDArray[np.int_], error: float) -> Array:
+    """Standard deviation of the external torque at joints (T,), N m; NaN if the estimator states none of the shape."""
+    if f"{name}.joint_angle_covariance" not in signals.data:
+        return np.full(len(joint), np.nan)
+    variance = np.diagonal(signals[f"{name}.joint_angle_covariance"].values, axis1=-2, axis2=-1)
+    elastic = finger.stiffness**2 * variance
+    driving = (error * finger.pressure_torque(signals["sampled_pressure"].values.reshape(len(joint)))) ** 2
+    std: Array = np.sqrt(np.take_along_axis(elastic + driving, joint[:, None], axis=-1)[:, 0])
+    return std
+
+
+def _contact(signals: Recording, name: str, measured: Measured, share: Array) -> _Compared:
+    """The contact force along the axis of an instrument."""
+    force = signals[f"{name}.contact_force"].values.reshape(len(share))
+    estimate, ends = force, np.full((len(share), 2), np.nan)
+    if measured.along is not None:
+        x, z = np.array(measured.along) / np.hypot(*measured.along)
+        vector = signals[f"{name}.contact_force_vector"].values
+        estimate = vector[:, 0] * x + vector[:, 2] * z
+    if f"{name}.contact_force_interval" in signals.data:
+        found = (force != 0) & np.isfinite(force)
+        part = np.where(found, estimate, share) / np.where(found, np.abs(force), 1.0)
+        interval = np.abs(signals[f"{name}.contact_force_interval"].values[:, [0, 2]])
+        ends = np.sort(interval * part[:, None], axis=-1)
+        ends[np.isnan(estimate)] = np.nan
+    return _Compared("contact force", "N", np.ones(len(share)), estimate, *ends.T)
+
+
+def _instrument_run(run: MeasuredRun, kind: str) -> InstrumentRun:
+    """What an instrument measured, beside the first estimate of it."""
+    first = next(iter(run.compared[kind].values()))[0]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        estimate = first.estimate / np.where(np.abs(first.scale) > 1e-6, first.scale, np.nan)
+    return InstrumentRun(run.time, run.measured[kind].value, estimate, run.rest)
+
+
+def _instrument(runs: Sequence[MeasuredRun], kind: str) -> Instrument:
+    """An instrument; an angle is taken as it is read, since a finger always has one."""
+    if kind == "angle":
+        return Instrument(0.0, (0.0,) * len(runs), 0.0)
+    return find_instrument([_instrument_run(run, kind) for run in runs], LEAST[kind])
+
+
+def _presses(run: MeasuredRun, value: Array, least: float) -> Iterator[NDArray[np.int_]]:
+    """The samples of each press, by the corrected value of an instrument, (T,)."""
+    steps = np.abs(np.diff(value))
+    resolution = float(np.min(steps[steps > 1e-9], initial=np.inf))
+    most = max(_STEADY * float(np.nanmax(value) - np.nanmin(value)), 2 * resolution if np.isfinite(resolution) else 0.0)
+    period = float(run.time[1] - run.time[0])
+    rows = np.flatnonzero(run.rest & _steady(value, period, most) & (np.abs(value) > least))
+    for part in np.split(rows, np.flatnonzero(np.diff(rows) * period > _REST) + 1):
+        if len(part) * period >= _REST:
+            yield part
+
+
+def _press_rows(run: MeasuredRun, kind: str, value: Array, rows: NDArray[np.int_]) -> Iterator[PressRow]:
+    """A press, by each estimate of what was measured."""
+    ends = float(run.log.time[0] + run.time[rows[0]]), float(run.log.time[0] + run.time[rows[-1]])
+    place = 1e3 * float(np.median(run.measured[kind].place[rows]))
+    for name, estimates in run.compared[kind].items():
+        for each in estimates:
+            measured, known = value[rows] * each.scale[rows], np.isfinite(each.estimate[rows])
+            banded = np.isfinite(each.least[rows])
+            within = (each.least[rows] <= measured) & (measured <= each.most[rows])
+            medians = [
+                float(np.median(part[chosen])) if chosen.sum() * 2 > len(rows) else np.nan
+                for part, chosen in (
+                    (each.estimate[rows], known),
+                    (each.least[rows], banded),
+                    (each.most[rows], banded),
+                )
+            ]
+            share = 100 * float(within[banded].mean()) if banded.any() else np.nan
+            of = run.log.name, name, each.quantity, each.unit
+            yield PressRow(*of, *ends, place, float(np.median(measured)), *medians, share)  # type: ignore[call-arg]
+
+
+def _scores(presses: Sequence[PressRow]) -> list[ScoreRow]:
+    """Each estimate in all presses."""
+    scores = []
+    for key in dict.fromkeys((row.estimator, row.quantity, row.unit) for row in presses):
+        rows = [row for row in presses if (row.estimator, row.quantity, row.unit) == key]
+        measured, estimated = (np.array([getattr(row, name) for row in rows]) for name in ("measured", "estimated"))
+        known = np.isfinite(measured + estimated)
+        error = np.abs(estimated - measured)[known]
+        shares = np.array([row.within_band_percent for row in rows])
+        numbers = {
+            "presses": len(rows),
+            "answered": int(known.sum()),
+            "median_error": _quantile(error, 0.5),
+            "percentile_90_error": _quantile(error, 0.9),
+            "median_error_percent": 100 * _quantile(error / np.abs(measured[known]), 0.5),
+            "within_band_percent": float(np.nanmean(shares)) if np.isfinite(shares).any() else np.nan,
+        }
+        ratio, std = _ratio(measured[known], estimated[known])
+        scores.append(ScoreRow(*key, **numbers, ratio=ratio, ratio_std=std))  # type: ignore[arg-type]
+    return scores
+
+
+def _quantile(errors: Array, share: float) -> float:
+    return float(np.quantile(errors, share)) if len(errors) else np.nan
+
+
+def _ratio(measured: Array, estimated: Array) -> tuple[float, float]:
+    """The factor by which estimates would have to be multiplied, by least squares, and its standard deviation."""
+    size = float(estimated @ estimated)
+    if len(measured) < 2 or size == 0:
+        return np.nan, np.nan
+    ratio = float(measured @ estimated) / size
+    left = measured - ratio * estimated
+    return ratio, float(np.sqrt(left @ left / (len(left) - 1) / size))
