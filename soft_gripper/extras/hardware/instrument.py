@@ -23,6 +23,7 @@ _FREE_SHARE = 0.1  # of the 95th percentile of the estimate, below which nothing
 _FEWEST = 10  # samples from which a zero is found
 _LEAST_SPAN = 10.0  # s between the first and the last of them from which a drift is found
 _PASSES, _HUBER, _STD_PER_MEDIAN = 8, 1.5, 1.4826  # of the robust lines; standard deviations; of a normal variable
+_NOTHING = 1e-9  # smallest spread of residuals
 _MOST_ROWS = 4000  # samples of a run that the delay is sought in
 
 
@@ -99,7 +100,7 @@ def _lines(runs: Sequence[InstrumentRun], delay: float, least: float) -> tuple[t
     for _ in range(_PASSES):
         found = np.linalg.lstsq(basis * weight[:, None], value * weight, rcond=None)[0]
         left = np.abs(value - basis @ found)
-        spread = max(_HUBER * _STD_PER_MEDIAN * float(np.median(left)), resolution)
+        spread = max(_HUBER * _STD_PER_MEDIAN * float(np.median(left)), resolution, _NOTHING)
         weight = np.sqrt(spread / np.maximum(left, spread))
     zeros = dict(zip(known, found.tolist(), strict=False))
     return tuple(zeros.get(i, np.nan) for i in range(len(runs))), float(found[-1]) if drifts else np.nan

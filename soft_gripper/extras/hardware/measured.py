@@ -24,7 +24,7 @@ from soft_gripper.files.document import require
 
 UNITS = FORCE | TORQUE | ANGLE
 SI = {"force": "N", "torque": "N m", "angle": "rad"}
-MOST = {"force": 1e3, "torque": 1e2, "angle": 50.0}  # largest plausible values
+MOST = {"force": 1e2, "torque": 1e1, "angle": 50.0}  # largest plausible values of a soft finger
 
 
 @dataclass(frozen=True)

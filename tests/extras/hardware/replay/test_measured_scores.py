@@ -1,0 +1,173 @@
+"""A finger that presses on a scale: its contact force and external torque compared with what the scale reads."""
+
+import numpy as np
+import pytest
+from command_line import soft_gripper
+from csv_rows import csv_rows
+from refusals import refusal
+from scale_files import DRIFT, FORCES, GRAM, LATE, PERIOD, ZERO, write_log
+
+from soft_gripper.diagrams.recording import Recording
+from soft_gripper.extras.hardware.finger_logs import given_log, read_finger_logs
+from soft_gripper.extras.hardware.replay.measured_scores import replay_measured
+from soft_gripper.load.force_estimator import DELAY
+
+PRESSED = [force for forces in FORCES.values() for force in forces]
+PLACES = [1e3 * place for place, forces in FORCES.items() for _ in forces]
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory):
+    return write_log(tmp_path_factory.mktemp("scale"))
+
+
+def replayed(log, bench="bench.yaml", described_as=None, estimators=("contact",)):
+    folder = log.parent
+    bench = None if bench is None else folder / bench
+    how = given_log(str(folder / "one.yaml"), bench, described_as, "replay")
+    return replay_measured(read_finger_logs(log, how), how.scenario, estimators)
+
+
+@pytest.fixture(scope="module")
+def found(log):
+    return replayed(log)
+
+
+def rows(found, quantity):
+    return [row for row in found.presses if row.quantity == quantity]
+
+
+def test_each_press_is_compared(found):
+    forces = rows(found, "contact force")
+    assert [row.recording for row in forces] == ["press_1"] * 3 + ["press_2"] * 3
+    assert [row.place_mm for row in forces] == pytest.approx(PLACES)
+    np.testing.assert_allclose([row.measured for row in forces], PRESSED, atol=1.5 * GRAM)
+    np.testing.assert_allclose([row.estimated for row in forces], PRESSED, atol=0.04)
+    for row in forces:
+        assert row.least <= row.estimated <= row.most
+        assert row.within_band_percent == 100
+
+
+def test_delay_zero_and_drift_of_the_scale_are_found(found):
+    """External torque belongs to the sample two before, which shortens the delay."""
+    scale = found.instruments["force"]
+    assert scale.delay == pytest.approx(LATE - DELAY * PERIOD, abs=0.021)
+    assert scale.drift == pytest.approx(DRIFT * GRAM, rel=0.2)
+    np.testing.assert_allclose(scale.zeros, ZERO * GRAM, atol=0.5 * GRAM)
+
+
+def test_the_torque_at_the_base_is_that_of_the_force(found):
+    """The lever is that of the estimated shape; the torque that of ideal sensors."""
+    torques = rows(found, "base torque")
+    for row, force in zip(torques, PRESSED, strict=True):
+        assert row.estimated == pytest.approx(row.measured, rel=0.1)
+        assert np.sign(row.estimated) == -np.sign(force)  # what presses on the inner side holds the finger open
+        assert row.within_band_percent == 100
+
+
+def test_scores_are_those_of_the_presses(found):
+    score = next(score for score in found.scores if score.quantity == "contact force")
+    errors = [abs(row.estimated - row.measured) for row in rows(found, "contact force")]
+    assert (score.presses, score.answered) == (6, 6)
+    assert score.median_error == pytest.approx(np.median(errors))
+    assert score.ratio == pytest.approx(1, abs=0.08)
+    assert score.within_band_percent == 100
+
+
+def test_a_recording_with_described_columns_is_replayed_alike(log, found):
+    other = replayed(log, None, str(log.parent / "scale.yaml"))
+    assert other.presses == found.presses
+    assert other.instruments == found.instruments
+
+
+def test_a_force_along_an_axis_is_a_part_of_that_across_the_finger(log, found):
+    """60 degrees from the normal of the straight finger; what the scale reads is then more than half of the force."""
+    text = (log.parent / "bench.yaml").read_text()
+    (log.parent / "tilted.yaml").write_text(text.replace("place_unit: mm", "place_unit: mm, along: [-1, 0]"))
+    tilted = rows(replayed(log, "tilted.yaml"), "contact force")
+    straight = rows(found, "contact force")
+    for row, across in zip(tilted, straight, strict=True):
+        assert row.measured == across.measured
+        assert 0.5 < row.estimated / across.estimated < 1.0
+
+
+def test_torque_and_angle_are_compared_at_their_places(log):
+    text = (log.parent / "bench.yaml").read_text()
+    begin = text.index("    measured_force")
+    more = (
+        "    measured_torque: { column: base, unit: N m, place: 0 }\n"
+        "    measured_angle: { column: turn, unit: rad, place_column: mm, place_unit: mm }\n"
+    )
+    (log.parent / "others.yaml").write_text(text[:begin] + more)
+    found = replayed(log, "others.yaml", estimators=("gaussian",))
+    torques, angles = rows(found, "torque"), rows(found, "angle")
+    for row in torques:
+        assert row.estimated == pytest.approx(row.measured, rel=0.1)
+    assert len(torques) == 6
+    assert len(angles) > 6  # some of a finger that is free, too
+    for row in angles:
+        assert row.estimated == pytest.approx(row.measured, abs=0.02)
+        assert row.within_band_percent >= 90
+
+
+def test_the_command_writes_presses_scores_figure_and_signals(log, tmp_path):
+    folder = log.parent
+    how = ["--bench", folder / "bench.yaml", "--scenario", folder / "one.yaml", "--out", tmp_path / "out"]
+    outcome = soft_gripper("replay", log, *how, "--estimator", "gaussian")
+    assert outcome.code == 0, outcome.err
+    assert "force: reads 0.3" in outcome.out
+    names = {path.name for path in (tmp_path / "out").iterdir()}
+    assert names == {"replay.csv", "scores.csv", "replay.png", "replay.svg", "press_1.nc", "press_2.nc"}
+    assert {row["quantity"] for row in csv_rows(tmp_path / "out/replay.csv")} == {"base torque"}
+    data = Recording.load(tmp_path / "out/press_1.nc").data
+    assert data["measured_force"].attrs["units"] == "N"
+    assert data["measured_force"].sizes == data["gaussian.external_torque"][:, 0].sizes
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("column: scale", "column: sclae", "did you mean 'scale'?"),
+        ("column: scale", "column: empty", "is empty, or NaN, everywhere"),
+        ("unit: gf", "unit: mm", "must be one of N, mN, gf, kgf, lbf"),
+        ("unit: gf", "unit: kgf", "the largest is then"),
+        ("unit: gf", "unit: gf, sign: 2", "must be 1 or -1"),
+        ("place_unit: mm", "place_unit: cm", "must be on the finger: 0 to 0.12 m from its base"),
+        ("place_column: mm, place_unit: mm", "place: 0.13", "must be on the finger: 0 to 0.12 m from its base"),
+        ("place_column: mm, place_unit: mm", "place: .nan", "measured_force.place"),
+        ("place_column: mm, ", "", "give either it or `place_column`"),
+        ("place_unit: mm", "along: [0, 0]", "must be a direction"),
+    ],
+)
+def test_descriptions_that_do_not_fit_are_refused(log, tmp_path, monkeypatch, old, new, said):
+    monkeypatch.chdir(tmp_path)
+    names = "t,a,b,c,d,p,scale,mm,base,turn,empty\n"
+    (tmp_path / "press.csv").write_text(names + "".join(line + ",\n" for line in log.read_text().splitlines()))
+    text = (log.parent / "scale.yaml").read_text()
+    (tmp_path / "scale.yaml").write_text(
+        text.replace("header: [t, a, b, c, d, p, scale, mm, base, turn]\n", "").replace(old, new)
+    )
+    error = refusal("replay", "press.csv", "--as", "scale.yaml", "--scenario", log.parent / "one.yaml")
+    assert said in error
+    assert "measured_force" in error
+    assert not (tmp_path / "results/replay/replay.csv").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--scenario", "one.yaml"], "either --bench or --as"),
+        (["--scenario", "one.yaml", "--bench", "bench.yaml", "--fit", "press.csv"], "leave it out with --scenario"),
+        (["--as", "scale.yaml", "--set", "gravity=[0,0,0]"], "give that too"),
+    ],
+)
+def test_options_that_do_not_go_together_are_refused(log, monkeypatch, arguments, said):
+    monkeypatch.chdir(log.parent)
+    assert said in refusal("replay", "press.csv", *arguments)
+
+
+def test_a_log_without_an_instrument_is_refused(log):
+    text = (log.parent / "bench.yaml").read_text()
+    (log.parent / "nothing.yaml").write_text(text[: text.index("    measured_force")])
+    how = ["--bench", log.parent / "nothing.yaml", "--scenario", log.parent / "one.yaml"]
+    assert "is described in no log" in refusal("replay", log, *how)
