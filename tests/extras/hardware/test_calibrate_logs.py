@@ -76,6 +76,28 @@ def test_raw_counts_in_rows_of_text_are_calibrated(bench):
     assert scenario.nominal.calibration is not None
 
 
+def test_holds_in_which_a_force_is_measured_are_left_out(bench):
+    """Of one hold of 120 kPa, in which something presses; the scale begins at 0.3 N, which is no contact."""
+    folder, *_ = bench
+    rows = np.loadtxt(folder / "log.csv", delimiter=",")
+    touched = np.arange(90, 120)
+    rows[touched, 1:5] += 80
+    force = np.full((len(rows), 1), 0.3)
+    force[touched] = 0.8
+    np.savetxt(folder / "touched.csv", np.hstack([rows, force]), fmt="%.6g", delimiter=",")
+    text = BENCH.replace("x, z]\ntime", "x, z, f]\ntime")
+    (folder / "blind.yaml").write_text(text)
+    (folder / "weighed.yaml").write_text(
+        text.replace("tip: [x, z] }", "tip: [x, z], measured_force: { column: f, unit: N, place: 0.1 } }")
+    )
+    blind, weighed = (calibrate(folder, "touched.csv", bench=folder / name) for name in ("blind.yaml", "weighed.yaml"))
+    assert "does not fit free bending" in blind.out
+    assert weighed.code == 0, weighed.err
+    assert "does not fit free bending" not in weighed.out
+    found = load_calibration(str(folder / "mine.yaml")).fingers["finger"]
+    assert found.bend_ratio == pytest.approx(1.1, rel=3e-3)
+
+
 def test_what_is_looked_for_is_printed_and_written(bench):
     folder, *_ = bench
     arguments = ["--bench", folder / "bench.yaml", "--scenario", folder / "one.yaml", "--out", folder / "mine.yaml"]
