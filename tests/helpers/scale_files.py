@@ -84,9 +84,9 @@ def _rows(layout: SensorLayout, gravity: complex, driven: Array, place: float, b
 
 
 def _moment(layout: SensorLayout, q: Array, place: float) -> float:
-    """Of a force of 1 N that presses on the inner side, about the first joint."""
+    """Of a force of 1 N that presses on the inner side, about the base."""
     ends = [*layout.finger.joint_arc_lengths[1:], layout.finger.length]
-    lever, heading = 0j, 0.0
+    lever, heading = layout.finger.segment_length / 2 + 0j, 0.0
     for angle, begin, end in zip(q, layout.finger.joint_arc_lengths, ends, strict=True):
         if begin < place:
             heading += angle

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.plane import planar_gravity
-from soft_gripper.extras.hardware.finger_logs import Log, read_finger_logs
+from soft_gripper.extras.hardware.finger_logs import Log, read_finger_logs, steady
 from soft_gripper.extras.hardware.free_bending import FreeBending, calibrate
 from soft_gripper.extras.hardware.recorded_run import load_run, read_signal
 from soft_gripper.fingers.plant_finger import PlantFinger
@@ -148,16 +148,7 @@ def _free_bending(file: Path, layout: SensorLayout, measured: _Measured) -> Free
 def _resting(time: Array, pressure: Array) -> NDArray[np.bool_]:
     """Samples before which the pressure has been steady for long enough, (T,)."""
     period = float(np.median(np.diff(time))) if len(time) > 1 else _REST
-    return _at_rest(pressure, max(round(_REST / period), 1))
-
-
-def _at_rest(pressure: Array, window: int) -> NDArray[np.bool_]:
-    """Samples before which the pressure, (T,) Pa, has been steady for `window` samples."""
-    rest = np.zeros(pressure.shape, dtype=bool)
-    if len(pressure) > window:
-        spans = np.ptp(np.lib.stride_tricks.sliding_window_view(pressure, window + 1), axis=-1)
-        rest[window:] = spans <= _STEADY_PRESSURE * np.ptp(pressure)
-    return rest
+    return steady(pressure, round(_REST / period), _STEADY_PRESSURE * float(np.ptp(pressure)))
 
 
 def _range(ratios: Array) -> float:

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 from pydrake.systems.framework import DiagramBuilder
 
 from soft_gripper.arrays import Array, Planar
@@ -85,6 +86,16 @@ def read_finger_logs(file: Path, log: Log) -> list[FingerLog]:
         found = [*_recording_logs(file, log.described, fingers, gravity)]
     for each in found:
         _check(file, each, nominal_layout(scenario, each.finger))
+    return found
+
+
+def steady(value: Array, window: int, most: float) -> NDArray[np.bool_]:
+    """Samples before which a value, (T,), has varied by no more than `most` for a window of samples; not where NaN."""
+    found = np.zeros(len(value), dtype=bool)
+    window = max(window, 1)
+    if len(value) > window:
+        spans = np.ptp(np.lib.stride_tricks.sliding_window_view(value, window + 1), axis=-1)
+        found[window:] = spans <= most
     return found
 
 

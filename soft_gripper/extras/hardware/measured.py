@@ -35,10 +35,6 @@ class Measured:
     place: Array  # (T,) m along the finger, from its base
     along: tuple[float, float] | None = None  # direction of a force, x and z in B; None: across the finger
 
-    def at(self, rows: Array) -> "Measured":
-        """At chosen samples."""
-        return Measured(self.value[rows], self.place[rows], self.along)
-
 
 def measured_by(table: Table, described: object, length: float, prefix: str = "") -> dict[str, Measured]:
     """What the instruments of a description measured, by "force", "torque" and "angle".

@@ -12,7 +12,7 @@ from soft_gripper.extras.hardware.finger_logs import given_log, read_finger_logs
 from soft_gripper.extras.hardware.recordings import find_recordings, recording_paths
 from soft_gripper.extras.hardware.replay.held_out import ArmReplay, drawn_rows, replay, replay_figure
 from soft_gripper.extras.hardware.replay.measured_figure import measured_figure
-from soft_gripper.extras.hardware.replay.measured_scores import replay_measured, run_names
+from soft_gripper.extras.hardware.replay.measured_scores import replay_measured
 from soft_gripper.extras.hardware.replay.view import show_replays
 from soft_gripper.files.document import require
 from soft_gripper.files.output import check_file, lock_folder
@@ -48,10 +48,10 @@ def _run_finger(options: argparse.Namespace, paths: Sequence[Path]) -> None:
     write_csv(out / "replay.csv", found.presses)
     write_csv(out / "scores.csv", found.scores)
     save_figure(measured_figure(found), out / "replay")
-    files = [out / f"{name}.nc" for name in run_names(found.runs)]
-    for file, run in zip(files, found.runs, strict=True):
-        run.recording().save(file)
-    options.console.wrote(*(out / name for name in written), *files)
+    recordings = {out / f"{run.log.name}.nc": run.recording() for run in found.runs}
+    for file, recording in recordings.items():
+        recording.save(file)
+    options.console.wrote(*(out / name for name in written), *recordings)
 
 
 def _run_arm(options: argparse.Namespace, paths: Sequence[Path]) -> None:

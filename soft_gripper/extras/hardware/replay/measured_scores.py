@@ -22,7 +22,7 @@ from tqdm import tqdm
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.estimators.finger_shape import ANGLES
-from soft_gripper.extras.hardware.finger_logs import FingerLog, nominal_layout
+from soft_gripper.extras.hardware.finger_logs import FingerLog, nominal_layout, steady
 from soft_gripper.extras.hardware.instrument import Instrument, InstrumentRun, find_instrument
 from soft_gripper.extras.hardware.measured import SI, Measured
 from soft_gripper.extras.hardware.replay.finger_estimation import estimate_log, sampled_rows
@@ -108,12 +108,6 @@ class MeasuredRun:
         return Recording(self.signals.data.assign(measured | places))
 
 
-def run_names(runs: Sequence[MeasuredRun]) -> list[str]:
-    """Names of the runs: those of the logs and, if there are several, of the fingers."""
-    several = len({run.log.finger.name for run in runs}) > 1
-    return [f"{run.log.name}_{run.log.finger.name}" if several else run.log.name for run in runs]
-
-
 @dataclass(frozen=True)
 class MeasuredReplay:
     """Logs of a finger, replayed and compared with instruments."""
@@ -131,9 +125,12 @@ def replay_measured(logs: Sequence[FingerLog], scenario: Scenario, estimators: S
     Raises:
         InputError: if nothing is measured, the finger never rests on an instrument, or an estimator cannot be built.
     """
-    kinds = [kind for kind in LEAST if all(kind in log.measured for log in logs)]
+    logs = [log for log in logs if log.measured]
     expected = "is described in no log: give measured_force, measured_torque or measured_angle of the finger"
-    require(len(kinds) > 0, "replay", "measured_force", None, expected)
+    require(len(logs) > 0, "replay", "measured_force", None, expected)
+    fingers = sorted({log.finger.name for log in logs})
+    require(len(fingers) == 1, "replay", "measured_force", fingers, "describe the instruments of one finger at a time")
+    kinds = [*logs[0].measured]
     reported = tqdm(logs, desc="replay", mininterval=REPORT_PERIOD, dynamic_ncols=True)
     runs = [_replayed(log, scenario, estimators) for log in reported]
     instruments = {kind: _instrument(runs, kind) for kind in kinds}
@@ -168,7 +165,12 @@ def _replayed(log: FingerLog, scenario: Scenario, estimators: Sequence[str]) -> 
     }
     pressure = log.pressure[rows]
     return MeasuredRun(
-        log, signals, time, measured, compared, _steady(pressure, period, _STEADY * float(np.ptp(pressure)))
+        log,
+        signals,
+        time,
+        measured,
+        compared,
+        steady(pressure, round(_REST / period), _STEADY * float(np.ptp(pressure))),
     )
 
 
@@ -176,16 +178,6 @@ def _held(time: Array, value: Array) -> Array:
     """The last finite value up to each sample, unless it is too old."""
     last = np.maximum.accumulate(np.where(np.isfinite(value), np.arange(len(value)), 0))
     return np.where(time - time[last] <= _LONGEST_HELD, value[last], np.nan)
-
-
-def _steady(value: Array, period: float, most: float) -> NDArray[np.bool_]:
-    """Samples before which a value, (T,), has varied by no more than `most` for `_REST`; never where it is NaN."""
-    window = max(round(_REST / period), 1)
-    steady = np.zeros(len(value), dtype=bool)
-    if len(value) > window:
-        spans = np.ptp(np.lib.stride_tricks.sliding_window_view(value, window + 1), axis=-1)
-        steady[window:] = spans <= most
-    return steady
 
 
 def _compared(
@@ -208,13 +200,22 @@ def _compared(
         return
     joint = np.zeros(len(q), dtype=int) if kind == "force" else np.minimum(chain.link_at(place)[:, 0], q.shape[-1] - 1)
     share, lever = _lever(site, measured)
-    at_joint = np.take_along_axis(torque, joint[:, None], axis=-1)[:, 0]
+    at_joint = torque[:, 0] if kind == "force" else _at_place(torque, place[:, 0] / finger.segment_length)
     std = _torque_std(signals, name, finger, joint, error)
     scale = lever if kind == "force" else np.ones(len(q))
     label = "base torque" if kind == "force" else "torque"
     yield _Compared(label, "N m", scale, at_joint, at_joint - NORMAL_95 * std, at_joint + NORMAL_95 * std)
     if kind == "force" and f"{name}.contact_force" in signals.data:
         yield _contact(signals, name, measured, share)
+
+
+def _at_place(torque: Array, segments: Array) -> Array:
+    """Torque at places, (T,) in segments from the base, by a line through that of the joints beside them, (T, N)."""
+    before = np.clip(np.floor(segments - 0.5).astype(int), 0, torque.shape[-1] - 2)
+    beyond = np.minimum(segments - 0.5 - before, 1.0)  # below 0 between the base and the first joint
+    first, second = (np.take_along_axis(torque, (before + i)[:, None], axis=-1)[:, 0] for i in (0, 1))
+    found: Array = first + beyond * (second - first)
+    return found
 
 
 def _lever(site: Sites, measured: Measured) -> tuple[Array, Array]:
@@ -279,7 +280,7 @@ def _presses(run: MeasuredRun, value: Array, least: float) -> Iterator[NDArray[n
     resolution = float(np.min(steps[steps > 1e-9], initial=np.inf))
     most = max(_STEADY * float(np.nanmax(value) - np.nanmin(value)), 2 * resolution if np.isfinite(resolution) else 0.0)
     period = float(run.time[1] - run.time[0])
-    rows = np.flatnonzero(run.rest & _steady(value, period, most) & (np.abs(value) > least))
+    rows = np.flatnonzero(run.rest & steady(value, round(_REST / period), most) & (np.abs(value) > least))
     for part in np.split(rows, np.flatnonzero(np.diff(rows) * period > _REST) + 1):
         if len(part) * period >= _REST:
             yield part
