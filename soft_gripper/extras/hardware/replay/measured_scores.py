@@ -130,6 +130,14 @@ def replay_measured(logs: Sequence[FingerLog], scenario: Scenario, estimators: S
     require(len(logs) > 0, "replay", "measured_force", None, expected)
     fingers = sorted({log.finger.name for log in logs})
     require(len(fingers) == 1, "replay", "measured_force", fingers, "describe the instruments of one finger at a time")
+    names = [log.name for log in logs]
+    require(
+        len({*names}) == len(names),
+        "replay",
+        "FILE",
+        names,
+        "each needs a name of its own, after which results are called",
+    )
     kinds = [*logs[0].measured]
     reported = tqdm(logs, desc="replay", mininterval=REPORT_PERIOD, dynamic_ncols=True)
     runs = [_replayed(log, scenario, estimators) for log in reported]
