@@ -64,5 +64,7 @@ def estimate_log(log: FingerLog, scenario: Scenario, estimators: Sequence[str]) 
     logs = add_logs(builder, signals, period)
     keep_what_is_read(builder, signals)
     simulator = Simulator(builder.Build())
-    simulator.AdvanceTo((len(rows) - 1) * period)
-    return read_logs(logs, simulator.get_context(), {"recording": log.name, "finger": own.name})
+    simulator.AdvanceTo(len(rows) * period)
+    # A log sees what was sampled a period before; its first row is that of the initial state.
+    data = read_logs(logs, simulator.get_context(), {"recording": log.name, "finger": own.name}).data
+    return Recording(data.isel(time=slice(1, None)).assign_coords(time=data["time"].values[:-1]))

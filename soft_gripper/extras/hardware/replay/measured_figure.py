@@ -11,6 +11,7 @@ from soft_gripper.pictures.style import ESTIMATOR_COLORS, STYLE
 
 _MOST_RUNS = 4  # drawn over time
 _MEASURED = "0.1"
+_IMPACTS = 1.0  # percent of the samples that may be beyond what is drawn
 
 
 def measured_figure(replay: MeasuredReplay) -> Figure:
@@ -40,6 +41,6 @@ def _draw_run(axes: Axes, replay: MeasuredReplay, kind: str, number: int, colors
         axes.plot(run.time, middle, color=color, lw=1.0, label=f"{name}: {each.quantity}")
     axes.plot(run.time, replay.corrected[kind][number], color=_MEASURED, lw=1.2, ls=(0, (4, 2)), label="measured")
     every = np.concatenate(replay.corrected[kind])
-    least, most = float(np.nanmin(every)), float(np.nanmax(every))
+    least, most = np.nanpercentile(every, [_IMPACTS, 100 - _IMPACTS])
     axes.set(ylim=(least - 0.3 * (most - least), most + 0.5 * (most - least)), xlabel="time [s]")
     axes.set_title(run.log.name, fontsize=9, loc="left")

@@ -80,8 +80,20 @@ def test_a_recording_with_described_columns_is_replayed_alike(log, found):
     assert other.instruments == found.instruments
 
 
+def test_cells_may_be_empty_where_the_scale_is_not_read(log, found):
+    """It is read five times a second, and the sensors fifty times."""
+    lines = [line.split(",") for line in log.read_text().splitlines()]
+    seldom = [line if i % 10 == 0 else [*line[:6], "", *line[7:]] for i, line in enumerate(lines)]
+    (log.parent / "seldom.csv").write_text("\n".join(",".join(line) for line in seldom))
+    torques = rows(replayed(log.parent / "seldom.csv", estimators=("gaussian",)), "base torque")
+    whole = rows(found, "base torque")
+    assert len(torques) == len(whole)
+    for row, expected in zip(torques, whole, strict=True):
+        assert row.measured == pytest.approx(expected.measured, abs=0.1 * GRAM)  # N m: a gram on 0.1 m
+
+
 def test_a_force_along_an_axis_is_a_part_of_that_across_the_finger(log, found):
-    """60 degrees from the normal of the straight finger; what the scale reads is then more than half of the force."""
+    """Of a finger that turns by less than 60 degrees, more than half of the force is along x of the base."""
     text = (log.parent / "bench.yaml").read_text()
     (log.parent / "tilted.yaml").write_text(text.replace("place_unit: mm", "place_unit: mm, along: [-1, 0]"))
     tilted = rows(replayed(log, "tilted.yaml"), "contact force")
