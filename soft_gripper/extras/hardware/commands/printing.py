@@ -9,9 +9,11 @@ from soft_gripper.extras.hardware.identification.fit import Confidence, MotionSc
 from soft_gripper.extras.hardware.identification.free_parameters import FreeParameters
 from soft_gripper.extras.hardware.identification.identified_finger import Identified, Tested, doubts
 from soft_gripper.extras.hardware.identification.settled_states import IdentifiedStates, TestedStates
+from soft_gripper.extras.hardware.measured import SI
 from soft_gripper.extras.hardware.replay.held_out import ALL, ArmReplay, ReplayRow
 from soft_gripper.extras.hardware.replay.measured_scores import MeasuredReplay
 from soft_gripper.files.row_table import print_rows, print_table
+from soft_gripper.sensors.strain_errors import MINUTE
 
 _PRINTED_CORRELATION = 0.9
 
@@ -87,13 +89,14 @@ def _score_cells(row: MotionScore) -> list[str | float]:
 def print_measured(replay: MeasuredReplay) -> None:
     """Prints what was found of the instruments, and the estimates in every press and in all."""
     print()
-    if replay.instrument_rows:
-        print_rows(replay.instrument_rows, "instruments")
-        print()
-    for row in replay.instrument_rows:
-        if np.isnan(row.zero + row.drift_per_minute):
-            what = f"zero and drift of the {row.instrument} in {row.recording}"
-            print(f"WARNING: of {what} what is nan is taken for 0: let the finger rest free between presses")
+    for kind, instrument in replay.instruments.items():
+        if kind == "angle":
+            continue
+        zeros = ", ".join("not found" if np.isnan(zero) else f"{zero:.3g}" for zero in instrument.zeros)
+        drift = "not found" if np.isnan(instrument.drift) else f"{MINUTE * instrument.drift:.3g} {SI[kind]} a minute"
+        print(f"{kind}: reads {instrument.delay:.2f} s late, drifts by {drift}; zero of each run {zeros} {SI[kind]}")
+        if np.isnan(instrument.drift) or np.isnan(instrument.zeros).any():
+            print(f"WARNING: what is not found of the {kind} is taken for 0: let the finger rest free between presses")
     print_rows(replay.presses, "presses: medians of what is measured and estimated, and 95 % bands")
     print()
     print_rows(replay.scores, "all presses; ratio: of what is measured to what is estimated")

@@ -2,6 +2,7 @@
 
 import argparse
 from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
 
 from soft_gripper.commands.viewing import viewed
@@ -34,19 +35,18 @@ def _run_finger(options: argparse.Namespace, paths: Sequence[Path]) -> None:
     for name, value in ignored.items():
         require(value is None, "replay", name, value, "is for an arm and motion capture; leave it out with --scenario")
     described = [Path(file) for file in (options.scenario, options.bench, options.described_as) if file is not None]
-    written = ["replay.csv", "scores.csv", "instruments.csv", "replay.png", "replay.svg"]
+    written = ["replay.csv", "scores.csv", "replay.png", "replay.svg"]
     out = lock_folder(options.out, written, [*paths, *(file for file in described if file.suffix)])
     log = given_log(options.scenario, options.bench, options.described_as, "replay", options.set)
     assert log is not None
     logs = [each for path in paths for each in read_finger_logs(path, log)]
     found = replay_measured(logs, log.scenario, options.estimator or [log.scenario.estimator.type])
     print_measured(found)
-    options.console.table("instruments", found.instrument_rows)
+    options.console.document["instruments"] = {kind: asdict(each) for kind, each in found.instruments.items()}
     options.console.table("presses", found.presses)
     options.console.table("scores", found.scores)
     write_csv(out / "replay.csv", found.presses)
     write_csv(out / "scores.csv", found.scores)
-    write_csv(out / "instruments.csv", found.instrument_rows)
     save_figure(measured_figure(found), out / "replay")
     recordings = {out / f"{run.log.name}.nc": run.recording() for run in found.runs}
     for file, recording in recordings.items():

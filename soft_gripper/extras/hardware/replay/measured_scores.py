@@ -33,7 +33,6 @@ from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import Sites, forward_kinematics
 from soft_gripper.scenario.schema import Scenario
 from soft_gripper.scenario.sensor_presets import uncertainty
-from soft_gripper.sensors.strain_errors import MINUTE
 
 LEAST = {"force": 0.05, "torque": 2.5e-3, "angle": 0.02}  # N, N m, rad: less is nothing
 _REST = 0.5  # s for which a pressure has been steady, and the instrument, once a finger rests
@@ -74,18 +73,6 @@ class ScoreRow:
     within_band_percent: Annotated[float, ".0f"]
     ratio: Annotated[float, ".3f"]  # of the measured to the estimated, by least squares over the presses
     ratio_std: Annotated[float, ".3f"]
-
-
-@dataclass(frozen=True)
-class InstrumentRow:
-    """What was found of an instrument, in a run; NaN: not found, and taken for 0."""
-
-    instrument: str  # "force" or "torque"
-    recording: str
-    unit: str
-    delay_s: Annotated[float, ".2f"]
-    zero: Annotated[float, ".3g"]
-    drift_per_minute: Annotated[float, ".3g"]
 
 
 class _Compared(NamedTuple):
@@ -130,16 +117,6 @@ class MeasuredReplay:
     presses: list[PressRow]
     scores: list[ScoreRow]
     corrected: dict[str, list[Array]]  # by kind, in each run: (T,) without delay, zero and drift
-
-    @property
-    def instrument_rows(self) -> list[InstrumentRow]:
-        """A row for each instrument and run; angles are taken as they are read."""
-        return [
-            InstrumentRow(kind, name, SI[kind], found.delay, zero, MINUTE * found.drift)
-            for kind, found in self.instruments.items()
-            if kind != "angle"
-            for name, zero in zip(run_names(self.runs), found.zeros, strict=True)
-        ]
 
 
 def replay_measured(logs: Sequence[FingerLog], scenario: Scenario, estimators: Sequence[str]) -> MeasuredReplay:

@@ -129,19 +129,8 @@ def test_the_command_writes_presses_scores_figure_and_signals(log, tmp_path):
     assert outcome.code == 0, outcome.err
     assert "force: reads 0.3" in outcome.out
     names = {path.name for path in (tmp_path / "out").iterdir()}
-    assert names == {
-        "replay.csv",
-        "scores.csv",
-        "instruments.csv",
-        "replay.png",
-        "replay.svg",
-        "press_1.nc",
-        "press_2.nc",
-    }
+    assert names == {"replay.csv", "scores.csv", "replay.png", "replay.svg", "press_1.nc", "press_2.nc"}
     assert {row["quantity"] for row in csv_rows(tmp_path / "out/replay.csv")} == {"base torque"}
-    scale = csv_rows(tmp_path / "out/instruments.csv")
-    assert [row["recording"] for row in scale] == ["press_1", "press_2"]
-    assert {float(row["delay_s"]) for row in scale} == {pytest.approx(LATE)}
     data = Recording.load(tmp_path / "out/press_1.nc").data
     assert data["measured_force"].attrs["units"] == "N"
     assert data["measured_force"].sizes == data["gaussian.external_torque"][:, 0].sizes
@@ -189,8 +178,7 @@ def test_options_that_do_not_go_together_are_refused(log, monkeypatch, arguments
     assert said in refusal("replay", "press.csv", *arguments)
 
 
-def test_a_log_without_an_instrument_is_refused(log, monkeypatch):
-    monkeypatch.chdir(log.parent)
+def test_a_log_without_an_instrument_is_refused(log):
     text = (log.parent / "bench.yaml").read_text()
     (log.parent / "nothing.yaml").write_text(text[: text.index("    measured_force")])
     how = ["--bench", log.parent / "nothing.yaml", "--scenario", log.parent / "one.yaml"]
