@@ -77,8 +77,9 @@ def read_finger_logs(file: Path, log: Log) -> list[FingerLog]:
         InputError: if it does not fit its description, or the scenario's fingers and sensors.
     """
     scenario = log.scenario
-    plant = scenario.plant_config, scenario.models, scenario.gravity, scenario.arm, False
-    fingers = {each.name: each for each in add_plant(DiagramBuilder(), *plant).fingers}
+    parts = scenario.models, scenario.gravity, scenario.arm
+    scene = add_plant(DiagramBuilder(), scenario.plant_config, *parts, visuals=False, directives=scenario.directives)
+    fingers = {each.name: each for each in scene.fingers}
     gravity = np.array(scenario.gravity)
     if isinstance(log.described, BenchConfig):
         found = [*_bench_logs(file, log.described, fingers, gravity)]
