@@ -14,9 +14,10 @@ from soft_gripper.control.task import Outcome
 from soft_gripper.evaluation.paper.claims import Claim, verdict
 from soft_gripper.files.row_table import UNKNOWN, headings, print_rows, print_table
 from soft_gripper.runs.agreement import Agreement
-from soft_gripper.runs.scores.grasp import NEVER_TOUCHED
+from soft_gripper.runs.scores.grasp import HELD, NEVER_TOUCHED, RESTING
 from soft_gripper.runs.scores.poses import PoseRow
 from soft_gripper.runs.scores.recorded_grasps import ObjectGrasp, ObjectGrip
+from soft_gripper.runs.scores.recorded_slips import ObjectSlip
 from soft_gripper.runs.scores.recorded_task import Judged
 from soft_gripper.runs.scores.steps import PhaseRow
 from soft_gripper.scenario.schema import TaskConfig
@@ -60,11 +61,12 @@ def print_grasps(grasps: Sequence[ObjectGrasp], grips: Sequence[ObjectGrip]) -> 
                 f" while held it has slid {grasp.slid_mm:.2f} mm on the fingers,\nmoved {grasp.moved_mm:.2f} mm and"
                 f" turned {grasp.turned_deg:.2f} degrees in the palm, {grasp.sideways_play_mm:.2f} mm of that sideways"
             )
-        print(
-            f"Width: {_known(grasp.true_width_mm, '.1f', 'mm')}, estimated:"
-            f" {_known(grasp.estimated_width_mm, '.1f', 'mm')}; stiffness, estimated:"
-            f" {_known(grasp.estimated_stiffness_n_m, '.0f', 'N/m')}"
-        )
+        if grasp.grasp in (HELD, RESTING):
+            print(
+                f"Width: {_known(grasp.true_width_mm, '.1f', 'mm')}, estimated:"
+                f" {_known(grasp.estimated_width_mm, '.1f', 'mm')}; stiffness, estimated:"
+                f" {_known(grasp.estimated_stiffness_n_m, '.0f', 'N/m')}"
+            )
         print(f"Work of the pump: {grasp.pump_energy_mj:.1f} mJ")
 
 
@@ -72,11 +74,39 @@ def _known(value: float, form: str, unit: str) -> str:
     return UNKNOWN if math.isnan(value) else f"{value:{form}} {unit}"
 
 
-def print_phases(rows: Sequence[PhaseRow], outcome: Outcome, task: TaskConfig) -> None:
-    """Prints a line for each phase of a task, and its outcome."""
+def print_slips(slips: Sequence[ObjectSlip]) -> None:
+    """Prints whether each object could be expected to be held, and why it slips."""
+    for slip in slips:
+        if slip.predicted:
+            takes = f"its weight takes {slip.weight_share:.0%} of the friction available"
+            print(f"Before {slip.object} is lifted, {takes}: it {slip.predicted}")
+        lost = "" if math.isnan(slip.lost_s) else f"is lost at {slip.lost_s:.2f} s"
+        if not math.isnan(slip.slips_s):
+            where = f" in '{slip.slips_in}'" if slip.slips_in else ""
+            print(f"{slip.object} slips from {slip.slips_s:.2f} s{where} on {slip.slips_on}{lost and f', and {lost}'}")
+            print(f"  Before, {slip.used_share:.0%} of the friction available was used. {_would_have_held(slip)}")
+        elif lost:
+            print(f"{slip.object} {lost}, and does not slide before")
+
+
+def _would_have_held(slip: ObjectSlip) -> str:
+    """What would have held an object that slips, in words."""
+    if slip.least_force_n <= slip.present_force_n:
+        return "The fingers could carry its weight:\n  a motion or a turn took it out of them"
+    raised = f": models.{slip.object}.friction of {slip.least_object_friction:.2f}"
+    return (
+        f"Its weight takes {slip.least_force_n:.2f} N a finger ({slip.present_force_n:.2f} N then), or a\n  coefficient"
+        f" of friction of {slip.least_friction:.2f} ({slip.present_friction:.2f} here)"
+        f"{raised if math.isfinite(slip.least_object_friction) else ''}"
+    )
+
+
+def print_phases(rows: Sequence[PhaseRow], outcome: Outcome, task: TaskConfig, lost: Sequence[str] = ()) -> None:
+    """Prints a line for each phase of a task, and its outcome, beside which objects are not held in truth."""
     print_rows(rows, "Phases, with the opening, the torque and the pressure at the end of each")
     late = f", not finished after {task.time_limit:g} s (task.time_limit)" if outcome == Outcome.RUNNING else ""
-    print(f"\nOutcome, as estimated: {outcome.words}{late}")
+    truth = f"; in truth: {', '.join(lost)}" if lost else ""
+    print(f"\nOutcome, as estimated: {outcome.words}{late}{truth}")
 
 
 def print_claims(claims: Sequence[Claim]) -> None:

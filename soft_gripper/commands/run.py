@@ -14,7 +14,7 @@ from pydrake.geometry import Meshcat
 from soft_gripper.commands.changes import changes_line
 from soft_gripper.commands.chosen_station import chosen_station
 from soft_gripper.commands.console import Console
-from soft_gripper.commands.printing import print_grasps, print_phases, print_poses, print_truth
+from soft_gripper.commands.printing import print_grasps, print_phases, print_poses, print_slips, print_truth
 from soft_gripper.commands.viewing import viewed
 from soft_gripper.control.task import Outcome
 from soft_gripper.diagrams.contact_forces import forces_text
@@ -30,8 +30,10 @@ from soft_gripper.pictures.phases import phases_figure
 from soft_gripper.pictures.video import check_video, write_video
 from soft_gripper.registry import registered
 from soft_gripper.runs.scores.contact_forces import contact_rows, end_of_hold, estimator_of_forces, has_forces
+from soft_gripper.runs.scores.grasp import DROPPED, NEVER_TOUCHED, SLIPPING
 from soft_gripper.runs.scores.poses import recorded_pose_table
-from soft_gripper.runs.scores.recorded_grasps import recorded_grasps
+from soft_gripper.runs.scores.recorded_grasps import ObjectGrasp, ObjectGrip, recorded_grasps
+from soft_gripper.runs.scores.recorded_slips import recorded_slips
 from soft_gripper.runs.scores.recorded_task import judged
 from soft_gripper.runs.scores.steps import outcome, phase_table, step_table
 from soft_gripper.scenario.nominal_model import read_nominal_model
@@ -148,10 +150,11 @@ def _write(out: Path, name: str, station: Station, recording: Recording, console
     recording.save(out / "recording.nc")
     with atomic_file(out / "scenario.yaml") as partial:
         partial.write_text(dump_scenario(station.scenario, out), encoding="utf-8")
+    grasps, grips = recorded_grasps(station, recording)
     files = [
-        *_write_scores(out, name, station, recording, console),
+        *_write_scores(out, name, station, recording, grasps, console),
         *_write_forces(out, station, recording, console),
-        *_write_grasps(out, station, recording, console),
+        *_write_grasps(out, station, recording, grasps, grips, console),
     ]
     return ["recording.nc", "scenario.yaml", *files]
 
@@ -168,26 +171,47 @@ def _write_forces(out: Path, station: Station, recording: Recording, console: Co
     return ["contact_forces.csv"]
 
 
-def _write_grasps(out: Path, station: Station, recording: Recording, console: Console) -> list[str]:
-    """Writes and prints how the objects are held, if there are any."""
-    grasps, grips = recorded_grasps(station, recording)
+def _write_grasps(
+    out: Path,
+    station: Station,
+    recording: Recording,
+    grasps: Sequence[ObjectGrasp],
+    grips: Sequence[ObjectGrip],
+    console: Console,
+) -> list[str]:
+    """Writes and prints how the objects are held, and why they slip, if there are any."""
     if not grasps:
         return []
-    tables: dict[str, Sequence[Any]] = {"grasps": grasps, "grips": grips}
+    slips = recorded_slips(station, recording)
+    tables: dict[str, Sequence[Any]] = {"grasps": grasps, "grips": grips, "slips": slips}
     for table, rows in tables.items():
         console.table(table, rows, out / f"{table}.csv")
     print_grasps(grasps, grips)
+    print_slips(slips)
     return [f"{table}.csv" for table in tables]
 
 
-def _write_scores(out: Path, name: str, station: Station, recording: Recording, console: Console) -> list[str]:
+def _not_held(station: Station, grasps: Sequence[ObjectGrasp]) -> list[str]:
+    """Which objects are not held in truth, in words; that others than that of the task are not touched is no news."""
+    task = station.scenario.task
+    return [
+        f"{grasp.object} {grasp.grasp}"
+        for grasp in grasps
+        if grasp.grasp in (DROPPED, SLIPPING)
+        or (grasp.grasp == NEVER_TOUCHED and task is not None and grasp.object == task.object)
+    ]
+
+
+def _write_scores(
+    out: Path, name: str, station: Station, recording: Recording, grasps: Sequence[ObjectGrasp], console: Console
+) -> list[str]:
     """Writes and prints the table that suits the scenario; returns the files."""
     if station.task is not None:
         phases = phase_table(station, recording)
         with atomic_file(out / "phases.png") as partial:
             phases_figure(station.scenario, recording, station.task.phases).savefig(partial, format="png")
         assert station.scenario.task is not None
-        print_phases(phases, outcome(recording), station.scenario.task)
+        print_phases(phases, outcome(recording), station.scenario.task, _not_held(station, grasps))
         console.table("phases", phases, out / "phases.csv")
         console.document["outcome"] = outcome(recording).words
         looked_for = station.scenario.estimator.contact_threshold is not None

@@ -10,6 +10,7 @@ from soft_gripper.commands.printing import AGREEMENT, print_agreement
 from soft_gripper.pictures.style import save_figure
 from soft_gripper.runs.agreement import Agreement, chosen
 from soft_gripper.runs.executor import open_executor
+from soft_gripper.runs.scores.slipping import as_predicted
 from soft_gripper.runs.sweep.run_sweep import (
     DEPENDS,
     ERROR,
@@ -52,6 +53,10 @@ def run(options: argparse.Namespace) -> int:
         agreed = _in_drake(rows, points, fixed, opened, options)
     files = [TABLE, *_draw(rows, points, options), *([AGREEMENT] if agreed else [])]
     print(f"{len(rows)} runs, {sum(row[ERROR] != '' for row in rows)} failed")
+    predicted = [row for row in rows if row.get("predicted")]
+    if predicted:
+        right = sum(as_predicted(row["predicted"], row["grasp"]) for row in predicted)
+        print(f"Held or lost as predicted before the lift: {right} of {len(predicted)} runs")
     if options.check_step:
         flagged = sorted({name for row in rows for name in row[DEPENDS].split()})
         print(f"With half the time step, {', '.join(flagged) if flagged else 'nothing'} changes by more than 5 %")

@@ -69,8 +69,8 @@ def recorded_grasps(station: Station, recording: Recording) -> tuple[list[Object
 
 def recorded_grasp(station: Station, recording: Recording, held: str) -> tuple[Grasp, list[FingerGrip]]:
     """The grasp of one object, and how each finger takes part in it."""
-    samples = _judged(station, recording, held)
-    signals = _signals(station, recording, held, samples)
+    samples = judged_samples(station, recording, held)
+    signals = grasp_signals(station, recording, held, samples)
     grips = finger_grips(signals, [finger.name for finger in station.fingers])
     begin, window = held_since(signals), np.flatnonzero(last(signals.time))
     slid = path_length(shifts(station, recording, held, samples[begin:]))
@@ -82,7 +82,7 @@ def recorded_grasp(station: Station, recording: Recording, held: str) -> tuple[G
     return judge(signals, grips, slid, speed, sizes, energy), grips
 
 
-def _judged(station: Station, recording: Recording, held: str) -> NDArray[np.int_]:
+def judged_samples(station: Station, recording: Recording, held: str) -> NDArray[np.int_]:
     """The samples of which contact is known; in a task, those of them that are `before_put_down`."""
     known = np.isfinite(recording[f"{held}.{NORMAL}"].values).all(axis=1)
     if station.task is not None:
@@ -108,7 +108,7 @@ def before_put_down(numbers: Array, phases: Sequence[Phase]) -> NDArray[np.bool_
     return until if carries.any() else ~until
 
 
-def _signals(station: Station, recording: Recording, held: str, samples: NDArray[np.int_]) -> GraspSignals:
+def grasp_signals(station: Station, recording: Recording, held: str, samples: NDArray[np.int_]) -> GraspSignals:
     """The signals by which the grasp of an object is judged."""
     normal, friction, force, area, pressure = (recording[f"{held}.{name}"].values[samples] for name in _SIGNALS)
     gravity = np.array(station.plant.gravity_field().gravity_vector())
@@ -157,9 +157,14 @@ def _base_poses(station: Station, recording: Recording, samples: NDArray[np.int_
 
 def friction_coefficient(station: Station, finger: PlantFinger, held: str) -> float:
     """Static coefficient of friction between a finger and an object, of the smoothest geometry of each."""
-    of_links = [each for link in finger.links for each in station.plant.GetCollisionGeometriesForBody(link)]
     of_object = station.parts.frictions.get(held, _static_friction(station, _touched(station, held)))
-    return combined_friction(_static_friction(station, of_links), of_object)
+    return combined_friction(finger_friction(station, finger), of_object)
+
+
+def finger_friction(station: Station, finger: PlantFinger) -> float:
+    """Static coefficient of friction of a finger's smoothest geometry."""
+    geometries = [each for link in finger.links for each in station.plant.GetCollisionGeometriesForBody(link)]
+    return _static_friction(station, geometries)
 
 
 def _touched(station: Station, held: str) -> list[GeometryId]:

@@ -21,7 +21,9 @@ from soft_gripper.registry import OWN, blamed_on
 from soft_gripper.runs.scores.grasp import Grasp
 from soft_gripper.runs.scores.poses import held_samples, recorded_pose_table
 from soft_gripper.runs.scores.recorded_grasps import objects_of, recorded_grasp
+from soft_gripper.runs.scores.recorded_slips import recorded_slip
 from soft_gripper.runs.scores.recorded_task import Judged, judged
+from soft_gripper.runs.scores.slipping import Slip
 from soft_gripper.runs.scores.steps import outcome, step_table
 from soft_gripper.scenario.schema import Scenario
 
@@ -66,11 +68,11 @@ class Task:
 def kind_of(scenario: Scenario) -> tuple[type[Any], ...]:
     """The measures of a scenario: dataclasses whose fields are concatenated; of equal names, the later one is used.
 
-    With a free object, its grasp comes first. For a task that holds an object and detects contact, the ground truth of
-    its result is measured too.
+    With a free object, its grasp and why it slips come first. For a task that holds an object and detects contact, the
+    ground truth of its result is measured too.
     """
     has_object = any(model.free for model in scenario.models) and scenario.record.patches_every is not None
-    grasp: tuple[type[Any], ...] = (Grasp,) if has_object else ()
+    grasp: tuple[type[Any], ...] = (Grasp, Slip) if has_object else ()
     if scenario.task is not None:
         looks = scenario.estimator.contact_threshold is not None
         return (
@@ -102,6 +104,7 @@ def measure(station: Station, recording: Recording, own: Sequence[str] = ()) -> 
         Task: _task,
         Judged: judged,
         Grasp: _grasp,
+        Slip: _slip,
     }
     found: dict[str, Any] = {}
     for kind in kind_of(station.scenario):
@@ -131,6 +134,10 @@ def _task(station: Station, recording: Recording) -> Task:
 def _grasp(station: Station, recording: Recording) -> Grasp:
     """The grasp of the object of the task, or of the first free model."""
     return recorded_grasp(station, recording, objects_of(station)[0])[0]
+
+
+def _slip(station: Station, recording: Recording) -> Slip:
+    return recorded_slip(station, recording, objects_of(station)[0])
 
 
 def _open_loop(station: Station, recording: Recording) -> OpenLoop:

@@ -1,0 +1,145 @@
+"""Why the object of a recording slips, see `slipping`."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from soft_gripper.arrays import Array
+from soft_gripper.diagrams.recording import Recording
+from soft_gripper.diagrams.scene import first_body
+from soft_gripper.diagrams.station_parts import Station
+from soft_gripper.runs.scores.grasp import NAN, GraspSignals, slip_ratio
+from soft_gripper.runs.scores.recorded_grasps import (
+    OfObject,
+    finger_friction,
+    grasp_signals,
+    judged_samples,
+    objects_of,
+)
+from soft_gripper.runs.scores.slip import grip_at, recorded_poses
+from soft_gripper.runs.scores.slipping import (
+    RESTS,
+    WILL_HOLD,
+    WILL_SLIP,
+    Slip,
+    before,
+    has_settled,
+    held_span,
+    object_friction,
+    sliding_since,
+    weight_share,
+)
+
+
+@dataclass(frozen=True)
+class ObjectSlip(Slip, OfObject):
+    """Why an object slips."""
+
+
+def recorded_slips(station: Station, recording: Recording) -> list[ObjectSlip]:
+    """A row for each object."""
+    return [ObjectSlip(name, **vars(recorded_slip(station, recording, name))) for name in objects_of(station)]
+
+
+def recorded_slip(station: Station, recording: Recording, held: str) -> Slip:
+    """Why an object slips, and whether that could be known before it was lifted."""
+    samples = judged_samples(station, recording, held)
+    signals = grasp_signals(station, recording, held, samples)
+    span = held_span(signals.time, signals.normal.sum(axis=1))
+    if span is None:
+        return Slip()
+    begin, end = span
+    found = _predicted(station, recording, signals, samples, begin)
+    lost = float(signals.time[end]) if end < len(samples) else NAN
+    slides = _sliding(station, recording, held, samples[:end], begin)
+    if slides is None:
+        return replace(found, lost_s=lost)
+    since, on = slides
+    normal, friction = (each[before(signals.time, since)].mean(axis=0) for each in (signals.normal, signals.friction))
+    share, names = weight_share(normal, signals.coefficients, signals.weight), [each.name for each in station.fingers]
+    weakest = int(np.argmin(signals.coefficients))
+    present, force = float(signals.coefficients[weakest]), float(normal.mean())
+    of_finger = finger_friction(station, station.fingers[weakest])
+    return replace(
+        found,
+        slips_s=float(signals.time[since]),
+        slips_in=_phase(station, recording, int(samples[since])),
+        slips_on=" and ".join(name for name, slips in zip(names, on, strict=True) if slips),
+        lost_s=lost,
+        used_share=slip_ratio(normal, friction, signals.coefficients),
+        present_friction=present,
+        least_friction=share * present,
+        least_object_friction=object_friction(share * present, of_finger),
+        present_force_n=force,
+        least_force_n=share * force,
+    )
+
+
+def _sliding(
+    station: Station, recording: Recording, held: str, samples: NDArray[np.int_], begin: int
+) -> tuple[int, NDArray[np.bool_]] | None:
+    """`sliding_since` from `begin` to the last of some samples; it looks back only as far as the object slides."""
+    time, reach = recording["time"].values[samples], 2 * RESTS
+    while True:
+        first = max(begin, int(np.searchsorted(time, time[-1] - reach)))
+        found = sliding_since(time[first:], sliding_speeds(station, recording, held, samples[first:]))
+        if found is None:
+            return None
+        since = first + found[0]
+        if first == begin or time[since] - time[first] > RESTS:
+            return since, found[1]
+        reach *= 2
+
+
+def _predicted(
+    station: Station, recording: Recording, signals: GraspSignals, samples: NDArray[np.int_], touch: int
+) -> Slip:
+    """What the forces before an object is lifted say: those at the end of the phase before the first that holds it.
+
+    Without phases that hold it, it is the phase of the first touch.
+    """
+    if station.task is None:
+        return Slip()
+    numbers = recording["task.phase"].values.ravel()[samples]
+    holds = [number for number, phase in enumerate(station.task.phases) if phase.holds]
+    lifts = np.flatnonzero(np.isin(numbers, holds) if holds else numbers > numbers[touch])
+    if not len(lifts) or lifts[0] <= touch:
+        return Slip()
+    normal = signals.normal[before(signals.time, int(lifts[0]))]
+    if not has_settled(normal @ signals.coefficients):
+        return Slip()
+    share = weight_share(normal.mean(axis=0), signals.coefficients, signals.weight)
+    return Slip(WILL_HOLD if share < 1 else WILL_SLIP, share)
+
+
+def _phase(station: Station, recording: Recording, sample: int) -> str:
+    """The name of the phase of a sample; "" without a task, and after its end."""
+    if station.task is None:
+        return ""
+    number = int(recording["task.phase"].values.ravel()[sample])
+    return station.task.phases[number].name if number < len(station.task.phases) else ""
+
+
+def sliding_speeds(station: Station, recording: Recording, held: str, samples: NDArray[np.int_]) -> Array:
+    """Speed at which a rigid object slides along each finger, (K, F) m/s; NaN where they do not touch.
+
+    It is that of the object relative to the nearest link, at the true centre of contact, along the link's inner face.
+    """
+    plant, context = station.plant, station.plant.CreateDefaultContext()
+    speeds = np.full((len(samples), len(station.fingers)), np.nan)
+    if held in station.parts.deformables:
+        return speeds
+    body, states = first_body(plant, held), recording["plant.state"].values[samples]
+    centers = np.stack([recording[f"{each.name}.contact_center"].values[samples] for each in station.fingers], axis=1)
+    for i, X_WO in enumerate(recorded_poses(recording, held, samples)):
+        plant.SetPositionsAndVelocities(context, states[i])
+        V_WO = body.EvalSpatialVelocityInWorld(context)
+        for j in np.flatnonzero(np.isfinite(centers[i]).all(axis=1)):
+            p_WC = centers[i, j]
+            link = grip_at(context, station.fingers[j], X_WO, p_WC).link
+            X_WL, V_WL = link.EvalPoseInWorld(context), link.EvalSpatialVelocityInWorld(context)
+            v_WOc = V_WO.Shift(p_WC - X_WO.translation()).translational()
+            v_WLc = V_WL.Shift(p_WC - X_WL.translation()).translational()
+            speeds[i, j] = np.linalg.norm((X_WL.rotation().matrix().T @ (v_WOc - v_WLc))[1:])
+    return speeds
