@@ -124,7 +124,8 @@ def _phase(station: Station, recording: Recording, sample: int) -> str:
 def sliding_speeds(station: Station, recording: Recording, held: str, samples: NDArray[np.int_]) -> Array:
     """Speed at which a rigid object slides along each finger, (K, F) m/s; NaN where they do not touch.
 
-    It is that of the object relative to the nearest link, at the true centre of contact, along the link's inner face.
+    It is that of the object relative to the nearest link, at the true centre of contact. In all directions: where the
+    edge of a tip touches, the object does not slide along the link's inner face.
     """
     plant, context = station.plant, station.plant.CreateDefaultContext()
     speeds = np.full((len(samples), len(station.fingers)), np.nan)
@@ -141,5 +142,5 @@ def sliding_speeds(station: Station, recording: Recording, held: str, samples: N
             X_WL, V_WL = link.EvalPoseInWorld(context), link.EvalSpatialVelocityInWorld(context)
             v_WOc = V_WO.Shift(p_WC - X_WO.translation()).translational()
             v_WLc = V_WL.Shift(p_WC - X_WL.translation()).translational()
-            speeds[i, j] = np.linalg.norm((X_WL.rotation().matrix().T @ (v_WOc - v_WLc))[1:])
+            speeds[i, j] = np.linalg.norm(v_WOc - v_WLc)
     return speeds

@@ -1,0 +1,50 @@
+"""What `run` prints of objects that slip: what is true beside what is estimated, and what would have held."""
+
+import math
+
+from soft_gripper.commands.printing import print_phases, print_slips
+from soft_gripper.control.task import Outcome
+from soft_gripper.runs.scores.recorded_slips import ObjectSlip
+from soft_gripper.runs.scores.slipping import WILL_SLIP
+from soft_gripper.runs.scores.steps import PhaseRow
+from soft_gripper.scenario.schema import TaskConfig
+
+SLIPS = {"slips_s": 3.2, "slips_in": "lift", "slips_on": "left", "used_share": 0.8}
+FRICTION = {"present_friction": 0.21, "least_friction": 0.25, "least_object_friction": 0.15}
+FORCE = {"present_force_n": 1.18, "least_force_n": 1.39}
+
+
+def printed(capsys, **slip) -> str:
+    print_slips([ObjectSlip("cup", **slip)])
+    return capsys.readouterr().out
+
+
+def test_a_slip_says_when_where_and_what_would_have_held(capsys):
+    text = printed(capsys, predicted=WILL_SLIP, weight_share=1.18, lost_s=4.85, **SLIPS, **FRICTION, **FORCE)
+    assert "takes 118% of the friction available: it will slip\n" in text
+    assert "cup slips from 3.20 s in 'lift' on left, and is lost at 4.85 s\n" in text
+    assert "80% of the friction available was used" in text
+    assert "1.39 N a finger (1.18 N then)" in text
+    assert "0.25 (0.21 here): models.cup.friction of 0.15" in text
+    assert max(map(len, text.splitlines())) <= 110
+
+
+def test_a_friction_that_no_object_has_is_not_proposed(capsys):
+    text = printed(capsys, **SLIPS, **FORCE, **FRICTION | {"least_object_friction": math.inf})
+    assert "is lost" not in text
+    assert "models.cup.friction" not in text
+
+
+def test_a_motion_is_named_where_friction_would_have_carried_the_weight(capsys):
+    assert "a motion or a turn" in printed(capsys, **SLIPS, **FRICTION, present_force_n=2.0, least_force_n=1.39)
+
+
+def test_what_is_lost_without_sliding_says_so_and_what_is_held_says_nothing(capsys):
+    assert printed(capsys, lost_s=1.5) == "cup is lost at 1.50 s, and does not slide before\n"
+    assert printed(capsys) == ""
+
+
+def test_the_truth_stands_beside_the_estimated_outcome(capsys):
+    rows = [PhaseRow("lift", 0.0, 1.0, 1.0, 1.0, 1.0)]
+    print_phases(rows, Outcome.DONE, TaskConfig(), ["cup dropped"])
+    assert "Outcome, as estimated: done; in truth: cup dropped\n" in capsys.readouterr().out
