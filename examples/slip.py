@@ -59,37 +59,32 @@ RANDOM = (
 
 @dataclass(frozen=True)
 class SlipRow:
-    """The bottle under one condition.
-
-    raised_mm: of the 80 mm by which the gripper rises; less: it has slipped, and is lost or caught by its neck.
-    creep_mm_s: speed at which it sinks while it is held; NaN if it has slipped.
-    """
+    """The bottle under one condition: the speed at which it sinks while it is held; NaN if it has slipped."""
 
     condition: str
-    raised_mm: Annotated[float, ".1f"]
     creep_mm_s: Annotated[float, ".3f"]
 
 
-def raised_and_creep(time: Array, height: Array) -> tuple[float, float]:
-    """See SlipRow.
+def creep(time: Array, height: Array) -> float:
+    """Speed at which a lifted object sinks at the end, mm/s; NaN if it has slipped.
 
     Args:
         time: (T,) s.
         height: of the object, (T,) m.
     """
-    raised, last = float(height[-1] - height[0]), time >= time[-1] - CREPT
-    sinks = -1e3 * float(np.polyfit(time[last], height[last], 1)[0])
-    return 1e3 * raised, sinks if raised > LIFT - SLIPPED else np.nan
+    last = time >= time[-1] - CREPT
+    has_slipped = height[-1] - height[0] < LIFT - SLIPPED
+    return np.nan if has_slipped else -1e3 * float(np.polyfit(time[last], height[last], 1)[0])
 
 
-def in_drake(changes: Mapping[str, Any]) -> tuple[float, float]:
-    """`raised_and_creep` in Drake."""
+def in_drake(changes: Mapping[str, Any]) -> float:
+    """`creep` in Drake."""
     recording = run_station(kept_station(changed_scenario(SCENARIO, {**CHANGES, **changes})))
-    return raised_and_creep(recording["time"].values, recording[f"{OBJECT}.pose"].values[:, -1])
+    return creep(recording["time"].values, recording[f"{OBJECT}.pose"].values[:, -1])
 
 
-def in_mujoco(changes: Mapping[str, Any], noslip: bool) -> tuple[float, float]:
-    """`raised_and_creep` of the exported model in MuJoCo."""
+def in_mujoco(changes: Mapping[str, Any], noslip: bool) -> float:
+    """`creep` of the exported model in MuJoCo."""
     scenario = changed_scenario(SCENARIO, {**CHANGES, **changes})
     with TemporaryDirectory() as folder:
         export_mjcf(scenario, Path(folder), scenario.plant_config.time_step)
@@ -99,16 +94,16 @@ def in_mujoco(changes: Mapping[str, Any], noslip: bool) -> tuple[float, float]:
         if not noslip:
             model.write_text(text.replace(NOSLIP, ""), encoding="utf-8")
         names, rows = simulate(Path(folder))
-    return raised_and_creep(rows[:, 0], rows[:, names.index(f"{OBJECT}::{OBJECT} z [m]")])
+    return creep(rows[:, 0], rows[:, names.index(f"{OBJECT}::{OBJECT} z [m]")])
 
 
 def conditions(executor: Executor) -> list[SlipRow]:
     """A row for each condition and simulator."""
     drake = results(executor, in_drake, {name: (change,) for name, change in (CONDITIONS | IN_DRAKE).items()})
-    rows = [SlipRow(f"Drake: {name}", *found) for name, found in drake.items()]
+    rows = [SlipRow(f"Drake: {name}", found) for name, found in drake.items()]
     if find_spec("mujoco") is not None:
         for noslip, words in ((True, "MuJoCo"), (False, "MuJoCo without noslip")):
-            rows += [SlipRow(f"{words}: {name}", *in_mujoco(change, noslip)) for name, change in CONDITIONS.items()]
+            rows += [SlipRow(f"{words}: {name}", in_mujoco(change, noslip)) for name, change in CONDITIONS.items()]
     return rows
 
 
