@@ -1,66 +1,201 @@
 """How far the bodies of an arm may be from where its wires place them, and where an arm leaves what was fitted.
 
-The band of a body is a circle that holds it with a probability of 95 %. Its covariance has three parts: that of the
-fitted geometry, for which a recording counts as few independent samples, since its errors last; the spread of the
-bodies in the fitted recordings; and, beyond the bends and lengths of these, that of the wires. Each wire is taken to be
-_SCALE wrong in what it measures there, so that the band widens with the distance from what was fitted.
+The band of a body is a circle that holds it with a probability of 95 %, learned as `fitted_states` says. Sections err
+independently of each other, so each has states of its own: its length and bend, and the pressures of its chambers. At a
+distance d from the fitted ones, each of its wires is taken to be growth sqrt(d) wrong, which moves the bodies behind it
+as the geometry of the arm says.
+
+Where pressures are as in a fitted recording, but bends and lengths are not, readings and drive disagree: the wires may
+have been set anew.
 """
 
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
 import numpy as np
+from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
+from soft_gripper.extras.hardware.fitted_states import (
+    FittedStates,
+    LeftOut,
+    Widths,
+    learned_widths,
+    spread_of,
+)
 from soft_gripper.extras.hardware.replay.arm_estimation import ArmRecording
-from soft_gripper.extras.hardware.replay.geometry_fit import FittedGeometry, places
-from soft_gripper.extras.hardware.replay.wire_lengths import Sections
+from soft_gripper.extras.hardware.replay.geometry_fit import ArmGeometry, FittedGeometry, fit_again, measured, places
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import as_points
 
-# Deviations of the geometry, over those of samples that are as independent as the fit takes them to be
-_CORRELATED_SAMPLES = 2.0
-_SCALE = 0.02  # standard deviation of the scale of a wire beyond what was fitted
 # Square of the distance, in deviations, within which 95 % of a planar normal distribution lie
 _NORMAL_95_SQUARED = 5.991
-_SLIGHT = 0.05  # of the span that was fitted: no warning if an arm leaves it by less
+_STEP = 1e-3  # m, of a wire, for differences
+_STRIDE = 3  # one in so many samples counts as a fitted state
+_KNOWN_DRIVE = 0.25  # spreads, within which a drive was fitted
+_SHAPE = 2  # numbers of a state that are read, first; the others are the drive's
 
 
-def body_band(geometry: FittedGeometry, recording: ArmRecording, finger: Finger) -> Array:
-    """Radius of the band of every body about its place by arcs, (T, S) m."""
-    of = geometry.wires.sections(recording.inner, recording.outer)
-    at, _ = places(geometry, finger, *of)
-    variants = [
-        places(variant, finger, *variant.wires.sections(recording.inner, recording.outer))[0]
-        for variant in geometry.variants
+@dataclass(frozen=True)
+class GeometryBand:
+    """What was learned of the errors of an arm with S sections."""
+
+    sections: tuple[FittedStates, ...]  # S
+    widths: Widths  # m, of the bodies, (S,); growth in m of a wire
+    disagreement: float  # spreads, most of a fitted recording from the others
+
+    def distances(self, geometry: ArmGeometry, recording: ArmRecording) -> Array:
+        """Of every section from its fitted states, (T, S), in spreads."""
+        states = section_states(geometry, recording)
+        return np.stack([fitted.distance(of) for fitted, of in zip(self.sections, states, strict=True)], axis=-1)
+
+
+def section_states(geometry: ArmGeometry, recording: ArmRecording) -> list[Array]:
+    """The states of every section: length (m), bend (rad) and pressures of its chambers (Pa), (T, 2 + chambers)."""
+    of, chambers = geometry.wires.sections(recording.inner, recording.outer), np.array(recording.chamber_sections)
+    return [
+        np.column_stack([of.length[:, section], of.theta[:, section], recording.pressures[:, chambers == section]])
+        for section in range(of.theta.shape[-1])
     ]
-    moved = [at + _CORRELATED_SAMPLES * (place - at) for place in variants]
-    beyond = _beyond(geometry, of)
-    bends = _SCALE * (np.sqrt(2) * beyond.length / geometry.wires.spacing + beyond.theta)
-    lengths = _SCALE * beyond.length / np.sqrt(2)
-    for one in np.eye(of.theta.shape[-1]):
-        moved += [places(geometry, finger, of.theta + one * bends, of.length)[0]]
-        moved += [places(geometry, finger, of.theta, of.length + one * lengths)[0]]
-    away = as_points(np.stack(moved) - at)
-    covariance = np.einsum("ktsi,ktsj->tsij", away, away) + geometry.spread[:, None, None] ** 2 * np.eye(2)
-    radius: Array = np.sqrt(_NORMAL_95_SQUARED * np.linalg.eigvalsh(covariance)[..., -1])
+
+
+def learn_band(geometry: FittedGeometry, recordings: Sequence[ArmRecording], finger: Finger) -> GeometryBand:
+    """The band of an arm, from the recordings that its geometry was fitted to."""
+    by_recording = [section_states(geometry, one) for one in recordings]
+    together = [np.concatenate(parts) for parts in zip(*by_recording, strict=True)]
+    sections = tuple(map(FittedStates, together, _spreads(together)))
+    left_out = []
+    for states in sections:
+        region = states.regions()
+        for number in range(region.max() + 1) if region.any() else ():
+            left_out.append(_left_out(geometry, recordings, finger, sections, region == number))
+    errors = np.concatenate([_errors(geometry, one, finger) for one in recordings])
+    fitted = errors[np.isfinite(errors).all(axis=-1)]
+    widths = learned_widths(fitted, [region for region in left_out if len(region.errors)])
+    return GeometryBand(sections, widths, _fitted_disagreement(by_recording, sections))
+
+
+def _left_out(
+    geometry: FittedGeometry,
+    recordings: Sequence[ArmRecording],
+    finger: Finger,
+    sections: Sequence[FittedStates],
+    region: NDArray[np.bool_],
+) -> LeftOut:
+    """Errors in a region of states of all recordings one after the other, by a fit to what is not in it."""
+    hidden = np.split(region, np.cumsum([len(one.time) for one in recordings])[:-1])
+    fitted = fit_again(geometry, list(map(_unseen, recordings, hidden)), finger)
+    kept = [states.without(region) for states in sections]
+    errors, grown = [], []
+    for recording, left_out in zip(recordings, hidden, strict=True):
+        rows = np.flatnonzero(left_out & np.isfinite(recording.positions).all(axis=-1))[::_STRIDE]
+        if len(rows):
+            states = section_states(geometry, recording)
+            distances = [near.distance(of[rows]) for near, of in zip(kept, states, strict=True)]
+            errors.append(_errors(fitted, recording, finger)[rows])
+            grown.append(_grown(fitted, recording, finger, np.stack(distances, axis=-1), rows))
+    none = np.zeros((0, len(sections)))
+    of_region = np.concatenate([none, *errors]), np.concatenate([none, *grown])
+    seen = np.isfinite(of_region[0]).all(axis=-1)
+    return LeftOut(of_region[0][seen], of_region[1][seen])
+
+
+def _spreads(sections: Sequence[Array]) -> list[Array]:
+    """Units of the states of every section: those of lengths, bends and pressures of the whole arm."""
+    length, bend = (spread_of(np.stack([states[:, kind] for states in sections], -1)) for kind in range(_SHAPE))
+    pressure = spread_of(np.concatenate([states[:, _SHAPE:] for states in sections], axis=-1))
+    return [np.array([length, bend, *[pressure] * (states.shape[-1] - _SHAPE)]) for states in sections]
+
+
+def _unseen(recording: ArmRecording, rows: NDArray[np.bool_]) -> ArmRecording:
+    """A recording in which motion capture does not see some rows."""
+    hidden = rows[:, None]
+    positions = np.where(hidden, complex(np.nan, np.nan), recording.positions)
+    return replace(recording, positions=positions, headings=np.where(hidden, np.nan, recording.headings))
+
+
+def _errors(geometry: ArmGeometry, recording: ArmRecording, finger: Finger) -> Array:
+    at, _ = places(geometry, finger, *geometry.wires.sections(recording.inner, recording.outer))
+    errors: Array = np.abs(at - measured(recording, geometry.delay)[0])
+    return errors
+
+
+def _grown(
+    geometry: ArmGeometry,
+    recording: ArmRecording,
+    finger: Finger,
+    distances: Array,
+    rows: NDArray[np.int_] | slice = slice(None),
+) -> Array:
+    """What a growth of 1 makes of distances (T, S): radius of every body, (T, S)."""
+    of = geometry.wires.sections(recording.inner[rows], recording.outer[rows])
+    at, _ = places(geometry, finger, *of)
+    wrong, moved = _STEP * np.sqrt(distances), []
+    for one in np.eye(distances.shape[-1]):
+        moved += [places(geometry, finger, of.theta + np.sqrt(2) * one * wrong / geometry.wires.spacing, of.length)[0]]
+        moved += [places(geometry, finger, of.theta, of.length + one * wrong / np.sqrt(2))[0]]
+    return radius(as_points(np.stack(moved) - at)) / _STEP
+
+
+def radius(away: Array) -> Array:
+    """Of the circle that holds 95 % of what independent deviations away, (deviations, T, S, 2), make, (T, S)."""
+    covariance = np.einsum("ktsi,ktsj->tsij", away, away)
+    radius: Array = np.sqrt(_NORMAL_95_SQUARED * np.maximum(0, np.linalg.eigvalsh(covariance)[..., -1]))
     return radius
 
 
-def extrapolations(geometry: FittedGeometry, recording: ArmRecording) -> list[str]:
-    """Where the sections of a recording leave the lengths and bends that were fitted, as text."""
-    of, said = geometry.wires.sections(recording.inner, recording.outer), []
-    beyond = _beyond(geometry, of)
-    kinds = (
-        ("mm long", 1e3, beyond.length, of.length, geometry.lengths),
-        ("degrees bent", float(np.degrees(1.0)), beyond.theta, of.theta, geometry.bends),
-    )
-    for kind, unit, distance, value, fitted in kinds:
-        for section in np.flatnonzero(distance.max(axis=0) > _SLIGHT * np.ptp(fitted, axis=0)):
-            worst = unit * value[int(np.argmax(distance[:, section])), section]
-            least, most = unit * fitted[:, section]
-            said.append(f"section {section + 1} is {worst:.0f} {kind}, fitted from {least:.0f} to {most:.0f}")
+@dataclass(frozen=True)
+class BodyBand:
+    """The band of the bodies in T samples of a recording, and where these are far from what was fitted."""
+
+    radius: Array  # (T, S) m
+    distance: Array  # (T, S) spreads, of the sections
+    is_far: NDArray[np.bool_]  # (T)
+
+
+def body_band(band: GeometryBand, geometry: ArmGeometry, recording: ArmRecording, finger: Finger) -> BodyBand:
+    """The band of every body about its place by arcs."""
+    distances = band.distances(geometry, recording)
+    grown = _grown(geometry, recording, finger, distances)
+    return BodyBand(band.widths.band(grown), distances, band.widths.is_far(grown).any(axis=-1))
+
+
+def extrapolations(band: GeometryBand, geometry: ArmGeometry, recording: ArmRecording, found: BodyBand) -> list[str]:
+    """Where a recording is far from what was fitted, as text: the furthest state of a section, or none."""
+    if not found.is_far.any():
+        return []
+    row, section = np.unravel_index(int(np.argmax(found.distance)), found.distance.shape)
+    length, bend, *pressures = section_states(geometry, recording)[section][row]
+    driven = ", ".join(f"{1e-3 * pressure:.0f}" for pressure in pressures)
+    state = f"{1e3 * length:.0f} mm long and {np.degrees(bend):.0f} degrees bent under {driven} kPa"
+    share = f"{100 * found.is_far.mean():.0f} % of it is far from what was fitted"
+    return [f"{share}: furthest at {recording.time[row]:.1f} s, with section {section + 1} {state}"]
+
+
+def disagreements(band: GeometryBand, geometry: ArmGeometry, recording: ArmRecording) -> list[str]:
+    """Sections whose readings and pressures disagree more than in any fitted recording, as text."""
+    said = []
+    for section, (fitted, states) in enumerate(zip(band.sections, section_states(geometry, recording), strict=True)):
+        apart = _disagreement(fitted, states)
+        if apart > band.disagreement:
+            most = f"{apart:.2f} spreads in the median, at most {band.disagreement:.2f} between fitted recordings"
+            said.append(f"wires and pressures of section {section + 1} disagree ({most}): were the wires set anew?")
     return said
 
 
-def _beyond(geometry: FittedGeometry, of: Sections) -> Sections:
-    """By how much bends and lengths lie outside those that were fitted, (T, S) each."""
-    ends = (of.theta, geometry.bends), (of.length, geometry.lengths)
-    return Sections(*(np.maximum(0, np.maximum(value - most, least - value)) for value, (least, most) in ends))
+def _disagreement(fitted: FittedStates, states: Array) -> float:
+    """How far states are from the fitted ones beyond their drive, where that is known; 0 where it never is."""
+    states = states[::_STRIDE]
+    drive = FittedStates(fitted.states[:, _SHAPE:], fitted.spread[_SHAPE:]).distance(states[:, _SHAPE:])
+    known = drive < _KNOWN_DRIVE
+    return float(np.median(fitted.distance(states[known]))) if known.any() else 0.0
+
+
+def _fitted_disagreement(by_recording: Sequence[Sequence[Array]], sections: Sequence[FittedStates]) -> float:
+    """The most that the sections of a fitted recording disagree with those of all others."""
+    found = []
+    for number, own in enumerate(by_recording) if len(by_recording) > 1 else ():
+        for section, fitted in enumerate(sections):
+            others = np.concatenate([of[section] for i, of in enumerate(by_recording) if i != number])
+            found.append(_disagreement(FittedStates(others, fitted.spread), own[section]))
+    return max(found, default=float("inf"))

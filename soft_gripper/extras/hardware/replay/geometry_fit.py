@@ -50,6 +50,7 @@ _WIDTHS = {
     "turn": 0.05,
 }
 _BASE, _TILT, _DELAY = 0.005, 0.03, 0.15  # m, rad, s
+_STEPS, _STEPS_AGAIN = 30, 5  # of a search, at most: from nothing, and from where another ended
 
 
 @dataclass(frozen=True)
@@ -63,36 +64,35 @@ class ArmGeometry:
 
 @dataclass(frozen=True)
 class FittedGeometry(ArmGeometry):
-    """The most probable geometry, and how well it is known."""
+    """The most probable geometry."""
 
-    variants: tuple[ArmGeometry, ...]  # one standard deviation away, in each of the independent directions
-    spread: Array  # (S,) m, of the fitted bodies about their places, root mean square along an axis
-    bends: Array  # (2, S) rad, least and largest of the fitted recordings
-    lengths: Array  # (2, S) m, likewise
+    nominal: Array  # (S,) m, see `_nominal_offsets`
+    x: Array  # what was found, see `_geometry`
 
 
 def fit_geometry(recordings: Sequence[ArmRecording], finger: Finger) -> FittedGeometry:
     """The geometry of an arm that explains its recordings, which are of one arm, best."""
-    sections = len(recordings[0].bodies)
     nominal = _nominal_offsets(recordings)
+    return _fit_from(np.zeros(len(_WIDTHS) * len(nominal) + 3), nominal, recordings, finger, _STEPS)
+
+
+def fit_again(geometry: FittedGeometry, recordings: Sequence[ArmRecording], finger: Finger) -> FittedGeometry:
+    """The geometry that explains other recordings of the same arm best; the search begins where it ended."""
+    return _fit_from(geometry.x, geometry.nominal, recordings, finger, _STEPS_AGAIN)
+
+
+def _fit_from(
+    x: Array, nominal: Array, recordings: Sequence[ArmRecording], finger: Finger, steps: int
+) -> FittedGeometry:
+    spacing = recordings[0].spacing
 
     def residuals(x: Array) -> Array:
-        geometry = _geometry(x, nominal, recordings[0].spacing)
+        geometry = _geometry(x, nominal, spacing)
         return np.concatenate([x, *(_misfit(geometry, recording, finger) for recording in recordings)])
 
-    found = least_squares(residuals, np.zeros(len(_WIDTHS) * sections + 3), max_nfev=30)
-    spacing, best = recordings[0].spacing, _geometry(found.x, nominal, recordings[0].spacing)
-    deviations = np.linalg.cholesky(np.linalg.inv(found.jac.T @ found.jac))
-    variants = tuple(_geometry(found.x + deviation, nominal, spacing) for deviation in deviations.T)
-    sections_of = [best.wires.sections(recording.inner, recording.outer) for recording in recordings]
-    away = [
-        places(best, finger, *of)[0] - measured(recording, best.delay)[0]
-        for of, recording in zip(sections_of, recordings, strict=True)
-    ]
-    spread = np.sqrt(np.nanmean(np.abs(np.concatenate(away)) ** 2, axis=0) / 2)
-    bends, lengths = (np.concatenate(part) for part in zip(*sections_of, strict=True))
-    ends = [np.stack([part.min(axis=0), part.max(axis=0)]) for part in (bends, lengths)]
-    return FittedGeometry(best.wires, best.parts, best.delay, variants, spread, *ends)
+    found = least_squares(residuals, x, max_nfev=steps).x
+    best = _geometry(found, nominal, spacing)
+    return FittedGeometry(best.wires, best.parts, best.delay, nominal, found)
 
 
 def places(geometry: ArmGeometry, finger: Finger, theta: Array, length: Array) -> tuple[Planar, Array]:

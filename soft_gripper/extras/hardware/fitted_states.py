@@ -1,0 +1,119 @@
+"""How far a state is from those that a model was fitted to, and how much wider its errors may be there.
+
+A state is a vector of drive and shape, each kind of number in units of its spread over the fitted states; its distance
+is that to the nearest of these. A combination that was never met is far, even if each of its numbers was met.
+
+What a model leaves out is taken to wander from one state to the next as Brownian motion does: the variance of its
+errors grows with the distance. How fast is learned by leaving out regions of states, not recordings, which are often
+alike: the model is fitted without a region, and its errors there are compared with the distances to what was kept.
+
+D numbers of a state; n samples; leading axes are free.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from soft_gripper.arrays import Array
+
+REGIONS = 8  # of states, each of which is left out once
+COVERAGE = 0.95  # of a band
+_LARGEST = 1e12  # growth, of errors where nothing is left out
+
+
+@dataclass(frozen=True)
+class FittedStates:
+    """States that a model was fitted to."""
+
+    states: Array  # (n, D)
+    spread: Array  # (D,) unit of each number
+
+    @cached_property
+    def _tree(self) -> cKDTree:
+        return cKDTree(self.states / self.spread)
+
+    def distance(self, states: Array) -> Array:
+        """From the nearest fitted state, in spreads, (..., D) -> (...)."""
+        distance: Array = self._tree.query(np.asarray(states) / self.spread)[0]
+        return distance
+
+    def without(self, left_out: NDArray[np.bool_]) -> "FittedStates":
+        """What is kept when some are left out, (n,)."""
+        return FittedStates(self.states[~left_out], self.spread)
+
+    def regions(self, most: int = REGIONS) -> NDArray[np.int_]:
+        """The region of every state, (n,): the nearest of centres that are as far from each other as can be.
+
+        Fewer than `most` if there are fewer different states.
+        """
+        at = self.states / self.spread
+        nearest, region = np.full(len(at), np.inf), np.zeros(len(at), int)
+        center = int(np.argmin(np.linalg.norm(at - at.mean(axis=0), axis=-1)))
+        for number in range(most):
+            distance = np.linalg.norm(at - at[center], axis=-1)
+            closer = distance < nearest
+            region[closer], nearest[closer] = number, distance[closer]
+            center = int(np.argmax(nearest))
+            if nearest[center] == 0:
+                break
+        return region
+
+
+def spread_of(values: Array) -> float:
+    """Unit of a kind of numbers, from its values (n, ...) in the fitted states; 1 if they are all the same."""
+    spread = float(np.sqrt(np.mean(np.var(values, axis=0))))
+    return spread if spread > 0 else 1.0
+
+
+class Widths(NamedTuple):
+    """Half widths of a band: sqrt(floor^2 + (growth * by_distance)^2)."""
+
+    floor: Array  # (K,) of each of K errors, where the model was fitted
+    growth: float
+
+    def band(self, by_distance: Array) -> Array:
+        """(..., K) -> (..., K)."""
+        return np.hypot(self.floor, self.growth * by_distance)
+
+    def is_far(self, by_distance: Array) -> NDArray[np.bool_]:
+        """Whether the distance makes more of a band than all else does, (..., K) -> (..., K)."""
+        return self.growth * by_distance > self.floor
+
+
+class LeftOut(NamedTuple):
+    """A region that was left out, of m samples."""
+
+    errors: Array  # (m, K) absolute, of the model that was fitted without it
+    by_distance: Array  # (m, K) what a growth of 1 makes of the distances to what was kept
+
+
+def learned_widths(fitted: Array, left_out: Sequence[LeftOut]) -> Widths:
+    """Widths that hold COVERAGE of the errors where the model was fitted, and in regions that were left out.
+
+    Errors of a region go together, however long it was stayed in: every region counts the same.
+
+    Args:
+        fitted: absolute errors of the model that was fitted to all, (n, K).
+        left_out: regions; none of them: the distance is not taken to matter.
+    """
+    floor = np.quantile(fitted, COVERAGE, axis=0)
+    if not left_out:
+        return Widths(floor, 0.0)
+    needed = np.concatenate([_needed(region, floor).ravel() for region in left_out])
+    weights = np.concatenate([np.full(region.errors.size, 1 / region.errors.size) for region in left_out])
+    order = np.argsort(needed)
+    held = np.cumsum(weights[order]) / len(left_out)
+    return Widths(floor, float(needed[order][np.searchsorted(held, COVERAGE)]))
+
+
+def _needed(region: LeftOut, floor: Array) -> Array:
+    """The least growth that holds each error, (m, K)."""
+    beyond = np.sqrt(np.maximum(0, region.errors**2 - floor**2))
+    needed: Array = np.divide(beyond, region.by_distance, out=_LARGEST * (beyond > 0), where=region.by_distance > 0)
+    return needed
+
