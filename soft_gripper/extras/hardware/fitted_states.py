@@ -116,4 +116,3 @@ def _needed(region: LeftOut, floor: Array) -> Array:
     beyond = np.sqrt(np.maximum(0, region.errors**2 - floor**2))
     needed: Array = np.divide(beyond, region.by_distance, out=_LARGEST * (beyond > 0), where=region.by_distance > 0)
     return needed
-

@@ -103,6 +103,7 @@ COMMANDS = (
             "trial_1.txt trial_2.txt --as two_segment_arm --estimator arcs gaussian",
             "trial_*.txt --as two_segment_arm --html animation.html",
             "press.csv --bench my_bench.yaml --scenario my_finger.yaml      a finger that presses on a scale",
+            "new.txt --fit trial_1.txt trial_2.txt --as two_segment_arm --zero 2              wires were set anew",
         ),
         (
             *CONSOLE,
@@ -116,6 +117,9 @@ COMMANDS = (
                 "built-in, or your own as MODULE:FUNCTION (default: all built-in, or that of the scenario)",
                 "NAME",
                 nargs="+",
+            ),
+            option(
+                "--zero", "find the wires' offsets again in the first seconds", "SECONDS", number(3600.0), default=0.0
             ),
             DATA,
             out("results/replay"),

@@ -109,19 +109,22 @@ def print_replay(replay: ArmReplay) -> None:
         creep = ", ".join(f"{branch.share:g} in {branch.time:g} s" for branch in one.fitted.arm.finger.creep)
         of_fit = f"creep {creep}; wires delayed by {1e3 * one.fitted.geometry.delay:.0f} ms"
         print(f"  {one.name:<12} fitted to {', '.join(one.fitted_on)} ({of_fit})")
-        for beyond in one.extrapolated:
-            print(f"WARNING: {one.name} is extrapolated: {beyond}")
+        for warning in one.warnings:
+            print(f"WARNING: {one.name}: {warning}")
     names = [name for name in dict.fromkeys(row.recording for row in replay.table) if name != ALL]
     for body in reversed(dict.fromkeys(row.body for row in replay.table)):
         rows = [row for row in replay.table if row.body == body]
         columns = {"": "", "mean": ".2f", "median": ".2f", "95 %": ".2f", "max": ".2f"}
-        columns |= {"in band [%]": ".1f"} | {f"mean of {name}": ".2f" for name in names}
+        columns |= {"in band [%]": ".1f", "band": ".2f", "far [%]": ".1f"} | {
+            f"mean of {name}": ".2f" for name in names
+        }
         cells = [_replay_cells(row, rows) for row in rows if row.recording == ALL]
         print_table(columns, cells, f"error of '{body}' [mm]")
 
 
 def _replay_cells(row: ReplayRow, rows: Sequence[ReplayRow]) -> list[str | float]:
-    numbers = row.mean_mm, row.median_mm, row.percentile_95_mm, row.max_mm, row.within_band_percent
+    numbers = row.mean_mm, row.median_mm, row.percentile_95_mm, row.max_mm
+    numbers += row.within_band_percent, row.band_mm, row.far_percent
     of_row = [other for other in rows if (other.estimator, other.sections) == (row.estimator, row.sections)]
     means = [other.mean_mm for other in of_row if other.recording != ALL]
     return [f"{row.estimator}, {row.sections} per side", *numbers, *means]

@@ -65,7 +65,7 @@ def _run_arm(options: argparse.Namespace, paths: Sequence[Path]) -> None:
         check_file(options.html)
     recordings = find_recordings(options.file, options.described_as, options.data)
     fitted = find_recordings(options.fit, options.described_as, options.data) if options.fit else None
-    found = replay(recordings, fitted, options.estimator)
+    found = replay(recordings, fitted, options.estimator, options.zero)
     options.console.table("errors", found.table)
     options.console.wrote(*_write(out, found))
     if options.html is not None or options.meshcat:

@@ -10,7 +10,7 @@ have been set anew.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +24,7 @@ from soft_gripper.extras.hardware.fitted_states import (
     spread_of,
 )
 from soft_gripper.extras.hardware.replay.arm_estimation import ArmRecording
-from soft_gripper.extras.hardware.replay.geometry_fit import ArmGeometry, FittedGeometry, fit_again, measured, places
+from soft_gripper.extras.hardware.replay.geometry_fit import ArmGeometry, FittedGeometry, measured, places, without
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import as_points
 
@@ -33,6 +33,7 @@ _NORMAL_95_SQUARED = 5.991
 _STEP = 1e-3  # m, of a wire, for differences
 _STRIDE = 3  # one in so many samples counts as a fitted state
 _KNOWN_DRIVE = 0.25  # spreads, within which a drive was fitted
+_NEAREST = 0.1  # share of samples
 _SHAPE = 2  # numbers of a state that are read, first; the others are the drive's
 
 
@@ -43,6 +44,12 @@ class GeometryBand:
     sections: tuple[FittedStates, ...]  # S
     widths: Widths  # m, of the bodies, (S,); growth in m of a wire
     disagreement: float  # spreads, most of a fitted recording from the others
+
+    @property
+    def std(self) -> Array:
+        """Of the bodies about their places along an axis, where the arm was fitted, (S,) m."""
+        std: Array = self.widths.floor / np.sqrt(_NORMAL_95_SQUARED)
+        return std
 
     def distances(self, geometry: ArmGeometry, recording: ArmRecording) -> Array:
         """Of every section from its fitted states, (T, S), in spreads."""
@@ -84,7 +91,7 @@ def _left_out(
 ) -> LeftOut:
     """Errors in a region of states of all recordings one after the other, by a fit to what is not in it."""
     hidden = np.split(region, np.cumsum([len(one.time) for one in recordings])[:-1])
-    fitted = fit_again(geometry, list(map(_unseen, recordings, hidden)), finger)
+    fitted = without(geometry, hidden)
     kept = [states.without(region) for states in sections]
     errors, grown = [], []
     for recording, left_out in zip(recordings, hidden, strict=True):
@@ -105,13 +112,6 @@ def _spreads(sections: Sequence[Array]) -> list[Array]:
     length, bend = (spread_of(np.stack([states[:, kind] for states in sections], -1)) for kind in range(_SHAPE))
     pressure = spread_of(np.concatenate([states[:, _SHAPE:] for states in sections], axis=-1))
     return [np.array([length, bend, *[pressure] * (states.shape[-1] - _SHAPE)]) for states in sections]
-
-
-def _unseen(recording: ArmRecording, rows: NDArray[np.bool_]) -> ArmRecording:
-    """A recording in which motion capture does not see some rows."""
-    hidden = rows[:, None]
-    positions = np.where(hidden, complex(np.nan, np.nan), recording.positions)
-    return replace(recording, positions=positions, headings=np.where(hidden, np.nan, recording.headings))
 
 
 def _errors(geometry: ArmGeometry, recording: ArmRecording, finger: Finger) -> Array:
@@ -153,11 +153,24 @@ class BodyBand:
     is_far: NDArray[np.bool_]  # (T)
 
 
-def body_band(band: GeometryBand, geometry: ArmGeometry, recording: ArmRecording, finger: Finger) -> BodyBand:
-    """The band of every body about its place by arcs."""
+def body_band(
+    band: GeometryBand,
+    geometry: ArmGeometry,
+    recording: ArmRecording,
+    finger: Finger,
+    variants: Sequence[ArmGeometry] = (),
+) -> BodyBand:
+    """The band of every body about its place by arcs; `variants` of a geometry with offsets of its own, see `zeroing`."""
     distances = band.distances(geometry, recording)
     grown = _grown(geometry, recording, finger, distances)
-    return BodyBand(band.widths.band(grown), distances, band.widths.is_far(grown).any(axis=-1))
+    found = band.widths.band(grown)
+    if variants:
+        at, *moved = (
+            places(one, finger, *one.wires.sections(recording.inner, recording.outer))[0]
+            for one in (geometry, *variants)
+        )
+        found = np.hypot(found, radius(as_points(np.stack(moved) - at)))
+    return BodyBand(found, distances, band.widths.is_far(grown).any(axis=-1))
 
 
 def extrapolations(band: GeometryBand, geometry: ArmGeometry, recording: ArmRecording, found: BodyBand) -> list[str]:
@@ -178,17 +191,20 @@ def disagreements(band: GeometryBand, geometry: ArmGeometry, recording: ArmRecor
     for section, (fitted, states) in enumerate(zip(band.sections, section_states(geometry, recording), strict=True)):
         apart = _disagreement(fitted, states)
         if apart > band.disagreement:
-            most = f"{apart:.2f} spreads in the median, at most {band.disagreement:.2f} between fitted recordings"
-            said.append(f"wires and pressures of section {section + 1} disagree ({most}): were the wires set anew?")
+            most = f"by {apart:.2f} spreads, at most {band.disagreement:.2f} between fitted recordings"
+            said.append(f"wires and pressures of section {section + 1} disagree ({most}): if set anew, give --zero 2")
     return said
 
 
 def _disagreement(fitted: FittedStates, states: Array) -> float:
-    """How far states are from the fitted ones beyond their drive, where that is known; 0 where it never is."""
+    """How far states stay from the fitted ones where their drive is known: all but _NEAREST of them; 0: it never is.
+
+    Wires that were set anew are wrong all the time; other recordings come near what was fitted.
+    """
     states = states[::_STRIDE]
     drive = FittedStates(fitted.states[:, _SHAPE:], fitted.spread[_SHAPE:]).distance(states[:, _SHAPE:])
     known = drive < _KNOWN_DRIVE
-    return float(np.median(fitted.distance(states[known]))) if known.any() else 0.0
+    return float(np.quantile(fitted.distance(states[known]), _NEAREST)) if known.any() else 0.0
 
 
 def _fitted_disagreement(by_recording: Sequence[Sequence[Array]], sections: Sequence[FittedStates]) -> float:

@@ -36,7 +36,7 @@ from soft_gripper.fingers.kinematics import as_planar, as_points, gravity_torque
 
 _SAMPLE_STRIDE = 6  # one in so many samples is fitted
 _INDEPENDENT = 20.0  # samples of a recording
-_POSITION, _HEADING = 3e-3, 0.06  # m and rad, standard deviations of the fitted measurements
+_POSITION, HEADING = 3e-3, 0.06  # m and rad, standard deviations of the fitted measurements
 # Standard deviations of what is known before, for every section, m and rad: wire offsets, passing wires, bow, rigid
 # parts across and along, axes of bodies; and of the base.
 _WIDTHS = {
@@ -50,7 +50,6 @@ _WIDTHS = {
     "turn": 0.05,
 }
 _BASE, _TILT, _DELAY = 0.005, 0.03, 0.15  # m, rad, s
-_STEPS, _STEPS_AGAIN = 30, 5  # of a search, at most: from nothing, and from where another ended
 
 
 @dataclass(frozen=True)
@@ -64,35 +63,41 @@ class ArmGeometry:
 
 @dataclass(frozen=True)
 class FittedGeometry(ArmGeometry):
-    """The most probable geometry."""
+    """The most probable geometry, and the residuals of its P unknowns about it, see `fit_geometry`."""
 
     nominal: Array  # (S,) m, see `_nominal_offsets`
-    x: Array  # what was found, see `_geometry`
+    x: Array  # (P,) what was found, see `_geometry`
+    residuals: Array  # (R,) those of the prior, P, then those of every recording, see `_misfit`
+    slopes: Array  # (R, P)
 
 
 def fit_geometry(recordings: Sequence[ArmRecording], finger: Finger) -> FittedGeometry:
     """The geometry of an arm that explains its recordings, which are of one arm, best."""
-    nominal = _nominal_offsets(recordings)
-    return _fit_from(np.zeros(len(_WIDTHS) * len(nominal) + 3), nominal, recordings, finger, _STEPS)
-
-
-def fit_again(geometry: FittedGeometry, recordings: Sequence[ArmRecording], finger: Finger) -> FittedGeometry:
-    """The geometry that explains other recordings of the same arm best; the search begins where it ended."""
-    return _fit_from(geometry.x, geometry.nominal, recordings, finger, _STEPS_AGAIN)
-
-
-def _fit_from(
-    x: Array, nominal: Array, recordings: Sequence[ArmRecording], finger: Finger, steps: int
-) -> FittedGeometry:
-    spacing = recordings[0].spacing
+    nominal, spacing = _nominal_offsets(recordings), recordings[0].spacing
 
     def residuals(x: Array) -> Array:
         geometry = _geometry(x, nominal, spacing)
         return np.concatenate([x, *(_misfit(geometry, recording, finger) for recording in recordings)])
 
-    found = least_squares(residuals, x, max_nfev=steps).x
-    best = _geometry(found, nominal, spacing)
-    return FittedGeometry(best.wires, best.parts, best.delay, nominal, found)
+    found = least_squares(residuals, np.zeros(len(_WIDTHS) * len(nominal) + 3), max_nfev=30)
+    best = _geometry(found.x, nominal, spacing)
+    return FittedGeometry(best.wires, best.parts, best.delay, nominal, found.x, found.fun, found.jac)
+
+
+def without(geometry: FittedGeometry, left_out: Sequence[NDArray[np.bool_]]) -> ArmGeometry:
+    """The geometry that explains best what is kept of its recordings, to the first order.
+
+    Args:
+        geometry: fitted to all.
+        left_out: samples of every recording, (T,) each.
+    """
+    sections = len(geometry.nominal)
+    kept = [np.ones(len(geometry.x), bool)]
+    for rows in left_out:
+        kept += [np.repeat(~rows[::_SAMPLE_STRIDE], count * sections) for count in (2, 1)]  # places, then headings
+    all_kept = np.concatenate(kept)
+    moved = np.linalg.lstsq(geometry.slopes[all_kept], -geometry.residuals[all_kept])[0]
+    return _geometry(geometry.x + moved, geometry.nominal, geometry.wires.spacing)
 
 
 def places(geometry: ArmGeometry, finger: Finger, theta: Array, length: Array) -> tuple[Planar, Array]:
@@ -140,7 +145,7 @@ def _misfit(geometry: ArmGeometry, recording: ArmRecording, finger: Finger) -> A
     wires = geometry.wires.sections(recording.inner[rows], recording.outer[rows])
     positions, headings = places(geometry, finger, *wires)
     true_positions, true_headings = (values[rows] for values in measured(recording, geometry.delay))
-    apart, turned = (positions - true_positions) / _POSITION, (headings - true_headings) / _HEADING
+    apart, turned = (positions - true_positions) / _POSITION, (headings - true_headings) / HEADING
     misfits = np.concatenate([as_points(apart).ravel(), turned.ravel()])
     return np.nan_to_num(misfits) * np.sqrt(_INDEPENDENT / len(positions))
 

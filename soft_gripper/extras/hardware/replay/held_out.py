@@ -1,7 +1,7 @@
 """Estimators on recordings of one arm: each is estimated with a model fitted to the others, or to chosen ones."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import matplotlib as mpl
@@ -25,9 +25,16 @@ from soft_gripper.extras.hardware.replay.arm_estimation import (
     arm_recording,
     estimate_recording,
 )
-from soft_gripper.extras.hardware.replay.geometry_band import body_band, extrapolations
-from soft_gripper.extras.hardware.replay.geometry_fit import FittedGeometry, fit_drive, fit_geometry, measured
+from soft_gripper.extras.hardware.replay.geometry_band import (
+    GeometryBand,
+    body_band,
+    disagreements,
+    extrapolations,
+    learn_band,
+)
+from soft_gripper.extras.hardware.replay.geometry_fit import ArmGeometry, fit_drive, fit_geometry, measured
 from soft_gripper.extras.hardware.replay.view import arm_corners
+from soft_gripper.extras.hardware.replay.zeroing import Zeroed, zeroed
 from soft_gripper.extras.hardware.scoring import Split, each_left_out, error_columns, percent_within, predictions
 from soft_gripper.files.document import given
 from soft_gripper.fingers.finger import Finger
@@ -42,10 +49,11 @@ _LOAD_SHARE = 0.1  # torque of a load over that of the angles that a drive leave
 
 @dataclass(frozen=True)
 class Fitted:
-    """A fitted arm, and its geometry as known."""
+    """A fitted arm, its geometry, and the band of its bodies."""
 
     arm: NominalArm
-    geometry: FittedGeometry
+    geometry: ArmGeometry
+    band: GeometryBand
 
 
 @dataclass(frozen=True)
@@ -56,7 +64,8 @@ class Replayed:
     fitted_on: tuple[str, ...]
     fitted: Fitted
     signals: Recording
-    extrapolated: tuple[str, ...]  # where it leaves the lengths and bends that were fitted
+    warnings: tuple[str, ...]  # where it is far from what was fitted, and disagrees with it
+    first: int  # sample that is scored: those before are not estimated, or zeroed
 
 
 def estimator_rows(names: Iterable[str] | None, sections: int) -> Rows:
@@ -83,7 +92,10 @@ class ReplayRow:
     median_mm: float
     percentile_95_mm: float
     max_mm: float
-    within_band_percent: float  # samples within the 95 % band; of arcs with a sensor for each section, NaN otherwise
+    # Of arcs with a sensor for each section, NaN otherwise
+    within_band_percent: float  # samples within the 95 % band
+    band_mm: float  # mean radius
+    far_percent: float  # samples that are far from what was fitted
 
 
 @dataclass(frozen=True)
@@ -103,6 +115,7 @@ def replay(
     reported: Sequence[HardwareRecording],
     fitted: Sequence[HardwareRecording] | None = None,
     estimators: Iterable[str] | None = None,
+    zero: float = 0.0,
 ) -> ArmReplay:
     """Estimates recordings of one arm, whose description names the finger that represents it.
 
@@ -110,10 +123,11 @@ def replay(
         reported: recordings to estimate.
         fitted: recordings for the fit; None: for each recording, all others.
         estimators: names; None: all built-in ones.
+        zero: s, for which the pose of every reported recording is known at first, see `zeroing`; 0: not.
 
     Raises:
         InputError: if the description names no file with one finger, or no gravity; or as `arm_recording`,
-            `estimator_rows` and `replay_recordings`.
+            `estimator_rows`, `zeroed` and `replay_recordings`.
     """
     name, config = reported[0].name, reported[0].config
     file = given(config.finger, name, "finger", "name the URDF with the finger that models the arm")
@@ -123,11 +137,16 @@ def replay(
     arms = [arm_recording(recording) for recording in reported]
     rows = estimator_rows(estimators, len(arms[0].bodies))
     to_fit = None if fitted is None else [arm_recording(recording) for recording in fitted]
-    return replay_recordings(arms, to_fit, rows, finger, gravity)
+    return replay_recordings(arms, to_fit, rows, finger, gravity, zero)
 
 
 def replay_recordings(
-    reported: Sequence[ArmRecording], fitted: Sequence[ArmRecording] | None, rows: Rows, finger: Finger, gravity: Array
+    reported: Sequence[ArmRecording],
+    fitted: Sequence[ArmRecording] | None,
+    rows: Rows,
+    finger: Finger,
+    gravity: Array,
+    zero: float = 0.0,
 ) -> ArmReplay:
     """Estimates recordings; a recording is never part of the data that its own estimates were fitted to.
 
@@ -137,6 +156,7 @@ def replay_recordings(
         rows: the estimators, by row.
         finger: that represents the arm.
         gravity: gravity in B, (3,) m/s^2.
+        zero: as for `replay`.
 
     Raises:
         InputError: if there are no recordings to fit to, or one would be in both.
@@ -153,7 +173,7 @@ def replay_recordings(
 
     def fit(others: Sequence[ArmRecording]) -> Callable[[ArmRecording], Replayed]:
         found, fitted_on = fit_arm(others, finger, gravity), tuple(other.name for other in others)
-        return lambda recording: _replayed(recording, found, fitted_on, rows, finger)
+        return lambda recording: _replayed(recording, found, fitted_on, rows, finger, zero)
 
     found = predictions(splits, fit)  # with a report of the progress, in a log as well
     reports = tqdm(found, desc="replay", total=len(reported), mininterval=REPORT_PERIOD, dynamic_ncols=True)
@@ -161,14 +181,25 @@ def replay_recordings(
 
 
 def _replayed(
-    recording: ArmRecording, fitted: Fitted, fitted_on: tuple[str, ...], rows: Rows, finger: Finger
+    recording: ArmRecording, fitted: Fitted, fitted_on: tuple[str, ...], rows: Rows, finger: Finger, zero: float
 ) -> Replayed:
-    names = {"recording": recording.name, "fitted_on": ", ".join(fitted_on)}
+    names = {"recording": recording.name, "fitted_on": ", ".join(fitted_on), "zeroed_s": f"{zero:g}"}
     about = names | {"wires_late_by_s": f"{fitted.geometry.delay:g}"}
-    signals = estimate_recording(fitted.arm, replay_inputs(recording, fitted.geometry.delay), rows, about)
-    band = {BAND: (("time", "body"), body_band(fitted.geometry, recording, finger), {"units": "m"})}
-    beyond = tuple(extrapolations(fitted.geometry, recording))
-    return Replayed(recording.name, fitted_on, fitted, Recording(signals.data.assign(band)), beyond)
+    at = Zeroed(fitted.geometry, ())
+    if zero > 0:
+        at = zeroed(fitted.geometry, recording, finger, zero, fitted.band.std)
+        fitted = replace(fitted, arm=replace(fitted.arm, wires=at.geometry.wires), geometry=at.geometry)
+    signals = estimate_recording(fitted.arm, replay_inputs(recording, at.geometry.delay), rows, about)
+    found = body_band(fitted.band, at.geometry, recording, finger, at.variants)
+    bands = {
+        BAND: (("time", "body"), found.radius, {"units": "m"}),
+        DISTANCE: (("time", "arm_section"), found.distance, {"units": "1"}),
+        FAR: (("time",), found.is_far),
+    }
+    warnings = extrapolations(fitted.band, at.geometry, recording, found)
+    warnings += disagreements(fitted.band, at.geometry, recording)
+    first = 1 + int(np.searchsorted(recording.time, zero, side="right")) if zero > 0 else 1
+    return Replayed(recording.name, fitted_on, fitted, Recording(signals.data.assign(bands)), tuple(warnings), first)
 
 
 def fit_arm(recordings: Sequence[ArmRecording], finger: Finger, gravity: Array) -> Fitted:
@@ -181,7 +212,7 @@ def fit_arm(recordings: Sequence[ArmRecording], finger: Finger, gravity: Array) 
         reading=_noise(recordings), angle=drive.angle_std, bend_per_pressure=EXACT, load_pressure=float(load)
     )
     arm = NominalArm(drive.finger, drive.gains, drive.rest, geometry.wires, geometry.parts, uncertainty, gravity)
-    return Fitted(arm, geometry)
+    return Fitted(arm, geometry, learn_band(geometry, recordings, finger))
 
 
 def replay_inputs(recording: ArmRecording, delay: float) -> ReplayInputs:
@@ -202,27 +233,33 @@ def _noise(recordings: Sequence[ArmRecording]) -> float:
 
 
 ALL = "all"
-BAND = "body_band"  # signal: radius of the 95 % band of every body about its place by arcs
+# Signals: radius of the 95 % band of every body about its place by arcs; distance of every section from the fitted
+# states, in their spreads; whether it makes more of the band than all else does
+BAND, DISTANCE, FAR = "body_band", "state_distance", "is_far"
 
 
 def replay_table(replayed: Sequence[Replayed], rows: Rows) -> list[ReplayRow]:
     """A row for each estimator, body and recording, and for all recordings together.
 
-    The first sample, which is logged before the sensors are read, is omitted.
+    The first sample, which is logged before the sensors are read, is omitted, and so are those that zero the wires.
     """
     table = []
+    far = {one.name: one.signals[FAR].values[one.first :] for one in replayed}
+    far |= {ALL: np.concatenate(list(far.values()))}
     for row, (estimator, sections) in rows.items():
-        errors = {one.name: 1e3 * one.signals[f"{row}.body_error"][1:] for one in replayed}
+        errors = {one.name: 1e3 * one.signals[f"{row}.body_error"][one.first :] for one in replayed}
         bodies = next(iter(errors.values()))["body"].values
         for i, body in enumerate(bodies):
             of_body = {name: error.values[:, i] for name, error in errors.items()}
             has_band = estimator == "arcs" and sections == len(bodies)
-            bands = {one.name: 1e3 * one.signals[BAND].values[1:, i] for one in replayed}
+            bands = {one.name: 1e3 * one.signals[BAND].values[one.first :, i] for one in replayed}
             bands |= {ALL: np.concatenate(list(bands.values()))}
             for name, values in {**of_body, ALL: np.concatenate(list(of_body.values()))}.items():
-                within = percent_within(values, bands[name]) if has_band else np.nan
+                within = percent_within(values, bands[name]), float(bands[name].mean()), 100 * float(far[name].mean())
+                stated = within if has_band else [np.nan] * 3
                 numbers = error_columns(values, "mean_mm", "median_mm", "percentile_95_mm", "max_mm")
-                table.append(ReplayRow(estimator, sections, name, str(body), within_band_percent=within, **numbers))
+                about = dict(zip(("within_band_percent", "band_mm", "far_percent"), stated, strict=True))
+                table.append(ReplayRow(estimator, sections, name, str(body), **numbers, **about))
     return table
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from soft_gripper.extras.hardware.replay.held_out import ALL, BAND, replay_table
+from soft_gripper.extras.hardware.replay.held_out import ALL, BAND, FAR, replay_table
 
 ROWS = {"arcs_2": ("arcs", 2)}
 LATE = np.append(np.zeros(98), [7.0, 8.0, 9.0])  # mm, of 101 samples
@@ -17,7 +17,8 @@ def replayed(name, *bodies):
     errors = 1e-3 * np.concatenate([[np.full(len(bodies), 1e3)], np.transpose(bodies)])
     signals = {"arcs_2.body_error": errors, BAND: np.full(errors.shape, 7.5e-3)}
     data = xr.Dataset({name: (("time", "body"), of) for name, of in signals.items()}, {"body": ["elbow", "tip"]})
-    return SimpleNamespace(name=name, signals=data)
+    data[FAR] = "time", np.arange(len(errors)) > len(errors) // 2
+    return SimpleNamespace(name=name, signals=data, first=1)
 
 
 def row_of(table, recording, body):
@@ -40,13 +41,15 @@ def test_mean_median_percentile_and_largest_are_four_numbers():
     assert (row.median_mm, row.percentile_95_mm, row.max_mm) == pytest.approx((0.0, 0.0, 9.0))
     assert row.mean_mm == pytest.approx(24 / 101)
     assert row.within_band_percent == pytest.approx(100 * 99 / 101)
+    assert row.band_mm == pytest.approx(7.5)
+    assert row.far_percent == pytest.approx(100 * 50 / 101)
 
 
 def test_only_arcs_with_a_sensor_for_each_section_have_a_band():
     one = replayed("a", LATE, LATE)
     signals = one.signals.rename({"arcs_2.body_error": "other.body_error"})
     for row in (("arcs", 1), ("gaussian", 2)):
-        table = replay_table([SimpleNamespace(name="a", signals=signals)], {"other": row})
+        table = replay_table([SimpleNamespace(name="a", signals=signals, first=1)], {"other": row})
         assert np.isnan(row_of(table, "a", "tip").within_band_percent)
 
 
@@ -56,3 +59,11 @@ def test_all_are_the_samples_of_every_recording_not_the_mean_of_their_rows():
     table = replay_table([replayed("a", short, short), replayed("b", long, long)], ROWS)
     assert [row.mean_mm for row in table if row.body == "tip"] == [4.0, 1.0, 7 / 4]
     assert row_of(table, ALL, "tip").max_mm == 4.0
+
+
+def test_samples_that_zero_the_wires_are_not_scored():
+    one = replayed("a", LATE, LATE)
+    one.first = 99
+    row = row_of(replay_table([one], ROWS), "a", "tip")
+    assert (row.mean_mm, row.median_mm) == pytest.approx((8.0, 8.0))
+    assert row.far_percent == 100

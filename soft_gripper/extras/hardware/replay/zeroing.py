@@ -1,0 +1,70 @@
+"""Wires that were set anew: the offsets of an arm, found again while its pose is known.
+
+Two offsets per section, of its bend and its length, are all that setting the wires anew can change. They follow from
+the poses of the bodies in the first seconds; all else stays as it was fitted. What the model is wrong by there goes
+into the offsets: the band of the bodies in that pose makes the offsets uncertain, and these every other pose.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from soft_gripper.arrays import Array
+from soft_gripper.extras.hardware.replay.arm_estimation import ArmRecording
+from soft_gripper.extras.hardware.replay.geometry_fit import HEADING, ArmGeometry, measured, places
+from soft_gripper.files.document import require
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.kinematics import as_points
+
+_LARGEST = 1.0, 0.2  # rad and m, offsets of a bend and a length
+
+
+@dataclass(frozen=True)
+class Zeroed:
+    """A geometry with offsets of its own."""
+
+    geometry: ArmGeometry
+    variants: tuple[ArmGeometry, ...]  # one standard deviation away, in each of the independent directions
+
+
+def zeroed(geometry: ArmGeometry, recording: ArmRecording, finger: Finger, seconds: float, std: Array) -> Zeroed:
+    """The offsets that place the bodies best in the first seconds of a recording.
+
+    Args:
+        geometry: fitted to other recordings.
+        recording: begins with a known pose.
+        finger: that represents the arm.
+        seconds: for which the pose is known.
+        std: of the bodies about their places along an axis, (S,) m.
+
+    Raises:
+        InputError: if the recording is not longer, or no row of these shows all bodies.
+    """
+    longer = f"give less than the {recording.time[-1]:g} s that it lasts"
+    require(seconds < recording.time[-1], recording.name, "--zero", seconds, longer)
+    rows = recording.time <= seconds
+    at, headings = (values[rows] for values in measured(recording, geometry.delay))
+    seen = np.isfinite(at + headings).all(axis=-1)
+    expected = "its first seconds must show all bodies: give more, or cut what comes before"
+    require(bool(seen.any()), recording.name, "--zero", seconds, expected)
+    inner, outer = recording.inner[rows][seen], recording.outer[rows][seen]
+
+    def residuals(x: Array) -> Array:
+        moved = _shifted(geometry, x)
+        positions, turned = places(moved, finger, *moved.wires.sections(inner, outer))
+        away, apart = (positions - at[seen]).mean(axis=0) / std, (turned - headings[seen]).mean(axis=0) / HEADING
+        return np.concatenate([as_points(away).ravel(), apart])
+
+    most = np.repeat(_LARGEST, len(std))
+    found = least_squares(residuals, np.zeros(2 * len(std)), bounds=(-most, most), x_scale=most)
+    deviations = np.linalg.cholesky(np.linalg.inv(found.jac.T @ found.jac)).T
+    return Zeroed(_shifted(geometry, found.x), tuple(_shifted(geometry, found.x + one) for one in deviations))
+
+
+def _shifted(geometry: ArmGeometry, x: Array) -> ArmGeometry:
+    """With other offsets, of the bends (rad), then of the lengths (m)."""
+    bends, lengths = x.reshape(2, -1)
+    wires = geometry.wires
+    offsets = {"bend_offsets": wires.bend_offsets + bends, "length_offsets": wires.length_offsets + lengths}
+    return ArmGeometry(replace(wires, **offsets), geometry.parts, geometry.delay)
