@@ -123,8 +123,8 @@ def print_replay(replay: ArmReplay) -> None:
 
 
 def _replay_cells(row: ReplayRow, rows: Sequence[ReplayRow]) -> list[str | float]:
-    numbers = row.mean_mm, row.median_mm, row.percentile_95_mm, row.max_mm
-    numbers += row.within_band_percent, row.band_mm, row.far_percent
+    errors = row.mean_mm, row.median_mm, row.percentile_95_mm, row.max_mm
+    band = row.within_band_percent, row.band_mm, row.far_percent
     of_row = [other for other in rows if (other.estimator, other.sections) == (row.estimator, row.sections)]
     means = [other.mean_mm for other in of_row if other.recording != ALL]
-    return [f"{row.estimator}, {row.sections} per side", *numbers, *means]
+    return [f"{row.estimator}, {row.sections} per side", *errors, *band, *means]

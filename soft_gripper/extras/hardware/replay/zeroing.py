@@ -66,5 +66,5 @@ def _shifted(geometry: ArmGeometry, x: Array) -> ArmGeometry:
     """With other offsets, of the bends (rad), then of the lengths (m)."""
     bends, lengths = x.reshape(2, -1)
     wires = geometry.wires
-    offsets = {"bend_offsets": wires.bend_offsets + bends, "length_offsets": wires.length_offsets + lengths}
-    return ArmGeometry(replace(wires, **offsets), geometry.parts, geometry.delay)
+    at = replace(wires, bend_offsets=wires.bend_offsets + bends, length_offsets=wires.length_offsets + lengths)
+    return ArmGeometry(at, geometry.parts, geometry.delay)

@@ -71,8 +71,9 @@ def test_wires_that_were_set_anew_disagree_with_the_drive(arms, geometry, band):
 
 
 def test_zeroing_finds_the_offsets_of_wires_that_were_set_anew(arms, arm_finger, geometry, band):
-    """Offsets of all four wires, of a few centimetres, are found in half a second; the rest of the bodies fits again."""
-    anew = replace(arms[3], inner=arms[3].inner + [0.02, -0.01], outer=arms[3].outer + [0.012, -0.015])
+    """Offsets of all four wires, of a centimetre or two, follow from half a second."""
+    by = np.array([[0.02, -0.01], [0.012, -0.015]])
+    anew = replace(arms[3], inner=arms[3].inner + by[0], outer=arms[3].outer + by[1])
     at = zeroed(geometry, anew, arm_finger, 0.5, band.std)
     assert away(geometry, anew, arm_finger).mean() > 0.01
     before = away(geometry, arms[3], arm_finger)
