@@ -160,7 +160,7 @@ def body_band(
     finger: Finger,
     variants: Sequence[ArmGeometry] = (),
 ) -> BodyBand:
-    """The band of every body about its place by arcs; `variants` of a geometry with offsets of its own, see `zeroing`."""
+    """The band of every body about its place by arcs; `variants` of zeroed wires, see `zeroing`."""
     distances = band.distances(geometry, recording)
     grown = _grown(geometry, recording, finger, distances)
     found = band.widths.band(grown)
