@@ -90,6 +90,16 @@ def test_motion_capture_of_what_is_estimated_changes_nothing(arms, arm_finger, r
     assert again.signals["arcs 2.body_error"].values[1:].min() > 0.02
 
 
+def test_zeroed_wires_place_the_bodies_again_and_their_first_seconds_are_not_scored(arms, arm_finger):
+    moved = replace(arms[0], inner=arms[0].inner + np.array([0.02, -0.01]))
+    rows = {"arcs 2": ("arcs", 2)}
+    plain, zeroed = (replay_recordings([moved], arms[1:], rows, arm_finger, DOWN, zero) for zero in (0.0, 0.5))
+    assert [found.replayed[0].first for found in (plain, zeroed)] == [1, 27]
+    errors = [found.table[-1].mean_mm for found in (plain, zeroed)]
+    assert errors[0] > 10 > 2 > errors[1]
+    assert zeroed.table[-1].within_band_percent > 90
+
+
 @pytest.mark.slow
 def test_fitted_to_chosen_ones(arms, arm_finger):
     found = replay_recordings(arms[:1], arms[1:], {"arcs 2": ("arcs", 2)}, arm_finger, DOWN).replayed
