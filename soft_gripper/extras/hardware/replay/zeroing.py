@@ -17,7 +17,7 @@ from soft_gripper.files.document import require
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import as_points
 
-_LARGEST = 1.0, 0.2  # rad and m, offsets of a bend and a length
+_TYPICAL = 1.0, 0.02  # rad and m, offsets of a bend and a length
 
 
 @dataclass(frozen=True)
@@ -56,8 +56,7 @@ def zeroed(geometry: ArmGeometry, recording: ArmRecording, finger: Finger, secon
         away, apart = (positions - at[seen]).mean(axis=0) / std, (turned - headings[seen]).mean(axis=0) / HEADING
         return np.concatenate([as_points(away).ravel(), apart])
 
-    most = np.repeat(_LARGEST, len(std))
-    found = least_squares(residuals, np.zeros(2 * len(std)), bounds=(-most, most), x_scale=most)
+    found = least_squares(residuals, np.zeros(2 * len(std)), x_scale=np.repeat(_TYPICAL, len(std)))
     deviations = np.linalg.cholesky(np.linalg.inv(found.jac.T @ found.jac)).T
     return Zeroed(_shifted(geometry, found.x), tuple(_shifted(geometry, found.x + one) for one in deviations))
 
