@@ -8,7 +8,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-import mujoco
 import numpy as np
 from gymnasium.spaces import Box
 from gymnasium.utils.seeding import np_random
@@ -32,10 +31,10 @@ from soft_gripper.extras.learning.station import (
     resting_action,
 )
 from soft_gripper.extras.learning.tasks import Judgement, grasp_judgement, pick_place_judgement
-from soft_gripper.extras.mujoco.blocks import Rows
-from soft_gripper.extras.mujoco.network import Network
-from soft_gripper.extras.mujoco.plants import Exported, Plants, in_mujoco
-from soft_gripper.extras.mujoco.variation import Variation, begin, varied
+from soft_gripper.extras.mujoco_engine.blocks import Rows
+from soft_gripper.extras.mujoco_engine.network import Network
+from soft_gripper.extras.mujoco_engine.plants import Exported, Plants, in_mujoco
+from soft_gripper.extras.mujoco_engine.variation import Variation, begin, varied
 from soft_gripper.scenario.schema import Scenario
 
 # s, of MuJoCo: forces and heights are within 1 % of those in Drake.
@@ -150,7 +149,7 @@ class _Gripper:
         assert learning.object is not None
         self._name, self._body = handled.object, learning.object
         self._exported: Exported = in_mujoco(station, self._plant_step / float(substeps), [self._name], {})
-        self._models: list[mujoco.MjModel] = [self._exported.model] * len(slots)
+        self._models = [self._exported.model] * len(slots)
         begins = np.tile(begin(station.plant, Variation()), (len(slots), 1))
         self._plants = Plants(station, self._exported.touching, self._models, begins, threads)
         functions = {Observation: lambda block: block.observe}

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from soft_gripper.diagrams.recording import Recording
 from soft_gripper.extras.studies.robustness.plants import EVERY, touched_fingers
 from soft_gripper.fingers.kinematics import forward_kinematics, in_space
 from soft_gripper.runs.scores.poses import held_samples
@@ -80,5 +81,5 @@ def test_pegs_are_touched_by_a_single_finger(held, monkeypatch) -> None:
     name = held.station.fingers[1].name
     force = f"{name}.link_contact_force"
     pressed = held.recording.data.assign({force: held.recording[force] + 1.0})
-    (found,) = touched_fingers("free_bending", held.station, type(held.recording)(pressed))
+    (found,) = touched_fingers("free_bending", held.station, Recording(pressed))
     assert found.finger.name == name

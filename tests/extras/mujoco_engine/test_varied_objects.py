@@ -8,8 +8,8 @@ from soft_gripper.scenario.scenario_file import changed_scenario
 
 mujoco = pytest.importorskip("mujoco")
 
-from soft_gripper.extras.mujoco.plants import in_mujoco  # noqa: E402
-from soft_gripper.extras.mujoco.variation import begin, blocks_key, station_key, variation, varied  # noqa: E402
+from soft_gripper.extras.mujoco_engine.plants import in_mujoco  # noqa: E402
+from soft_gripper.extras.mujoco_engine.variation import begin, blocks_key, station_key, variation, varied  # noqa: E402
 
 BASE = {"engine": "mujoco"}
 OTHER = BASE | {

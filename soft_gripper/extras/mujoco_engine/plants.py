@@ -8,11 +8,9 @@ world; MuJoCo has the position first, and the angular velocity in the body.
 import xml.etree.ElementTree as ET
 from collections.abc import Collection, Mapping, Sequence
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-import mujoco
 import numpy as np
-from mujoco.batch import Batch
 from numpy.typing import NDArray
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import Joint, JointActuator, ModelInstanceIndex
@@ -22,16 +20,17 @@ from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.extras.export.actuation import arm_actuators
 from soft_gripper.extras.export.mjcf import Mjcf, station_mjcf
 from soft_gripper.extras.export.tree import scoped_name
-from soft_gripper.extras.mujoco.blocks import Rows
-from soft_gripper.extras.mujoco.touching import TouchSensors
+from soft_gripper.extras.mujoco_engine.blocks import Rows
+from soft_gripper.extras.mujoco_engine.touching import TouchSensors
 
-_CALM = mujoco.mjtDisableBit.mjDSBL_AUTORESET  # a diverged state is reported, not replaced
+if TYPE_CHECKING:  # it is optional
+    import mujoco
 
 
 class Layout:
     """Where MuJoCo keeps the positions, velocities and actuators of Drake's plant."""
 
-    def __init__(self, plant: MultibodyPlant, model: mujoco.MjModel):
+    def __init__(self, plant: MultibodyPlant, model: "mujoco.MjModel"):
         self.plant = plant
         self.qpos, self.qvel = np.zeros(plant.num_positions(), int), np.zeros(plant.num_velocities(), int)
         self.turns: list[tuple[slice, slice]] = []  # of free bodies: their quaternions and angular velocities
@@ -89,6 +88,9 @@ def actuators(plant: MultibodyPlant, model: ModelInstanceIndex) -> list[JointAct
     return [plant.get_joint_actuator(index) for index in plant.GetJointActuatorIndices(model)]
 
 
+_NOTHING = 0  # mjSTAGE_NONE: nothing is computed
+
+
 class _Arm(NamedTuple):
     """The position actuators of an arm, in the order of Drake's actuators."""
 
@@ -100,7 +102,7 @@ class _Arm(NamedTuple):
 class Exported(NamedTuple):
     """A station in MuJoCo."""
 
-    model: mujoco.MjModel
+    model: "mujoco.MjModel"
     file: Mjcf
     touching: TouchSensors
 
@@ -116,6 +118,8 @@ def in_mujoco(
         listed: models that touch others in pairs, see `station_mjcf`.
         objects: numbers of the objects whose contact is sensed, see `TouchSensors`.
     """
+    import mujoco
+
     found = station_mjcf(station, step, listed)
     root = ET.fromstring(found.text)
     arm = {scoped_name(actuator.joint) for actuator in arm_actuators(station)}
@@ -128,7 +132,7 @@ def in_mujoco(
     touching.add_to(root)
     assets = {f"meshes/{name}": path.read_bytes() for name, path in found.meshes.items()}
     model = mujoco.MjModel.from_xml_string(ET.tostring(root, encoding="unicode"), assets)
-    model.opt.disableflags |= _CALM
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET  # a diverged state is reported, not replaced
     touching.bind(model)
     return Exported(model, found, touching)
 
@@ -146,7 +150,7 @@ class Plants:
         self,
         station: Station,
         touching: TouchSensors,
-        models: Sequence[mujoco.MjModel],
+        models: "Sequence[mujoco.MjModel]",
         begins: Array,
         threads: int = 1,
     ):
@@ -158,6 +162,8 @@ class Plants:
             begins: positions in which the runs begin, (E, nq).
             threads: that step them.
         """
+        from mujoco.batch import Batch
+
         self._substeps = np.array([round(station.plant.time_step() / model.opt.timestep) for model in models])
         self.station, self.touching = station, touching
         self.plant, self.layout, self._model = station.plant, Layout(station.plant, models[0]), models[0]
@@ -174,10 +180,10 @@ class Plants:
         self.active = np.arange(len(models))
         self.state = self.layout.state(self._qpos, self._qvel)
 
-    def reset(self, rows: Rows, models: Sequence[mujoco.MjModel], begins: Array) -> None:
+    def reset(self, rows: Rows, models: "Sequence[mujoco.MjModel]", begins: Array) -> None:
         """Lets some environments begin anew, with models of all, (E,), and the positions of those, (rows, nq)."""
         self.batch.set_models(models)
-        self.batch.reset(rows, stage=mujoco.mjtStage.mjSTAGE_NONE)
+        self.batch.reset(rows, stage=_NOTHING)
         places = np.ix_(rows, self.layout.qpos)
         self._qpos[places] = begins
         self.batch.forward(rows)

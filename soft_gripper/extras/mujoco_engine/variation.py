@@ -9,8 +9,8 @@ from collections.abc import Callable, Mapping
 from copy import copy
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import mujoco
 import numpy as np
 from pydrake.common.schema import Transform
 from pydrake.math import RigidTransform
@@ -21,6 +21,9 @@ from soft_gripper.diagrams.simulation import built_of, content
 from soft_gripper.extras.export.mjcf import Mjcf, Pair
 from soft_gripper.extras.export.mjcf_contact import Surface, friction_of, touch
 from soft_gripper.scenario.schema import ModelConfig, Scenario
+
+if TYPE_CHECKING:  # it is optional
+    import mujoco
 
 Key = tuple[str, ...]
 _ANY = "package://soft_gripper/package.xml"  # in the place of the file of an object
@@ -91,7 +94,9 @@ def begin(plant: MultibodyPlant, of: Variation) -> Array:
     return np.array(plant.GetPositions(context))
 
 
-def varied(model: mujoco.MjModel, exported: Mjcf, plant: MultibodyPlant, of: Variation, points: int) -> mujoco.MjModel:
+def varied(
+    model: "mujoco.MjModel", exported: Mjcf, plant: MultibodyPlant, of: Variation, points: int
+) -> "mujoco.MjModel":
     """A model of MuJoCo with other objects; inertia grows with the mass, and with the square of the size.
 
     Args:
@@ -115,6 +120,8 @@ def varied(model: mujoco.MjModel, exported: Mjcf, plant: MultibodyPlant, of: Var
             for lengths in (found.geom_size, found.geom_pos, found.geom_rbound, found.geom_aabb):
                 lengths[found.geom_bodyid == number] *= size
     if growth:
+        import mujoco
+
         mujoco.mj_setConst(found, mujoco.MjData(found))
     for pair in exported.pairs:
         if of.touched.intersection(pair.models):
@@ -122,7 +129,7 @@ def varied(model: mujoco.MjModel, exported: Mjcf, plant: MultibodyPlant, of: Var
     return found
 
 
-def _set_contact(model: mujoco.MjModel, pair: Pair, of: Variation, growth: Mapping[str, float], points: int) -> None:
+def _set_contact(model: "mujoco.MjModel", pair: Pair, of: Variation, growth: Mapping[str, float], points: int) -> None:
     one, other = (
         Surface(
             of.frictions.get(name, surface.friction),

@@ -25,7 +25,7 @@ from soft_gripper.control.task import TaskMachine
 from soft_gripper.diagrams.recording import SignalLogs
 from soft_gripper.diagrams.simulation import seed_random_sources
 from soft_gripper.diagrams.wires import Level, leaf_systems
-from soft_gripper.extras.mujoco.blocks import (
+from soft_gripper.extras.mujoco_engine.blocks import (
     FUNCTIONS,
     Affine,
     Block,

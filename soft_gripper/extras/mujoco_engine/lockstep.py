@@ -9,7 +9,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.diagrams.simulation import TASK_PAUSE
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.errors import SimulationDivergedError
-from soft_gripper.extras.mujoco.network import Network, Plants
+from soft_gripper.extras.mujoco_engine.network import Network, Plants
 
 
 class Logs:

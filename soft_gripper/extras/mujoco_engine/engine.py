@@ -23,10 +23,10 @@ from soft_gripper.diagrams.simulation import Run, check_closed, content
 from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.errors import InputError
-from soft_gripper.extras.mujoco.lockstep import Logs, rows_of, simulated
-from soft_gripper.extras.mujoco.network import Network
-from soft_gripper.extras.mujoco.plants import Exported, Plants, in_mujoco
-from soft_gripper.extras.mujoco.variation import (
+from soft_gripper.extras.mujoco_engine.lockstep import Logs, rows_of, simulated
+from soft_gripper.extras.mujoco_engine.network import Network
+from soft_gripper.extras.mujoco_engine.plants import Exported, Plants, in_mujoco
+from soft_gripper.extras.mujoco_engine.variation import (
     Content,
     Key,
     Variation,

@@ -7,8 +7,8 @@ from drake_plants import DrakePlants
 from soft_gripper.diagrams.recording import make_recording
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.diagrams.station import make_private_station
-from soft_gripper.extras.mujoco.lockstep import simulated
-from soft_gripper.extras.mujoco.network import Network
+from soft_gripper.extras.mujoco_engine.lockstep import simulated
+from soft_gripper.extras.mujoco_engine.network import Network
 from soft_gripper.scenario.scenario_file import changed_scenario
 
 REALISTIC = {"sensor.errors.preset": "realistic", "sensor.seed": 3, "record.truth": "forces"}

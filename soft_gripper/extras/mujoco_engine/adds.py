@@ -9,7 +9,7 @@ from soft_gripper.errors import InputError
 if TYPE_CHECKING:  # scenarios are read without it
     from soft_gripper.scenario.schema import Scenario
 
-ENGINES = {"mujoco": "soft_gripper.extras.mujoco.adds:run_many"}
+ENGINES = {"mujoco": "soft_gripper.extras.mujoco_engine.adds:run_many"}
 
 
 def run_many(scenarios: "Sequence[Scenario]", described: bool = True) -> Iterator[Any]:
@@ -21,6 +21,6 @@ def run_many(scenarios: "Sequence[Scenario]", described: bool = True) -> Iterato
     if find_spec("mujoco") is None or find_spec("mujoco.batch") is None:
         expected = "needs MuJoCo 3.17 or newer: pip install 'soft-gripper[mujoco]'"
         raise InputError("scenario", "engine", "mujoco", expected)
-    from soft_gripper.extras.mujoco.engine import run_many as run
+    from soft_gripper.extras.mujoco_engine.engine import run_many as run
 
     return run(scenarios, described)

@@ -7,9 +7,8 @@ and all that it touches, since a sensor of MuJoCo does not say what touches.
 import xml.etree.ElementTree as ET
 from collections import Counter
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.geometry import GeometryId
@@ -17,6 +16,9 @@ from pydrake.geometry import GeometryId
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.truth.contact import COLUMNS, NO_OBJECT, TrueContact
+
+if TYPE_CHECKING:  # it is optional
+    import mujoco
 
 TRUTH = "true_contact"  # the block that summarizes contact
 _DATA = "found force torque pos normal tangent"
@@ -67,7 +69,7 @@ class TouchSensors:
                 settings = {"body1": link.body, "num": str(self._most), "data": _DATA, "reduce": "none"}
                 ET.SubElement(part, "contact", settings if other is None else settings | {"body2": other})
 
-    def bind(self, model: mujoco.MjModel) -> None:
+    def bind(self, model: "mujoco.MjModel") -> None:
         """Finds the links in a model."""
         self._bodies = np.array([model.body(link.body).id for link in self.links], int)
 
