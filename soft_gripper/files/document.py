@@ -121,6 +121,8 @@ def check_document(
     elif kind is ModelDirective:  # which Drake checks: a pose in it may be in a frame
         fits = isinstance(value, dict | ModelDirective)
         _must(None if fits else "must be a directive, such as add_model", where, field, value)
+        for key, item in value.items() if isinstance(value, dict) else ():
+            _mapping(where, item, f"{field}.{key}")
     elif fields := _fields(kind):
         _check_fields(where, value, kind, fields, field, rule, strict)
 

@@ -15,6 +15,7 @@ from typing import Any, NamedTuple, get_args, get_origin, get_type_hints
 import pytest
 from pydrake.common.schema import Transform
 from pydrake.common.yaml import yaml_dump_typed, yaml_load_data
+from pydrake.multibody.parsing import ModelDirective
 from refusals import refused
 
 import soft_gripper
@@ -90,8 +91,19 @@ def cases(kind: Any, rule: Rule) -> Cases:
         return mappings(cases(parts[-1], rule), rule)
     if kind is Transform:
         return POSES
+    if kind is ModelDirective:
+        return DIRECTIVES
     inside = is_dataclass(kind) or hasattr(kind, "__fields__")
     return parts_of(kind, rule) if inside else Cases([0, "a"], [])
+
+
+DIRECTIVES = Cases(
+    [{"add_weld": {"parent": "world", "child": "thing::base"}}],
+    [
+        Wrong("x", "", "x", "must be a directive, such as add_model"),
+        Wrong({"add_model": 0}, ".add_model", 0, "must be a mapping"),
+    ],
+)
 
 
 def other_types(kind: type) -> list[Wrong]:

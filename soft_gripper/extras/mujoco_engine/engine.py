@@ -10,6 +10,7 @@ from collections.abc import Iterator, Sequence
 from copy import deepcopy
 from dataclasses import replace
 from functools import cache, partial
+from importlib.util import find_spec
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -54,7 +55,12 @@ def run_many(scenarios: Sequence[Scenario], described: bool = True) -> Iterator[
     """Runs scenarios in MuJoCo, those of one structure together; a run that fails gives its error.
 
     `described`: recordings have the attributes that describe their runs.
+
+    Raises:
+        InputError: if MuJoCo is not installed, or too old to step many simulations.
     """
+    if find_spec("mujoco") is None or find_spec("mujoco.batch") is None:
+        raise InputError("scenario", "engine", "mujoco", "needs MuJoCo 3.17: pip install 'soft-gripper[mujoco]'")
     content_of = cache(content)  # files do not change while this runs
     served = [_serve(scenario, content_of) for scenario in scenarios]
     groups: dict[Any, list[int]] = {}
