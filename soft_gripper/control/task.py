@@ -165,7 +165,7 @@ class Rules:
         return observed.time - progress.since >= QUIET_TIME
 
 
-_PROGRESS, *_OUTPUTS = range(5)  # groups of the discrete state
+_PROGRESS, _DESIRED, _SET_POINT, _PHASE, _OUTCOME = range(5)  # groups of the discrete state
 
 
 class Outputs(NamedTuple):
@@ -250,19 +250,24 @@ class TaskMachine(LeafSystem):
         """The outputs after a sample, from those before it; `time` since the begin of the run, s."""
         desired, set_point = before.desired_state, before.set_point
         if progress.phase < len(self.phases):
-            desired = _desired_state(self.phases[progress.phase], time + self.period - progress.began)
-            set_point = np.array([self.rules.opening(progress)])
+            desired, set_point = self._desired(progress, time), np.array([self.rules.opening(progress)])
         return Outputs(desired, set_point, np.array([float(progress.phase)]), np.array([float(progress.outcome)]))
+
+    def _desired(self, progress: Progress, time: float) -> Array:
+        """The desired state in the sample after a time, s."""
+        return _desired_state(self.phases[progress.phase], time + self.period - progress.began)
 
     def _update(self, context: Context, values: DiscreteValues) -> None:
         time, before = self._since_begin(context), self.progress(context)
         observed = GripObservation(time, _value(self._opening, context), _value(self._torque, context))
         progress = self.rules.step(before, observed)
-        put_out = Outputs(*(context.get_discrete_state(group).value() for group in _OUTPUTS))
         if progress != before:
             values.set_value(_PROGRESS, np.array(progress, dtype=float))
-        for group, value in zip(_OUTPUTS, self.outputs(progress, time, put_out), strict=True):
-            values.set_value(group, value)
+            values.set_value(_PHASE, [progress.phase])
+            values.set_value(_OUTCOME, [progress.outcome])
+        if progress.phase < len(self.phases):
+            values.set_value(_DESIRED, self._desired(progress, time))
+            values.set_value(_SET_POINT, [self.rules.opening(progress)])
 
 
 def _value(port: InputPort, context: Context) -> float:
