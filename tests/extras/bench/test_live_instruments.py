@@ -98,7 +98,8 @@ def test_what_no_finger_does_is_malformed(folder, changes):
         reading(folder, **changes)
 
 
-def test_a_place_that_is_not_on_the_finger_is_refused_at_once(folder):
+def test_a_place_that_is_not_on_the_finger_is_refused_at_once(folder, monkeypatch):
+    monkeypatch.chdir(folder)
     text = (folder / "bench.yaml").read_text().replace("place_column: mm, place_unit: mm", "place: 0.2")
     (folder / "beyond.yaml").write_text(text)
     said = refusal("live", folder / "one.yaml", "--bench", folder / "beyond.yaml", "--fast")

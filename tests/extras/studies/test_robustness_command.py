@@ -44,5 +44,6 @@ def test_is_run_and_printed(claim: Claim, code: int, tmp_path: Path, monkeypatch
     assert claim.text in outcome.out
 
 
-def test_without_an_evaluation_it_says_how_to_make_one(tmp_path: Path) -> None:
+def test_without_an_evaluation_it_says_how_to_make_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
     assert f"soft-gripper evaluate --out {tmp_path}" in refusal("robustness", "--out", tmp_path)

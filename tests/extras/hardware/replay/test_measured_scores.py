@@ -178,7 +178,8 @@ def test_options_that_do_not_go_together_are_refused(log, monkeypatch, arguments
     assert said in refusal("replay", "press.csv", *arguments)
 
 
-def test_a_log_without_an_instrument_is_refused(log):
+def test_a_log_without_an_instrument_is_refused(log, monkeypatch):
+    monkeypatch.chdir(log.parent)
     text = (log.parent / "bench.yaml").read_text()
     (log.parent / "nothing.yaml").write_text(text[: text.index("    measured_force")])
     how = ["--bench", log.parent / "nothing.yaml", "--scenario", log.parent / "one.yaml"]
