@@ -89,8 +89,8 @@ def held_span(time: Array, normal: Array) -> tuple[int, int] | None:
     touched = np.flatnonzero(normal > TOUCH)
     if not len(touched):
         return None
-    gaps = np.flatnonzero(np.diff(time[touched]) > LET_GO)
-    return int(touched[0]), int(touched[gaps[0] if len(gaps) else -1]) + 1
+    gaps = np.flatnonzero(np.diff(time[touched], append=time[-1]) > LET_GO)
+    return int(touched[0]), int(touched[gaps[0]]) + 1 if len(gaps) else len(time)
 
 
 def sliding_since(time: Array, speed: Array) -> tuple[int, NDArray[np.bool_]] | None:

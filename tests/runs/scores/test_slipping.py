@@ -39,6 +39,7 @@ def test_a_bounce_is_no_loss_and_a_touch_after_it_no_hold():
     force = np.zeros(200)
     force[20:50] = force[55:100] = force[150:160] = 1.0
     assert held_span(TIME, force) == (20, 100)
+    assert held_span(TIME[:104], force[:104]) == (20, 104), "it may touch again"
     assert held_span(TIME, np.zeros(200)) is None
 
 
