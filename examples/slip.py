@@ -62,7 +62,7 @@ class SlipRow:
     """The bottle under one condition: the speed at which it sinks while it is held; NaN if it has slipped."""
 
     condition: str
-    creep_mm_s: Annotated[float, ".3f"]
+    creep_per_s_mm: Annotated[float, ".3f"]
 
 
 def creep(time: Array, height: Array) -> float:
