@@ -501,9 +501,14 @@ class _OfSamples(Recording):
         for name, labels in self._labels.items():
             variables[name] = self._read[name].variable if name in self._read else self._variable(name)
             coords |= labels.coords
-        return xr.Dataset(variables, coords, dict(self._about))
+        found = xr.Dataset(variables, coords, dict(self._about))
+        for name in ("_labels", "_samples", "_about", "_read"):  # once the dataset is loaded, nothing keeps the blocks
+            del self.__dict__[name]
+        return found
 
     def __contains__(self, signal: str) -> bool:
+        if "data" in self.__dict__:
+            return signal in self.data
         return signal in self._labels or signal in self._read or signal in self.data
 
     def __getitem__(self, signal: str) -> xr.DataArray:

@@ -62,12 +62,6 @@ class Phase:
         """Duration of the motion, s."""
         return float(self.motion.end_time())
 
-    @cached_property
-    def end(self) -> Array:
-        """Positions and velocities of the joints after the motion, (2 n)."""
-        positions = self.motion.value(self.duration)[:, 0]
-        return np.concatenate([positions, np.zeros_like(positions)])
-
 
 class GripObservation(NamedTuple):
     """One sample of the estimates."""
@@ -277,5 +271,6 @@ def _value(port: InputPort, context: Context) -> float:
 def _desired_state(phase: Phase, since: float) -> Array:
     """Positions and velocities of the joints `since` s after the phase began; they stay at rest after the motion."""
     if since >= phase.duration:
-        return phase.end
+        positions = phase.motion.value(phase.duration)[:, 0]
+        return np.concatenate([positions, np.zeros_like(positions)])
     return np.concatenate([phase.motion.value(since)[:, 0], phase.motion.EvalDerivative(since, 1)[:, 0]])

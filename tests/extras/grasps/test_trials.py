@@ -32,10 +32,19 @@ def succeed(file: str, seed: int, trial: int) -> Trial:
     return Trial(file, trial, result, Details(*DRAWN, 0.1, 0.2, 0.3, 0.4), Grasp("held", *[1.0] * 16))
 
 
+def together(run):
+    """Trials that are run together, by a function of one."""
+
+    def work(file, seed, numbers, engine):
+        return [run(file, seed, number) for number in numbers]
+
+    return work
+
+
 @pytest.fixture
 def executor(monkeypatch: pytest.MonkeyPatch) -> HereExecutor:
     """Makes trials that succeed."""
-    monkeypatch.setattr(trials, "run_trial", succeed)
+    monkeypatch.setattr(trials, "trials_together", together(succeed))
     return HereExecutor()
 
 
@@ -77,7 +86,7 @@ def test_a_trial_that_fails_leaves_its_cause_and_ends_no_other(executor, tmp_pat
             raise error
         return succeed(file, seed, trial)
 
-    monkeypatch.setattr(trials, "run_trial", fail_once)
+    monkeypatch.setattr(trials, "trials_together", together(fail_once))
     run_trials(NAMES, 3, 5, tmp_path, executor, lambda trial: None)
     failed = [record for record in records(tmp_path) if record["success"] == "False"]
     assert [(record["scenario"], record["trial"]) for record in failed] == [(NAMES[1], "1")]
@@ -107,12 +116,12 @@ def test_trials_that_were_cut_short_go_on_to_the_same_tables(executor, tmp_path,
         (cut / table).write_text("".join(lines[: 1 + kept]))
     executor.calls.clear()
     run_trials(NAMES, 3, 1, cut, executor, lambda trial: None, resume=True)
-    assert executor.calls == [(NAMES[1], 1, 0), (NAMES[1], 1, 1), (NAMES[1], 1, 2)]
+    assert executor.calls == [(NAMES[1], 1, [0], None), (NAMES[1], 1, [1], None), (NAMES[1], 1, [2], None)]
     for table in ("trials.csv", "trials_details.csv", "trials_grasps.csv"):
         assert (cut / table).read_bytes() == (whole / table).read_bytes()
     executor.calls.clear()
     run_trials(NAMES, 4, 1, cut, executor, lambda trial: None, resume=True)
-    assert executor.calls == [(NAMES[0], 1, 3), (NAMES[1], 1, 3)]
+    assert executor.calls == [(NAMES[0], 1, [3], None), (NAMES[1], 1, [3], None)]
     with refused("--resume"):
         run_trials(NAMES, 3, 2, cut, executor, lambda trial: None, resume=True)
 
