@@ -140,7 +140,7 @@ def test_a_trial_whose_number_was_changed_is_run_again(executor, tmp_path, caplo
         (tmp_path / table).write_text("".join(lines))
     executor.calls.clear()
     run_trials(NAMES, 2, 1, tmp_path, executor, lambda trial: None, resume=True)
-    assert executor.calls == [(NAMES[1], 1, 0), (NAMES[0], 1, 1)]
+    assert executor.calls == [(NAMES[1], 1, [0], None), (NAMES[0], 1, [1], None)]
     assert "2 rows" in caplog.text
     for table, text in whole.items():
         assert (tmp_path / table).read_text() == text
@@ -180,7 +180,7 @@ def test_a_number_that_was_changed_in_either_table_is_not_believed(table, execut
     (tmp_path / table).write_text("".join([header, ",".join(cells), *others]))
     executor.calls.clear()
     run_trials(NAMES, 2, 1, tmp_path, executor, lambda trial: None, resume=True)
-    assert executor.calls == [(NAMES[0], 1, 0)]
+    assert executor.calls == [(NAMES[0], 1, [0], None)]
 
 
 @pytest.mark.slow
