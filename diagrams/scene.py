@@ -21,7 +21,7 @@ from pydrake.math import RigidTransform
 from pydrake.multibody.parsing import ModelDirective
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant, MultibodyPlantConfig
 from pydrake.multibody.tree import Frame, Joint, ModelInstanceIndex, RigidBody, world_model_instance
-from pydrake.systems.framework import Diagram, DiagramBuilder
+from pydrake.systems.framework import Context, Diagram, DiagramBuilder
 
 from soft_gripper.arrays import Array
 from soft_gripper.control.couplings import Couplings, Mimic, couplings
@@ -325,13 +325,13 @@ MAX_RELATIVE_DEPTH = 0.1  # of the depth at which a compliant body is compressed
 MAX_RIGID_DEPTH = 1e-3  # m, between two rigid bodies
 
 
-def check_starts_apart(diagram: Diagram, scene_graph: SceneGraph) -> None:
-    """Checks the contacts of the initial state.
+def check_starts_apart(diagram: Diagram, scene_graph: SceneGraph, context: Context | None = None) -> None:
+    """Checks the contacts of an initial state, in a context of the diagram; None: the default one.
 
     Raises:
         InputError: if bodies initially penetrate more deeply than a touch.
     """
-    context = scene_graph.GetMyContextFromRoot(diagram.CreateDefaultContext())
+    context = scene_graph.GetMyContextFromRoot(context or diagram.CreateDefaultContext())
     query = scene_graph.get_query_output_port().Eval(context)
     kind = HydroelasticContactRepresentation.kTriangle
     surfaces, point_pairs = query.ComputeContactSurfacesWithFallback(kind)

@@ -90,7 +90,7 @@ def print_slips(slips: Sequence[ObjectSlip]) -> None:
 
 
 def _would_have_held(slip: ObjectSlip) -> str:
-    """What would have held an object that slips, in words."""
+    """The force or friction that would have held an object that slips, in words."""
     if slip.least_force_n <= slip.present_force_n:
         return "The fingers could carry its weight:\n  a motion or a turn took it out of them"
     raised = f": models.{slip.object}.friction of {slip.least_object_friction:.2f}"

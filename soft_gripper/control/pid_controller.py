@@ -85,7 +85,7 @@ class SampledPidController(LeafSystem):
         self.DeclareVectorOutputPort("output", 1, self._calc_output, {self._step.ticket})
 
     def step(self, memory: list[float], set_point: float, measurement: float) -> Step:
-        """What a sample makes of the memory of the one before."""
+        """The result of a sample, from the memory of the one before."""
         integral, derivative, last, held = memory
         error = set_point - measurement
         if not isfinite(error):

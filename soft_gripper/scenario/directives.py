@@ -55,7 +55,7 @@ def add_directives(plant: MultibodyPlant, directives: Sequence[ModelDirective]) 
 
 
 def _kind(directive: ModelDirective) -> str:
-    """What a directive asks for, such as "add_model"."""
+    """The kind of a directive, such as "add_model"."""
     return next(field.name for field in ModelDirective.__fields__ if getattr(directive, field.name) is not None)
 
 

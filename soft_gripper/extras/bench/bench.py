@@ -259,7 +259,7 @@ def _add_measured(parts: _Parts, finger: PlantFinger, moves: bool) -> Ports:
 
 
 def _add_instrument(parts: _Parts, name: str) -> None:
-    """What an instrument measures, and where along the finger: read by nothing."""
+    """The value of an instrument, and where along the finger it is measured: read by nothing."""
     unit = SI[name.rpartition(".measured_")[2]]
     held = Measured(parts.period, 2, (unit, "m"), instrument=("value", "place"))
     parts.signals[name] = parts.hold(name, held)

@@ -91,7 +91,7 @@ def understood(message: Message, config: BenchConfig, ranges: Ranges, quantities
 
 
 def _measured(found: Mapping[str, float], config: AnyInstrument) -> Array:
-    """What an instrument measured, and where, SI."""
+    """The value of an instrument, and where it was measured, in SI units."""
     value = factor(config) * chosen(found, [config.column])
     place = np.array([config.place], dtype=float)
     if config.place_column is not None:

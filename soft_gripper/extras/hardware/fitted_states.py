@@ -43,7 +43,7 @@ class FittedStates:
         return distance
 
     def without(self, left_out: NDArray[np.bool_]) -> "FittedStates":
-        """What is kept when some are left out, (n,)."""
+        """The states that are kept when some are left out, (n,)."""
         return FittedStates(self.states[~left_out], self.spread)
 
     def regions(self, most: int = REGIONS) -> NDArray[np.int_]:

@@ -39,14 +39,14 @@ class InstrumentRun:
 
 @dataclass(frozen=True)
 class Instrument:
-    """What was found of an instrument."""
+    """Delay, zero and drift found of an instrument."""
 
     delay: float  # s
     zeros: tuple[float, ...]  # in each run; NaN: not found, since the finger was never free
     drift: float  # per s, in all runs; NaN: not found, since the finger was never free for long enough
 
     def corrected(self, number: int, run: InstrumentRun) -> Array:
-        """What it would have read in a run without delay, zero and drift, (T,); as far as these are known."""
+        """Readings that it would have had in a run without delay, zero and drift, (T,); as far as these are known."""
         zero, drift = np.nan_to_num([self.zeros[number], self.drift])
         return _earlier(run.value - zero - drift * run.time, _steps(self.delay, run))
 

@@ -1,4 +1,4 @@
-"""What instruments beside a finger's sensors measure, such as a scale that it presses on: read from a table.
+"""Measurements of instruments beside a finger's sensors, such as a scale that it presses on: read from a table.
 
 Positive numbers are those of the model: a force that presses on the inner side, a torque and a turn that close.
 """
@@ -29,7 +29,7 @@ MOST = {"force": 1e2, "torque": 1e1, "angle": 50.0}  # largest plausible values 
 
 @dataclass(frozen=True)
 class Measured:
-    """What an instrument measured at T samples; NaN where it did not."""
+    """Measurements of an instrument at T samples; NaN where it did not."""
 
     value: Array  # (T,) N, N m or rad
     place: Array  # (T,) m along the finger, from its base
@@ -37,7 +37,7 @@ class Measured:
 
 
 def measured_by(table: Table, described: object, length: float, prefix: str = "") -> dict[str, Measured]:
-    """What the instruments of a description measured, by "force", "torque" and "angle".
+    """Measurements of the instruments of a description, by "force", "torque" and "angle".
 
     Args:
         table: with their columns.
@@ -70,7 +70,7 @@ def _measured(table: Table, kind: str, config: AnyInstrument, length: float, fie
 
 
 def factor(config: AnyInstrument) -> float:
-    """What a number of an instrument is, with its sign, in N, N m or rad."""
+    """A number of an instrument as a quantity, with its sign, in N, N m or rad."""
     return config.sign * UNITS[config.unit]
 
 

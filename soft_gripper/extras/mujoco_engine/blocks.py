@@ -285,7 +285,7 @@ class OneByOne:
 
 
 def _of(read: Read, environment: int) -> Read:
-    """What one environment reads."""
+    """The inputs of one environment."""
 
     def one(number: int) -> Array:
         value = read(number)
@@ -389,7 +389,10 @@ class Tasks:
 
 
 class Streams(Stateless):
-    """What random sources draw, known before the run; they draw before other blocks take their samples, as in Drake."""
+    """Draws of random sources, known before the run.
+
+    Sources draw before other blocks take their samples, as in Drake.
+    """
 
     def __init__(self, drawn: Array):
         """`drawn` at every sample, (T, E, size)."""

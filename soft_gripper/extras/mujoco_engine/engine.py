@@ -20,6 +20,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from soft_gripper.arrays import Array
 from soft_gripper.cached import kept
 from soft_gripper.diagrams.recording import make_recording
+from soft_gripper.diagrams.scene import check_starts_apart
 from soft_gripper.diagrams.simulation import Run, check_closed, content
 from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.diagrams.station_parts import Station
@@ -92,11 +93,20 @@ def _serve(scenario: Scenario, content_of: Content) -> Served | Exception:
         key = station_key(scenario, content_of)
         build = partial(_built, deepcopy(scenario))  # the caller may change it
         station = build() if key is None else kept(_stations, key, build, _MOST)
+        of = variation(scenario, station.scenario)
+        if of.poses:
+            _check_begin(station, of)
     except InputError as error:
         return error
-    of = variation(scenario, station.scenario)
     parts = replace(station.parts, scenario=scenario, masses=of.masses, frictions=of.frictions)
     return Served(replace(station, parts=parts), of)
+
+
+def _check_begin(station: Station, of: Variation) -> None:
+    """Checks that objects begin outside of others, as a station that is built checks for itself."""
+    context = station.diagram.CreateDefaultContext()
+    station.plant.SetPositions(station.plant.GetMyMutableContextFromRoot(context), begin(station.plant, of))
+    check_starts_apart(station.diagram, station.parts.scene_graph, context)
 
 
 def _built(scenario: Scenario) -> Station:
@@ -156,7 +166,7 @@ def _evenly(count: int) -> list[int]:
 
 
 class Change(NamedTuple):
-    """What half the step changes at the end of a run."""
+    """The change of the end of a run by half the step."""
 
     tip: float  # m, the largest of all fingers, in the median run
     force: float  # share of the contact force of a finger
@@ -173,7 +183,7 @@ class Change(NamedTuple):
 
 
 def _changes(stations: Sequence[Station], logs: Logs, lengths: NDArray[np.int_], twins: Sequence[int]) -> Change:
-    """What half the step changes, in the median of some runs."""
+    """The change by half the step, in the median of some runs."""
     found = []
     for number, i in enumerate(twins):
         one, other = (_ends(stations[i], logs, e, lengths[e]) for e in (i, len(stations) + number))

@@ -13,7 +13,7 @@ from soft_gripper.extras.mujoco_engine.network import Network, Plants
 
 
 class Logs:
-    """What the logs of E environments have taken."""
+    """Samples that the logs of E environments have taken."""
 
     def __init__(self, station: Station, network: Network, samples: int):
         self.samples, self._station, self._network = samples, station, network
@@ -38,7 +38,7 @@ class Logs:
             self._vectors[i][sample] = value
 
     def of(self, environment: int, samples: int) -> dict[int, Any]:
-        """Those of one environment, up to a number of samples, by the number of the logged port."""
+        """Samples of one environment, up to a number of samples, by the number of the logged port."""
         logged = self._station.logs.logged
         found: dict[int, Any] = {
             logged[i]: np.ascontiguousarray(value[:samples, environment]) for i, value in self._vectors.items()
@@ -58,7 +58,9 @@ def rows_of(table: Array, begins: NDArray[np.int_], environment: int) -> Array:
 
 
 def simulated(station: Station, network: Network) -> tuple[Logs, NDArray[np.int_], dict[int, SimulationDivergedError]]:
-    """Runs a network of stations, of which the first is given; returns logs, samples of each run, and what diverged.
+    """The runs of a network of stations, of which the first is given.
+
+    Returns the logs, the number of samples of each run, and the errors of those that diverged.
 
     What follows from a state is known once MuJoCo has stepped from it, so that samples are taken after the first step.
     """

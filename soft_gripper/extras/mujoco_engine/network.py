@@ -335,7 +335,7 @@ class Network:
         self._commit(self._by_step)
 
     def logged(self) -> Iterator[Array | None]:
-        """What the logs take, (E, size) each, or (1, size); None for the patches of contact."""
+        """Values that the logs take, (E, size) each, or (1, size); None for the patches of contact."""
         for output in self._logged:
             assert output is not None
             yield None if isinstance(output[0], TrueContact) else self._value(output)
@@ -381,7 +381,7 @@ class Network:
         self._forget(self._blocks)
 
     def _draw(self, seeds: Sequence[int]) -> dict[str, Array]:
-        """What every random source draws in environments with these seeds, (T, E, size), by its name."""
+        """Draws of every random source in environments with these seeds, (T, E, size), by its name."""
         return _streams(self._first.diagram, self._first.scenario, seeds)
 
     def _draw_anew(self, rows: Rows, seeds: Sequence[int]) -> None:
@@ -399,7 +399,7 @@ def _given(diagram: Diagram) -> Iterator[tuple[tuple[System, int], str]]:
 
 
 def _streams(diagram: Diagram, scenario: Scenario, seeds: Sequence[int]) -> dict[str, Array]:
-    """What the random sources of a diagram draw, (T, E, size), by name, in a run of its scenario with each seed."""
+    """Draws of the random sources of a diagram, (T, E, size), by name, in a run of its scenario with each seed."""
     builder, sinks, period = DiagramBuilder(), {}, scenario.sensor.period
     for source in diagram.GetSystems():
         if isinstance(source, RandomSource):

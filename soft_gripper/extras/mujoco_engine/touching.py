@@ -1,4 +1,4 @@
-"""What fingers touch in MuJoCo, as the table of patches from which the ground truth of contact is computed.
+"""Contacts of fingers in MuJoCo, as the table of patches from which the ground truth of contact is computed.
 
 MuJoCo has points, so a patch is a point, without an area. A sensor for every link and object, and one for every link
 and all that it touches, since a sensor of MuJoCo does not say what touches.

@@ -1,4 +1,4 @@
-"""What runs in MuJoCo may have in common: one station, one model, or the blocks around models of their own.
+"""Runs in MuJoCo may share one station, one model, or the blocks around models of their own.
 
 Pose, mass and friction of free objects are numbers in MuJoCo's model and state, so that runs that differ in them share
 a station. A task is planned for the pose of its object, and a mesh of another size is another model: such runs have

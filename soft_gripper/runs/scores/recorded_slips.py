@@ -95,9 +95,10 @@ def _sliding(
 def _predicted(
     station: Station, recording: Recording, signals: GraspSignals, samples: NDArray[np.int_], touch: int
 ) -> Slip:
-    """What the forces before an object is lifted say: those at the end of the phase before the first that holds it.
+    """The prediction from the forces before an object is lifted.
 
-    Without phases that hold it, it is the phase of the first touch.
+    They are those at the end of the phase before the first that holds it; without phases that hold it,
+    those at the end of the phase of the first touch.
     """
     if station.task is None:
         return Slip()

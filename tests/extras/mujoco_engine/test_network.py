@@ -34,4 +34,4 @@ def test_every_signal_is_that_of_the_simulator(name):
     assert found["time"].values == pytest.approx(expected["time"].values)
     assert set(found) == set(expected)
     for signal, values in expected.items():
-        np.testing.assert_allclose(found[signal].values, values.values, rtol=1e-7, atol=1e-9, err_msg=str(signal))
+        np.testing.assert_allclose(found[signal].values, values.values, rtol=1e-9, atol=1e-9, err_msg=str(signal))

@@ -39,7 +39,7 @@ _SHAPE = 2  # numbers of a state that are read, first; the others are the drive'
 
 @dataclass(frozen=True)
 class GeometryBand:
-    """What was learned of the errors of an arm with S sections."""
+    """The learned errors of an arm with S sections."""
 
     sections: tuple[FittedStates, ...]  # S
     widths: Widths  # m, of the bodies, (S,); growth in m of a wire
@@ -47,12 +47,12 @@ class GeometryBand:
 
     @property
     def std(self) -> Array:
-        """Of the bodies about their places along an axis, where the arm was fitted, (S,) m."""
+        """Deviations of the bodies about their places along an axis, where the arm was fitted, (S,) m."""
         std: Array = self.widths.floor / np.sqrt(_NORMAL_95_SQUARED)
         return std
 
     def distances(self, geometry: ArmGeometry, recording: ArmRecording) -> Array:
-        """Of every section from its fitted states, (T, S), in spreads."""
+        """Distance of every section from its fitted states, (T, S), in spreads."""
         states = section_states(geometry, recording)
         return np.stack([fitted.distance(of) for fitted, of in zip(self.sections, states, strict=True)], axis=-1)
 
@@ -127,7 +127,7 @@ def _grown(
     distances: Array,
     rows: NDArray[np.int_] | slice = slice(None),
 ) -> Array:
-    """What a growth of 1 makes of distances (T, S): radius of every body, (T, S)."""
+    """Radius of every body, (T, S), that a growth of 1 gives at distances (T, S)."""
     of = geometry.wires.sections(recording.inner[rows], recording.outer[rows])
     at, _ = places(geometry, finger, *of)
     wrong, moved = _STEP * np.sqrt(distances), []
@@ -138,7 +138,7 @@ def _grown(
 
 
 def radius(away: Array) -> Array:
-    """Of the circle that holds 95 % of what independent deviations away, (deviations, T, S, 2), make, (T, S)."""
+    """Radius of the circle that holds 95 % of what independent deviations away, (deviations, T, S, 2), make, (T, S)."""
     covariance = np.einsum("ktsi,ktsj->tsij", away, away)
     radius: Array = np.sqrt(_NORMAL_95_SQUARED * np.maximum(0, np.linalg.eigvalsh(covariance)[..., -1]))
     return radius

@@ -227,7 +227,10 @@ def _at_place(torque: Array, segments: Array) -> Array:
 
 
 def _lever(site: Sites, measured: Measured) -> tuple[Array, Array]:
-    """Of a force across the finger: its share along the instrument's axis, and the moment at the first joint per N."""
+    """The lever of a force across the finger.
+
+    Returns its share along the instrument's axis, and its moment at the first joint per N.
+    """
     share = np.ones(len(site.points))
     if measured.along is not None:
         axis = complex(measured.along[1], measured.along[0]) / np.hypot(*measured.along)
@@ -268,7 +271,7 @@ def _contact(signals: Recording, name: str, measured: Measured, share: Array) ->
 
 
 def _instrument_run(run: MeasuredRun, kind: str) -> InstrumentRun:
-    """What an instrument measured, beside the first estimate of it."""
+    """Measurements of an instrument, beside the first estimate of it."""
     first = next(iter(run.compared[kind].values()))[0]
     with np.errstate(divide="ignore", invalid="ignore"):
         estimate = first.estimate / np.where(np.abs(first.scale) > 1e-6, first.scale, np.nan)
