@@ -11,7 +11,7 @@ MINOR = $(shell $(BIN)/python -c 'import sys; print(sys.version_info[1])')
 BIN := .venv/bin
 READY := .venv/ready
 
-.PHONY: evaluate fuzz kills soak test test-slow test-older older check lint format types wheel contact-points bench bench-against bench-export bench-peers scaling work-precision verification verification-soft release-check clean
+.PHONY: evaluate fuzz kills soak test test-slow test-older older check lint format types contact-points bench bench-against bench-export bench-peers scaling work-precision verification verification-soft release-check clean
 
 evaluate: $(READY)
 	$(BIN)/soft-gripper evaluate --out results/evaluation
@@ -81,14 +81,13 @@ release-check: evaluate
 	$(BIN)/$(PYTEST) -m published
 	EVALUATION=$(abspath results/evaluation) $(BIN)/python -m pytest -q tests/extras/docs/test_published.py
 
-wheel: $(READY)
+# Wheel and sdist, installed without a network into an empty environment of every Python from 3.11 to 3.14 that is found.
+.PHONY: dist installs
+dist: $(READY)
 	rm -rf dist build/lib
-	$(BIN)/python -m build --wheel
-
-# The wheel in an empty environment of every Python from 3.11 to 3.14 that is found.
-.PHONY: wheel-everywhere
-wheel-everywhere: wheel
-	.ci/wheel_everywhere
+	$(BIN)/python -m build
+installs: dist
+	.ci/installs
 
 contact-points: $(READY)
 	$(BIN)/python benchmarks/contact_points.py

@@ -62,3 +62,12 @@ def test_whatever_is_imported_is_declared():
 
 def test_everything_that_is_required_has_a_lower_bound():
     assert [each for each in PROJECT["project"]["dependencies"] if ">=" not in each] == []
+
+
+def test_every_file_that_states_the_version_states_the_same():
+    stated = {"pyproject.toml": PROJECT["project"]["version"]}
+    stated["CITATION.cff"] = re.search(r"^version: (.+)$", (ROOT / "CITATION.cff").read_text(), re.M)[1]
+    for package in chain((ROOT / "models").glob("package.xml"), (ROOT / "soft_gripper/extras").rglob("package.xml")):
+        stated[package.parent.name] = re.search("<version>(.+)</version>", package.read_text())[1]
+    stated["CHANGELOG.md"] = re.search(r"^## (\d.+) - ", (ROOT / "CHANGELOG.md").read_text(), re.M)[1]
+    assert len(set(stated.values())) == 1, stated
