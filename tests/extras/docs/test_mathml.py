@@ -57,6 +57,11 @@ def test_the_subscript_of_an_accented_symbol_is_beside_it(accented):
     assert skeleton(accented + "_i") == "msub(mover(mi, mo), mi)"
 
 
+def test_bars_open_and_close():
+    found = ET.fromstring(to_mathml("|a| < |b|^2")).iter("{http://www.w3.org/1998/Math/MathML}mo")
+    assert [bar.get("form") for bar in found if bar.text == "|"] == ["prefix", "postfix"] * 2
+
+
 def test_limits_of_a_sum_stay_below_and_above_it():
     assert skeleton(r"\displaystyle \sum_i^n x_i").count("munderover(mo, mi, mi)") == 1
     assert skeleton("x_i^2") == "msubsup(mi, mi, mn)"
