@@ -100,6 +100,11 @@ bench: $(READY)
 house: $(READY)
 	$(BIN)/python benchmarks/house.py
 
+# The words of every page, and their total with its aim.
+.PHONY: words
+words: $(READY)
+	$(BIN)/python benchmarks/words.py
+
 # Tips, forces and intervals of scenarios and contacts, before a change and after it: make oracle-store, oracle-compare.
 .PHONY: oracle-store oracle-compare
 oracle-store oracle-compare: $(READY)

@@ -9,6 +9,8 @@ from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
+from words import AIM, words
+
 ROOT = Path(__file__).parent.parent
 PRODUCT = "soft_gripper", "diagrams", "models"
 EXTRAS = ROOT / "soft_gripper" / "extras"
@@ -58,6 +60,7 @@ def measures() -> Iterator[tuple[str, object, str]]:
     yield "lines of Python, product", lines(product), "43,000"
     yield "  of these outside extras", lines(core), "23,000"
     yield "lines of tests", lines(files("tests")), "38,000"
+    yield "words of documentation", sum(words().values()), f"{AIM:,}"
     yield "estimator blocks", matches(BLOCK, core), "1"
     yield "implementations of contact, gaussian, recursive", matches(SHAPE, product), "3"
     yield "files with planar complex arithmetic", sum(bool(matches(PLANAR, [path])) for path in planar), "10"

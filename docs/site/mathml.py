@@ -47,6 +47,10 @@ def to_mathml(tex: str, as_block: bool = False) -> str:
     for element in tree.iter(f"{{{_MATHML}}}munderover"):
         if _is_accent(element[2]):
             _put_subscript_beside(element)
+    bars = [element for element in tree.iter(f"{{{_MATHML}}}mo") if element.text == "|"]
+    for opening, closing in zip(bars[::2], bars[1::2], strict=False):  # else spaced as relations are
+        opening.set("form", "prefix")
+        closing.set("form", "postfix")
     return ET.tostring(tree, encoding="unicode")
 
 

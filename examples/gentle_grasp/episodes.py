@@ -1,13 +1,15 @@
 """Episodes of a grasp: environments, the result of each seed, and policies compared over the same objects."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
+import gymnasium
 import numpy as np
+from gymnasium.vector import VectorEnv
 
 from gentle_grasp.policies import Array, Policy
-from soft_gripper.extras.learning import SoftGripperEnv
+from soft_gripper.extras import learning  # noqa: F401  registers the environments
 
 # The control of the shipped scenario pick_and_place_delicate, with its estimator, at its rate; the force is limited by
 # its mean estimate.
@@ -45,30 +47,50 @@ class Episode:
     peak_force: float  # N, the largest of a finger; NaN if the simulation diverged
 
 
-def learner_environment() -> SoftGripperEnv:
-    """SoftGrasp-v0, unchanged."""
-    return SoftGripperEnv("soft_grasp")
+Environments = VectorEnv[Any, Any, Any]
 
 
-def hand_tuned_environment() -> SoftGripperEnv:
+def learner_environments(engine: str = "drake") -> Environments:
+    """SoftGrasp-v0, unchanged: one in Drake, or 64 that MuJoCo steps at once."""
+    if engine == "drake":
+        return gymnasium.make_vec("SoftGrasp-v0", num_envs=1)
+    return gymnasium.make_vec("SoftGrasp-v0", num_envs=64, vectorization_mode="vector_entry_point")
+
+
+def hand_tuned_environments() -> Environments:
     """The same objects, grippers and sensors for the hand-tuned grasp."""
-    return SoftGripperEnv("soft_grasp", _HAND_TUNED)
+    return gymnasium.make_vec("SoftGrasp-v0", num_envs=1, changes=_HAND_TUNED)
 
 
-def run_episode(env: SoftGripperEnv, policy: Policy, seed: int) -> Episode:
-    """One episode from a seed, to its end."""
-    policy.begin()
-    observation, info = env.reset(seed=seed)
-    over = False
-    while not over:
-        observation, _, terminated, truncated, info = env.step(policy.act(observation))
-        over = terminated or truncated
-    return Episode(seed, bool(info.get("success", False)), float(info.get("peak_force", float("nan"))))
+def run_episodes(environments: Environments, policies: Sequence[Policy], seeds: Sequence[int]) -> list[Episode]:
+    """An episode of each policy from its seed, as many at once as there are environments."""
+    pairs = list(zip(policies, seeds, strict=True))
+    count = environments.num_envs
+    return [each for i in range(0, len(pairs), count) for each in _run_at_once(environments, pairs[i : i + count])]
 
 
-def run_episodes(env: SoftGripperEnv, policy: Policy, seeds: Iterable[int]) -> list[Episode]:
-    """Episodes one after the other."""
-    return [run_episode(env, policy, seed) for seed in seeds]
+def _run_at_once(environments: Environments, pairs: Sequence[tuple[Policy, int]]) -> list[Episode]:
+    """At most as many episodes as there are environments; those that are left over repeat the last seed."""
+    seeds = [seed for _, seed in pairs]
+    observations, _ = environments.reset(seed=seeds + seeds[-1:] * (environments.num_envs - len(seeds)))
+    actions = np.zeros(environments.action_space.shape or (), np.float32)
+    ended: dict[int, Episode] = {}
+    while len(ended) < len(pairs):
+        for i, (policy, _) in enumerate(pairs):
+            if i not in ended:
+                actions[i] = policy.act(observations[i])
+        observations, _, terminated, truncated, info = environments.step(actions)
+        for i in np.flatnonzero((terminated | truncated)[: len(pairs)]):
+            ended.setdefault(
+                int(i), Episode(seeds[i], bool(_of(info, "success", i)), float(_of(info, "peak_force", i)))
+            )
+    return [ended[i] for i in range(len(pairs))]
+
+
+def _of(info: Mapping[str, Any], name: str, environment: int) -> Any:
+    """What an environment says in `info`; False or NaN if it does not, as when its simulation diverged."""
+    says = name in info and info[f"_{name}"][environment]
+    return info[name][environment] if says else {"success": False}.get(name, np.nan)
 
 
 class Interval(NamedTuple):

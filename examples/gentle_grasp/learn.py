@@ -1,18 +1,20 @@
 """Learns the gentle grasp with CMA-ES over its few parameters, and stores the result in a file."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from itertools import count
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import cma
 import numpy as np
 import yaml
+from gymnasium.utils.seeding import np_random
 
-from gentle_grasp.episodes import Episode, run_episodes
+from gentle_grasp.episodes import Environments, Episode, run_episodes
 from gentle_grasp.policies import NUMBER, Array, GentleGrasp, GentleParameters
-from soft_gripper.extras.learning import SoftGripperEnv
+from soft_gripper.extras.learning.config import load_environment
+from soft_gripper.extras.learning.episode_variation import draw
 
 SHIPPED = Path(__file__).with_name("learned.yaml")
 
@@ -40,7 +42,7 @@ def cost(episodes: Sequence[Episode]) -> float:
 
 
 def learn(
-    env: SoftGripperEnv, population: int, episodes: int, seed: int
+    environments: Environments, population: int, episodes: int, seed: int
 ) -> Iterator[tuple[GentleParameters, Generation]]:
     """Yields the mean of the distribution and the results of every generation, for as long as it is iterated.
 
@@ -48,35 +50,37 @@ def learn(
     reward candidates that drop them.
 
     Args:
-        env: SoftGrasp-v0.
+        environments: of SoftGrasp-v0.
         population, episodes: candidates in a generation, and objects that each of them meets.
         seed: of the search, 1 or more.
     """
     search = cma.CMAEvolutionStrategy(np.zeros(NUMBER), SPREAD, {"seed": seed, "popsize": population, "verbose": -9})
-    seeds = training_seeds(env, episodes)
+    seeds = training_seeds(episodes)
     for number in count():
         factors: list[Array] = search.ask()
-        runs = [run_episodes(env, GentleGrasp(GentleParameters.scaled(each)), seeds) for each in factors]
-        costs = [*map(cost, runs)]
+        policies = [GentleGrasp(GentleParameters.scaled(each)) for each in factors for _ in seeds]
+        flat = run_episodes(environments, policies, seeds * population)
+        costs = [cost(flat[i : i + episodes]) for i in range(0, len(flat), episodes)]
         search.tell(factors, costs)
-        flat = [episode for run in runs for episode in run]
         force, share = (float(np.nanmean([getattr(e, name) for e in flat])) for name in ("peak_force", "success"))
         so_far = (number + 1) * len(flat)
         found = Generation(number, so_far, float(np.mean(costs)), min(costs), force, share)
         yield GentleParameters.scaled(search.result.xfavorite), found
 
 
-def training_seeds(env: SoftGripperEnv, number: int) -> list[int]:
+def training_seeds(number: int) -> list[int]:
     """Seeds of `number` objects: half of them random, and half the hardest to hold of a hundred."""
     common, others = number // 2, range(FIRST_SEED, FIRST_SEED + OBJECTS)
-    needed = {seed: _needed(env.reset(seed=seed)[1]) for seed in others}
-    hardest = sorted(others[common:], key=needed.__getitem__)[common - number :]
+    hardest = sorted(others[common:], key=needed)[common - number :]
     return [*others[:common], *hardest]
 
 
-def _needed(info: Mapping[str, Any]) -> float:
-    """How hard an object is to hold: its mass over its friction, kg."""
-    return float(info["mass"] / info["friction"])
+def needed(seed: int) -> float:
+    """How hard the object of a seed is to hold: its mass over its friction, kg."""
+    drawn = draw(np_random(seed)[0], load_environment("soft_grasp").config.variation)
+    assert drawn.mass is not None
+    assert drawn.friction is not None
+    return drawn.mass / drawn.friction
 
 
 def save_learned(path: Path, parameters: GentleParameters, curve: list[Generation]) -> None:

@@ -16,10 +16,7 @@ _UNIT = np.array([-1.0, 1.0])
 
 
 class Policy(Protocol):
-    """Acts in SoftGrasp-v0, episode after episode."""
-
-    def begin(self) -> None:
-        """Forgets the previous episode."""
+    """Acts in one episode of SoftGrasp-v0."""
 
     def act(self, observation: NDArray[np.float32]) -> NDArray[np.float32]:
         """The action (2): of the grip and of the lift."""
@@ -54,9 +51,6 @@ class GentleGrasp:
 
     def __init__(self, parameters: GentleParameters):
         self._parameters = parameters
-        self.begin()
-
-    def begin(self) -> None:
         self._time, self._pressure, self._height = 0.0, 0.0, 0.0
         self._touched = self._lifts = False
 
@@ -91,9 +85,6 @@ class HandTuned:
     SPEED = 0.08  # m/s
 
     def __init__(self) -> None:
-        self.begin()
-
-    def begin(self) -> None:
         self._time, self._height, self._around, self._since = 0.0, 0.0, np.nan, 0.0
         self._lifts = False
 

@@ -91,12 +91,12 @@ def print_slips(slips: Sequence[ObjectSlip]) -> None:
 
 def _would_have_held(slip: ObjectSlip) -> str:
     """The force or friction that would have held an object that slips, in words."""
-    if slip.least_force_n <= slip.present_force_n:
+    if slip.needed_force_n <= slip.present_force_n:
         return "The fingers could carry its weight:\n  a motion or a turn took it out of them"
     raised = f": models.{slip.object}.friction of {slip.least_object_friction:.2f}"
     return (
-        f"Its weight takes {slip.least_force_n:.2f} N a finger ({slip.present_force_n:.2f} N then), or a\n  coefficient"
-        f" of friction of {slip.least_friction:.2f} ({slip.present_friction:.2f} here)"
+        f"Its weight takes {slip.needed_force_n:.2f} N a finger ({slip.present_force_n:.2f} N then), or a\n"
+        f"  coefficient of friction of {slip.least_friction:.2f} ({slip.present_friction:.2f} here)"
         f"{raised if math.isfinite(slip.least_object_friction) else ''}"
     )
 

@@ -61,14 +61,6 @@ def test_readme_says_what_the_table_says():
     assert f"MuJoCo takes {ratio('box grasp', 'MuJoCo')} of our computing time for the box grasp" in words("README.md")
 
 
-def test_limitations_say_what_the_table_says():
-    free, sensed, obstructed, box, uneven = (ratio(task, "MuJoCo") for task in TASKS)
-    expected = (
-        f"{free} of our time for free fingers, {sensed} with sensing, {obstructed} at an obstacle, {box} in the box"
-    )
-    assert f"{expected} grasp and {uneven}" in words("docs/limitations.md")
-
-
 def test_every_task_has_a_row_of_each_column():
     rows = table()
     assert {task for task, _ in rows} == set(TASKS)

@@ -11,7 +11,7 @@ from soft_gripper.scenario.schema import TaskConfig
 
 SLIPS = {"slips_s": 3.2, "slips_in": "lift", "slips_on": "left", "used_share": 0.8}
 FRICTION = {"present_friction": 0.21, "least_friction": 0.25, "least_object_friction": 0.15}
-FORCE = {"present_force_n": 1.18, "least_force_n": 1.39}
+FORCE = {"present_force_n": 1.18, "needed_force_n": 1.39}
 
 
 def printed(capsys, **slip) -> str:
@@ -36,7 +36,7 @@ def test_a_friction_that_no_object_has_is_not_proposed(capsys):
 
 
 def test_a_motion_is_named_where_friction_would_have_carried_the_weight(capsys):
-    assert "a motion or a turn" in printed(capsys, **SLIPS, **FRICTION, present_force_n=2.0, least_force_n=1.39)
+    assert "a motion or a turn" in printed(capsys, **SLIPS, **FRICTION, present_force_n=2.0, needed_force_n=1.39)
 
 
 def test_what_is_lost_without_sliding_says_so_and_what_is_held_says_nothing(capsys):

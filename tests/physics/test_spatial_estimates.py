@@ -91,10 +91,8 @@ def test_tip_errors_of_fingers_in_space_are_those_that_are_printed():
         found[f"{kind}` with `{LAYOUTS[-1]}"] = [column[kind] for column in columns]
     for row, values in found.items():
         print(f"| {row} | " + " | ".join(f"{value:.2f}" for value in values) + " |")
-    table = printed()
-    assert table.keys() == found.keys()
-    for row, values in found.items():
-        np.testing.assert_allclose(table[row], values, atol=5.1e-3)
+    for row, values in printed().items():  # the page shows two of the estimators that see the plane alone
+        np.testing.assert_allclose(values, found[row], atol=5.1e-3)
 
 
 @pytest.mark.slow

@@ -149,12 +149,12 @@ class SoftGripperEnv(DrakeGymEnv):
 
     def _begin(self, _: RandomGenerator) -> Simulator:
         """A simulator ready for an episode; DrakeGymEnv then initializes it."""
-        self._now = self._pool[int(self.np_random.integers(len(self._pool)))]
+        self._drawn = draw(self.np_random, self.environment.config.variation)
+        self._now = self._pool[self._drawn.gripper]
         simulator, station, task = self._now
         context = simulator.get_mutable_context()
         station.diagram.SetDefaultContext(context)
         station.diagram.GetInputPort("action").FixValue(context, self._resting)
-        self._drawn = draw(self.np_random, self.environment.config.variation)
         apply_draw(station, context, self._drawn)
         task.begin(context, self.np_random)
         return simulator

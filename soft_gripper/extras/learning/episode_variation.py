@@ -109,6 +109,7 @@ _MOST_SEEDS = 2**31
 class Draw:
     """How an episode differs from its scenario; None: as in the scenario."""
 
+    gripper: int = 0  # which of those that are built
     offset: float = 0.0  # m, along x
     mass: float | None = None  # kg
     friction: float | None = None
@@ -119,11 +120,11 @@ class Draw:
 
 def draw(rng: np.random.Generator, config: VariationConfig) -> Draw:
     """The random draw for an episode."""
-    offset = rng.uniform(-1.0, 1.0) * config.offset
+    gripper, offset = int(rng.integers(config.grippers)), rng.uniform(-1.0, 1.0) * config.offset
     mass, friction, size = (_within(rng, limits) for limits in (config.mass, config.friction, config.size))
     logarithm = _within(rng, None if config.stiffness is None else [*np.log(config.stiffness)])
     stiffness = None if logarithm is None else float(np.exp(logarithm))
-    return Draw(float(offset), mass, friction, size, stiffness, int(rng.integers(_MOST_SEEDS)))
+    return Draw(gripper, float(offset), mass, friction, size, stiffness, int(rng.integers(_MOST_SEEDS)))
 
 
 def _within(rng: np.random.Generator, limits: list[float] | None) -> float | None:

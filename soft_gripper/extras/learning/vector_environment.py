@@ -44,8 +44,9 @@ LONGEST_STEP = 0.005
 class SoftGripperVectorEnv(VectorEnv[Any, Any, Any]):
     """Agents act on stations from -1 to 1, and observe estimates from the sensors of the grippers.
 
-    An episode that has ended begins anew in the next step, whose action is ignored. Grippers of other moduli take turns
-    among the environments, one for each. A simulation that diverges truncates its episode: `info["diverged"]`.
+    An episode that has ended begins anew in the next step, whose action is ignored. A seed has the object and the
+    sensors that it has in `SoftGripperEnv`, but grippers of other moduli take turns among the environments, one for
+    each. A simulation that diverges truncates its episode: `info["diverged"]`.
     """
 
     def __init__(

@@ -72,7 +72,7 @@ def recorded_slip(station: Station, recording: Recording, held: str) -> Slip:
         least_friction=share * present,
         least_object_friction=object_friction(share * present, of_finger),
         present_force_n=force,
-        least_force_n=share * force,
+        needed_force_n=share * force,
     )
 
 

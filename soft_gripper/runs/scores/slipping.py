@@ -35,7 +35,7 @@ class Slip:
     present_friction, least_friction: the smallest coefficient of friction of a finger, and the one that would carry
         its weight with the normal forces of that half second.
     least_object_friction: the friction of the object that gives that coefficient; infinite if none does.
-    present_force_n, least_force_n: the mean normal force of a finger in it, and the one that would carry the weight.
+    present_force_n, needed_force_n: the mean normal force of a finger in it, and the one that would carry the weight.
     """
 
     predicted: str = ""
@@ -49,7 +49,7 @@ class Slip:
     least_friction: Annotated[float, ".2f"] = NAN
     least_object_friction: Annotated[float, ".2f"] = NAN
     present_force_n: Annotated[float, ".2f"] = NAN
-    least_force_n: Annotated[float, ".2f"] = NAN
+    needed_force_n: Annotated[float, ".2f"] = NAN
 
 
 def as_predicted(predicted: str, grasp: str) -> bool:

@@ -16,7 +16,8 @@ def tables_of_contents():
     for path, text in repository_pages().items():
         page = site_path(path)
         for block in re.findall(r"^```{toctree}\n(.*?)```", text, re.DOTALL | re.MULTILINE):
-            entries = [line for line in block.splitlines() if line and not line.startswith(":")]
+            lines = [line for line in block.splitlines() if line and not line.startswith(":")]
+            entries = [re.sub(r".*<(.*)>", r"\1", line) for line in lines]  # with a title of their own, or without
             yield page, [posixpath.join(posixpath.dirname(page), entry) for entry in entries]
 
 

@@ -1,52 +1,61 @@
-"""run_episode: from a seed to the end of an episode."""
+"""run_episodes: from seeds to the ends of episodes, as many at once as there are environments."""
 
+import gymnasium
 import numpy as np
 import pytest
+from gymnasium.spaces import Box
+from gymnasium.vector import SyncVectorEnv
 
-from gentle_grasp.episodes import Episode, run_episode, run_episodes
+from gentle_grasp.episodes import Episode, run_episodes
 
 
 class Counting:
-    """A policy that acts by how often it has acted in this episode."""
+    """A policy that acts by how often it has acted."""
 
-    def begin(self):
-        self.acted = 0
+    acted = 0
 
     def act(self, observation):
         self.acted += 1
         return np.array([self.acted, observation[0]])
 
 
-class Short:
-    """An environment whose episodes end after three steps, and remember the seed and the actions."""
+class Short(gymnasium.Env):
+    """An environment whose episodes end after two steps and those of the seed, and remember the actions."""
+
+    observation_space, action_space = Box(-99, 99, (1,)), Box(-99, 99, (2,))
 
     def __init__(self, end):
         self.end, self.actions = end, []
 
-    def reset(self, seed):
-        self.seed, self.steps = seed, 0
-        return np.array([seed]), {"mass": 0.03}
+    def reset(self, *, seed=None, options=None):
+        if seed is not None:
+            self.seed = seed
+        self.steps = 0
+        return np.array([self.seed], np.float32), {"mass": 0.03}
 
     def step(self, action):
         self.steps += 1
-        assert self.steps <= 3, "goes on after the end"
         self.actions.append(action.tolist())
-        over = self.steps == 3
+        over = self.steps == 2 + self.seed
         info = {"success": over and self.seed > 1, "peak_force": 0.1 * self.steps}
-        return np.array([self.seed + self.steps]), 0.0, over and self.end == "over", over and self.end == "late", info
+        if self.end == "diverged":
+            return np.array([0.0], np.float32), 0.0, False, True, {"diverged": "no convergence"}
+        observation = np.array([self.seed + self.steps], np.float32)
+        return observation, 0.0, over and self.end == "over", over and self.end == "late", info
 
 
 @pytest.mark.parametrize("end", ["over", "late"])
-def test_episodes_end_when_they_are_over_or_late_and_are_what_their_last_step_says(end):
-    env = Short(end)
-    found = run_episodes(env, Counting(), [1, 2])
-    assert found == [Episode(1, False, pytest.approx(0.3)), Episode(2, True, pytest.approx(0.3))]
-    assert env.actions == [[1, 1], [2, 2], [3, 3], [1, 2], [2, 3], [3, 4]]
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_episodes_end_when_they_are_over_or_late_and_are_what_their_last_step_says(end, count):
+    environments = [Short(end) for _ in range(count)]
+    found = run_episodes(SyncVectorEnv([lambda env=env: env for env in environments]), [Counting(), Counting()], [1, 2])
+    assert found == [Episode(1, False, pytest.approx(0.3)), Episode(2, True, pytest.approx(0.4))]
+    first = [[1, 1], [2, 2], [3, 3]]
+    assert environments[0].actions[:3] == first
+    assert environments[1 % count].actions[-4:][:2] == [[1, 2], [2, 3]]
 
 
 def test_an_episode_that_diverges_is_no_success():
-    env = Short("late")
-    env.step = lambda action: (np.array([0.0]), 0.0, False, True, {"diverged": "no convergence"})
-    found = run_episode(env, Counting(), 1)
+    (found,) = run_episodes(SyncVectorEnv([lambda: Short("diverged")]), [Counting()], [1])
     assert not found.success
     assert np.isnan(found.peak_force)

@@ -2,7 +2,6 @@
 
 from itertools import islice
 
-import numpy as np
 import pytest
 
 from gentle_grasp import learn as module
@@ -11,29 +10,21 @@ from gentle_grasp.figure import learning_figure
 from gentle_grasp.learn import FAILURE, FIRST_SEED, LARGEST, cost, learn, load_learned, save_learned, training_seeds
 
 
-class Objects:
-    """An environment of which the draws alone are asked for."""
-
-    def reset(self, seed):
-        mass, friction = np.random.default_rng(seed).uniform([0.02, 0.5], [0.06, 0.9])
-        return None, {"mass": mass, "friction": friction}
-
-
-def formula(env, policy, seeds):
+def formula(environments, policies, seeds):
     """Force is in proportion to the torque that is held, and holds what is not too heavy for it."""
-    force = policy._parameters.target / 0.11
-    needed = [info["mass"] * 9.81 / 2 / info["friction"] for _, info in map(env.reset, seeds)]
-    return [Episode(seed, force > need, force) for seed, need in zip(seeds, needed, strict=True)]
+    forces = [policy._parameters.target / 0.11 for policy in policies]
+    pairs = zip(seeds, forces, strict=True)
+    return [Episode(seed, force > module.needed(seed) * 9.81 / 2, force) for seed, force in pairs]
 
 
 @pytest.fixture
 def learned(monkeypatch):
     monkeypatch.setattr(module, "run_episodes", formula)
-    return [*islice(learn(Objects(), 8, 8, 1), 25)]
+    return [*islice(learn(None, 8, 8, 1), 25)]
 
 
 def test_the_least_force_that_holds_is_found(learned):
-    needed = max(info["mass"] / info["friction"] for _, info in map(Objects().reset, training_seeds(Objects(), 8)))
+    needed = max(map(module.needed, training_seeds(8)))
     assert learned[-1][0].target / 0.11 == pytest.approx(needed * 9.81 / 2, rel=0.05)
     assert learned[-1][1].cost < learned[0][1].cost
     assert [generation.episodes for _, generation in learned[:3]] == [64, 128, 192]
@@ -49,15 +40,20 @@ def test_a_generation_says_how_its_candidates_fared(learned):
 
 
 def test_the_same_seed_learns_the_same(learned):
-    assert [*islice(learn(Objects(), 8, 8, 1), 3)] == learned[:3]
+    assert [*islice(learn(None, 8, 8, 1), 3)] == learned[:3]
 
 
 def test_half_of_the_objects_are_hard_ones():
-    seeds, env = training_seeds(Objects(), 8), Objects()
-    infos = {seed: env.reset(seed)[1] for seed in range(FIRST_SEED + 4, FIRST_SEED + 100)}
-    needed = {seed: info["mass"] / info["friction"] for seed, info in infos.items()}
+    seeds = training_seeds(8)
     assert seeds[:4] == [*range(FIRST_SEED, FIRST_SEED + 4)]
-    assert set(seeds[4:]) == set(sorted(needed, key=needed.get)[-4:])
+    hardest = sorted(range(FIRST_SEED + 4, FIRST_SEED + 100), key=module.needed)[-4:]
+    assert set(seeds[4:]) == set(hardest)
+
+
+def test_how_hard_an_object_is_to_hold_is_known_from_its_seed(one_gripper, monkeypatch):
+    monkeypatch.setattr(module, "load_environment", lambda name: one_gripper.environment)
+    info = one_gripper.reset(seed=7)[1]
+    assert module.needed(7) == pytest.approx(info["mass"] / info["friction"])
 
 
 def test_failures_cost_more_than_any_force():

@@ -60,13 +60,6 @@ def test_the_lift_waits_for_the_grip_but_not_for_ever():
     assert np.flatnonzero(heights)[0] == pytest.approx(LATEST_LIFT / STEP, abs=1.1)
 
 
-def test_a_policy_forgets_the_episode_before():
-    policy = GentleGrasp(KNOWN)
-    first = [policy.act(observed(0.02)).tolist() for _ in range(40)]
-    policy.begin()
-    assert [policy.act(observed(0.02)).tolist() for _ in range(40)] == first
-
-
 def test_parameters_are_the_first_guess_times_factors():
     scaled = GentleParameters.scaled(np.array([np.log(2), 0, 0, 0, 0, 0, -np.log(2)]))
     assert (scaled.approach, scaled.lift) == pytest.approx((2 * KNOWN.approach, KNOWN.lift / 2))

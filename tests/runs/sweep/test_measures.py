@@ -1,7 +1,7 @@
 """What is measured of steps of the opening and of the pressure, from rows that are made up."""
 
 import math
-from dataclasses import replace
+from dataclasses import fields, replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -10,7 +10,7 @@ import pytest
 from soft_gripper.runs.scores.poses import PoseRow
 from soft_gripper.runs.scores.steps import StepRow
 from soft_gripper.runs.sweep import measures as module
-from soft_gripper.runs.sweep.measures import measure
+from soft_gripper.runs.sweep.measures import kind_of, measure
 from soft_gripper.scenario.scenario_file import load_scenario
 
 STEPS = [  # step, from, to, overshoot, crossings, settling, steady errors estimated and true
@@ -56,3 +56,10 @@ def test_the_largest_bend_may_open_the_fingers(monkeypatch):
             **{"mean_torque_error_mnm": 2.0, "largest_bend_deg": 30.0, "largest_contact_force_n": 4.0},
         }
     )
+
+
+def test_no_measure_hides_another_of_its_name():
+    """Of a task, both durations are that of the run."""
+    for name in ("bottle_grasp", "box_grasp", "tip_distance_steps", "pick_and_place_box"):
+        names = [each.name for kind in kind_of(load_scenario(name)) for each in fields(kind)]
+        assert {each for each in names if names.count(each) > 1} <= {"duration_s"}, name
