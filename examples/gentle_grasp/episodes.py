@@ -53,13 +53,13 @@ Environments = VectorEnv[Any, Any, Any]
 def learner_environments(engine: str = "drake") -> Environments:
     """SoftGrasp-v0, unchanged: one in Drake, or 64 that MuJoCo steps at once."""
     if engine == "drake":
-        return gymnasium.make_vec("SoftGrasp-v0", num_envs=1)
+        return gymnasium.make_vec("SoftGrasp-v0", num_envs=1, vectorization_mode="sync")
     return gymnasium.make_vec("SoftGrasp-v0", num_envs=64, vectorization_mode="vector_entry_point")
 
 
 def hand_tuned_environments() -> Environments:
     """The same objects, grippers and sensors for the hand-tuned grasp."""
-    return gymnasium.make_vec("SoftGrasp-v0", num_envs=1, changes=_HAND_TUNED)
+    return gymnasium.make_vec("SoftGrasp-v0", num_envs=1, vectorization_mode="sync", changes=_HAND_TUNED)
 
 
 def run_episodes(environments: Environments, policies: Sequence[Policy], seeds: Sequence[int]) -> list[Episode]:
