@@ -74,6 +74,7 @@ class Task:
     period: float | None = None
     recognition: bool = False
     kept_back: Part | None = None  # pattern of further files; what is there of each is another region
+    further: tuple[str, ...] = ()  # regions that were found so
     given: tuple[str, ...] = ()  # files that an estimator is given copies of: whole, none of them tested
 
     @property
@@ -89,7 +90,8 @@ class Task:
         new = [file for file in found if file not in self.sha256]
         regions = {Path(file).stem: (replace(self.kept_back, file=file),) for file in new}
         digests = {file: digest(folder / file) for file in new}
-        return replace(self, sha256={**self.sha256, **digests}, tested={**self.tested, **regions})
+        whole = {"sha256": {**self.sha256, **digests}, "tested": {**self.tested, **regions}}
+        return replace(self, further=tuple(regions), **whole)
 
 
 def digest(file: Path) -> str:

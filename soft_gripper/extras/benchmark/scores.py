@@ -67,12 +67,12 @@ def answers(task: Task, name: str, estimator: Estimator, train: Sequence[Recorde
 
 
 def scores(task: Task, name: str, stated: Answers, tested: Tested) -> Iterator[Score]:
-    """The scores of an estimator in every region."""
+    """The scores of an estimator in every region of which it states something."""
     scored = _recognized if task.recognition else _measured
-    for region, recordings in tested.items():
-        truth = np.vstack([recorded.outputs for recorded in recordings])
-        mean = np.vstack([each.mean for each in stated[region]])
-        bands = [each.std for each in stated[region] if each.std is not None]
+    for region, found in stated.items():
+        truth = np.vstack([recorded.outputs for recorded in tested[region]])
+        mean = np.vstack([each.mean for each in found])
+        bands = [each.std for each in found if each.std is not None]
         found_std = np.vstack(bands) if bands else None
         yield Score(task.name, region, name, len(truth), **scored(task, truth, mean, found_std))
 

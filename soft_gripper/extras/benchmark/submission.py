@@ -28,20 +28,21 @@ class Submission:
     tasks: Mapping[str, Any]  # their contents, by name
 
     def answers(self, task: Task, tested: Tested) -> Answers:
-        """What it states of a task.
+        """What it states of a task; it may lack regions of recordings that were kept back.
 
         Raises:
             InputError: if it is of other data, or of other samples.
         """
         found = self._mapping(self.tasks[task.name], task.name)
         files, regions = (self._mapping(found.get(of), f"{task.name}.{of}") for of in ("sha256", "regions"))
-        for file in files.keys() | task.sha256.keys():
+        further = {part.file for region in task.further for part in task.tested[region]}
+        for file in files.keys() | (task.sha256.keys() - further):
             if files.get(file) != task.sha256.get(file):
                 expected = f"must be {task.sha256.get(file, 'left out: there is no such file')}"
                 raise InputError(self.file, f"{task.name}.sha256.{file}", files.get(file), expected)
-        if regions.keys() != tested.keys():
+        if not tested.keys() - task.further <= regions.keys() <= tested.keys():
             raise InputError(self.file, f"{task.name}.regions", [*regions], f"must be {', '.join(tested)}")
-        return {region: self._parts(task, region, regions[region], tested) for region in tested}
+        return {region: self._parts(task, region, regions[region], tested) for region in tested if region in regions}
 
     def _parts(self, task: Task, region: str, parts: Any, tested: Tested) -> list[Estimated]:
         field, recordings = f"{task.name}.regions.{region}", tested[region]

@@ -8,6 +8,7 @@ import pytest
 
 from soft_gripper.commands import main
 from soft_gripper.extras.benchmark.benchmark_task import missing_files
+from soft_gripper.extras.benchmark.report import SHOWN
 from soft_gripper.extras.benchmark.tasks import TASKS
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
@@ -75,6 +76,26 @@ def reference():
     """The results that ship with the documentation, by task, region and estimator."""
     found = json.loads((DOCS / "benchmark.json").read_text())["scores"]
     return {(score["task"], score["region"], score["estimator"]): score for score in found}
+
+
+def number(score, of):
+    """In mm, N, g or %."""
+    return f"{SHOWN.get(score['unit'], (1.0, ''))[0] * score[of]:.3g}"
+
+
+def test_the_table_in_the_docs_has_who_leads_in_the_reference_results():
+    lines = [line for line in (DOCS / "benchmark.md").read_text().splitlines() if line.startswith("| ")]
+    _, *rows = [[each.strip() for each in line.strip("|").split("|")] for line in lines if line.count("|") == 9]
+    regions = {}
+    for (task, region, name), score in reference().items():
+        regions.setdefault((task, region), {})[name] = score
+    assert len(rows) == len(regions)
+    for (task, region, leads, mean, proper, within, *nearest), of in zip(rows, regions.values(), strict=True):
+        best = min(of.values(), key=lambda score: score["proper"])
+        assert (task, region, leads) == (best["task"], best["region"], f"`{best['estimator']}`")
+        assert (mean, proper) == (number(best, "mean"), number(best, "proper"))
+        assert within == ("" if best["within_band_percent"] is None else f"{best['within_band_percent']:.0f}")
+        assert nearest == [number(of["nearest"], "mean"), number(of["nearest"], "proper")]
 
 
 def assert_as_the_reference(scores, rel):

@@ -1,12 +1,15 @@
 """Submissions: what an estimator states of every test sample, scored without its code."""
 
 import json
+from dataclasses import replace
 
 import pytest
 from command_line import soft_gripper
 
 from soft_gripper.extras.benchmark import tasks
+from soft_gripper.extras.benchmark.benchmark_task import Part, read_tests
 from soft_gripper.extras.benchmark.commands import benchmark
+from soft_gripper.extras.benchmark.submission import read_submission
 
 QUICK = """def estimator(task, train):
     mean = sum(recorded.outputs.mean(axis=0) for recorded in train) / len(train)
@@ -57,6 +60,15 @@ def test_a_submission_names_its_data_and_version(submitted):
     part = found["tasks"]["contact_force"]["regions"]["middle"][0]
     assert part["file"] == "contacts_test.csv"
     assert len(part["mean"]) == len(part["std"]) == 100
+
+
+def test_a_recording_that_was_kept_back_from_the_submitter_is_left_out(submitted):
+    (task,) = (task for task in tasks.TASKS if task.name == "contact_force")
+    later = {**task.tested, "later": (Part("later.csv"),)}
+    with_later = replace(task, sha256={**task.sha256, "later.csv": "0"}, tested=later, further=("later",))
+    tested = read_tests(task, task.folder)
+    stated = read_submission(submitted / "mine.json").answers(with_later, {**tested, "later": []})
+    assert [*stated] == [*tested]
 
 
 def shorter(found):
