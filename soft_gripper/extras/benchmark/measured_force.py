@@ -74,7 +74,13 @@ def _log(folder: Path) -> Log:
     assert isinstance(log.described, BenchConfig)
     fingers = log.described.fingers
     measured = [name for name, finger in fingers.items() if finger.measured_force is not None]
-    require(len(fingers) == len(measured) == 1, folder / BENCH, "fingers", [*fingers], "one, with `measured_force`")
+    require(
+        len(fingers) == len(measured) == 1, folder / BENCH, "fingers", [*fingers], "give one, with `measured_force`"
+    )
+    moves = fingers[measured[0]].base_pose
+    require(
+        moves is None, folder / BENCH, f"fingers.{measured[0]}.base_pose", moves, "leave it out: the base is clamped"
+    )
     return log
 
 

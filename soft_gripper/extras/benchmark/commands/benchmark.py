@@ -125,8 +125,10 @@ def print_scores(scores: list[Score]) -> None:
             f"{score.unit:2}",
             _band(score),
         )
-    print("\npublished, of other bodies and sensors:")
-    for each in published_beside({score.task for score in scores}):
+    quoted = published_beside({score.task for score in scores})
+    if quoted:
+        print("\npublished, of other bodies and sensors:")
+    for each in quoted:
         print(f"  {each.value}: {each.what} ({each.source}); see {', '.join(each.tasks)}")
 
 
