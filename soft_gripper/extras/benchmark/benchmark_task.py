@@ -89,9 +89,8 @@ class Task:
         found = sorted(path.relative_to(folder).as_posix() for path in folder.glob(self.kept_back.file))
         new = [file for file in found if file not in self.sha256]
         regions = {Path(file).stem: (replace(self.kept_back, file=file),) for file in new}
-        digests = {file: digest(folder / file) for file in new}
-        whole = {"sha256": {**self.sha256, **digests}, "tested": {**self.tested, **regions}}
-        return replace(self, further=tuple(regions), **whole)
+        digests = {**self.sha256, **{file: digest(folder / file) for file in new}}
+        return replace(self, sha256=digests, tested={**self.tested, **regions}, further=tuple(regions))
 
 
 def digest(file: Path) -> str:
