@@ -38,7 +38,8 @@ class Submission:
         further = {part.file for region in task.further for part in task.tested[region]}
         for file in files.keys() | (task.sha256.keys() - further):
             if files.get(file) != task.sha256.get(file):
-                expected = f"must be {task.sha256.get(file, 'left out: there is no such file')}"
+                ours = task.sha256.get(file)
+                expected = "the data folder has no such file" if ours is None else f"must be {ours}"
                 raise InputError(self.file, f"{task.name}.sha256.{file}", files.get(file), expected)
         if not tested.keys() - task.further <= regions.keys() <= tested.keys():
             raise InputError(self.file, f"{task.name}.regions", [*regions], f"must be {', '.join(tested)}")
