@@ -6,12 +6,12 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from soft_gripper.arrays import Array
-from soft_gripper.extras.benchmark.benchmark_task import Recorded, Task
+from soft_gripper.extras.benchmark.benchmark_task import Question, Recorded
 from soft_gripper.extras.hardware.scoring import Split, predictions
 
 Predicted = Array | tuple[Array, Array]  # mean (T, m), or mean and std
 Predict = Callable[[Array], Predicted]  # of inputs (T, n)
-Estimator = Callable[[Task, Sequence[Recorded]], Predict]
+Estimator = Callable[[Question, Sequence[Recorded]], Predict]
 Mean = Callable[[Array], Array]
 Fit = Callable[[Sequence[Recorded]], Mean]
 
@@ -20,12 +20,12 @@ _NEIGHBOURS = 8
 _FITTED = 0.8  # share of each recording; the rest measures the error
 
 
-def ridge(task: Task, train: Sequence[Recorded]) -> Predict:
+def ridge(task: Question, train: Sequence[Recorded]) -> Predict:
     """Ridge regression on inputs, their squares and products; one standard deviation per output."""
     return _with_std(_fit_quadratic, train)
 
 
-def recurrent(task: Task, train: Sequence[Recorded]) -> Predict:
+def recurrent(task: Question, train: Sequence[Recorded]) -> Predict:
     """A small recurrent network; one standard deviation per output.
 
     An echo state network: neurons with fixed random weights, of which only the linear readout is trained, by ridge
@@ -110,20 +110,20 @@ def _spread(train: Sequence[Recorded]) -> tuple[Array, Array]:
     return inputs.mean(axis=0), np.where(std > 0, std, 1.0)
 
 
-def nearest(task: Task, train: Sequence[Recorded]) -> Predict:
+def nearest(task: Question, train: Sequence[Recorded]) -> Predict:
     """Mean and standard deviation of the nearest training samples, inputs scaled to equal spread."""
     inputs, outputs = np.vstack([r.inputs for r in train]), np.vstack([r.outputs for r in train])
     _, scale = _spread(train)
     tree = cKDTree(inputs / scale)
 
     def predict(new: Array) -> tuple[Array, Array]:
-        near = outputs[tree.query(new / scale, _NEIGHBOURS)[1]]
+        near = outputs[tree.query(new / scale, range(1, min(_NEIGHBOURS, len(outputs)) + 1))[1]]
         return near.mean(axis=1), near.std(axis=1)
 
     return predict
 
 
-def baselines(task: Task) -> dict[str, Estimator]:
+def baselines(task: Question) -> dict[str, Estimator]:
     """Baselines of a task; the recurrent one where samples follow each other."""
     found: dict[str, Estimator] = {"ridge": ridge, "nearest": nearest}
     return found if task.period is None else found | {"recurrent": recurrent}

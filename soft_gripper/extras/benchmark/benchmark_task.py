@@ -1,12 +1,19 @@
-"""A task of the benchmark: recorded files, what is measured and estimated, and what is trained and tested on."""
+"""A task of the benchmark: recorded files, what is measured and estimated, and what is trained and tested on.
+
+An estimator is given a question, the training samples, and copies of files of which nothing is tested. Of what is
+tested it is given the inputs alone, so that no file that it can open holds an answer.
+"""
 
 import hashlib
-from collections.abc import Callable, Mapping
+import shutil
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
+
+VERSION = 2  # of the benchmark: scores and submissions of another are not comparable
 
 
 @dataclass(frozen=True)
@@ -23,11 +30,11 @@ class Recorded:
 
     inputs: Array  # (T, n)
     outputs: Array  # (T, m)
-    path: Path | None = None  # of a training recording: a copy of what may be used of its file
+    path: Path | None = None  # of a training recording: a copy of its file, if that is given
 
     def part(self, begin: float, end: float) -> "Recorded":
         """The samples between two shares of them, without a path."""
-        first, last = _ends(begin, end, len(self.inputs))
+        first, last = (round(share * len(self.inputs)) for share in (begin, end))
         return Recorded(self.inputs[first:last], self.outputs[first:last])
 
 
@@ -40,21 +47,55 @@ class Part:
     end: float = 1.0
 
 
+@dataclass(frozen=True)
+class Question:
+    """What an estimator is asked."""
+
+    name: str
+    inputs: tuple[Channel, ...]
+    outputs: tuple[Channel, ...]
+    period: float | None  # s, between samples of a time series, about; None: each sample stands alone
+    recognition: bool  # the outputs are the probabilities of classes; what is missing to 1 is that of no class
+
+
 @dataclass(frozen=True, eq=False)
 class Task:
-    """Question to an estimator, as it is told. The test set is divided into regions, scored one by one."""
+    """A question with its data. The test set is divided into regions, scored one by one."""
 
     name: str
     source: str  # public repository and folder of the files
-    sha256: dict[str, str]  # of every file
+    sha256: Mapping[str, str]  # of every file
     inputs: tuple[Channel, ...]
     outputs: tuple[Channel, ...]
     trained: tuple[Part, ...]
     tested: Mapping[str, tuple[Part, ...]]
     read: Callable[[Path], Recorded]
-    folder: Path | None = None  # of files that ship with the package
-    period: float | None = None  # s, between samples of a time series, about; None: each sample stands alone
-    recognition: bool = False  # the outputs are the probabilities of classes; what is missing to 1 is that of no class
+    folder: Path | None = None  # of files that ship with the package, or were given; None: the data folder
+    period: float | None = None
+    recognition: bool = False
+    kept_back: Part | None = None  # pattern of further files; what is there of each is another region
+    further: tuple[str, ...] = ()  # regions that were found so
+    given: tuple[str, ...] = ()  # files that an estimator is given copies of: whole, none of them tested
+
+    @property
+    def question(self) -> Question:
+        """What an estimator is asked."""
+        return Question(self.name, self.inputs, self.outputs, self.period, self.recognition)
+
+    def with_kept_back(self, folder: Path) -> "Task":
+        """With a region for every further file in a folder, called by the file's name."""
+        if self.kept_back is None:
+            return self
+        found = sorted(path.relative_to(folder).as_posix() for path in folder.glob(self.kept_back.file))
+        new = [file for file in found if file not in self.sha256]
+        regions = {Path(file).stem: (replace(self.kept_back, file=file),) for file in new}
+        digests = {**self.sha256, **{file: digest(folder / file) for file in new}}
+        return replace(self, sha256=digests, tested={**self.tested, **regions}, further=tuple(regions))
+
+
+def digest(file: Path) -> str:
+    """The SHA-256 of a file."""
+    return hashlib.sha256(file.read_bytes()).hexdigest()
 
 
 def missing_files(task: Task, folder: Path) -> list[str]:
@@ -62,56 +103,48 @@ def missing_files(task: Task, folder: Path) -> list[str]:
     return [file for file in task.sha256 if not (folder / file).is_file()]
 
 
-def read_task(task: Task, folder: Path, copies: Path) -> tuple[list[Recorded], dict[str, list[Recorded]]]:
-    """The training recordings, and the test recordings of every region.
-
-    An estimator is given the paths of copies that hold the training samples alone, never those of the files. A motion
-    of which nothing is tested is copied whole, with what led to the samples.
-
-    Args:
-        task: what is read.
-        folder: of its files.
-        copies: a folder in which the copies are written.
+def read_training(task: Task, folder: Path, copies: Path) -> list[Recorded]:
+    """The training recordings, with copies in a folder of the files that are given.
 
     Raises:
         InputError: if a file is not the one that the task was defined with.
     """
-    files = {file: _read(task, folder, file) for file in task.sha256}
-    tested = {region: [_part(files, part) for part in parts] for region, parts in task.tested.items()}
-    tested_files = {part.file for parts in task.tested.values() for part in parts}
-    trained = []
-    for number, part in enumerate(task.trained):
-        copy = copies / task.name / str(number) / part.file
-        is_whole = task.period is not None and part.file not in tested_files
-        _copy(folder / part.file, copy, len(files[part.file].inputs), Part(part.file) if is_whole else part)
-        trained.append(replace(_part(files, part), path=copy))
-    return trained, tested
+    found = _read_parts(task, folder, task.trained)
+    given = {file: _copied(folder, file, copies / task.name) for file in task.given}
+    return [replace(recorded, path=given.get(part.file)) for recorded, part in zip(found, task.trained, strict=True)]
 
 
-def _copy(file: Path, copy: Path, samples: int, part: Part) -> None:
-    """Copies a part of a file; one that is divided is a table with a line for every sample, after its header."""
-    lines, (begin, end) = file.read_bytes().splitlines(keepends=True), _ends(part.begin, part.end, samples)
-    header = len(lines) - samples
-    if end - begin < samples:
-        lines = lines[:header] + lines[header + begin : header + end]
-    copy.parent.mkdir(parents=True)
-    copy.write_bytes(b"".join(lines))
+def read_tests(task: Task, folder: Path) -> dict[str, list[Recorded]]:
+    """The test recordings of every region, one for each part.
+
+    Raises:
+        InputError: if a file is not the one that the task was defined with.
+    """
+    return {region: _read_parts(task, folder, parts) for region, parts in task.tested.items()}
+
+
+def _copied(folder: Path, file: str, to: Path) -> Path:
+    copy = to / file
+    copy.parent.mkdir(parents=True, exist_ok=True)
+    shutil.copyfile(folder / file, copy)
+    return copy
+
+
+def _read_parts(task: Task, folder: Path, parts: Sequence[Part]) -> list[Recorded]:
+    files = {file: _read(task, folder, file) for file in dict.fromkeys(part.file for part in parts)}
+    return [_part(files[part.file], part) for part in parts]
 
 
 def _read(task: Task, folder: Path, file: str) -> Recorded:
-    found = hashlib.sha256((folder / file).read_bytes()).hexdigest()
+    found = digest(folder / file)
     if found != task.sha256[file]:
         expected = f"must be {task.sha256[file]}, as in {task.source}"
         raise InputError(folder / file, "SHA-256", found, expected)
     return task.read(folder / file)
 
 
-def _part(files: dict[str, Recorded], part: Part) -> Recorded:
-    cut = files[part.file].part(part.begin, part.end)
+def _part(whole: Recorded, part: Part) -> Recorded:
+    cut = whole.part(part.begin, part.end)
     for values in (cut.inputs, cut.outputs):
         values.flags.writeable = False  # all estimators are given the same
     return cut
-
-
-def _ends(begin: float, end: float, samples: int) -> tuple[int, int]:
-    return round(begin * samples), round(end * samples)

@@ -1,6 +1,8 @@
 """Our estimators as those of the benchmark, by task and name."""
 
 from soft_gripper.extras.benchmark.baselines import Estimator
+from soft_gripper.extras.benchmark.benchmark_task import Task
+from soft_gripper.extras.benchmark.measured_force import measured_force
 from soft_gripper.extras.benchmark.ours_recorded import (
     arm_tip,
     beam_load,
@@ -15,7 +17,7 @@ from soft_gripper.extras.benchmark.ours_simulated import contact_force, contact_
 _SHAPES = ("arcs", "gaussian", "contact")
 _OVER_TIME = ("arcs", "gaussian", "recursive")
 
-OURS: dict[str, dict[str, Estimator]] = {
+_OURS: dict[str, dict[str, Estimator]] = {
     "contact_tip": {name: contact_tip(name) for name in _SHAPES},
     "contact_force": {"contact": contact_force},
     "contact_place": {"contact": contact_place},
@@ -29,4 +31,10 @@ OURS: dict[str, dict[str, Estimator]] = {
     "tendons_v6_tip": {"fitted": tendons_tip},
     "trunk_shape": {"fitted": trunk_shape},
     "trunk_load": {"fitted": trunk_load},
+    "trunk_dc_shape": {},
 }
+
+
+def ours(task: Task) -> dict[str, Estimator]:
+    """Those of a task; of measured forces, whatever the finger, `contact`."""
+    return _OURS.get(task.name, {"contact": measured_force})

@@ -5,6 +5,7 @@ The bands of a fitted model are those of its errors in the training set.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,7 @@ from soft_gripper.estimators.estimate import ShapeEstimate
 from soft_gripper.estimators.named_estimators import estimator_function
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.extras.benchmark.baselines import Estimator, Mean, Predict, Predicted, errors_of, with_errors
-from soft_gripper.extras.benchmark.benchmark_task import Recorded, Task
+from soft_gripper.extras.benchmark.benchmark_task import Question, Recorded
 from soft_gripper.extras.benchmark.ours_simulated import with_tip_std
 from soft_gripper.extras.benchmark.tasks import tip_motion
 from soft_gripper.extras.hardware.identification.free_parameters import Model, free_parameters
@@ -29,8 +30,14 @@ from soft_gripper.extras.hardware.identification.settled_states import (
 )
 from soft_gripper.extras.hardware.recording_schema import PRESSURE, RecordingConfig, load_description
 from soft_gripper.extras.hardware.recordings import axes_of, read_recording
-from soft_gripper.extras.hardware.replay.arm_estimation import ReplayInputs, arm_recording, estimate_recording
-from soft_gripper.extras.hardware.replay.held_out import fit_arm
+from soft_gripper.extras.hardware.replay.arm_estimation import (
+    ArmRecording,
+    ReplayInputs,
+    arm_recording,
+    estimate_recording,
+)
+from soft_gripper.extras.hardware.replay.geometry_band import body_band
+from soft_gripper.extras.hardware.replay.held_out import Fitted, fit_arm
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import TipLoad
 from soft_gripper.fingers.kinematics import as_points, forward_kinematics, gravity_torque, in_space, rotated
@@ -48,7 +55,7 @@ def _paths(train: Sequence[Recorded]) -> list[Path]:
     return [recorded.path for recorded in train if recorded.path is not None]
 
 
-def _period(task: Task) -> float:
+def _period(task: Question) -> float:
     assert task.period is not None
     return task.period
 
@@ -59,27 +66,53 @@ def _with_training_errors(mean: Mean, train: Sequence[Recorded]) -> Predict:
 
 
 _ARM = "two_segment_arm"
+_RADIUS_95 = 2.448  # deviations along an axis, within which 95 % of a planar normal distribution lie
+
+
+@lru_cache(maxsize=1)
+def _fitted_arm(paths: tuple[Path, ...]) -> tuple[Fitted, ArmRecording]:
+    """The arm that is fitted to recordings, and the first of these."""
+    description = load_description(_ARM)
+    recordings = [read_recording(path, description) for path in paths]
+    gravity = recordings[0].gravity
+    assert gravity is not None
+    arms = [arm_recording(recording) for recording in recordings]
+    return fit_arm(arms, _finger(_ARM), gravity), arms[0]
 
 
 def arm_tip(name: str) -> Estimator:
-    """The tip of the arm by an estimator of the shape with two sensors per side, as `replay` runs it."""
+    """The tip of the arm by an estimator of the shape with two sensors per side, as `replay` runs it.
 
-    def estimator(task: Task, train: Sequence[Recorded]) -> Predict:
-        description = load_description(_ARM)
-        recordings = [read_recording(path, description) for path in _paths(train)]
-        gravity = recordings[0].gravity
-        assert gravity is not None
-        arm = fit_arm([arm_recording(recording) for recording in recordings], _finger(_ARM), gravity).arm
+    The band of `arcs` is that of `replay`, which widens away from what was fitted.
+    """
+
+    def estimator(task: Question, train: Sequence[Recorded]) -> Predict:
+        description, (fitted, like) = load_description(_ARM), _fitted_arm(tuple(_paths(train)))
 
         def mean(inputs: Array) -> Array:
             wires, pressures = _arm_readings(description, np.vstack([inputs, inputs[-1:]]))
             unseen = np.full((len(wires), 2, 2), np.nan)
-            replay = ReplayInputs(_period(task), wires, pressures, ("middle", "tip"), unseen)
-            signals = estimate_recording(arm, replay, {name: (name, 2)}, {})
+            replay = ReplayInputs(_period(task), wires, pressures, like.bodies, unseen)
+            signals = estimate_recording(fitted.arm, replay, {name: (name, 2)}, {})
             tip: Array = signals[f"{name}.body_positions"].values[1:, -1]  # a log still shows the sample before
             return tip * [1, -1]  # the arm hangs
 
-        return _with_training_errors(mean, train)
+        def with_band(inputs: Array) -> tuple[Array, Array]:
+            wires, pressures = _arm_readings(description, inputs)
+            unseen = np.full(wires.shape[:2], np.nan)
+            recording = replace(
+                like,
+                time=_period(task) * np.arange(len(wires)),
+                inner=wires[:, 0],
+                outer=wires[:, 1],
+                pressures=pressures,
+                positions=unseen.astype(np.complex128),
+                headings=unseen,
+            )
+            found = body_band(fitted.band, fitted.geometry, recording, _finger(_ARM)).radius[:, -1:] / _RADIUS_95
+            return mean(inputs), np.broadcast_to(found, (len(found), 2))
+
+        return with_band if name == "arcs" else _with_training_errors(mean, train)
 
     return estimator
 
@@ -121,7 +154,7 @@ def beam_tip(name: str) -> Estimator:
     Its dimensions and its material, by the data sheet, are known.
     """
 
-    def estimator(task: Task, train: Sequence[Recorded]) -> Predict:
+    def estimator(task: Question, train: Sequence[Recorded]) -> Predict:
         chamber = {
             "chamber_width": _SMALL_CHAMBER,
             "chamber_thickness": _SMALL_CHAMBER,
@@ -149,7 +182,7 @@ _SAG = 1  # column of the inputs: displacement of the tip across the beam
 _HEAVIEST, _MASSES = 0.25, 26  # kg on a beam at most, and how many are computed
 
 
-def beam_load(task: Task, train: Sequence[Recorded]) -> Predict:
+def beam_load(task: Question, train: Sequence[Recorded]) -> Predict:
     """The mass under which a beam at rest sags as far; its modulus is fitted to the training set."""
     nominal, masses = _finger(_BEAM), np.linspace(0.0, _HEAVIEST, _MASSES)
     hung, place = load_description(_BEAM).load_place, _marker_place(train, _BEAM, nominal)
@@ -174,7 +207,7 @@ _FREE = ("pressure_law", "creep.share")
 _THINNED = 5  # of so many samples one is fitted
 
 
-def segment_tip(task: Task, train: Sequence[Recorded]) -> Predict:
+def segment_tip(task: Question, train: Sequence[Recorded]) -> Predict:
     """A finger in balance with pressure, weight and creep; pressure law and creep are fitted to the training set."""
     finger, period = _finger(_SEGMENT), _period(task)
     place = _marker_place(train, _SEGMENT, finger)
@@ -270,7 +303,7 @@ def _balance(body: _Pulled, keys: Sequence[str], train: Sequence[Recorded], ever
     return _with_training_errors(mean, fitted)
 
 
-def tendons_tip(task: Task, train: Sequence[Recorded]) -> Predict:
+def tendons_tip(task: Question, train: Sequence[Recorded]) -> Predict:
     """The balance of a robot's springs and tendons, as `identify` fits it."""
     name = f"tendon_robot_{task.name.split('_')[1]}"
     description = load_description(name)
@@ -289,12 +322,12 @@ def _trunk() -> _Pulled:
     return _Pulled(_finger("soft_trunk"), load_description("soft_trunk"), motors)
 
 
-def trunk_shape(task: Task, train: Sequence[Recorded]) -> Predict:
+def trunk_shape(task: Question, train: Sequence[Recorded]) -> Predict:
     """The balance of the trunk's springs, tendons and weight, as `identify` fits it."""
     return _balance(_trunk(), _TENDONS, train, _OF_SHAPE)
 
 
-def trunk_load(task: Task, train: Sequence[Recorded]) -> Predict:
+def trunk_load(task: Question, train: Sequence[Recorded]) -> Predict:
     """The mass with which the fitted trunk agrees with the disks of the last 30 s best, as `weigh` finds it."""
     body, masses = _trunk(), [1e-3 * float(recorded.outputs[0, 0]) for recorded in train]
     every = slice(None, None, _OF_LOAD)

@@ -12,7 +12,7 @@ from soft_gripper.estimators.finger_shape import position_std
 from soft_gripper.estimators.named_estimators import estimator_function
 from soft_gripper.estimators.uncertainty import EXACT, Uncertainty
 from soft_gripper.extras.benchmark.baselines import Estimator, Predict, Predicted
-from soft_gripper.extras.benchmark.benchmark_task import Recorded, Task
+from soft_gripper.extras.benchmark.benchmark_task import Question, Recorded
 from soft_gripper.extras.benchmark.contacts import layout
 from soft_gripper.extras.benchmark.discriminant import train_object_classifier
 from soft_gripper.extras.benchmark.grasps import FINGERS, PRESSURES, READINGS, SECTIONS
@@ -46,7 +46,7 @@ def with_tip_std(mean: Array, finger: Finger, found: ShapeEstimate) -> Predicted
 def contact_tip(name: str) -> Estimator:
     """The tip, by an estimator of the shape."""
 
-    def estimator(task: Task, train: Sequence[Recorded]) -> Predict:
+    def estimator(task: Question, train: Sequence[Recorded]) -> Predict:
         sensors = layout()
         function = estimator_function(name, sensors, _UNCERTAINTY)
 
@@ -62,7 +62,7 @@ def contact_tip(name: str) -> Estimator:
 def _contact(of: Callable[[ContactShape, Array], tuple[Array, Array]]) -> Estimator:
     """An estimator of the contact, by `contact`."""
 
-    def estimator(task: Task, train: Sequence[Recorded]) -> Predict:
+    def estimator(task: Question, train: Sequence[Recorded]) -> Predict:
         found = ContactShape(layout(), _UNCERTAINTY)
         return lambda inputs: of(found, inputs)
 
@@ -110,7 +110,7 @@ def _grasp_estimates(inputs: Array) -> tuple[Array, Array]:
     return q, finger.elastic_torque(q) - driving - gravity_torque(finger, q, G + 0j)
 
 
-def grasp_shape(task: Task, train: Sequence[Recorded]) -> Predict:
+def grasp_shape(task: Question, train: Sequence[Recorded]) -> Predict:
     """The discriminant, trained on the estimates of the training grasps."""
     angles, torques = _grasp_estimates(np.vstack([recorded.inputs for recorded in train]))
     held = np.vstack([recorded.outputs for recorded in train]).argmax(axis=1)

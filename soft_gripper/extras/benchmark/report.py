@@ -15,22 +15,22 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 
 from soft_gripper.errors import InputError
+from soft_gripper.extras.benchmark.benchmark_task import VERSION, Task
 from soft_gripper.extras.benchmark.published import published_beside
 from soft_gripper.extras.benchmark.scores import Score
 from soft_gripper.extras.benchmark.tasks import TASKS
 from soft_gripper.pictures.style import ESTIMATOR_COLORS, STYLE, estimator_style
 
-SCHEMA = 2
 SHOWN = {"m": (1e3, "mm")}  # factor and unit in figures and tables
 
 
-def document(scores: Sequence[Score]) -> dict[str, Any]:
-    """The contents of a results file: versions, checksums, scores, and published numbers beside them."""
+def document(scores: Sequence[Score], tasks: Sequence[Task]) -> dict[str, Any]:
+    """The contents of a results file: versions, checksums of tasks, scores, and published numbers beside them."""
     scored = {score.task for score in scores}
     return {
-        "schema": SCHEMA,
+        "benchmark": VERSION,
         "soft_gripper": version("soft-gripper"),
-        "sha256": {task.name: task.sha256 for task in TASKS if task.name in scored},
+        "sha256": {task.name: dict(task.sha256) for task in tasks if task.name in scored},
         "scores": [asdict(score) for score in scores],
         "published": [asdict(each) for each in published_beside(scored)],
     }
@@ -44,15 +44,16 @@ def load_scores(file: Path) -> list[Score]:
     """
     try:
         found = json.loads(file.read_text(encoding="utf-8"))
-        schema, rows, checksums = found["schema"], list(found["scores"]), dict(found["sha256"])
+        stated, rows, checksums = found.get("benchmark"), list(found["scores"]), dict(found["sha256"])
     except OSError as error:
         raise InputError(file, "file", file.name, f"cannot be read: {error.strerror}") from None
-    except (ValueError, KeyError, TypeError):
+    except (ValueError, KeyError, TypeError, AttributeError):
         raise InputError(file, "file", file.name, "was not written by soft-gripper benchmark") from None
-    if schema != SCHEMA:
-        raise InputError(file, "schema", schema, f"must be {SCHEMA}: score again with this version")
+    if stated != VERSION:
+        raise InputError(file, "benchmark", stated, f"must be {VERSION}: score again with this version")
     for task in TASKS:
-        if checksums.get(task.name, task.sha256) != task.sha256:
+        of_task = checksums.get(task.name, task.sha256)
+        if not isinstance(of_task, dict) or any(of_task.get(name) != value for name, value in task.sha256.items()):
             raise InputError(file, "sha256", task.name, "was scored on other data, and cannot be compared")
     return [_score(file, row) for row in rows]
 
@@ -65,9 +66,11 @@ def _score(file: Path, row: Any) -> Score:
     for field in ("task", "region", "estimator", "unit"):
         if not isinstance(getattr(score, field), str):
             raise InputError(file, f"scores.{field}", getattr(score, field), "must be text")
-    for field in ("mean", "median", "percentile_95", "within_band_percent", "band", "unknown_percent"):
+    for field in ("mean", "median", "percentile_95", "proper", "within_band_percent", "band", "unknown_percent"):
         value = getattr(score, field)
-        if not (isinstance(value, int | float) and np.isfinite(value)) and (value is not None or field == "mean"):
+        if not (isinstance(value, int | float) and np.isfinite(value)) and (
+            value is not None or field in ("mean", "proper")
+        ):
             raise InputError(file, f"scores.{field}", value, "must be a finite number")
     return score
 

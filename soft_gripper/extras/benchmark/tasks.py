@@ -1,6 +1,7 @@
 """The tasks of the benchmark: simulated contacts and grasps, which ship, and recordings of hardware, which do not."""
 
 import csv
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import astuple, fields
 from io import StringIO
@@ -8,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from soft_gripper.errors import InputError
 from soft_gripper.extras.benchmark import grasps
 from soft_gripper.extras.benchmark.benchmark_task import Channel, Part, Recorded, Task
 from soft_gripper.extras.benchmark.contacts import FOLDER, ContactSample
@@ -122,6 +124,7 @@ _ARM_FILES = {
     "two_segment_arm/trial_7.txt": "6b7322d91d98d69403e49f26487c5ebb834730940513aacc21bee167d156b4db",
     "two_segment_arm/trial_8.txt": "9c026a946856bb16f27b4339a4b1edac601dfa9b71d5a5485887a923ecaf219e",
 }
+_TRIALS = tuple(_ARM_FILES)[:6]
 _CAPTURED = 0.01  # s, between two samples of the motion capture of beam, segment and trunk
 _SRL = "https://github.com/srl-ethz/diffPD_sim2real, python/"
 
@@ -156,6 +159,7 @@ _BEAM_FILES = {
 _BEAM = _SRL + "realbeam_experiments/Measurement_data (markers as CSV, see docs/extras/benchmark/benchmark.md)"
 _LIGHTER = tuple(recording_file("clamped_beam", name) for name in BEAM.fitted)
 (_HEAVIEST,) = (recording_file("clamped_beam", name) for name in BEAM.tested)
+_FITTED_PRESSURES = tuple(recording_file("pneumatic_segment", name) for name in SEGMENT.fitted)
 _SWINGING_SHARE = 0.4  # share of a recording after which the beam hardly swings
 
 
@@ -185,6 +189,8 @@ def _read_tendons(path: Path) -> Recorded:
     return Recorded(table[:, :9], 1e-3 * table[:, 9:])
 
 
+_ROWS_BETWEEN = 10  # what is trained on and what is tested: 6 s
+# The first row of every family of patterns in which two segments move together: 1 and 2, 1 and 3, 2 and 3.
 _ROWS = {"v4": (1620, 717, 866, 989, 1141, 1300, 1481), "v6": (1019, 529, 556, 648, 729, 827, 920)}
 _TENDON_SHA256 = {
     "v4": "1eddfda64b3cf51a7f6cdf3e88f088cbb70baa944be4e5ebb30ef397f76590af",
@@ -202,19 +208,16 @@ def _tendons(robot: str) -> Task:
         {file: _TENDON_SHA256[robot]},
         _channels("mm", " ".join(f"tendon_{i + 1}" for i in range(9))),
         _channels("m", "tip_x tip_y tip_z"),
-        (Part(file, end=begins[0] / rows),),
+        (Part(file, end=(begins[0] - _ROWS_BETWEEN) / rows),),
         {"two alike": tuple(pairs[::2]), "two opposite": tuple(pairs[1::2])},
         _read_tendons,
         period=0.6,
+        kept_back=Part(f"tendon_robots/{robot}_val*.csv"),
     )
 
 
 _MOTORS, _DISKS = slice(10, 16), slice(1, 10)  # columns
-_TRUNK_LOADS = {
-    "soft_trunk/random_0g.csv": 0.0,
-    "soft_trunk/random_100g.csv": 100.0,
-    "soft_trunk/random_300g.csv": 300.0,
-}
+_LOAD_OF_TRUNK = re.compile(r"_(\d+)g")  # in the name of a file, g
 
 
 def _read_trunk_shape(path: Path) -> Recorded:
@@ -223,9 +226,16 @@ def _read_trunk_shape(path: Path) -> Recorded:
 
 
 def _read_trunk_load(path: Path) -> Recorded:
+    table, named = np.loadtxt(path, delimiter=",", skiprows=1), _LOAD_OF_TRUNK.search(path.name)
+    if named is None:
+        raise InputError(path, "name", path.name, "must have the load in g, such as random_200g.csv")
+    return Recorded(table[:, 1:16], np.full((len(table), 1), float(named[1])))
+
+
+def _read_trunk_dc(path: Path) -> Recorded:
+    """Commands of the motors (deg) come first here."""
     table = np.loadtxt(path, delimiter=",", skiprows=1)
-    mass = _TRUNK_LOADS[f"soft_trunk/{path.name}"]
-    return Recorded(table[:, 1:16], np.full((len(table), 1), mass))
+    return Recorded(table[:, 1:7], table[:, 7:16])
 
 
 _TRUNK_FILES = {
@@ -233,12 +243,17 @@ _TRUNK_FILES = {
     "soft_trunk/random_100g.csv": "790953bd1c715a8d6ddafa3e8dbe5e7781727a164119311a0fec99c6e6e2ffc0",
     "soft_trunk/random_300g.csv": "7153b29b798170b9a4083dd1f7fa9de7ee709df883f272b4af5777f91b7fd9ce",
 }
-_TRUNK = "https://github.com/StanfordASL/trunk-stack, stack/main/data/trajectories/dynamic/servo_motor_archive"
+_TRUNK_DC_FILES = {
+    "trunk_dc/observations_200g.csv": "85f312433b34ab2ab336320dbc652ab3657ca3c4377282b979adc4bf9233bb29",
+    "trunk_dc/observations_400g.csv": "d4e1b7f37c62e4464ffaa3e519ca042ab6cbfcce790b92cbf1379e77cf37f0ce",
+}
+_TRUNK = "https://github.com/StanfordASL/trunk-stack, stack/main/data/trajectories/dynamic/"
 _DISK_NAMES = " ".join(f"{axis}{disk}" for disk in (1, 2, 3) for axis in "xyz")
-_MOTOR_NAMES = " ".join(f"phi{motor}" for motor in range(1, 7))
-_TRAINED_SHARE = 0.8  # share trained on: the same commands were run with every load, so later ones are tested with all
-_LIGHT, _MIDDLE, _HEAVY = _TRUNK_LOADS
-_LATER = {f"{mass:.0f} g": (Part(file, _TRAINED_SHARE),) for file, mass in _TRUNK_LOADS.items()}
+# The same commands were run with every load. So that none that is tested was trained on, shares of the files are used,
+# and some seconds between them are not.
+_TRAINED_SHARE, _TESTED_SHARE = 0.8, 0.85
+_LIGHT, _MIDDLE, _HEAVY = _TRUNK_FILES
+_DC_LIGHT, _DC_HEAVY = _TRUNK_DC_FILES
 
 
 TASKS = (
@@ -253,15 +268,15 @@ TASKS = (
         _ARM_FILES,
         _channels("V", "L1 R1 R_total L_total") + _channels("psi", "upper_0 upper_1 upper_2 lower_0 lower_1 lower_2"),
         _channels("m", "tip_x tip_z"),
-        tuple(Part(f"two_segment_arm/trial_{trial}.txt") for trial in (1, 3, 5)),
+        tuple(map(Part, _TRIALS)),
         {
-            "S-shapes": tuple(Part(f"two_segment_arm/trial_{trial}.txt") for trial in (2, 4)),
-            "stretched": (Part("two_segment_arm/trial_6.txt"),),
-            "other trial": (Part("two_segment_arm/trial_7.txt"),),
+            "same day": (Part("two_segment_arm/trial_7.txt"),),
             "next day": (Part("two_segment_arm/trial_8.txt"),),
         },
         _read_arm,
         period=0.017,
+        kept_back=Part("two_segment_arm/trial_*.txt"),
+        given=_TRIALS,
     ),
     Task(
         "beam_tip",
@@ -273,6 +288,8 @@ TASKS = (
         {"swinging": (Part(_HEAVIEST, end=_SWINGING_SHARE),), "at rest": (Part(_HEAVIEST, _SWINGING_SHARE),)},
         _read_beam_tip,
         period=_CAPTURED,
+        kept_back=Part("clamped_beam/*.csv"),
+        given=_LIGHTER,
     ),
     Task(
         "beam_load",
@@ -284,6 +301,8 @@ TASKS = (
         {"102 g": (Part(_HEAVIEST, _SWINGING_SHARE),)},
         _read_beam_load,
         period=_CAPTURED,
+        kept_back=Part("clamped_beam/*.csv", _SWINGING_SHARE),
+        given=_LIGHTER,
     ),
     Task(
         "segment_tip",
@@ -291,33 +310,49 @@ TASKS = (
         _SEGMENT_FILES,
         _channels("kPa", "pressure"),
         _channels("m", "tip_x tip_z"),
-        tuple(Part(recording_file("pneumatic_segment", name)) for name in SEGMENT.fitted),
+        tuple(map(Part, _FITTED_PRESSURES)),
         {f"{pressure} kPa": (Part(f"pneumatic_segment/{pressure}kPa.csv"),) for pressure in (15, 20, 35, 40)},
         _read_segment,
         period=_CAPTURED,
+        kept_back=Part("pneumatic_segment/*.csv"),
+        given=_FITTED_PRESSURES,
     ),
     _tendons("v4"),
     _tendons("v6"),
     Task(
         "trunk_shape",
-        _TRUNK,
+        _TRUNK + "servo_motor_archive",
         _TRUNK_FILES,
-        _channels("deg", _MOTOR_NAMES),
+        _channels("deg", " ".join(f"phi{motor}" for motor in range(1, 7))),
         _channels("m", _DISK_NAMES),
         (Part(_LIGHT, end=_TRAINED_SHARE),),
-        _LATER,
+        {"100 g": (Part(_MIDDLE, _TESTED_SHARE),), "300 g": (Part(_HEAVY, _TESTED_SHARE),)},
         _read_trunk_shape,
         period=_CAPTURED,
+        kept_back=Part("soft_trunk/random_*.csv", _TESTED_SHARE),
     ),
     Task(
         "trunk_load",
-        _TRUNK,
+        _TRUNK + "servo_motor_archive",
         _TRUNK_FILES,
-        _channels("m", _DISK_NAMES) + _channels("deg", _MOTOR_NAMES),
+        _channels("m", _DISK_NAMES) + _channels("deg", " ".join(f"phi{motor}" for motor in range(1, 7))),
         _channels("g", "mass"),
         (Part(_LIGHT, end=_TRAINED_SHARE), Part(_HEAVY, end=_TRAINED_SHARE)),
-        _LATER,
+        {"100 g": (Part(_MIDDLE, _TESTED_SHARE),)},
         _read_trunk_load,
         period=_CAPTURED,
+        kept_back=Part("soft_trunk/random_*.csv", _TESTED_SHARE),
+    ),
+    Task(
+        "trunk_dc_shape",
+        _TRUNK + "dc_motor_archive (commands 60 rows before the observations of the same number)",
+        _TRUNK_DC_FILES,
+        _channels("deg", " ".join(f"u{motor}" for motor in range(1, 7))),
+        _channels("m", _DISK_NAMES),
+        (Part(_DC_LIGHT, end=_TRAINED_SHARE),),
+        {"400 g": (Part(_DC_HEAVY, _TESTED_SHARE),)},
+        _read_trunk_dc,
+        period=_CAPTURED,
+        kept_back=Part("trunk_dc/*.csv", _TESTED_SHARE),
     ),
 )

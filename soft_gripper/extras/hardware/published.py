@@ -141,13 +141,28 @@ def _of_beam(found: Identified) -> list[Claim]:
             _within(f"beam, {text}: settled markers", settled, 1.5, "mm", 2),
             _within(f"beam, {text}: settled turn", _off(found, "settled_turn_deg", role), 10, "%", 1),
             _within(f"beam, {text}: frequency", _off(found, "frequency_hz", role), 2, "%", 1),
-            _within(f"beam, {text}: decrement", _off(found, "decrement", role), 15, "%", 1),
+            _decrement(found, role, text),
         ]
     finger = found.model.finger
     relaxed = float(finger.base.youngs_modulus) * (1 - sum(branch.share for branch in finger.creep))
     off, known = 100 * abs(relaxed / _PUBLISHED_MODULUS - 1), f", {1e-3 * relaxed:.0f} kPa"
     modulus = _within("beam: modulus once creep is over", off, 10, "%", 1, " of the published")
     return [*claims, replace(modulus, number=modulus.number + known)]
+
+
+# Logarithmic decrement at 101 g in a repetition that the source recorded too, which is not among the recordings here
+_REPEATED_DECREMENT = 0.46
+
+
+def _decrement(found: Identified, role: str, text: str) -> Claim:
+    """A held-out decrement counts as off by what it is beyond those of the recording and of its repetition."""
+    if role == FITTED:
+        return _within(f"beam, {text}: decrement", _off(found, "decrement", role), 15, "%", 1)
+    (row,) = (row for row in found.scores if row.role == role)
+    least, most = sorted((row.decrement, _REPEATED_DECREMENT))
+    off = 100 * abs(row.simulated_decrement / float(np.clip(row.simulated_decrement, least, most)) - 1)
+    spread = f" of two repetitions, {row.decrement:.2f} and {_REPEATED_DECREMENT}"
+    return _within(f"beam, {text}: decrement", off, 15, "%", 1, spread)
 
 
 def _of_segment(found: Identified) -> list[Claim]:

@@ -7,20 +7,29 @@ from dataclasses import replace
 from itertools import pairwise
 from operator import attrgetter
 from pathlib import Path
-from uuid import uuid4
 
 import numpy as np
 import pytest
+from scipy.special import ndtr
 
 from soft_gripper.errors import InputError
 from soft_gripper.extras.benchmark.baselines import _PENALTY, _fit_linear, nearest, recurrent, ridge
-from soft_gripper.extras.benchmark.benchmark_task import Channel, Part, Recorded, Task, missing_files, read_task
+from soft_gripper.extras.benchmark.benchmark_task import (
+    Channel,
+    Part,
+    Recorded,
+    Task,
+    missing_files,
+    read_tests,
+    read_training,
+)
 from soft_gripper.extras.benchmark.contacts import FOLDER
 from soft_gripper.extras.benchmark.report import document, load_scores
-from soft_gripper.extras.benchmark.scores import Score, score_task, with_unknown
+from soft_gripper.extras.benchmark.scores import Score, answers, crps, scores, with_unknown
 from soft_gripper.extras.benchmark.tasks import TASKS
 
 NOISE = 0.1
+STDS = (0.0, 0.5 * NOISE, NOISE, 2 * NOISE)
 
 
 def recorded(seed, samples=4000):
@@ -46,8 +55,11 @@ def twin(tmp_path):
 
 
 def score(task, folder, estimator):
-    train, tested = read_task(task, folder, folder / f"copies_{uuid4().hex}")
-    (row,) = score_task(task, "mine", estimator, train, tested)
+    return scored(task, estimator, read_training(task, folder, folder / "copies"), read_tests(task, folder))
+
+
+def scored(task, estimator, train, tested):
+    (row,) = scores(task, "mine", answers(task, "mine", estimator, train, tested), tested)
     return row
 
 
@@ -75,6 +87,27 @@ def test_a_band_is_as_wide_as_it_states(twin, tmp_path, width, within):
     assert row.mean == pytest.approx(NOISE * np.sqrt(2))
 
 
+def test_crps_is_that_of_its_definition():
+    """Integral of (F(x) - [x > y])^2 over x; of a point, the size of its error."""
+    x = np.linspace(-9, 9, 200001)
+    for error, std in ((0.0, 1.0), (1.3, 0.5), (-2.0, 0.8)):
+        expected = np.trapezoid((ndtr((x - error) / std) - (x > 0)) ** 2, x)
+        assert crps(np.array(error), np.array(std)) == pytest.approx(expected, rel=1e-4)
+    assert crps(np.array([-3.0, 0.0]), np.zeros(2)) == pytest.approx([3.0, 0.0])
+
+
+def test_the_proper_score_is_least_for_a_true_band(twin, tmp_path):
+    """The errors of the law are normal, with the standard deviation of the noise."""
+    law = lambda inputs: np.stack([inputs[:, 0] + inputs[:, 1] ** 2, inputs[:, 0] * inputs[:, 1]], axis=1)  # noqa: E731
+    of = {
+        std: score(twin, tmp_path, lambda task, train, std=std: lambda x: (law(x), np.full((len(x), 2), std)))
+        for std in STDS
+    }
+    assert min(of, key=lambda std: of[std].proper) == NOISE
+    assert of[NOISE].proper == pytest.approx(NOISE / np.sqrt(np.pi), rel=0.03)
+    assert score(twin, tmp_path, lambda task, train: law).proper == of[0.0].proper
+
+
 def test_ridge_finds_a_quadratic_law_and_its_noise(twin, tmp_path):
     row = score(twin, tmp_path, ridge)
     assert row.mean == pytest.approx(NOISE * np.sqrt(np.pi / 2), rel=0.05)  # of a Rayleigh distribution
@@ -82,7 +115,7 @@ def test_ridge_finds_a_quadratic_law_and_its_noise(twin, tmp_path):
 
 
 def test_the_document_is_the_same_each_time(twin, tmp_path):
-    one, other = (json.dumps(document([score(twin, tmp_path, nearest)])) for _ in range(2))
+    one, other = (json.dumps(document([score(twin, tmp_path, nearest)], [twin])) for _ in range(2))
     assert one == other
 
 
@@ -116,7 +149,9 @@ def test_another_file_of_the_same_name_is_refused(twin, tmp_path):
     with (tmp_path / "a.txt").open("a") as file:
         file.write("0 0 0 0\n")
     with pytest.raises(InputError, match="SHA-256"):
-        read_task(twin, tmp_path, tmp_path / "copies")
+        read_tests(twin, tmp_path)
+    with pytest.raises(InputError, match="SHA-256"):
+        read_training(twin, tmp_path, tmp_path / "copies")
 
 
 def test_missing_files_are_named(twin, tmp_path):
@@ -148,8 +183,7 @@ def test_the_recurrent_network_finds_a_memory_that_a_regression_cannot():
     task = Task("memory", "", {}, (Channel("u", "1"),), (Channel("y", "m"),), (), {}, lambda path: test, period=0.01)
     errors = {}
     for estimator in (ridge, recurrent):
-        (row,) = score_task(task, "it", estimator, train, {"all": [test]})
-        errors[estimator] = row.mean
+        errors[estimator] = scored(task, estimator, train, {"all": [test]}).mean
     assert errors[recurrent] < 0.25 * errors[ridge]
 
 
@@ -162,14 +196,15 @@ def recognized(stated, held):
     recorded = Recorded(np.arange(len(held))[:, None], truth)
     task = Task("shape", "", {}, (Channel("grasp", "1"),), SHAPES, (), {}, lambda path: recorded, recognition=True)
     predict = lambda inputs: np.asarray(stated, dtype=float)[: len(inputs)]  # noqa: E731
-    (row,) = score_task(task, "it", lambda task, train: predict, [], {"all": [recorded]})
-    return row
+    return scored(task, lambda task, train: predict, [], {"all": [recorded]})
 
 
 def test_wrong_answers_and_unknown_ones_are_counted():
     row = recognized([[0.9, 0.1], [0.2, 0.8], [0.1, 0.1], [0.6, 0.1]], [0, 0, 2, 2])
     assert (row.mean, row.unit, row.unknown_percent) == (50, "%", 25)
     assert (row.median, row.percentile_95) == (None, None)
+    brier = [0.01 + 0.01, 0.64 + 0.64, 0.01 + 0.01 + 0.04, 0.36 + 0.01 + 0.49]
+    assert row.proper == pytest.approx(np.mean(brier))
 
 
 def test_a_set_of_answers_has_95_percent_of_the_stated_probability():
@@ -211,7 +246,7 @@ def test_the_example_with_a_memory_is_better_where_one_is_needed():
     example = runpy.run_path(str(Path(__file__).parents[3] / "examples/benchmark_estimator.py"))
     train, test = [lagging(1), lagging(2)], lagging(3)
     task = Task("memory", "", {}, (Channel("u", "1"),), (Channel("y", "m"),), (), {}, lambda path: test, period=0.01)
-    rows = [next(score_task(task, name, example[name], train, {"all": [test]})) for name in ("linear", "with_memory")]
+    rows = [scored(task, example[name], train, {"all": [test]}) for name in ("linear", "with_memory")]
     assert rows[1].mean < 0.7 * rows[0].mean
 
 
@@ -242,12 +277,23 @@ def test_the_penalty_is_as_large_as_a_share_of_the_spread_however_many_samples_t
 def test_results_keep_the_checksums_of_the_data_of_every_scored_task_and_no_other(tmp_path):
     """Scores on other data are refused."""
     task, file = TASKS[1], tmp_path / "scores.json"
-    scored = [Score(task.name, "middle", "mine", 10, "N", 0.1, 0.1, 0.2, None, None)]
-    found = document(scored)
+    rows = [Score(task.name, "middle", "mine", 10, "N", 0.1, 0.1, 0.2, 0.1, None, None)]
+    found = document(rows, TASKS)
     assert found["sha256"] == {task.name: task.sha256}
     file.write_text(json.dumps(found))
-    assert load_scores(file) == scored
+    assert load_scores(file) == rows
     found["sha256"][task.name] = dict.fromkeys(task.sha256, "0" * 64)
     file.write_text(json.dumps(found))
     with pytest.raises(InputError, match="scored on other data"):
         load_scores(file)
+
+
+def test_a_further_file_is_another_region(twin, tmp_path):
+    """A recording that was kept back is scored beside the others, by its name."""
+    own = recorded(4, samples=50)
+    np.savetxt(tmp_path / "kept.txt", np.hstack([own.inputs, own.outputs]))
+    task = replace(twin, kept_back=Part("*.txt", 0.5)).with_kept_back(tmp_path)
+    assert [*task.tested] == ["later", "kept"]
+    assert task.sha256.keys() == {"a.txt", "kept.txt"}
+    (kept,) = read_tests(task, tmp_path)["kept"]
+    np.testing.assert_allclose(kept.inputs, own.inputs[25:])

@@ -4,7 +4,7 @@ import argparse
 import json
 import os
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -13,16 +13,20 @@ from tqdm import tqdm
 
 from soft_gripper.errors import InputError
 from soft_gripper.extras.benchmark.baselines import Estimator, baselines
-from soft_gripper.extras.benchmark.benchmark_task import Task, missing_files, read_task
-from soft_gripper.extras.benchmark.ours import OURS
+from soft_gripper.extras.benchmark.benchmark_task import Task, missing_files, read_tests, read_training
+from soft_gripper.extras.benchmark.measured_force import force_tasks
+from soft_gripper.extras.benchmark.ours import ours
 from soft_gripper.extras.benchmark.published import published_beside
 from soft_gripper.extras.benchmark.report import by_region, document, figure, load_scores
-from soft_gripper.extras.benchmark.scores import Score, score_task
+from soft_gripper.extras.benchmark.scores import Answers, Score, Tested, answers, scores
+from soft_gripper.extras.benchmark.submission import read_submission, write_submission
 from soft_gripper.extras.benchmark.tasks import TASKS
 from soft_gripper.extras.hardware.recordings import DATA_FOLDER
 from soft_gripper.files.output import atomic_file, check_file
 from soft_gripper.pictures.style import save_figure
 from soft_gripper.registry import OWN
+
+Tests = Mapping[Task, tuple[Path, Tested]]  # folder of the files of a task, and what is tested
 
 
 def run(options: argparse.Namespace) -> int:
@@ -33,53 +37,87 @@ def run(options: argparse.Namespace) -> int:
     given = options.data or (Path(named) if (named := os.environ.get(DATA_FOLDER)) else None)
     if given is not None and not given.is_dir():
         raise InputError("benchmark", "--data", str(given), "give a folder of recordings")
-    check_file(options.out)
-    chosen = [] if options.estimator is None else [options.estimator]
-    own = {name: OWN.find(name, "--estimator", "benchmark") for name in chosen}
-    folders = {task: folder for task in TASKS if (folder := _folder(task, given)) is not None}
-    with TemporaryDirectory() as copies:
-        scores = _scores(folders, own, Path(copies))
-    print_scores(scores)
-    options.console.table("scores", scores)
+    if options.submit and options.estimator is None:
+        raise InputError("benchmark", "--submit", str(options.submit), "give --estimator too: whose estimates they are")
+    for file in (options.out, options.submit):
+        if file is not None:
+            check_file(file)
+    own = (
+        {}
+        if options.estimator is None
+        else {options.estimator: OWN.find(options.estimator, "--estimator", "benchmark")}
+    )
+    tests = _tests(given)
+    found = _submitted(tests, options.score) if options.score else _scores(tests, own, options.submit)
+    written = [options.submit] if options.submit else []
+    print_scores(found)
+    options.console.table("scores", found)
     with atomic_file(options.out) as partial:
-        partial.write_text(json.dumps(document(scores), indent=2) + "\n")
-    save_figure(figure(scores), options.out.with_suffix(""))
-    options.console.wrote(options.out, *(options.out.with_suffix(suffix) for suffix in (".png", ".svg")))
+        partial.write_text(json.dumps(document(found, [*tests]), indent=2) + "\n")
+    save_figure(figure(found), options.out.with_suffix(""))
+    options.console.wrote(options.out, *(options.out.with_suffix(suffix) for suffix in (".png", ".svg")), *written)
     return 0
 
 
-def _folder(task: Task, given: Path | None) -> Path | None:
-    """The folder of a task's files; None, and a word where they are, if they are missing."""
-    folder = task.folder or given
-    if folder is None:
-        print(f"{task.name}: skipped; download {task.source}, and give the folder with --data", file=sys.stderr)
-    elif missing := missing_files(task, folder):
-        where = f"skipped, {folder} has no {', '.join(missing)}; they are at {task.source}"
-        print(f"{task.name}: {where}", file=sys.stderr)
-        return None
-    return folder
+def _tests(given: Path | None) -> Tests:
+    """The tasks whose files are there, and a word where those of the others are."""
+    found = {}
+    for task in (*TASKS, *(force_tasks(given) if given else ())):
+        folder = task.folder or given
+        if folder is None:
+            print(f"{task.name}: skipped; download {task.source}, and give the folder with --data", file=sys.stderr)
+        elif missing := missing_files(task, folder):
+            where = f"skipped, {folder} has no {', '.join(missing)}; they are at {task.source}"
+            print(f"{task.name}: {where}", file=sys.stderr)
+        else:
+            whole = task.with_kept_back(folder)
+            found[whole] = folder, read_tests(whole, folder)
+    return found
 
 
-def _scores(folders: Mapping[Task, Path], own: Mapping[str, Estimator], copies: Path) -> list[Score]:
+def _scores(tests: Tests, own: Mapping[str, Estimator], submission: Path | None) -> list[Score]:
     """Scores of all estimators, by task; a user's own are run first, so that their mistakes are reported at once."""
-    recorded = {task: read_task(task, folder, copies) for task, folder in folders.items()}
-    runs = [(task, name, found) for task in recorded for name, found in own.items()]
-    runs += [(task, *each) for task in recorded for each in (baselines(task) | OURS[task.name]).items()]
-    scores: dict[str, list[Score]] = {task.name: [] for task in recorded}
-    with tqdm(runs, desc="benchmark", unit="estimator", disable=None) as bar:
+    runs = [(task, name, found) for task in tests for name, found in own.items()]
+    runs += [(task, *each) for task in tests for each in (baselines(task.question) | ours(task)).items()]
+    found: dict[str, list[Score]] = {task.name: [] for task in tests}
+    stated: dict[Task, Answers] = {}
+    with TemporaryDirectory() as copies, tqdm(runs, desc="benchmark", unit="estimator", disable=None) as bar:
+        train = {task: read_training(task, folder, Path(copies)) for task, (folder, _) in tests.items()}
         for task, name, estimator in bar:
             bar.set_postfix_str(f"{task.name}: {name}")
-            scores[task.name] += score_task(task, name, estimator, *recorded[task])
-    return [score for of_task in scores.values() for score in sorted(of_task, key=lambda score: score.estimator in own)]
+            of_task = answers(task, name, estimator, train[task], tests[task][1])
+            found[task.name] += scores(task, name, of_task, tests[task][1])
+            if name in own:
+                stated[task] = of_task
+    if submission is not None:
+        (name,) = own
+        write_submission(submission, name, stated)
+    return [score for of_task in found.values() for score in sorted(of_task, key=lambda score: score.estimator in own)]
+
+
+def _submitted(tests: Tests, files: list[Path]) -> list[Score]:
+    """Scores of submissions, in the tasks whose files are there."""
+    found = [score for file in files for score in _of_submission(file, tests)]
+    if not found:
+        raise InputError("benchmark", "--score", [str(file) for file in files], "has no task whose data are there")
+    return found
+
+
+def _of_submission(file: Path, tests: Tests) -> Iterator[Score]:
+    submission = read_submission(file)
+    for task, (_, tested) in tests.items():
+        if task.name in submission.tasks:
+            yield from scores(task, submission.estimator, submission.answers(task, tested), tested)
 
 
 def print_scores(scores: list[Score]) -> None:
     """Prints a line for every score, and then what others have published."""
     widths = [max(len(getattr(s, of)) for s in scores) for of in ("task", "region", "estimator")]
     titles = [f"{title:{width}}" for title, width in zip(("task", "region", "estimator"), widths, strict=True)]
-    print(*titles, *(f"{title:>9}" for title in ("mean", "median", "95 %")), "  ", " in band     band")
+    print(*titles, *(f"{title:>9}" for title in ("mean", "median", "95 %", "proper")), "  ", " in band     band")
     for score in scores:
-        errors = " ".join(f"{_number(value):>9}" for value in (score.mean, score.median, score.percentile_95))
+        numbers = score.mean, score.median, score.percentile_95, score.proper
+        errors = " ".join(f"{_number(value):>9}" for value in numbers)
         names = (score.task, score.region, score.estimator)
         print(
             *(f"{name:{width}}" for name, width in zip(names, widths, strict=True)),
@@ -87,8 +125,10 @@ def print_scores(scores: list[Score]) -> None:
             f"{score.unit:2}",
             _band(score),
         )
-    print("\npublished, of other bodies and sensors:")
-    for each in published_beside({score.task for score in scores}):
+    quoted = published_beside({score.task for score in scores})
+    if quoted:
+        print("\npublished, of other bodies and sensors:")
+    for each in quoted:
         print(f"  {each.value}: {each.what} ({each.source}); see {', '.join(each.tasks)}")
 
 
@@ -104,12 +144,13 @@ def _band(score: Score) -> str:
 
 
 def compare(files: list[Path]) -> None:
-    """Prints the mean errors of several results files beside each other; the least of a region has a star."""
-    scores = [
+    """Prints the scores of several results files beside each other; the least proper score of a region has a star."""
+    found = [
         replace(score, estimator=f"{file.stem}: {score.estimator}") for file in files for score in load_scores(file)
     ]
-    for (task, region), found in by_region(scores).items():
-        least = min(score.mean for score in found.values())
-        print(f"{task}, {region} [{next(iter(found.values())).unit}]")
-        for name, score in found.items():
-            print(f"  {'*' if score.mean == least else ' '} {name:40} {score.mean:9.4g}   {_band(score).lstrip()}")
+    for (task, region), of in by_region(found).items():
+        least = min(score.proper for score in of.values())
+        print(f"{task}, {region} [{next(iter(of.values())).unit}]; mean error, proper score")
+        for name, score in of.items():
+            star = "*" if score.proper == least else " "
+            print(f"  {star} {name:40} {score.mean:9.4g} {score.proper:9.4g}   {_band(score).lstrip()}")

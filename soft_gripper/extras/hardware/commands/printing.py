@@ -7,7 +7,12 @@ import numpy as np
 from soft_gripper.arrays import Array
 from soft_gripper.extras.hardware.identification.fit import Confidence, MotionScore
 from soft_gripper.extras.hardware.identification.free_parameters import FreeParameters
-from soft_gripper.extras.hardware.identification.identified_finger import Identified, Tested, doubts
+from soft_gripper.extras.hardware.identification.identified_finger import (
+    Identified,
+    Tested,
+    doubts,
+    repetitions,
+)
 from soft_gripper.extras.hardware.identification.settled_states import IdentifiedStates, TestedStates
 from soft_gripper.extras.hardware.measured import SI
 from soft_gripper.extras.hardware.replay.held_out import ALL, ArmReplay, ReplayRow
@@ -36,6 +41,8 @@ def print_identified(found: Tested) -> None:
         if not np.isnan(row.frequency_hz + row.simulated_frequency_hz):
             swing = f"{row.frequency_hz:.2f} Hz ({row.simulated_frequency_hz:.2f})"
             print(f"{row.recording}: swings at {swing}, decrement {row.decrement:.2f} ({row.simulated_decrement:.2f})")
+    for text in repetitions(found):
+        print(text)
     for motion in found.motions:
         if motion.hold is not None:
             held = f"{1e3 * motion.hold.sag:.1f} mm low, turned by {np.degrees(motion.hold.turn):.1f} degrees"

@@ -201,6 +201,26 @@ def doubts(found: Tested) -> list[str]:
     return list(dict.fromkeys(said))
 
 
+def repetitions(found: Tested) -> list[str]:
+    """How much recordings under the same load and pressure differ, as text: what no model can be judged below."""
+    alike: dict[tuple[float, ...], list[MotionScore]] = {}
+    for row, motion in zip(found.scores, found.motions, strict=True):
+        if row.role != UNHELD:
+            load = (motion.load.mass, motion.load.x, motion.load.z) if motion.load else (0.0,)
+            alike.setdefault((motion.pressure or 0.0, *load), []).append(row)
+    return [_spread_of(rows) for rows in alike.values() if len(rows) > 1]
+
+
+def _spread_of(rows: Sequence[MotionScore]) -> str:
+    def between(column: str, form: str) -> str:
+        values = [getattr(row, column) for row in rows]
+        return f"{min(values):{form}} to {max(values):{form}}"
+
+    names, turn = " and ".join(row.recording for row in rows), between("settled_turn_deg", ".2f")
+    swing = "" if np.isnan(rows[0].decrement) else f", decrement {between('decrement', '.2f')}"
+    return f"{names} repeat each other: settled turn {turn} degrees{swing}"
+
+
 def _score(model: Model, motion: MeasuredMotion, role: str) -> tuple[MeasuredMotion, MotionScore]:
     if role != FITTED:
         motion = fit_unknowns(model, as_held(model.setup, motion) if role == TESTED else motion)

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from soft_gripper.extras.hardware.identification.fit import UNHELD, MotionScore
+from soft_gripper.extras.hardware.identification.identified_finger import repetitions
 from soft_gripper.extras.hardware.published import hardware_claims
 from soft_gripper.extras.hardware.replay.held_out import ALL, ReplayRow
-from soft_gripper.fingers.finger_parts import CreepBranch
+from soft_gripper.fingers.finger_parts import CreepBranch, TipLoad
 
 GOOD = MotionScore(
     "a",
@@ -81,6 +82,15 @@ def test_each_of_the_beam_fails_beyond(text, change):
 
 
 @pytest.mark.parametrize(
+    ("simulated", "holds"), [(0.33, False), (0.35, True), (0.43, True), (0.52, True), (0.54, False)]
+)
+def test_a_held_out_decrement_is_judged_by_the_spread_of_two_repetitions(simulated, holds):
+    """0.40 was recorded, and 0.46 in a repetition."""
+    failed = failing(beam=replace(GOOD, simulated_decrement=simulated))
+    assert failed == [] if holds else failed[0].endswith("within 15 % of two repetitions, 0.40 and 0.46")
+
+
+@pytest.mark.parametrize(
     ("text", "change"),
     [
         ("segment: settled turn", {"simulated_settled_turn_deg": 8.9}),
@@ -130,3 +140,18 @@ def test_claims_of_the_arm_are_those_of_its_last_body():
     middle = [replace(row, body="middle", mean_mm=99.0, percentile_95_mm=99.0) for row in ARM]
     assert failing(arm=[*middle, *ARM]) == []
     assert len(failing(arm=[*ARM, *middle])) == 4
+
+
+def test_recordings_under_the_same_load_say_how_much_they_differ():
+    """A hand that is unknown is another comparison with the same recording, no repetition."""
+    loaded, unloaded = (SimpleNamespace(pressure=None, load=load) for load in (TipLoad(0.1, 0.015, 0.0), None))
+    again = replace(GOOD, recording="b", decrement=0.46, settled_turn_deg=10.5)
+    rows = [
+        (GOOD, loaded),
+        (replace(GOOD, role=UNHELD), loaded),
+        (again, loaded),
+        (replace(GOOD, recording="c"), unloaded),
+    ]
+    scores, motions = zip(*rows, strict=True)
+    (text,) = repetitions(SimpleNamespace(scores=scores, motions=motions))
+    assert text == "a and b repeat each other: settled turn 10.00 to 10.50 degrees, decrement 0.40 to 0.46"
