@@ -63,7 +63,7 @@ class Zeroing:
 
     def over_time(self, readings: Array, driving: Array, gravity: Array, first: int = 0) -> Zeros:
         """The zeros at all samples of a recording, (T, ...); those before the `first` one leave no trace."""
-        begin, zeros = self.begin(readings.shape[1:-1]), []
+        begin, zeros = self.begin(readings.shape[1:-1]), list[Zeros]()
         gravity = np.broadcast_to(gravity, (*driving.shape[:-1], 3))
         for i, sample in enumerate(zip(readings, driving, gravity, strict=True)):
             zeros.append(self.step(zeros[-1] if i > first else begin, *sample))

@@ -14,7 +14,7 @@ from soft_gripper.extras.studies.drift.study import (
     run_drift,
 )
 from soft_gripper.files.output import lock_folder
-from soft_gripper.files.row_table import headings, print_table
+from soft_gripper.files.row_table import columns, headings, print_table
 from soft_gripper.runs.executor import open_executor
 
 
@@ -27,7 +27,7 @@ def run(options: argparse.Namespace) -> int:
     ):
         rows = run_drift(out, options.parts, options.seed, opened, lambda job: ended(), options.resume)
     claims = drift_claims(rows)
-    print_table(headings(PolicyRow), [list(asdict(row).values()) for row in rows])
+    print_table(headings(PolicyRow, columns(PolicyRow)), [list(asdict(row).values()) for row in rows])
     console.table("drift", rows)
     print_claims(claims)
     console.table("claims", claims)

@@ -9,7 +9,7 @@ E sets of sensors, M moments, T samples of the hour.
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from typing import Annotated, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -81,7 +81,7 @@ def in_free_motion(hour: Hour, rows: NDArray[np.int_]) -> Stated:
 def _by_contact(hour: Hour, rows: NDArray[np.int_], uncertainty: Uncertainty) -> Stated:
     function = ContactShape(hour.layout, uncertainty, PERIOD)
     readings, std = recorded_zeros(function, hour.readings, hour.driving, hour.gravity)
-    given = readings[rows], hour.driving[rows], hour.gravity[rows], AT_REST, *(each[rows] for each in std)
+    given: tuple[Any, ...] = readings[rows], hour.driving[rows], hour.gravity[rows], AT_REST, *(s[rows] for s in std)
     return Stated(function(*given), function.posterior(*given).force_interval)
 
 
