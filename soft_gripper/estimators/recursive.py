@@ -9,8 +9,8 @@ A Kalman filter (Kalman 1960, doi 10.1115/1.3662552), extended for the gain of t
     a     rate at which every offset drifts, where sensors drift:  b' = a + noise
 
 All but the load are slow: next to constant, the offsets drift, steadily or not, and the bend does as far as the finger
-may creep in a way that its model does not know (`creep`). Gains and bend walk a little as well, but become no more uncertain than in a
-minute of it. They are learnt in free motion alone. Whether the finger is free is seen from what the
+may creep in a way that its model does not know (`creep`). Gains and bend walk a little as well, but become no more
+uncertain than in a minute of it. They are learnt in free motion alone. Whether the finger is free is seen from what the
 readings differ from those of the free finger, averaged over some samples: as long as it is no more than noise and the
 uncertainty of the slow states explain, the slow states are corrected, and cautiously, for errors of sensors are not
 white. While the finger is loaded they are kept as they are, with their uncertainty counted (Schmidt 1966, doi

@@ -70,7 +70,7 @@ COMMANDS = (
         ("", "--parts 2 --resume"),
         (
             *CONSOLE,
-            count("--parts", "sets of grasps and sensors, an hour each", 6),
+            count("--parts", "sets of grasps and sensors, an hour each", 4),
             SEED,
             RESUME,
             *EXECUTOR,

@@ -10,7 +10,6 @@ from soft_gripper.extras.studies.drift.study import (
     TABLE,
     PolicyRow,
     drift_claims,
-    drift_jobs,
     run_drift,
 )
 from soft_gripper.files.output import lock_folder
@@ -22,7 +21,7 @@ def run(options: argparse.Namespace) -> int:
     """Runs the command; the exit code is 1 if a claim does not hold."""
     executor, console, out = open_executor(options.jobs, options.scheduler), options.console, lock_folder(options.out)
     with (
-        console.jobs(len(drift_jobs(options.parts)), "hours", "--resume goes on with them") as ended,
+        console.jobs(options.parts, "hours", "--resume goes on with them") as ended,
         executor as opened,
     ):
         rows = run_drift(out, options.parts, options.seed, opened, lambda job: ended(), options.resume)

@@ -124,20 +124,11 @@ class DriftRow:
     samples: int
 
 
-def drift_rows(
-    part: int,
-    policy: str,
-    seed: int,
-    minutes: tuple[int, ...] = MINUTES,
-    sensors: int = SENSORS,
-    grasps: int = GRASPS,
-) -> list[DriftRow]:
-    """The rows of one part of the study under one policy; grasps and sensors are the same under each."""
-    simulated = [simulated_grasp(seed + part, i) for i in range(grasps)]
-    hour = hour_of(simulated, seed + part, minutes[-1], sensors)
-    rows = held_rows(hour.truth, minutes)
-    stated = POLICIES[policy](hour, rows)
-    return list(_rows(part, policy, hour, rows, stated, minutes))
+def drift_rows(part: int, seed: int) -> list[DriftRow]:
+    """The rows of one part of the study: the same grasps and sensors under every policy."""
+    hour = hour_of([simulated_grasp(seed + part, i) for i in range(GRASPS)], seed + part)
+    rows = held_rows(hour.truth, MINUTES)
+    return [row for name, policy in POLICIES.items() for row in rows_of(part, name, hour, rows, policy(hour, rows))]
 
 
 def held_rows(truth: Grasps, minutes: tuple[int, ...]) -> NDArray[np.int_]:
@@ -153,12 +144,11 @@ def _minute(rows: NDArray[np.int_]) -> NDArray[np.int_]:
     return (rows * PERIOD // MINUTE).astype(int) + 1
 
 
-def _rows(
-    part: int, policy: str, hour: Hour, rows: NDArray[np.int_], stated: Stated, minutes: tuple[int, ...]
-) -> Iterator[DriftRow]:
+def rows_of(part: int, policy: str, hour: Hour, rows: NDArray[np.int_], stated: Stated) -> Iterator[DriftRow]:
+    """A row for each minute in which there are samples, `rows` of the hour, in this order."""
     finger = hour.layout.finger
     points = in_space(forward_kinematics(hour.truth.q[rows], finger.segment_length).points)[:, None]
-    for minute in minutes:
+    for minute in np.unique(_minute(rows)).tolist():
         chosen = np.flatnonzero(_minute(rows) == minute)
         errors = errors_of(finger, stated.shape.at(chosen), points[chosen])
         low, middle, high = np.moveaxis(stated.interval[chosen], -1, 0)

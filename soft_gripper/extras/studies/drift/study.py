@@ -19,7 +19,6 @@ from soft_gripper.runs.study import StudyTables
 TABLE, ABOUT, SUMMARY, FIGURE = "drift_parts.csv", "drift_parts.txt", "drift.csv", "drift"
 COVERED = 90.0, 99.0  # %, at the last minute, under each policy
 LARGEST_TIP = 2.9  # % of the length, under the best policy
-Job = tuple[int, str]
 
 
 @dataclass(frozen=True)
@@ -39,13 +38,8 @@ class PolicyRow:
     samples: int
 
 
-def drift_jobs(parts: int) -> list[Job]:
-    """Parts and policies, those that take longest first."""
-    return [(part, policy) for policy in reversed(POLICIES) for part in range(parts)]
-
-
 def run_drift(
-    folder: Path, parts: int, seed: int, executor: Executor, report: Callable[[Job], Any], resume: bool = False
+    folder: Path, parts: int, seed: int, executor: Executor, report: Callable[[int], Any], resume: bool = False
 ) -> list[PolicyRow]:
     """Runs the study, writes its tables and figure, and returns the rows.
 
@@ -54,7 +48,7 @@ def run_drift(
         parts: sets of grasps and sensors, each an hour under every policy.
         seed: of all that is random.
         executor: makes the calls.
-        report: called with each of `drift_jobs` as it ends, or at once if its rows exist.
+        report: called with the number of each part as it ends, or at once if its rows exist.
         resume: keep existing rows.
 
     Raises:
@@ -63,16 +57,16 @@ def run_drift(
     tables = StudyTables(folder, ABOUT, {TABLE: columns(DriftRow)}, 3)
     tables.begin(f"seed: {seed}\nparts: {parts}\n", resume)
 
-    def keep(job: Job, rows: list[DriftRow]) -> None:
+    def keep(part: int, rows: list[DriftRow]) -> None:
         for row in rows:
             tables.add(cells(row))
 
-    def keys(job: Job) -> list[tuple[str, ...]]:
-        return [(str(job[0]), job[1], str(minute)) for minute in MINUTES]
+    def keys(part: int) -> list[tuple[str, ...]]:
+        return [(str(part), policy, str(minute)) for policy in POLICIES for minute in MINUTES]
 
-    jobs = {job: (*job, seed) for job in drift_jobs(parts)}
+    jobs = {part: (part, seed) for part in range(parts)}
     tables.run(executor, drift_rows, jobs, keep, ended=report, keys=keys)
-    tables.finish(key for job in sorted(jobs, key=lambda job: list(POLICIES).index(job[1])) for key in keys(job))
+    tables.finish(key for part in jobs for key in keys(part))
     rows = summary([of_cells(row, DriftRow) for (row,) in tables.rows.values()])
     write_csv(folder / SUMMARY, rows)
     save_figure(drift_figure(rows), folder / FIGURE)
