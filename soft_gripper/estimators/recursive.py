@@ -80,7 +80,8 @@ EFFECTIVE_DRIVING_TORQUE = "effective_driving_torque"
 _LOAD_CHANGE = 0.15  # 1/sqrt(s), random walk of a load, as a share of a usual one
 _LOAD_JUMP = 0.2  # of a usual load: standard deviation of a jump within one sample
 _AVERAGE = 0.1  # weight of the newest sample in the average that is compared with the free finger
-_CORRELATED = 0.3  # s, for which an error of a sensor is taken to last when slow states are corrected
+# Samples and s, at most, for which an error of a sensor is taken to last when slow states are corrected.
+_CAUTION, _CORRELATED = 30.0, 0.6
 _SLOW_GAIN, _SLOW_BEND = 1e-3, 1e-3  # 1/sqrt(s), random walks of c and of r
 _BLIND_SAMPLES = 5  # samples without a reading of a bend after which a load can no longer be ruled out
 _OUTLIER = 6.0  # standard deviations
@@ -329,6 +330,11 @@ class RecursiveShape:
         variances = np.concatenate([_LOAD_CHANGE**2 * self.mechanics.load_variances, np.square(slow)])
         return variances * self.period
 
+    @property
+    def _caution(self) -> float:
+        """Factor on the variance of the noise where slow states are corrected."""
+        return min(_CAUTION, max(_CORRELATED / self.period, 1.0))
+
     def _drifted(self, mean: Array, covariance: Array) -> tuple[Array, Array]:
         """Mean and covariance of the states a period later."""
         covariance = covariance + np.diag(self._walks)
@@ -436,7 +442,7 @@ class RecursiveShape:
         loads = (loaded | blind)[..., None] | self._is_slow
         mean = mean * loads
         covariance = covariance * (loads[..., :, None] & loads[..., None, :])
-        noise = np.where(loaded[..., None], noise, max(_CORRELATED / self.period, 1.0) * noise)
+        noise = np.where(loaded[..., None], noise, self._caution * noise)
         crossed = covariance @ np.swapaxes(by_state, -1, -2)
         spread = by_state @ crossed + noise[..., None] * np.eye(noise.shape[-1])
         gain = np.swapaxes(np.linalg.solve(spread, np.swapaxes(crossed, -1, -2)), -1, -2)
