@@ -98,7 +98,11 @@ def test_old_zeros_make_shape_and_force_less_certain(layout, grasp):
 
 
 def test_a_steady_drift_is_foreseen(layout, grasp):
-    """`recursive` learns the rates while the finger is free: a minute without readings later it is off by a fifth."""
+    """`recursive` learns the rates while the finger is free, and goes on with them while nothing is read.
+
+    A minute of rates and a minute of random walks are assumed to come equally far, so that half of what drifted in the
+    first minute is expected in the second.
+    """
     ideal, driving, gravity = (np.repeat(each[:1], 1200, axis=0) for each in grasp)
     drifted = np.linspace(-1, 1, layout.readings) * 2e-2 * PERIOD / 60 * np.arange(1200)[:, None]
     read = np.where(np.arange(1200)[:, None] < 600, ideal + drifted, np.nan)
@@ -106,7 +110,7 @@ def test_a_steady_drift_is_foreseen(layout, grasp):
     known = function.begin()
     for sample in zip(read, driving, gravity, strict=True):
         known = function.step(known, *sample)
-    np.testing.assert_allclose(function.changes(known).offset_changes, drifted[-1], atol=0.2 * 2e-2)
+    np.testing.assert_allclose(function.changes(known).offset_changes, 1.5 * drifted[600], rtol=0.03)
 
 
 def test_a_scenario_zeroes_its_sensors(layout):

@@ -67,10 +67,10 @@ COMMANDS = (
     Command(
         "drift",
         "estimate shape and force during an hour of grasping, with sensors that drift, under policies of zeroing them",
-        ("", "--parts 2 --resume"),
+        ("", "--parts 4 --resume"),
         (
             *CONSOLE,
-            count("--parts", "sets of grasps and sensors, an hour each", 4),
+            count("--parts", "sets of grasps and sensors, an hour each", 2),
             SEED,
             RESUME,
             *EXECUTOR,
