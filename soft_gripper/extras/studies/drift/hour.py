@@ -2,7 +2,7 @@
 
 The plant does not depend on its sensors, and its grasps begin and end at rest: some are simulated, and repeated in
 random order. The sensors are simulated over the whole hour, sample by sample: their drift, hysteresis and noise are not
-repeated. Estimates are compared with the truth while objects are held, in the minute before each of MINUTES.
+repeated. Estimates are compared with the truth while objects are held, in the SPAN before each of MINUTES.
 
 E sets of sensors, M moments, T samples of the hour.
 """
@@ -29,10 +29,10 @@ from soft_gripper.fingers.kinematics import forward_kinematics, in_space
 from soft_gripper.sensors.sensor_layout import SensorLayout
 from soft_gripper.sensors.strain_errors import MINUTE, disturb
 
-MINUTES = (1, 5, 10, 20, 30, 40, 50, 60)
+MINUTES, SPAN = (5, 10, 20, 30, 40, 50, 60), 5  # ends of the spans that are scored, and how long these are, min
 SECTIONS, SENSORS, GRASPS = 4, 12, 8  # per side; sets of sensors, and simulated grasps, of a set of the study
 FREE_PRESSURE = 2e3  # Pa, below which the gripper is open
-_MOMENTS = 2.5, 5.0, 7.5  # s after a grasp begins
+_MOMENT = 5.0  # s after a grasp begins
 _LEAST_FORCE = 0.05  # N
 
 
@@ -108,7 +108,7 @@ POLICIES: dict[str, Callable[[Hour, NDArray[np.int_]], Stated]] = {
 
 @dataclass(frozen=True)
 class DriftRow:
-    """One set of grasps and sensors, under one policy, in the minute before `minute`."""
+    """One set of grasps and sensors, under one policy, in the SPAN before `minute`."""
 
     part: int  # of the study
     policy: str
@@ -132,16 +132,15 @@ def drift_rows(part: int, seed: int) -> list[DriftRow]:
 
 
 def held_rows(truth: Grasps, minutes: tuple[int, ...]) -> NDArray[np.int_]:
-    """Samples at which something is held, in the minute before each of `minutes`, by increasing numbers."""
-    begins = np.arange(0, len(truth.q), round(GRASP / PERIOD))
-    rows = (begins[:, None] + np.round(np.array(_MOMENTS) / PERIOD).astype(int)).ravel()
+    """Samples at which something is held, one a grasp, in the SPAN before each of `minutes`, by increasing numbers."""
+    rows = np.arange(round(_MOMENT / PERIOD), len(truth.q), round(GRASP / PERIOD))
     rows = rows[np.isin(_minute(rows), minutes)]
     return rows[truth.force[rows] > _LEAST_FORCE]
 
 
 def _minute(rows: NDArray[np.int_]) -> NDArray[np.int_]:
-    """The minute that ends next."""
-    return (rows * PERIOD // MINUTE).astype(int) + 1
+    """The end of the SPAN of each sample."""
+    return SPAN * ((rows * PERIOD // (SPAN * MINUTE)).astype(int) + 1)
 
 
 def rows_of(part: int, policy: str, hour: Hour, rows: NDArray[np.int_], stated: Stated) -> Iterator[DriftRow]:

@@ -23,7 +23,7 @@ LARGEST_TIP = 2.9  # % of the length, under the best policy
 
 @dataclass(frozen=True)
 class PolicyRow:
-    """All parts of the study under one policy, in the minute before `minute`."""
+    """All parts of the study under one policy, in the SPAN before `minute`."""
 
     policy: str
     minute: int
