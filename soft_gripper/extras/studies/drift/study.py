@@ -130,11 +130,10 @@ def drift_figure(rows: Sequence[PolicyRow]) -> Figure:
                 axes.axhspan(*COVERED, color="0.9", zorder=0)
                 axes.set_ylim(top=101)
             else:
-                axes.set_yscale("log")
-                axes.yaxis.set_major_formatter("{x:g}")
+                axes.set_ylim(bottom=0)
             if name == "tip_percent":
                 axes.axhline(LARGEST_TIP, color="0.5", lw=0.8, ls="--")
-                axes.legend(title="sensors zeroed", frameon=False)
+                axes.legend(title="sensors zeroed", frameon=False, loc="upper left")
         for axes in figure.axes[2:]:
             axes.set_xlabel("time [min]")
     return figure
