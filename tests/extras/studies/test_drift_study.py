@@ -97,7 +97,7 @@ def test_the_study_is_resumed(tmp_path, monkeypatch):
     monkeypatch.setattr(study, "drift_rows", rows_of_part)
     ended: list[int] = []
     whole = run_drift(tmp_path, 2, 7, HereExecutor(), ended.append)
-    assert (made, ended) == ([(0, 7), (1, 7)], [0, 1])
+    assert (sorted(made), sorted(ended)) == ([(0, 7), (1, 7)], [0, 1])
     table = (tmp_path / TABLE).read_text()
     (tmp_path / TABLE).write_text("".join(table.splitlines(keepends=True)[:-3]))
     assert run_drift(tmp_path, 2, 7, HereExecutor(), ended.append, resume=True) == whole
