@@ -4,9 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from command_line import soft_gripper
 from here_executor import HereExecutor
 from loaded_fingers import Push, in_balance
 
+from soft_gripper.extras.studies.commands import drift as command
 from soft_gripper.extras.studies.contacts.contacts import read_finger
 from soft_gripper.extras.studies.drift import study
 from soft_gripper.extras.studies.drift.grasps import Grasps
@@ -105,3 +107,13 @@ def test_the_study_is_resumed(tmp_path, monkeypatch):
     assert (tmp_path / TABLE).read_text() == table
     assert len((tmp_path / SUMMARY).read_text().splitlines()) == 1 + len(POLICIES) * len(MINUTES)
     assert (tmp_path / f"{FIGURE}.png").stat().st_size > 10_000
+
+
+@pytest.mark.parametrize(("share", "code"), [(95.0, 0), (99.9, 1)])
+def test_the_command_prints_rows_and_claims(share, code, tmp_path, monkeypatch):
+    found = summary([row(0, policy, minute, force_covered_percent=share) for policy in POLICIES for minute in (5, 60)])
+    monkeypatch.setattr(command, "run_drift", lambda *_: found)
+    outcome = soft_gripper("drift", "--out", tmp_path)
+    assert outcome.code == code
+    assert "in free motion" in outcome.out
+    assert "best policy: tip within 2.9 % of the length" in outcome.out
