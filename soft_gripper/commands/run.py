@@ -102,7 +102,7 @@ def observed(station: Station) -> list[str]:
     found: dict[tuple[str, ...], list[str]] = {}
     for finger in station.fingers:
         if len(finger.finger.yields) > 1 and station.parts.sensor in SENSORS:
-            noise = uncertainty(scenario.estimator, scenario.sensor).any_reading
+            noise = float(uncertainty(scenario.estimator, scenario.sensor).any_reading())
             layout = read_nominal_model(scenario.nominal).layout(finger.finger, scenario.sensor)
             found.setdefault(tuple(map(str, observability(layout, noise))), []).append(finger.name)
     return [

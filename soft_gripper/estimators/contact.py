@@ -84,6 +84,7 @@ from soft_gripper.estimators.free_motion import AT_REST, STILL, FreeMotion, Lag,
 from soft_gripper.estimators.gaussian import GaussianShape, gain_of
 from soft_gripper.estimators.mechanics import BentFinger, Mechanics, outer
 from soft_gripper.estimators.uncertainty import Uncertainty
+from soft_gripper.estimators.zeroing import Zeroing
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.spatial_chain import Posture, vector_product
 from soft_gripper.sensors.measurement import UNKNOWN, MeasurementModel
@@ -594,18 +595,22 @@ class ContactShape:
     uncertainty: Uncertainty = field(default_factory=Uncertainty)
     period: float = 0.01  # s, between the samples of a finger that moves
 
-    def __call__(self, readings: Array, driving: Array, gravity: Array, lag: Lag = AT_REST) -> ShapeEstimate:
-        """The joint positions, their covariance and the contact; see ShapeFunction.
+    def __call__(
+        self, readings: Array, driving: Array, gravity: Array, lag: Lag = AT_REST, std: Array | None = None
+    ) -> ShapeEstimate:
+        """The joint positions, their covariance and the contact; see ShapeFunction, and for `std` GaussianShape.
 
         The contact is NaN where too little is read (`SurfaceContact.fewest`), and where nothing is found of a finger
         that moves; `lag` is that of a free finger in motion, (..., D) each.
         """
-        found: ShapeEstimate = self._in_parts(self._shape, readings, driving, gravity, *lag)
+        found: ShapeEstimate = self._in_parts(self._shape, readings, driving, gravity, lag, std)
         return found
 
-    def posterior(self, readings: Array, driving: Array, gravity: Array, lag: Lag = AT_REST) -> ContactPosterior:
+    def posterior(
+        self, readings: Array, driving: Array, gravity: Array, lag: Lag = AT_REST, std: Array | None = None
+    ) -> ContactPosterior:
         """Posterior of one contact, with whatever trades off against it; see `__call__`."""
-        found: ContactPosterior = self._in_parts(self._posterior, readings, driving, gravity, *lag)
+        found: ContactPosterior = self._in_parts(self._posterior, readings, driving, gravity, lag, std)
         return found
 
     @cached_property
@@ -613,21 +618,29 @@ class ContactShape:
         """The motion of the finger while nothing touches it."""
         return FreeMotion(self._gaussian.mechanics, self.period)
 
-    def _in_parts(self, function: Any, readings: Array, *others: Array) -> Any:
+    @property
+    def zeroing(self) -> Zeroing | None:
+        """What follows the zeros of the sensors; see GaussianShape."""
+        return self._gaussian.zeroing
+
+    def _in_parts(
+        self, function: Any, readings: Array, driving: Array, gravity: Array, lag: Lag, std: Array | None
+    ) -> Any:
         leading = readings.shape[:-1]
+        others = driving, gravity, np.full(1, self.uncertainty.any_reading()) if std is None else std, *lag
         return in_parts(function, readings, *(np.broadcast_to(each, (*leading, each.shape[-1])) for each in others))
 
-    def _shape(self, readings: Array, driving: Array, gravity: Array, *lag: Array) -> ShapeEstimate:
-        shape = shared(GaussianShape.__call__, self._gaussian, readings, driving, gravity)
-        explained, free = shared(ContactShape._explained, self, shape.q, readings, driving, gravity, *lag)
+    def _shape(self, readings: Array, driving: Array, gravity: Array, std: Array, *lag: Array) -> ShapeEstimate:
+        shape = shared(GaussianShape.__call__, self._gaussian, readings, driving, gravity, std)
+        explained, free = shared(ContactShape._explained, self, shape.q, readings, driving, gravity, std, *lag)
         contact, torque = self.contact.stated(explained)
-        loaded = self._loaded(explained.left, free, torque, readings, driving)
+        loaded = self._loaded(explained.left, free, torque, readings, driving, std)
         q = np.where(torque.any(axis=-1, keepdims=True), loaded, shape.q)
         return ShapeEstimate(q, shape.covariance, contact)
 
-    def _posterior(self, readings: Array, driving: Array, gravity: Array, *lag: Array) -> ContactPosterior:
-        shape = shared(GaussianShape.__call__, self._gaussian, readings, driving, gravity)
-        explained, _ = shared(ContactShape._explained, self, shape.q, readings, driving, gravity, *lag)
+    def _posterior(self, readings: Array, driving: Array, gravity: Array, std: Array, *lag: Array) -> ContactPosterior:
+        shape = shared(GaussianShape.__call__, self._gaussian, readings, driving, gravity, std)
+        explained, _ = shared(ContactShape._explained, self, shape.q, readings, driving, gravity, std, *lag)
         return self.contact.posterior(explained)
 
     def _explained(
@@ -636,16 +649,17 @@ class ContactShape:
         readings: Array,
         driving: Array,
         gravity: Array,
+        std: Array | None = None,
         damping: Array = AT_REST.damping,
         inertia: Array = AT_REST.inertia,
     ) -> tuple[Explained, Array]:
         """The forces in all cells, linearized about the finger under the likeliest of those about `q`; and q_0."""
         lag = Lag(damping, inertia)
-        left, free = self._unexplained(q, readings, driving, gravity, lag)
+        left, free = self._unexplained(q, readings, driving, gravity, lag, std)
         explained = self.contact.explain(left)
         for _ in range(self._passes - 1):
-            q = self._loaded(left, free, self.contact.best(explained)[1], readings, driving)
-            left, free = self._unexplained(q, readings, driving, gravity, lag)
+            q = self._loaded(left, free, self.contact.best(explained)[1], readings, driving, std)
+            left, free = self._unexplained(q, readings, driving, gravity, lag, std)
             explained = self.contact.explain(left)
         return explained, free
 
@@ -654,22 +668,30 @@ class ContactShape:
         """How often the load is linearized; where it changes nothing but the posture, the shape of `gaussian` does."""
         return 1 if self.contact.mechanics.only_bends and self.layout.finger.elastic_law is None else 2
 
-    def _loaded(self, left: Unexplained, free: Array, torque: Array, readings: Array, driving: Array) -> Array:
+    def _loaded(
+        self, left: Unexplained, free: Array, torque: Array, readings: Array, driving: Array, std: Array | None
+    ) -> Array:
         """Joint positions under torques of a contact, (..., D); what they do not explain is shared as by `gaussian`."""
-        mechanics, variance = self._gaussian.mechanics, self._gaussian.read(readings).variance
+        mechanics, variance = self._gaussian.mechanics, self._gaussian.read(readings, std).variance
         loaded = mechanics.compliance(left.q) * torque
         remaining = left.residual - (left.slopes @ loaded[..., None])[..., 0]
         gain, _ = gain_of(left.slopes, mechanics.prior(left.at, left.q, driving), variance)
         return np.asarray(free + loaded + (gain @ remaining[..., None])[..., 0])
 
     def _unexplained(
-        self, q: Array, readings: Array, driving: Array, gravity: Array, lag: Lag = AT_REST
+        self,
+        q: Array,
+        readings: Array,
+        driving: Array,
+        gravity: Array,
+        lag: Lag = AT_REST,
+        std: Array | None = None,
     ) -> tuple[Unexplained, Array]:
         """Linearized about joint positions `q`, and the joints without a load, q_0, (..., D).
 
         The stiffness may be as wrong as the bend per driving torque: then a share of what is read is.
         """
-        mechanics, (values, variance) = self._gaussian.mechanics, self._gaussian.read(readings)
+        mechanics, (values, variance) = self._gaussian.mechanics, self._gaussian.read(readings, std)
         at, (predicted, A) = mechanics.posture(q), self.layout.values_at(q)
         free = mechanics.unloaded(q, driving + mechanics.weight(at, gravity))
         residual = values - predicted - (A @ (free - q)[..., None])[..., 0]
@@ -687,7 +709,7 @@ class ContactShape:
 
     @cached_property
     def _gaussian(self) -> GaussianShape:
-        return GaussianShape(self.layout, self.uncertainty)
+        return GaussianShape(self.layout, self.uncertainty, self.period)
 
 
 def _most_of_noise(read: Array) -> Array:

@@ -45,6 +45,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.estimators.estimate import ShapeEstimate
 from soft_gripper.estimators.mechanics import Mechanics
 from soft_gripper.estimators.uncertainty import Uncertainty
+from soft_gripper.estimators.zeroing import Zeroing
 from soft_gripper.sensors.measurement import UNKNOWN, LinearReadings, MeasurementModel
 from soft_gripper.sensors.observability import shared_equally, weak_prior
 
@@ -57,10 +58,14 @@ class GaussianShape:
 
     layout: MeasurementModel
     uncertainty: Uncertainty = field(default_factory=Uncertainty)
+    period: float = 0.01  # s, between samples of sensors whose zeros are followed
 
-    def __call__(self, readings: Array, driving: Array, gravity: Array) -> ShapeEstimate:
-        """The joint positions and their covariance; see ShapeFunction."""
-        mechanics, read = self.mechanics, self.read(readings)
+    def __call__(self, readings: Array, driving: Array, gravity: Array, std: Array | None = None) -> ShapeEstimate:
+        """The joint positions and their covariance; see ShapeFunction.
+
+        `std` is the standard deviation of what is read, (..., 1); None: that of sensors zeroed within a minute.
+        """
+        mechanics, read = self.mechanics, self.read(readings, std)
         q = self.guess(read, driving, gravity)
         at = mechanics.posture(q)
         prior = mechanics.prior(at, q, driving)
@@ -92,9 +97,16 @@ class GaussianShape:
         (_, A), noise = layout.values_at(q), self.read(layout.read(q)).variance
         return mechanics.weight(at, np.eye(3)), gain_of(A, prior, noise)[0], A
 
-    def read(self, readings: Array) -> LinearReadings:
-        """The values that are read, 0 where nothing is, and their variances."""
-        return self.layout.values(readings, self.uncertainty.any_reading).uncertain_by(self.uncertainty.gain)
+    def read(self, readings: Array, std: Array | None = None) -> LinearReadings:
+        """The values that are read, 0 where nothing is, and their variances; `std` as of the estimate."""
+        noise = self.uncertainty.any_reading() if std is None else std
+        return self.layout.values(readings, noise).uncertain_by(self.uncertainty.gain)
+
+    @cached_property
+    def zeroing(self) -> Zeroing | None:
+        """What follows the zeros of sensors that drift, or are zeroed while the finger is free; else None."""
+        follows = self.uncertainty.drift > 0 or self.uncertainty.free_pressure > 0
+        return Zeroing(self.mechanics, self.period) if follows else None
 
     @cached_property
     def mechanics(self) -> Mechanics:

@@ -41,7 +41,7 @@ SHAPE_FUNCTIONS = Registry[Callable[..., ShapeFunction]](
     {
         "arcs": lambda layout, uncertainty, period=0.01: ArcShape(strain_sensors(layout, "estimator arcs")),
         "spline": lambda layout, uncertainty, period=0.01: SplineShape(layout),
-        "gaussian": lambda layout, uncertainty, period=0.01: GaussianShape(layout, uncertainty),
+        "gaussian": lambda layout, uncertainty, period=0.01: GaussianShape(layout, uncertainty, period),
         "contact": lambda layout, uncertainty, period=0.01: ContactShape(layout, uncertainty, period),
         "recursive": RecursiveShape,
         "constant_curvature": lambda layout, uncertainty, period=0.01: (

@@ -6,17 +6,19 @@ A Kalman filter (Kalman 1960, doi 10.1115/1.3662552), extended for the gain of t
     r, d  how much more the finger bends than nominal, and the pressure that is measured too low:
           k q = u (1 + r) + g d + w + tau , with u the driving torque and g the pressure gain
     c, b  gain error and offset of every reading:  strain = (1 + c) h(q) + b + noise
+    a     rate at which every offset drifts, where sensors drift:  b' = a + noise
 
-All but the load are slow: next to constant, the offsets drift, and the bend does as far as the finger may creep in a
-way that its model does not know (`creep`). They are learnt in free motion alone. Whether the finger is free is seen
-from what the readings differ from those of the free finger, averaged over some samples: as long as it is no more than
-noise and the uncertainty of the slow states explain, the slow states are corrected, and cautiously, for errors of
-sensors are not white. While the finger is loaded they are kept as they are, with their uncertainty counted (Schmidt
-1966, doi 10.1016/B978-1-4831-6716-9.50011-4): else a load that lasts would pass for an offset. The shape of a sample
-has the r and d that its readings ask for beside the load, though nothing is learnt from them; else a finger that is
-not as stiff as assumed would not have the shape that is read. What cannot be seen is a load that begins before
-anything is learnt and looks like a finger that bends less than assumed: let the finger move freely first, or give a
-smaller `bend_per_pressure`.
+All but the load are slow: next to constant, the offsets drift, steadily or not, and the bend does as far as the finger
+may creep in a way that its model does not know (`creep`). Gains and bend walk a little as well, but become no more
+uncertain than in a minute of it. They are learnt in free motion alone. Whether the finger is free is seen from what the
+readings differ from those of the free finger, averaged over some samples: as long as it is no more than noise and the
+uncertainty of the slow states explain, the slow states are corrected, and cautiously, for errors of sensors are not
+white. While the finger is loaded they are kept as they are, with their uncertainty counted (Schmidt 1966, doi
+10.1016/B978-1-4831-6716-9.50011-4): else a load that lasts would pass for an offset. The shape of a sample has the r
+and d that its readings ask for beside the load, though nothing is learnt from them; else a finger that is not as stiff
+as assumed would not have the shape that is read. What cannot be seen is a load that begins before anything is learnt
+and looks like a finger that bends less than assumed, and offsets that drifted further while the finger was loaded than
+their uncertainty allows: let the finger move freely first and often, or give a smaller `bend_per_pressure`.
 
 The innovation test says when readings are other than predicted: the squared innovation, normalised by its covariance,
 over the limit that noise exceeds in one of 1000 samples (Bar-Shalom, Li and Kirubarajan 2001, section 5.4).
@@ -46,7 +48,7 @@ Leading axes are free; R readings, S values, D joints, way after way, M modes of
 
 Symbols, beside those of `gaussian`: x the state, z its part that is the load, V the torques of a unit of each mode; r
 relative change of the bend; d error of the pressure, Pa, g pressure gain, N m/Pa; c gain errors and b offsets of the
-readings, h the extension ratios that joints give; C compliance of the joints.
+readings, a rates of these, h the extension ratios that joints give; C compliance of the joints.
 
 The force estimate uses `effective_driving_torque`, which therefore moves as the finger does: noise, differentiated
 twice, would amount to 8 mN m.
@@ -72,12 +74,14 @@ from soft_gripper.estimators.force_posterior import ContactPosterior
 from soft_gripper.estimators.mechanics import Mechanics, outer
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.sensors.measurement import MeasurementModel
+from soft_gripper.sensors.strain_errors import MINUTE
 
 EFFECTIVE_DRIVING_TORQUE = "effective_driving_torque"
 _LOAD_CHANGE = 0.15  # 1/sqrt(s), random walk of a load, as a share of a usual one
 _LOAD_JUMP = 0.2  # of a usual load: standard deviation of a jump within one sample
 _AVERAGE = 0.1  # weight of the newest sample in the average that is compared with the free finger
-_CAUTION = 30.0  # factor on the noise variance when slow states are corrected
+# Samples and s, at most, for which an error of a sensor is taken to last when slow states are corrected.
+_CAUTION, _CORRELATED = 30.0, 0.6
 _SLOW_GAIN, _SLOW_BEND = 1e-3, 1e-3  # 1/sqrt(s), random walks of c and of r
 _BLIND_SAMPLES = 5  # samples without a reading of a bend after which a load can no longer be ruled out
 _OUTLIER = 6.0  # standard deviations
@@ -155,7 +159,7 @@ class RecursiveShape:
     def step(self, before: Filter, readings: Array, driving: Array, gravity: Array) -> Filter:
         """State of knowledge after one more sample."""
         layout, mechanics = self.layout, self.mechanics
-        mean, covariance = before.mean, before.covariance + np.diag(self._walks)
+        mean, covariance = self._drifted(before.mean, before.covariance)
         at = mechanics.posture(before.q)
         weight, modes = mechanics.weight(at, gravity), mechanics.load_modes(at)
         strain, by_load, by_state = self._expected(mean, driving, weight, modes)
@@ -224,8 +228,8 @@ class RecursiveShape:
         """How far finger and sensors have moved, as learnt in free motion."""
         readings, std = self.layout.readings, np.sqrt(np.diagonal(known.covariance, axis1=-2, axis2=-1))
         M = self._modes
-        gains = slice(M + 2, M + 2 + readings)
-        parts = M, M + 1, gains, slice(gains.stop, None)
+        gains, offsets = (slice(M + 2 + begin, M + 2 + begin + readings) for begin in (0, readings))
+        parts = M, M + 1, gains, offsets
         return Changes(*(values[..., part] for part in parts for values in (known.mean, std)))
 
     def effective_driving(self, drive: Array, driving: Array) -> Array:
@@ -244,7 +248,8 @@ class RecursiveShape:
         return mean[..., self._modes + 2 : self._modes + 2 + self.layout.readings]
 
     def _offsets(self, mean: Array) -> Array:
-        return mean[..., self._modes + 2 + self.layout.readings :]
+        begin = self._modes + 2 + self.layout.readings
+        return mean[..., begin : begin + self.layout.readings]
 
     @cached_property
     def mechanics(self) -> Mechanics:
@@ -262,7 +267,12 @@ class RecursiveShape:
 
     @property
     def _states(self) -> int:
-        return self._modes + 2 + 2 * self.layout.readings
+        return self._modes + 2 + 2 * self.layout.readings + self._rates
+
+    @property
+    def _rates(self) -> int:
+        """Number of rates of drift among the states."""
+        return self.layout.readings if self.uncertainty.drift else 0
 
     def declare(self, block: ArrayBlock, driving: str) -> ShapeEstimate:
         """Declares what a block around it computes; see `shape_estimator.Filter`.
@@ -308,6 +318,7 @@ class RecursiveShape:
         assumed, readings = self.uncertainty, self.layout.readings
         slow = [assumed.bend_per_pressure, assumed.pressure]
         slow += [assumed.gain] * readings + [assumed.offset] * readings
+        slow += [assumed.drift / math.sqrt(MINUTE)] * self._rates  # those that come as far in a minute as the walk does
         return np.concatenate([self.mechanics.load_variances, np.square(slow)])
 
     @cached_property
@@ -315,9 +326,40 @@ class RecursiveShape:
         """Variances added per period, (n,)."""
         assumed, readings = self.uncertainty, self.layout.readings
         slow = [math.hypot(_SLOW_BEND, assumed.creep), 0.0]
-        slow += [_SLOW_GAIN] * readings + [assumed.drift] * readings
+        slow += [_SLOW_GAIN] * readings + [assumed.drift] * readings + [0.0] * self._rates
         variances = np.concatenate([_LOAD_CHANGE**2 * self.mechanics.load_variances, np.square(slow)])
         return variances * self.period
+
+    @property
+    def _caution(self) -> float:
+        """Factor on the variance of the noise where slow states are corrected."""
+        return min(_CAUTION, max(_CORRELATED / self.period, 1.0))
+
+    def _drifted(self, mean: Array, covariance: Array) -> tuple[Array, Array]:
+        """Mean and covariance of the states a period later."""
+        covariance = covariance + np.diag(self._walks)
+        if self._rates:
+            mean, covariance = mean @ self._moved.T, self._moved @ covariance @ self._moved.T
+        excess = np.diagonal(covariance, axis1=-2, axis2=-1) / self._most
+        if (excess <= 1).all():
+            return mean, covariance
+        shrunk = np.sqrt(np.maximum(excess, 1.0))
+        return mean, covariance / (shrunk[..., :, None] * shrunk[..., None, :])
+
+    @cached_property
+    def _most(self) -> Array:
+        """Variances above which no state rises, (n,): of gains and bend, those after a minute's walk."""
+        most, M, readings = np.full(self._states, np.inf), self._modes, self.layout.readings
+        bounded = [*([] if self.uncertainty.creep else [M]), *range(M + 2, M + 2 + readings)]
+        most[bounded] = (self._before + self._walks * (MINUTE / self.period))[bounded]
+        return most
+
+    @cached_property
+    def _moved(self) -> Array:
+        """From the states to those a period later, but for their walks, (n, n)."""
+        moved, rates = np.eye(self._states), np.arange(self._states - self._rates, self._states)
+        moved[rates - self._rates, rates] = self.period
+        return moved
 
     def _joints_by_state(self, q: Array, driving: Array, modes: Array) -> Array:
         """Jacobian of the joint positions with respect to the states, (..., D, n)."""
@@ -400,7 +442,7 @@ class RecursiveShape:
         loads = (loaded | blind)[..., None] | self._is_slow
         mean = mean * loads
         covariance = covariance * (loads[..., :, None] & loads[..., None, :])
-        noise = np.where(loaded[..., None], noise, _CAUTION * noise)
+        noise = np.where(loaded[..., None], noise, self._caution * noise)
         crossed = covariance @ np.swapaxes(by_state, -1, -2)
         spread = by_state @ crossed + noise[..., None] * np.eye(noise.shape[-1])
         gain = np.swapaxes(np.linalg.solve(spread, np.swapaxes(crossed, -1, -2)), -1, -2)

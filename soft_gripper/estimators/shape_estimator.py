@@ -16,6 +16,7 @@ from soft_gripper.estimators.finger_shape import TIP, Places, put_out_arcs, put_
 from soft_gripper.estimators.force_posterior import ANSWERS, INTERVAL
 from soft_gripper.estimators.free_motion import motion_of
 from soft_gripper.estimators.plane import in_base, turned_from_base
+from soft_gripper.estimators.zeroing import Zeros, zeroing_of
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import SLIDES
 from soft_gripper.sensors.measurement import MeasurementModel
@@ -108,9 +109,9 @@ class ShapeEstimator(ArrayBlock):
     direction it begins, in B, with its centre (NaN for a straight arc, which has none). Matrices leave their ports row
     after row. A reading that is not finite matters as long as it lasts.
 
-    Stateless, unless the function remembers (`Filter`) or has a `motion` (`free_motion`): then the driving torque of
-    the samples before says how a free finger moves. Give the block inputs that are sampled together every period of it,
-    from time 0, in discrete state.
+    Stateless, unless the function remembers (`Filter`), has a `motion` (`free_motion`): then the driving torque of the
+    samples before says how a free finger moves; or follows the zeros of its sensors (`zeroing`). Give the block inputs
+    that are sampled together every period of it, from time 0, in discrete state.
     """
 
     def __init__(self, function: ShapeFunction, layout: MeasurementModel, gravity: Array):
@@ -160,7 +161,8 @@ class ShapeEstimator(ArrayBlock):
         """Declares the steps "q", "shape" and perhaps "posterior"; returns the shape of a straight finger."""
         if isinstance(function, Filter):
             return function.declare(self, self.driving)
-        known = layout.quantity, self.driving, "gravity", *self._derive_lag(function, gravity)
+        readings, *std = self._derive_zeros(function, layout)
+        known = readings, self.driving, "gravity", *self._derive_lag(function, gravity), *std
         self.derive("shape", function, *known)
         self.derive("q", attrgetter("q"), "shape")
         estimate_posterior = getattr(function, "posterior", None)
@@ -184,6 +186,26 @@ class ShapeEstimator(ArrayBlock):
         )
         self.derive("lag", motion.lag, "motion")
         return ("lag",)
+
+    def _derive_zeros(self, function: ShapeFunction, layout: MeasurementModel) -> tuple[str, ...]:
+        """Declares the steps "zeros", "zeroed" and "std", if a function follows the zeros of its sensors.
+
+        Returns the step with the readings that the function takes, and further ones.
+        """
+        zeroing = zeroing_of(function)
+        if zeroing is None:
+            return (layout.quantity,)
+        self.remember(
+            "zeros",
+            lambda before, *sample: zeroing.step(Zeros(*np.moveaxis(before, -2, 0)), *sample),
+            *(layout.quantity, self.driving, "gravity"),
+            begin=np.stack(zeroing.begin(), axis=-2),
+            keep=lambda zeros: np.stack(zeros, axis=-2),
+            over_time=partial(zeroing.over_time, first=1),
+        )
+        self.derive("zeroed", zeroing.corrected, "zeros", layout.quantity)
+        self.derive("std", zeroing.std, "zeros", layout.quantity)
+        return "zeroed", "std"
 
     def _put_out_joints(self, layout: MeasurementModel, found: ShapeEstimate) -> None:
         N, joints = layout.finger.segments, range(layout.finger.segments)
@@ -273,8 +295,10 @@ def _period_of(function: object) -> float | None:
     """Period of the samples of a block around a function: its own, if it remembers or follows how a finger moves."""
     if isinstance(function, Filter):
         return function.period
-    motion = motion_of(function)
-    return None if motion is None else motion.period
+    for remembers in (motion_of(function), zeroing_of(function)):
+        if remembers is not None:
+            return remembers.period
+    return None
 
 
 def straight_shape(function: ShapeFunction, layout: MeasurementModel) -> ShapeEstimate:

@@ -34,7 +34,7 @@ class SpatialCurvatureShape:
         layout, shared = self.layout, self._shared
         measured = layout.measured(readings)
         read, sections = np.isfinite(measured), np.zeros((*readings.shape[:-1], shared.shape[-1]))
-        variance = np.where(read, self.uncertainty.any_reading**2, UNKNOWN)
+        variance = np.where(read, self.uncertainty.any_reading() ** 2, UNKNOWN)
         for _ in range(_PASSES):
             q = sections @ shared.T
             seen = layout.slopes(q) @ shared

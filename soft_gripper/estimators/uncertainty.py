@@ -2,12 +2,16 @@
 
 What a scenario does not give follows from the errors of its sensors: an estimator that trusts noisy readings reports
 bands that are far too narrow. Hysteresis and creep count as a share of the strain, as a gain error does, since a
-straight finger shows none. A drift, which is steady, counts as a random walk that comes as far in a minute.
+straight finger shows none. A drift, which is steady, counts as a random walk that comes as far in a minute where the
+offsets are followed (`recursive`), and in proportion to the time since the zeros were found elsewhere (`zeroing`).
 """
 
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
+from soft_gripper.arrays import Array
 from soft_gripper.files.document import check_config
 from soft_gripper.quantity import quantity
 from soft_gripper.sensors.pressure_errors import PressureErrors
@@ -39,16 +43,21 @@ class Uncertainty:
     load_pressure: float = quantity(1.5e5, "Pa", above=0)
     largest_force: float = quantity(10.0, "N", above=0)  # that the scene can exert on a finger
     friction: float = quantity(0.9, above=0)  # largest coefficient between a finger and what it touches
+    # Pressure of the drive below which a finger is known to touch nothing: its sensors are zeroed there; 0: never.
+    free_pressure: float = quantity(0.0, "Pa", least=0)
     # Fraction of the length before which nothing can touch; two of the bounds of `contact` rely on it.
     nearest_contact: float = quantity(0.3, least=0, below=1)
 
     def __post_init__(self) -> None:
         check_config("uncertainty", self)
 
-    @property
-    def any_reading(self) -> float:
-        """Standard deviation of an extension ratio read within a minute, for estimators without lasting errors."""
-        return math.hypot(self.reading, self.offset, self.drift * math.sqrt(MINUTE))
+    def any_reading(self, age: Array | float = 0.0) -> Array | float:
+        """Standard deviation of an extension ratio, (...), for estimators without lasting errors.
+
+        `age` is the time since the sensors were zeroed, (...) s; what drifts in a minute counts in any case.
+        """
+        at_once, a_minute = math.hypot(self.reading, self.offset), self.drift * math.sqrt(MINUTE)
+        return np.hypot(at_once, a_minute * np.maximum(age / MINUTE, 1.0))
 
 
 def uncertainty_of(

@@ -405,6 +405,7 @@ class UncertaintyConfig:
     load_pressure: float | None = like(Uncertainty, "load_pressure")  # that of a usual load at the base
     largest_force: float | None = like(Uncertainty, "largest_force")  # that the scene can exert on a finger
     friction: float | None = like(Uncertainty, "friction")  # largest coefficient between a finger and what it touches
+    free_pressure: float | None = like(Uncertainty, "free_pressure")  # below which sensors are zeroed; 0: never
     nearest_contact: float | None = like(Uncertainty, "nearest_contact")  # fraction of the length
 
 

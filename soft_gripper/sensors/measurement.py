@@ -155,10 +155,11 @@ class MeasurementModel(ABC):
         """The quantity y that corresponds to readings, (..., R)."""
         return self.response.ratio(readings) - 1
 
-    def linear(self, readings: Array, noise: float) -> LinearReadings:
-        """The values z computed from readings, (..., R); `noise` is the standard deviation of the quantity y.
+    def linear(self, readings: Array, noise: Array | float) -> LinearReadings:
+        """The values z computed from readings, (..., R).
 
-        Where no reading of a value is finite it is 0, with the variance UNKNOWN.
+        `noise` is the standard deviation of the quantity y, (..., 1), or the same for all. Where no reading of a value
+        is finite it is 0, with the variance UNKNOWN.
         """
         measured = self.measured(readings).reshape(*readings.shape[:-1], *self.sensitivity.shape)
         read = np.isfinite(measured)
@@ -179,7 +180,7 @@ class MeasurementModel(ABC):
         information = (self.sensitivity**2).sum(axis=0)
         return self.sensitivity**2, information, np.where(information == 0, 1.0, information)
 
-    def values(self, readings: Array, noise: float) -> LinearReadings:
+    def values(self, readings: Array, noise: Array | float) -> LinearReadings:
         """The values that estimators condition on, of which `values_at` has the slopes; arguments as of `linear`."""
         return self.linear(readings, noise)
 
@@ -222,7 +223,7 @@ class MeasurementModel(ABC):
 class SpatialSensors(MeasurementModel):
     """Sensors that see every way in which their finger yields; estimators condition on what each measures."""
 
-    def values(self, readings: Array, noise: float) -> LinearReadings:
+    def values(self, readings: Array, noise: Array | float) -> LinearReadings:
         measured = self.measured(readings)
         read = np.isfinite(measured)
         return LinearReadings(np.where(read, measured, 0.0), np.where(read, noise**2, UNKNOWN))

@@ -116,11 +116,14 @@ def test_under_load_nothing_is_learnt_and_force_and_place_are_found(grasp, layou
     assert np.mean(found.contact.force[-100:]) == pytest.approx(FORCE, rel=0.05)
     assert np.mean(found.contact.arc_length[-100:]) == pytest.approx(PLACE, abs=3e-3)
     assert not np.any(found.contact.force[600:1195])
-    slow = slice(5, None)
     before, after = (last_known(shape, readings[:end], grasp.driving[:end]) for end in (1250, 1400))
     assert before.loaded
     assert after.loaded
-    np.testing.assert_array_equal(before.mean[slow], after.mean[slow])
+    others, offsets, rates = np.split(np.arange(5, len(before.mean)), [-2 * layout.readings, -layout.readings])
+    kept = np.append(others, rates)
+    np.testing.assert_array_equal(before.mean[kept], after.mean[kept])
+    drifted = before.mean[offsets] + 150 * PERIOD * before.mean[rates]
+    np.testing.assert_allclose(after.mean[offsets], drifted, rtol=1e-9, err_msg="go on at the rates that were learnt")
 
 
 @pytest.mark.slow
@@ -274,11 +277,12 @@ def stepped(learner: Learner, wrong: Array, known: Filter | None = None) -> Filt
 
 
 WRONG = 1e-3 * np.array([1.0, -2.0, 1.5, 1.0])
+SLOW = slice(5, 15)  # states that are slow, but for the rates of drift, which a sample does not see
 
 
 def test_a_free_sample_corrects_what_is_slow_as_least_squares_do_with_30_times_the_noise(learner: Learner) -> None:
     """No load; a sample counts little, since errors of sensors are not white."""
-    known, slow = stepped(learner, WRONG), slice(5, None)
+    known, slow = stepped(learner, WRONG), SLOW
     assert not known.loaded
     columns, variances = learner.columns[:, slow], before(learner)[slow]
     rows = np.vstack([np.diag(variances**-0.5), columns / (np.sqrt(30) * NOISE)])
@@ -298,7 +302,7 @@ def test_what_is_slow_goes_astray_as_it_is_believed_to(layout: SensorLayout) -> 
     assumed = Uncertainty(reading=1.0, bend_per_pressure=0.0, drift=2e-3)
     known = stepped(learner_of(layout, assumed), np.zeros(layout.readings))
     expected = np.array([1e-3, 0.0] + [1e-3] * layout.readings + [2e-3] * layout.readings) ** 2 * PERIOD
-    np.testing.assert_allclose(np.diagonal(known.covariance)[5:], expected, rtol=1e-3)
+    np.testing.assert_allclose(np.diagonal(known.covariance)[SLOW], expected, rtol=1e-3)
 
 
 def test_a_load_is_estimated_with_what_is_slow_counted_and_kept(learner: Learner) -> None:
@@ -333,7 +337,7 @@ def test_what_is_known_of_the_sensors_is_no_difference(learner: Learner) -> None
     """Readings of a free finger with the gain errors and offsets that were learnt."""
     gains, offsets = np.array([0.1, -0.05, 0.08, 0.02]), 1e-3 * np.array([2.0, -1.0, 1.0, 3.0])
     begin = learner.shape.begin()
-    mean = np.concatenate([begin.mean[:7], gains, offsets])
+    mean = np.concatenate([begin.mean[:7], gains, offsets, np.zeros(4)])
     known = stepped(learner, gains * learner.expected + offsets, begin._replace(mean=mean))
     np.testing.assert_allclose(known.difference, 0.0, atol=1e-12)
     np.testing.assert_allclose(known.mean[7:], mean[7:], atol=1e-12)
@@ -355,7 +359,7 @@ def test_a_reading_that_is_missing_or_an_outlier_counts_for_nothing(learner: Lea
     for lost in (np.nan, 0.5):
         wrong = WRONG.copy()
         wrong[0] = lost  # the inner path, which hardly reads the bend: the section is not blind
-        known, slow = stepped(learner, wrong), slice(5, None)
+        known, slow = stepped(learner, wrong), SLOW
         variances, sizes = before(learner)[slow], np.sqrt(before(learner)[slow])
         rows = np.vstack([np.diag(1 / sizes), learner.columns[1:, slow] / (np.sqrt(30) * NOISE)])
         right = np.concatenate([np.zeros(len(variances)), WRONG[1:] / (np.sqrt(30) * NOISE)])

@@ -39,7 +39,7 @@ def test_pressure_errors_and_the_finger():
 
 
 def test_any_reading_has_what_lasts_for_a_minute():
-    assert Uncertainty(reading=2e-3, offset=3e-3, drift=6e-3 / 60**0.5).any_reading == pytest.approx(7e-3)
+    assert Uncertainty(reading=2e-3, offset=3e-3, drift=6e-3 / 60**0.5).any_reading() == pytest.approx(7e-3)
 
 
 def test_a_share_of_a_bend_adds_its_variance():

@@ -23,9 +23,11 @@ from soft_gripper.diagrams.wiring.named_wires import Ports
 from soft_gripper.diagrams.wiring.sensing import add_object_width
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.driving_torque import DRIVING_TORQUE
-from soft_gripper.estimators.plane import planar_gravity
+from soft_gripper.estimators.mechanics import Mechanics
+from soft_gripper.estimators.plane import in_base
+from soft_gripper.estimators.uncertainty import Uncertainty
+from soft_gripper.estimators.zeroing import free_readings
 from soft_gripper.extras.hardware.measured import SI
-from soft_gripper.fingers.kinematics import gravity_torque
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.scenario.checks import checked_scenario
 from soft_gripper.scenario.nominal_model import read_nominal_model
@@ -34,7 +36,6 @@ from soft_gripper.sensors.base_pose import AXES, UNITS, FixedBasePose
 from soft_gripper.sensors.measurement import MeasurementModel
 
 SET_POINT = "grip.set_point"
-_REPETITIONS = 30  # for a finger in balance with its weight
 _TRIED, _TRIED_BENDS = 40, (0.0, 0.02, 0.05, 0.08)  # samples, and rad at every joint, of which the cost is measured
 _UPRIGHT = np.eye(3, 4).ravel()
 
@@ -115,6 +116,7 @@ class Bench:
             _add_instrument(parts, name)
         self.inputs, self.signals = parts.inputs, parts.signals
         self.layouts, self.measured = parts.layouts, parts.measured
+        self._mechanics = {name: Mechanics(layout, Uncertainty()) for name, layout in parts.layouts.items()}
         for name, signal in parts.signals.items():
             parts.builder.ExportOutput(signal, name)
         self.diagram = parts.builder.Build()
@@ -179,11 +181,7 @@ class Bench:
             expected = "are zeroed only if they bend in one plane; calibrate this one instead"
             raise InputError(f"finger '{name}'", "ways", ", ".join(layout.ways), expected)
         driving, X_WB = self.read([f"{name}.{DRIVING_TORQUE}", f"{name}.X_WB"]).values()
-        gravity = planar_gravity(X_WB.reshape(3, 4), np.array(self.scenario.gravity))
-        q = layout.finger.angle(driving)
-        for _ in range(_REPETITIONS):
-            q = layout.finger.angle(driving + gravity_torque(layout.finger, q, gravity))
-        return layout.signals(q)[layout.quantity]
+        return free_readings(self._mechanics[name], driving, in_base(X_WB, np.array(self.scenario.gravity)))
 
     def _give(self, values: Mapping[str, Array]) -> None:
         for name, value in values.items():

@@ -17,6 +17,7 @@ from soft_gripper.estimators.free_motion import base_acceleration, recorded_lag
 from soft_gripper.estimators.named_estimators import estimator_function
 from soft_gripper.estimators.plane import in_base
 from soft_gripper.estimators.uncertainty import Uncertainty
+from soft_gripper.estimators.zeroing import recorded_zeros
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.load.force_estimator import SAMPLES, Motion, TorqueBalance, windows
 from soft_gripper.scenario.nominal_model import read_nominal_model
@@ -41,7 +42,8 @@ class ReadAgain:
         function, driving, gravity = self._function(estimator), self._driving(estimator), self.gravity[1:]
         lag = recorded_lag(function, driving, gravity, self.pull[1:])
         rows, number = np.unique(self._rows if samples is None else self._rows[samples], return_inverse=True)
-        return estimates_at(function, rows, self.readings[1:], driving, gravity, *lag).at(number)
+        readings, std = recorded_zeros(function, self.readings[1:], driving, gravity)
+        return estimates_at(function, rows, readings, driving, gravity, *lag, *std).at(number)
 
     def driving(self, estimator: str = "arcs") -> Array:
         """The driving torque of the finger, with creep computed from an estimator's shapes, N m, (T, N)."""

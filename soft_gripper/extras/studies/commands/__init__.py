@@ -65,6 +65,20 @@ COMMANDS = (
         package=__name__,
     ),
     Command(
+        "drift",
+        "estimate shape and force during an hour of grasping, with sensors that drift, under policies of zeroing them",
+        ("", "--parts 4 --resume"),
+        (
+            *CONSOLE,
+            count("--parts", "sets of grasps and sensors, an hour each", 2),
+            SEED,
+            RESUME,
+            *EXECUTOR,
+            out("results/drift"),
+        ),
+        package=__name__,
+    ),
+    Command(
         "robustness",
         "repeat an evaluation with sensor errors, wrong nominal models and other plants",
         (

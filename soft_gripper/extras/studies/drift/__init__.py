@@ -1,0 +1,1 @@
+"""An hour of grasping with sensors that drift, under policies of zeroing them."""
