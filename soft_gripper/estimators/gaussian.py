@@ -42,8 +42,9 @@ from functools import cached_property
 import numpy as np
 
 from soft_gripper.arrays import Array
+from soft_gripper.estimators.batches import shared
 from soft_gripper.estimators.estimate import ShapeEstimate
-from soft_gripper.estimators.mechanics import Mechanics
+from soft_gripper.estimators.mechanics import Away, Mechanics
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.sensors.measurement import UNKNOWN, LinearReadings, MeasurementModel
 from soft_gripper.sensors.observability import shared_equally, weak_prior
@@ -60,10 +61,11 @@ class GaussianShape:
 
     def __call__(self, readings: Array, driving: Array, gravity: Array) -> ShapeEstimate:
         """The joint positions and their covariance; see ShapeFunction."""
-        mechanics, read = self.mechanics, self.read(readings)
+        mechanics, away = self.mechanics, self.away(readings, driving, gravity)
+        read = self.read(readings, away)
         q = self.guess(read, driving, gravity)
         at = mechanics.posture(q)
-        prior = mechanics.prior(at, q, driving)
+        prior = mechanics.prior(at, q, driving, away)
         for turn in range(_PASSES):
             at = mechanics.posture(q) if turn else at
             free = mechanics.free(driving + mechanics.weight(at, gravity))
@@ -71,7 +73,7 @@ class GaussianShape:
             gain, seen = gain_of(A, prior, read.variance)
             left = read.values - predicted - (A @ (free - q)[..., None])[..., 0]
             q = free + (gain @ left[..., None])[..., 0]
-        return ShapeEstimate(q, prior - gain @ seen)
+        return ShapeEstimate(q, prior - gain @ seen + mechanics.of_scale(q))
 
     def guess(self, read: LinearReadings, driving: Array, gravity: Array) -> Array:
         """Joint positions if readings, prior and weight were those of the straight finger, (..., D)."""
@@ -92,9 +94,14 @@ class GaussianShape:
         (_, A), noise = layout.values_at(q), self.read(layout.read(q)).variance
         return mechanics.weight(at, np.eye(3)), gain_of(A, prior, noise)[0], A
 
-    def read(self, readings: Array) -> LinearReadings:
+    def read(self, readings: Array, away: Away | None = None) -> LinearReadings:
         """The values that are read, 0 where nothing is, and their variances."""
-        return self.layout.values(readings, self.uncertainty.any_reading).uncertain_by(self.uncertainty.gain)
+        read = self.layout.values(readings, self.uncertainty.any_reading).uncertain_by(self.uncertainty.gain)
+        return read if away is None else LinearReadings(read.values, read.variance + away.values**2)
+
+    def away(self, readings: Array, driving: Array, gravity: Array) -> Away | None:
+        """See `Mechanics.away`."""
+        return shared(Mechanics.away, self.mechanics, readings, driving, gravity)
 
     @cached_property
     def mechanics(self) -> Mechanics:

@@ -97,6 +97,9 @@ def print_measured(replay: MeasuredReplay) -> None:
         print(f"{kind}: reads {instrument.delay:.2f} s late, drifts by {drift}; zero of each run {zeros} {SI[kind]}")
         if np.isnan(instrument.drift) or np.isnan(instrument.zeros).any():
             print(f"WARNING: what is not found of the {kind} is taken for 0: let the finger rest free between presses")
+    for run in replay.runs:
+        for warning in run.warnings:
+            print(f"WARNING: {run.log.name}: {warning}")
     print_rows(replay.presses, "presses: medians of what is measured and estimated, and 95 % bands")
     print()
     print_rows(replay.scores, "all presses; ratio: of what is measured to what is estimated")
