@@ -4,6 +4,7 @@ import numpy as np
 
 from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array
+from soft_gripper.estimators.batches import shared
 from soft_gripper.estimators.driving_torque import DRIVING_TORQUE
 from soft_gripper.estimators.plane import in_base
 from soft_gripper.sensors.calibrated_states import CalibratedStates, StateDistances
@@ -36,7 +37,8 @@ class CalibrationRange(ArrayBlock):
         self.take("X_WB", 12)
 
         def distances(readings: Array, driving: Array, X_WB: Array) -> StateDistances:
-            return states.distances(layout.measured(readings), driving, in_base(X_WB, gravity))
+            known = layout.measured(readings), driving, in_base(X_WB, gravity)
+            return shared(CalibratedStates.distances, states, *known)  # with the estimator
 
         self.derive("distances", distances, layout.quantity, DRIVING_TORQUE, "X_WB")
         parts = ("drive", *(f"section {section}" for section in range(states.sections)))

@@ -41,6 +41,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
+from soft_gripper.estimators.batches import shared
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.fingers.finger_parts import SLIDES
 from soft_gripper.fingers.spatial_chain import Posture, SpatialChain, posture
@@ -235,7 +236,8 @@ class Mechanics:
         states = self.layout.calibrated
         if states is None:
             return None
-        return self.away_by(states, states.distances(self.layout.measured(readings), driving, gravity))
+        measured = self.layout.measured(readings)
+        return self.away_by(states, shared(CalibratedStates.distances, states, measured, driving, gravity))
 
     def away_by(self, states: CalibratedStates, distances: StateDistances) -> "Away":
         """How much less is known at distances from the states."""

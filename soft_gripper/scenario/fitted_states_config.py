@@ -55,13 +55,15 @@ def kept_states(
 ) -> FittedStatesConfig:
     """What a file keeps; an infinite disagreement is not known."""
     thinned = fitted.thinned(_MOST)
+    growth, noise, apart = _rounded([widths.growth, noise, disagreement if np.isfinite(disagreement) else 0.0])
     return FittedStatesConfig(
-        list(names),
-        _rounded(thinned.spread),
-        [_rounded(state) for state in thinned.states],
-        _rounded(widths.floor),
-        *_rounded([widths.growth, noise]),
-        disagreement=_rounded([disagreement])[0] if np.isfinite(disagreement) else None,
+        names=list(names),
+        spread=_rounded(thinned.spread),
+        states=[_rounded(state) for state in thinned.states],
+        floor=_rounded(widths.floor),
+        growth=growth,
+        noise=noise,
+        disagreement=apart if np.isfinite(disagreement) else None,
     )
 
 

@@ -8,6 +8,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.extras.hardware.identification.fit import Confidence, MotionScore
 from soft_gripper.extras.hardware.identification.free_parameters import FreeParameters
 from soft_gripper.extras.hardware.identification.identified_finger import Identified, Tested, doubts
+from soft_gripper.extras.hardware.identification.model_band import BandRow, extrapolations
 from soft_gripper.extras.hardware.identification.settled_states import IdentifiedStates, TestedStates
 from soft_gripper.extras.hardware.measured import SI
 from soft_gripper.extras.hardware.replay.held_out import ALL, ArmReplay, ReplayRow
@@ -56,6 +57,13 @@ def print_identified_states(found: TestedStates) -> None:
     print_rows(found.scores, "marker errors, the mean offset removed, by the family of the rows")
     if isinstance(found, IdentifiedStates):
         print("Left out: predicted by a fit to the other families; each family has a mean offset of its own.")
+
+
+def print_bands(rows: Sequence[BandRow]) -> None:
+    """Prints how the markers lie in their bands, and which recordings are far from what was fitted."""
+    print_rows(rows, "markers and their 95 % bands, which widen away from the fitted states")
+    for warning in extrapolations(rows):
+        print(f"WARNING: {warning}")
 
 
 def _print_parameters(free: FreeParameters, x: Array, confidence: Confidence) -> None:
