@@ -8,7 +8,7 @@ import numpy as np
 from soft_gripper.quantity import Misfit, quantity
 from soft_gripper.sensors.fitted_states import FittedStates, Widths
 
-_MOST = 100  # states that are kept
+_MOST = 400  # states that are kept
 _DIGITS = 6
 _NOTHING = 1e-12  # smaller numbers are rounding
 
