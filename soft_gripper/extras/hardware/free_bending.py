@@ -186,7 +186,7 @@ def _states(
     by_recording = [np.hstack([response.ratio(each.ratios - 1) - 1, _drive(finger, each)]) for each in recordings]
     states = np.array(
         [
-            np.nanmedian(of[each.hold == hold], axis=0)
+            _median(of[each.hold == hold])
             for of, each in zip(by_recording, recordings, strict=True)
             for hold in range(each.hold.max() + 1)
         ]
@@ -215,13 +215,20 @@ def _states(
     return replace(known, widths=widths, noise=_noise(by_recording, holds_of, layout.paths) / spread[0])
 
 
+def _median(values: Array) -> Array:
+    """Medians over the first axis of what is finite, NaN where nothing is."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)
+        return np.asarray(np.nanmedian(values, axis=0))
+
+
 def _noise(by_recording: Sequence[Array], holds: Sequence[NDArray[np.int_]], paths: int) -> float:
     """How far 95 % of the readings of a section are from their medians while the finger rests, strain."""
     away = []
     for states, hold in zip(by_recording, holds, strict=True):
         for number in range(hold.max() + 1):
             readings = states[hold == number, :-DRIVE]
-            apart = (readings - np.nanmedian(readings, axis=0)).reshape(len(readings), paths, -1)
+            apart = (readings - _median(readings)).reshape(len(readings), paths, -1)
             away.append(np.linalg.norm(apart, axis=1).ravel())
     return float(np.nanquantile(np.concatenate(away), COVERAGE))
 
@@ -283,14 +290,9 @@ def _holds(recordings: Sequence[FreeBending]) -> _Holds:
     for number, recording in enumerate(recordings):
         for hold in range(recording.hold.max() + 1):
             at = recording.hold == hold
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore", RuntimeWarning)  # of readings that are always NaN
-                strain = np.nanmedian(recording.ratios[at], axis=0) - 1
-                tip = (
-                    complex(np.nan, np.nan)
-                    if recording.tip is None
-                    else complex(np.nanmedian(recording.tip[at].real), np.nanmedian(recording.tip[at].imag))
-                )
+            strain, tip = _median(recording.ratios[at]) - 1, complex(np.nan, np.nan)
+            if recording.tip is not None:
+                tip = complex(*_median(np.column_stack([recording.tip[at].real, recording.tip[at].imag])))
             found.append((strain, number, float(recording.time[at].mean() - recording.time[0]), tip))
     strains, numbers, times, tips = zip(*found, strict=True)
     return _Holds(np.array(strains), np.array(numbers), np.array(times), np.array(tips))

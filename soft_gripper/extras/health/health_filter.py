@@ -204,7 +204,7 @@ class HealthFilter:
         return absurd & (sign != 0)
 
     def _away(self, q: Array, driving: Array, gravity: Array) -> Array:
-        """Standard deviation of the strains of a finger whose drive is away from its calibration, common to all, (R,)."""
+        """Standard deviation of strains where the drive is away from its calibration, common to all, (R,)."""
         unread = np.full(self.layout.readings, np.nan)
         away = self._mechanics.away(unread, driving, gravity)
         if away is None:

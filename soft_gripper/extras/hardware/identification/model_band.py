@@ -18,8 +18,14 @@ import yaml
 from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
+from soft_gripper.extras.hardware.identification.fit import MotionScore
 from soft_gripper.extras.hardware.identification.identified_finger import Identified, Tested
-from soft_gripper.extras.hardware.identification.settled_states import IdentifiedStates, SettledStates, TestedStates
+from soft_gripper.extras.hardware.identification.settled_states import (
+    IdentifiedStates,
+    SettledStates,
+    StateScore,
+    TestedStates,
+)
 from soft_gripper.extras.hardware.identification.simulated_motion import MeasuredMotion, simulated_markers
 from soft_gripper.files.document import load_config, require
 from soft_gripper.files.yaml_text import read_yaml
@@ -104,7 +110,8 @@ def band_rows(kept: FittedStatesConfig, found: Tested | TestedStates) -> list[Ba
     """How the markers of recordings lie in their bands."""
     fitted, widths = kept.fitted, kept.widths
     recordings = _of_states(found) if isinstance(found, TestedStates) else _of_motions(found, _STRIDE)
-    roles = {score.recording: score.role for score in reversed(found.scores)}
+    scores: Sequence[MotionScore | StateScore] = found.scores
+    roles = {score.recording: score.role for score in reversed(scores)}
     rows = []
     for each in recordings:
         expected = f"its states have {each.states.shape[-1]} numbers: is it of another finger?"
@@ -135,7 +142,7 @@ def _pulled(states: SettledStates) -> Array:
 
 def _of_motions(found: Tested, every: int) -> Iterator[_Driven]:
     """Errors of motions; of a fit as shares of the largest displacement that was measured, as it takes them."""
-    for motion in dict((motion.name, motion) for motion in reversed(found.motions)).values():
+    for motion in {motion.name: motion for motion in reversed(found.motions)}.values():
         simulated = simulated_markers(found.model.finger, found.model.setup, motion)
         errors = np.abs(simulated - motion.markers)[::every]
         scale = float(np.abs(np.mean(simulated - motion.reference, axis=1)).max())
