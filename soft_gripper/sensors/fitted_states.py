@@ -26,6 +26,7 @@ from soft_gripper.arrays import Array
 REGIONS = 8  # of states, each of which is left out once
 COVERAGE = 0.95  # of a band
 _LARGEST = 1e12  # growth, of errors where nothing is left out
+_FEW = 20_000  # numbers that are compared, up to which a tree takes longer
 KNOWN_DRIVE = 0.25  # spreads, within which a drive was fitted
 NEAREST = 0.1  # share of samples
 
@@ -38,12 +39,19 @@ class FittedStates:
     spread: Array  # (D,) unit of each number
 
     @cached_property
+    def _scaled(self) -> Array:
+        return self.states / self.spread
+
+    @cached_property
     def _tree(self) -> cKDTree:
-        return cKDTree(self.states / self.spread)
+        return cKDTree(self._scaled)
 
     def distance(self, states: Array) -> Array:
         """From the nearest fitted state, in spreads, (..., D) -> (...)."""
-        return np.asarray(self._tree.query(np.asarray(states) / self.spread)[0])
+        at = np.asarray(states) / self.spread
+        if at.size * len(self.states) > _FEW:
+            return np.asarray(self._tree.query(at)[0])
+        return np.sqrt(((at[..., None, :] - self._scaled) ** 2).sum(axis=-1).min(axis=-1))
 
     def without(self, left_out: NDArray[np.bool_]) -> "FittedStates":
         """The states that are kept when some are left out, (n,)."""
@@ -65,7 +73,7 @@ class FittedStates:
         return FittedStates(self.states[self._centers(most)[0]], self.spread)
 
     def _centers(self, most: int) -> tuple[list[int], NDArray[np.int_]]:
-        at = self.states / self.spread
+        at = self._scaled
         nearest, region, centers = np.full(len(at), np.inf), np.zeros(len(at), int), []
         center = int(np.argmin(np.linalg.norm(at - at.mean(axis=0), axis=-1)))
         for number in range(most):
