@@ -27,6 +27,7 @@ from soft_gripper.extras.hardware.identification.settled_states import (
     TestedStates,
 )
 from soft_gripper.extras.hardware.identification.simulated_motion import MeasuredMotion, simulated_markers
+from soft_gripper.extras.hardware.scoring import LEFT_OUT
 from soft_gripper.files.document import load_config, require
 from soft_gripper.files.yaml_text import read_yaml
 from soft_gripper.fingers.finger import Finger
@@ -121,13 +122,35 @@ def band_rows(kept: FittedStatesConfig, found: Tested | TestedStates) -> list[Ba
         within = 100 * float((each.errors <= band)[seen].mean())
         far = 100 * float(widths.is_far(by_distance).mean())
         rows.append(BandRow(each.name, roles[each.name], within, 1e3 * float(band.mean()), far))
+    return rows + (_left_out_rows(kept, found) if isinstance(found, IdentifiedStates) else [])
+
+
+def _left_out_rows(kept: FittedStatesConfig, found: IdentifiedStates) -> list[BandRow]:
+    """How the markers of fitted rows lie in their bands, each by a fit without its family, and away from the others."""
+    states, count = np.concatenate([_pulled(each) for each in found.states[: len(found.left_out)]]), 0
+    rows = []
+    for each, errors in zip(found.states, found.left_out, strict=False):
+        own, count = np.arange(count, count + len(errors)), count + len(errors)
+        distances = []
+        for family in sorted({*each.families} - {""}):
+            of_family = own[each.families == family]
+            others = FittedStates(np.delete(states, of_family, axis=0), kept.fitted.spread)
+            distances.append((of_family - own[0], np.sqrt(others.distance(states[of_family]))[:, None]))
+        if not distances:
+            continue
+        at, by_distance = (np.concatenate(part) for part in zip(*distances, strict=True))
+        band, size = kept.widths.band(by_distance), np.linalg.norm(errors[at], axis=-1)
+        within, far = 100 * float((size <= band).mean()), 100 * float(kept.widths.is_far(by_distance).mean())
+        rows.append(BandRow(each.name, LEFT_OUT, within, 1e3 * float(band.mean()), far))
     return rows
 
 
 def extrapolations(rows: Sequence[BandRow]) -> list[str]:
     """Recordings that are far from what was fitted, as text."""
     return [
-        f"{row.recording}: {row.far_percent:.0f} % of it is far from what was fitted" for row in rows if row.far_percent
+        f"{row.recording}: {row.far_percent:.0f} % of it is far from what was fitted"
+        for row in rows
+        if row.far_percent and row.role != LEFT_OUT
     ]
 
 
