@@ -58,7 +58,7 @@ class FingerCalibrationConfig:
     response_curvature: float = 0.0  # of all readings: they are of s + curvature s^2, with the strain s
     pressure_offset: float = quantity(0.0, "Pa")  # what the pressure sensor reads too much
     residual: float = 0.0  # root mean square of the residuals, extension ratio
-    # Standard deviations, and what estimators do not use: hysteresis, drift, and holds that do not fit
+    # Standard deviations, of which estimators use that of the bend, and what they do not use: hysteresis, drift, doubts
     bend_ratio_std: float = quantity(0.0, least=0)
     gain_stds: list[float] = quantity([], least=0)
     offset_stds: list[float] = quantity([], least=0)
