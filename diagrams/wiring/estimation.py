@@ -11,6 +11,7 @@ from soft_gripper.diagrams.wiring.composed import add_parts
 from soft_gripper.diagrams.wiring.named_wires import NamedWires, Ports, connect_known, inputs, vector_outputs
 from soft_gripper.diagrams.wiring.sensors import IDEAL
 from soft_gripper.errors import InputError
+from soft_gripper.estimators.calibration_range import DISAGREEMENT, DISTANCE, FAR, CalibrationRange
 from soft_gripper.estimators.driving_torque import DRIVING_TORQUE, DrivingTorque, driving_port
 from soft_gripper.estimators.finger_shape import ANGLES, FingerShape
 from soft_gripper.estimators.named_estimators import MakeEstimator, find_estimator
@@ -35,6 +36,7 @@ class FingerEstimation(Diagram):
         pressure (C) Pa --> DrivingTorque -----+             |    +---------------> ForceEstimator --> external torque
                                 ^----- with creep -----------+                           |
                                                             contact, if detected <---- ContactDetector
+        strain, X_WB, driving torque --> CalibrationRange --> distance from the states of a calibration, if there is one
 
     With a monitor, its `usable_strain` takes the place of the readings (`make_monitor`).
 
@@ -76,12 +78,14 @@ class FingerEstimation(Diagram):
             wires.add("contact_detector", detector)
         else:
             del wires.outputs["torque_tolerance"]  # used by the detector only
+        if layout.calibrated is not None:
+            wires.add("calibration_range", CalibrationRange(layout, layout.calibrated, gravity))
         wires.build_into(self)
 
 
 _TAKEN = {
     *(DRIVING_TORQUE, "free_bending_angles", "torque_tolerance"),
-    *("contact", "contact_residual", "contact_time"),
+    *("contact", "contact_residual", "contact_time", DISTANCE, FAR, DISAGREEMENT),
 }
 
 

@@ -47,9 +47,9 @@ def option(names: str, help_: str, metavar: str | None = None, read: Read | None
     return Option(names.split(), read, {"help": help_, "metavar": metavar, **settings})
 
 
-def flag(names: str, help_: str) -> Option:
+def flag(names: str, help_: str, **settings: Any) -> Option:
     """An option without a value."""
-    return Option(names.split(), None, {"help": help_, "action": "store_true"})
+    return Option(names.split(), None, {"help": help_, "action": "store_true", **settings})
 
 
 def whole(least: int, most: int = 10_000) -> Callable[[str], int]:

@@ -634,7 +634,7 @@ class ContactShape:
         shape = shared(GaussianShape.__call__, self._gaussian, readings, driving, gravity, std)
         explained, free = shared(ContactShape._explained, self, shape.q, readings, driving, gravity, std, *lag)
         contact, torque = self.contact.stated(explained)
-        loaded = self._loaded(explained.left, free, torque, readings, driving, std)
+        loaded = self._loaded(explained.left, free, torque, readings, driving, gravity, std)
         q = np.where(torque.any(axis=-1, keepdims=True), loaded, shape.q)
         return ShapeEstimate(q, shape.covariance, contact)
 
@@ -658,7 +658,7 @@ class ContactShape:
         left, free = self._unexplained(q, readings, driving, gravity, lag, std)
         explained = self.contact.explain(left)
         for _ in range(self._passes - 1):
-            q = self._loaded(left, free, self.contact.best(explained)[1], readings, driving, std)
+            q = self._loaded(left, free, self.contact.best(explained)[1], readings, driving, gravity, std)
             left, free = self._unexplained(q, readings, driving, gravity, lag, std)
             explained = self.contact.explain(left)
         return explained, free
@@ -669,13 +669,21 @@ class ContactShape:
         return 1 if self.contact.mechanics.only_bends and self.layout.finger.elastic_law is None else 2
 
     def _loaded(
-        self, left: Unexplained, free: Array, torque: Array, readings: Array, driving: Array, std: Array | None
+        self,
+        left: Unexplained,
+        free: Array,
+        torque: Array,
+        readings: Array,
+        driving: Array,
+        gravity: Array,
+        std: Array | None,
     ) -> Array:
         """Joint positions under torques of a contact, (..., D); what they do not explain is shared as by `gaussian`."""
-        mechanics, variance = self._gaussian.mechanics, self._gaussian.read(readings, std).variance
+        mechanics, away = self._gaussian.mechanics, self._gaussian.away(readings, driving, gravity)
+        variance = self._gaussian.read(readings, std, away).variance
         loaded = mechanics.compliance(left.q) * torque
         remaining = left.residual - (left.slopes @ loaded[..., None])[..., 0]
-        gain, _ = gain_of(left.slopes, mechanics.prior(left.at, left.q, driving), variance)
+        gain, _ = gain_of(left.slopes, mechanics.prior(left.at, left.q, driving, away), variance)
         return np.asarray(free + loaded + (gain @ remaining[..., None])[..., 0])
 
     def _unexplained(
@@ -691,12 +699,13 @@ class ContactShape:
 
         The stiffness may be as wrong as the bend per driving torque: then a share of what is read is.
         """
-        mechanics, (values, variance) = self._gaussian.mechanics, self._gaussian.read(readings, std)
+        mechanics, away = self._gaussian.mechanics, self._gaussian.away(readings, driving, gravity)
+        values, variance = self._gaussian.read(readings, std, away)
         at, (predicted, A) = mechanics.posture(q), self.layout.values_at(q)
         free = mechanics.unloaded(q, driving + mechanics.weight(at, gravity))
         residual = values - predicted - (A @ (free - q)[..., None])[..., 0]
         stiffness = self.uncertainty.bend_per_pressure * values
-        of_model = A @ mechanics.of_model(q, driving) @ np.swapaxes(A, -1, -2)
+        of_model = A @ mechanics.of_model(q, driving, away) @ np.swapaxes(A, -1, -2)
         at_rest = of_model + outer(stiffness) + variance[..., None] * np.eye(A.shape[-2])
         read, of_motion = (variance < UNKNOWN / 2).sum(axis=-1, dtype=float), lag.seen_by(A)
         moving = may_exceed(of_motion, at_rest, _most_of_noise(read))

@@ -42,8 +42,9 @@ from functools import cached_property
 import numpy as np
 
 from soft_gripper.arrays import Array
+from soft_gripper.estimators.batches import shared
 from soft_gripper.estimators.estimate import ShapeEstimate
-from soft_gripper.estimators.mechanics import Mechanics
+from soft_gripper.estimators.mechanics import Away, Mechanics
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.estimators.zeroing import Zeroing
 from soft_gripper.sensors.measurement import UNKNOWN, LinearReadings, MeasurementModel
@@ -65,10 +66,11 @@ class GaussianShape:
 
         `std` is the standard deviation of what is read, (..., 1); None: that of sensors zeroed within a minute.
         """
-        mechanics, read = self.mechanics, self.read(readings, std)
+        mechanics, away = self.mechanics, self.away(readings, driving, gravity)
+        read = self.read(readings, std, away)
         q = self.guess(read, driving, gravity)
         at = mechanics.posture(q)
-        prior = mechanics.prior(at, q, driving)
+        prior = mechanics.prior(at, q, driving, away)
         for turn in range(_PASSES):
             at = mechanics.posture(q) if turn else at
             free = mechanics.free(driving + mechanics.weight(at, gravity))
@@ -76,7 +78,7 @@ class GaussianShape:
             gain, seen = gain_of(A, prior, read.variance)
             left = read.values - predicted - (A @ (free - q)[..., None])[..., 0]
             q = free + (gain @ left[..., None])[..., 0]
-        return ShapeEstimate(q, prior - gain @ seen)
+        return ShapeEstimate(q, prior - gain @ seen + mechanics.of_scale(q))
 
     def guess(self, read: LinearReadings, driving: Array, gravity: Array) -> Array:
         """Joint positions if readings, prior and weight were those of the straight finger, (..., D)."""
@@ -97,10 +99,15 @@ class GaussianShape:
         (_, A), noise = layout.values_at(q), self.read(layout.read(q)).variance
         return mechanics.weight(at, np.eye(3)), gain_of(A, prior, noise)[0], A
 
-    def read(self, readings: Array, std: Array | None = None) -> LinearReadings:
+    def read(self, readings: Array, std: Array | None = None, away: Away | None = None) -> LinearReadings:
         """The values that are read, 0 where nothing is, and their variances; `std` as of the estimate."""
         noise = self.uncertainty.any_reading() if std is None else std
-        return self.layout.values(readings, noise).uncertain_by(self.uncertainty.gain)
+        read = self.layout.values(readings, noise).uncertain_by(self.uncertainty.gain)
+        return read if away is None else LinearReadings(read.values, read.variance + away.values**2)
+
+    def away(self, readings: Array, driving: Array, gravity: Array) -> Away | None:
+        """See `Mechanics.away`."""
+        return shared(Mechanics.away, self.mechanics, readings, driving, gravity)
 
     @cached_property
     def zeroing(self) -> Zeroing | None:

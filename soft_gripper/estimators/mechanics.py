@@ -41,9 +41,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
+from soft_gripper.estimators.batches import shared
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.fingers.finger_parts import SLIDES
 from soft_gripper.fingers.spatial_chain import Posture, SpatialChain, posture
+from soft_gripper.sensors.calibrated_states import CalibratedStates, StateDistances
 from soft_gripper.sensors.measurement import MeasurementModel
 
 _MODES = 5  # of a load in each direction
@@ -62,6 +64,13 @@ class _Points(NamedTuple):
     def at(self, chain: Posture) -> Array:
         """(p, 1) in B, (..., K, 4) m."""
         return np.asarray((chain.frames[..., self.frames, :, :] @ self.places)[..., 0])
+
+
+class Away(NamedTuple):
+    """Standard deviations of errors that a calibrated finger has away from its fitted states (`CalibratedStates`)."""
+
+    pressure: Array  # (...) Pa
+    values: Array  # (..., S) of the values that are read
 
 
 class BentFinger(NamedTuple):
@@ -209,15 +218,41 @@ class Mechanics:
         x, z = links.center
         return _Points(self.links, _local(x, z), links.mass), (self.links > self.from_chain[:, None]) * links.mass
 
-    def prior(self, at: BentFinger, q: Array, driving: Array) -> Array:
+    def prior(self, at: BentFinger, q: Array, driving: Array, away: "Away | None" = None) -> Array:
         """The covariance P of the joints before the sensors are read, (..., D, D), about the posture of `q`."""
-        return self.of_load(at, q) + self.of_model(q, driving)
+        return self.of_load(at, q) + self.of_model(q, driving, away)
 
-    def of_model(self, q: Array, driving: Array) -> Array:
+    def of_model(self, q: Array, driving: Array, away: "Away | None" = None) -> Array:
         """The part of P that is due to deviations of finger and pressure from the nominal model, (..., D, D)."""
         compliance = self.compliance(q)
         of_driving = compliance * (self.uncertainty.bend_per_pressure * driving)
-        return outer(of_driving) + (self._else_if_linear if self._is_linear else self._else(compliance))
+        found = outer(of_driving) + (self._else_if_linear if self._is_linear else self._else(compliance))
+        if away is not None:
+            found = found + outer(compliance * (away.pressure[..., None] * self.pressure_gain))
+        return found
+
+    def away(self, readings: Array, driving: Array, gravity: Array) -> "Away | None":
+        """How much less is known away from the states in which the finger was calibrated; None: it was not."""
+        states = self.layout.calibrated
+        if states is None:
+            return None
+        measured = self.layout.measured(readings)
+        return self.away_by(states, shared(CalibratedStates.distances, states, measured, driving, gravity))
+
+    def away_by(self, states: CalibratedStates, distances: StateDistances) -> "Away":
+        """How much less is known at distances from the states."""
+        of_drive, of_sections = states.errors(distances)
+        return Away(of_drive / self._strain_per_pressure, of_sections / np.abs(self.layout.sensitivity).max(axis=0))
+
+    def of_scale(self, q: Array) -> Array | float:
+        """What readings and pressure do not say of a calibrated finger that bends by `q`, (..., D, D); 0: it is not."""
+        states = self.layout.calibrated
+        return 0.0 if states is None else outer(states.bend_std * q)
+
+    @cached_property
+    def _strain_per_pressure(self) -> float:
+        """Of the sensor that the pressure moves most, at the straight finger, 1/Pa."""
+        return float(np.abs(self.layout.jacobian @ (self._compliance_if_linear * self.pressure_gain)).max())
 
     def compliance(self, q: Array) -> Array:
         """Compliance of the joints, rad/(N m), and m/N where they slide, (D,) or, under an elastic law, (..., D)."""

@@ -73,6 +73,7 @@ from soft_gripper.estimators.estimate import ShapeEstimate
 from soft_gripper.estimators.force_posterior import ContactPosterior
 from soft_gripper.estimators.mechanics import Mechanics, outer
 from soft_gripper.estimators.uncertainty import Uncertainty
+from soft_gripper.sensors.calibrated_states import NORMAL_95, by_distance
 from soft_gripper.sensors.measurement import MeasurementModel
 from soft_gripper.sensors.strain_errors import MINUTE
 
@@ -166,7 +167,7 @@ class RecursiveShape:
         difference: Array = layout.measured(readings) - (1 + self._gains(mean)) * strain - self._offsets(mean)
         read = np.isfinite(difference)
         difference = np.where(read, difference, 0.0)
-        noise = np.where(read, self.uncertainty.reading**2, _MISSING_VARIANCE)
+        noise = np.where(read, self._reading_variance(readings, driving, gravity), _MISSING_VARIANCE)
         innovation = self._innovation(difference - by_load, noise, covariance, by_state)
         jumped = innovation > _limits(noise.shape[-1])[0]
         covariance = covariance + jumped[..., None, None] * np.diag(_LOAD_JUMP**2 * self._before * ~self._is_slow)
@@ -180,6 +181,15 @@ class RecursiveShape:
         q = mechanics.free(self.effective_driving(drive, driving) + weight + self._torque(modes, mean))
         limit = chdtri(np.maximum(read.sum(axis=-1), 1), _CHANCE)
         return Filter(mean, covariance, average, loaded, innovation / limit, drive, q)
+
+    def _reading_variance(self, readings: Array, driving: Array, gravity: Array) -> Array:
+        """Variance of the readings, (..., R) or one for all: larger away from where the finger was calibrated."""
+        variance, states = np.array(self.uncertainty.reading**2), self.layout.calibrated
+        if states is None:
+            return variance
+        distances = states.distances(self.layout.measured(readings), driving, gravity)
+        found: Array = variance + (states.widths.growth / NORMAL_95 * by_distance(distances, states.paths)) ** 2
+        return found
 
     def estimate(self, known: Filter, driving: Array) -> ShapeEstimate:
         """The shape and the contact after a sample at a driving torque, (..., D)."""
@@ -195,7 +205,7 @@ class RecursiveShape:
         left, by_joint = self._unexplained(q, mean, covariance, driving)
         contact, _ = self.contact.stated(self.contact.explain(left))
         of_joints = by_joint @ covariance @ np.swapaxes(by_joint, -1, -2) + self.mechanics.deviations
-        return ShapeEstimate(q, of_joints, contact)
+        return ShapeEstimate(q, of_joints + self.mechanics.of_scale(q), contact)
 
     def _posterior(self, q: Array, mean: Array, covariance: Array, driving: Array) -> ContactPosterior:
         left, _ = self._unexplained(q, mean, covariance, driving)

@@ -15,7 +15,9 @@ from soft_gripper.files.output import atomic_file
 from soft_gripper.files.yaml_text import read_yaml
 from soft_gripper.fingers.statics import softened
 from soft_gripper.quantity import Misfit, quantity
+from soft_gripper.scenario.fitted_states_config import FittedStatesConfig, kept_states
 from soft_gripper.scenario.model_files import model_path
+from soft_gripper.sensors.calibrated_states import DRIVE, CalibratedStates
 from soft_gripper.sensors.measurement import MeasurementModel
 from soft_gripper.sensors.response_curve import CalibratedResponse, ResponseCurve
 from soft_gripper.sensors.sensor_layout import SensorLayout, strain_sensors
@@ -39,6 +41,7 @@ class Calibration(NamedTuple):
     pressure_offset_std: float
     response_curvature: float
     response_curvature_std: float
+    states: CalibratedStates | None = None  # in which it was calibrated
 
 
 @dataclass
@@ -55,7 +58,7 @@ class FingerCalibrationConfig:
     response_curvature: float = 0.0  # of all readings: they are of s + curvature s^2, with the strain s
     pressure_offset: float = quantity(0.0, "Pa")  # what the pressure sensor reads too much
     residual: float = 0.0  # root mean square of the residuals, extension ratio
-    # Standard deviations, and what estimators do not use: hysteresis, drift, and holds that do not fit
+    # Standard deviations, of which estimators use that of the bend, and what they do not use: hysteresis, drift, doubts
     bend_ratio_std: float = quantity(0.0, least=0)
     gain_stds: list[float] = quantity([], least=0)
     offset_stds: list[float] = quantity([], least=0)
@@ -67,10 +70,16 @@ class FingerCalibrationConfig:
         False  # if not, a common gain and the bend ratio are known only as well as the gains were before
     )
     doubtful: list[str] = field(default_factory=list)  # holds of recordings that are not free bending
+    # States of the calibration: strains path after path, torque of the drive at the first joint, gravity along x and z
+    fitted: FittedStatesConfig | None = None
 
     def misfits(self) -> Iterator[Misfit]:
         if len(self.offsets) != len(self.gains):
             yield "offsets", self.offsets, f"must be {len(self.gains)} numbers, one for every gain"
+        if self.fitted is not None and len(self.fitted.names) != len(self.gains) + DRIVE:
+            yield "fitted.names", self.fitted.names, f"must be {len(self.gains)} readings and {DRIVE} of the drive"
+        if self.fitted is not None and len(self.fitted.floor) != 1:
+            yield "fitted.floor", self.fitted.floor, "must be one number: that of every strain"
 
 
 @dataclass
@@ -97,7 +106,13 @@ def as_config(layout: SensorLayout, found: Calibration, doubtful: Sequence[str] 
         )
     }
     found_before = {**lists, **single}
-    return FingerCalibrationConfig(length, spacing, one_sided, sections, **found_before, doubtful=list(doubtful))
+    config = FingerCalibrationConfig(length, spacing, one_sided, sections, **found_before, doubtful=list(doubtful))
+    if found.states is not None:
+        readings = [f"{path} {section}" for path in layout.path_names for section in range(layout.sections)]
+        names = [*readings, "drive [N m]", "gravity x [m/s^2]", "gravity z [m/s^2]"]
+        states = found.states
+        config.fitted = kept_states(names, states.fitted, states.widths, states.noise, states.disagreement)
+    return config
 
 
 def calibrated(sensors: MeasurementModel, calibration: CalibrationConfig) -> SensorLayout:
@@ -119,7 +134,16 @@ def calibrated(sensors: MeasurementModel, calibration: CalibrationConfig) -> Sen
     assert isinstance(curve, ResponseCurve)  # as in a scenario
     response = CalibratedResponse(curve, tuple(config.gains), tuple(config.offsets), config.response_curvature)
     finger = replace(softened(finger, config.bend_ratio), pressure_offset=config.pressure_offset)
-    return replace(layout, finger=finger, response=response)
+    return replace(layout, finger=finger, response=response, calibrated=_states(config, layout.sections))
+
+
+def _states(config: FingerCalibrationConfig, sections: int) -> CalibratedStates | None:
+    kept = config.fitted
+    if kept is None:
+        return None
+    disagreement = float("inf") if kept.disagreement is None else kept.disagreement
+    bend_std = config.bend_ratio_std / config.bend_ratio
+    return CalibratedStates(kept.fitted, kept.widths, disagreement, sections, kept.noise, bend_std)
 
 
 def save_calibration(calibration: CalibrationConfig, path: Path) -> None:

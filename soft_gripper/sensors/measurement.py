@@ -31,6 +31,7 @@ from soft_gripper.errors import InputError
 from soft_gripper.files.document import check_document
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import AXES
+from soft_gripper.sensors.calibrated_states import CalibratedStates
 from soft_gripper.sensors.response_curve import CalibratedResponse, ResponseCurve
 
 UNKNOWN = 1e6  # variance of a value that is not measured, in the square of its unit
@@ -69,6 +70,7 @@ class MeasurementModel(ABC):
     sections: int
     response: ResponseCurve | CalibratedResponse = field(default_factory=ResponseCurve, kw_only=True)  # of 1 + y
     borders: tuple[float, ...] | None = field(default=None, kw_only=True)
+    calibrated: CalibratedStates | None = field(default=None, kw_only=True)  # None: it was not, or nobody knows where
 
     def __post_init__(self) -> None:
         ends, segments = self.section_ends, self.finger.segments

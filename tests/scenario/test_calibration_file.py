@@ -1,9 +1,11 @@
 """Calibration files: written, read again, applied, and refused."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
+import yaml
 from refusals import refused
 
 from soft_gripper.errors import InputError
@@ -15,6 +17,8 @@ from soft_gripper.scenario.calibration_file import (
     load_calibration,
     save_calibration,
 )
+from soft_gripper.sensors.calibrated_states import CalibratedStates
+from soft_gripper.sensors.fitted_states import FittedStates, Widths
 from soft_gripper.sensors.sensor_layout import SensorLayout
 
 
@@ -27,7 +31,9 @@ def layout(tapered_finger):
 def calibration(layout):
     gains, offsets, stds = np.array([1.1, 0.9, 1.0, 1.0]), np.array([0.01, 0.0, 0.0, -0.01]), np.full(4, 1e-3)
     known = True, ((0, 2.5),), 300.0, 50.0, -0.1, 0.02
-    found = Calibration(1.25, gains, offsets, 1e-3, 0.02, 5 * stds, stds, 0.01, 1e-2 * stds, *known)
+    rows = np.arange(21.0).reshape(3, 7)
+    states = CalibratedStates(FittedStates(rows, np.ones(7)), Widths(np.array([1e-3]), 2e-3), 0.2, 2, 0.05)
+    found = Calibration(1.25, gains, offsets, 1e-3, 0.02, 5 * stds, stds, 0.01, 1e-2 * stds, *known, states)
     return CalibrationConfig("in words", {"tapered": as_config(layout, found, ["log.csv at 2.5 s"])})
 
 
@@ -47,6 +53,15 @@ def test_it_changes_what_is_believed(layout, calibration):
     np.testing.assert_allclose(nominal.response.reading(np.full(4, 1.1)), expected)
 
 
+def test_the_states_of_a_calibration_are_those_that_were_kept(layout, calibration, tmp_path):
+    save_calibration(calibration, tmp_path / "file.yaml")
+    states = calibrated(layout, load_calibration(str(tmp_path / "file.yaml"))).calibrated
+    assert states is not None
+    assert sorted(states.fitted.states[:, 0]) == [0.0, 7.0, 14.0]
+    assert (states.widths.growth, states.disagreement, states.noise) == (2e-3, 0.2, 0.05)
+    assert states.bend_std == 0.02 / 1.25
+
+
 @pytest.mark.parametrize("other", ["name", "length", "sections", "one_sided", "borders"])
 def test_another_finger(layout, calibration, other):
     if other in ("name", "length"):
@@ -63,6 +78,34 @@ def test_every_gain_has_an_offset(calibration, tmp_path):
     calibration.fingers["tapered"].offsets.pop()
     save_calibration(calibration, tmp_path / "file.yaml")
     with refused("fingers.tapered.offsets", [0.01, 0.0, 0.0]):
+        load_calibration(str(tmp_path / "file.yaml"))
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "named"),
+    [
+        ("states[1][2]", float("nan"), "fitted.states[1][2]"),
+        ("states[1]", [1.0], "fitted.states[1]"),
+        ("spread[0]", 0.0, "fitted.spread[0]"),
+        ("spread", [1.0], "fitted.spread"),
+        ("states", [], "fitted.states"),
+        ("growth", -1.0, "fitted.growth"),
+        ("floor", [1e-3, 1e-3], "fitted.floor"),
+        ("noise", float("inf"), "fitted.noise"),
+        ("disagreement", -0.1, "fitted.disagreement"),
+        ("names", ["a", "b"], "fitted.spread"),
+    ],
+)
+def test_states_that_cannot_be_are_refused(calibration, tmp_path, field, value, named):
+    save_calibration(calibration, tmp_path / "file.yaml")
+    document = yaml.safe_load((tmp_path / "file.yaml").read_text())
+    *into, last = re.findall(r"\w+", field)
+    at = document["fingers"]["tapered"]["fitted"]
+    for key in into:
+        at = at[int(key) if key.isdigit() else key]
+    at[int(last) if last.isdigit() else last] = value
+    (tmp_path / "file.yaml").write_text(yaml.safe_dump(document))
+    with refused(f"fingers.tapered.{named}"):
         load_calibration(str(tmp_path / "file.yaml"))
 
 

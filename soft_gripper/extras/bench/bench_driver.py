@@ -11,8 +11,10 @@ import numpy as np
 
 from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError, described
+from soft_gripper.estimators.calibration_range import DISTANCE, FAR
 from soft_gripper.estimators.finger_shape import ANGLES
 from soft_gripper.extras.bench.bench import SET_POINT, Bench
+from soft_gripper.extras.bench.calibration_tally import CalibrationTally
 from soft_gripper.extras.bench.endpoints import Sink, Source
 from soft_gripper.extras.bench.messages import MalformedError, chosen, count_of, decoded, encoded
 from soft_gripper.extras.bench.plausible import FirstPressures, Ranges, check_plausible, plausible_ranges
@@ -29,6 +31,7 @@ SENT = (  # signals of a finger, and of a grip, that are sent unless the bench n
     *("tip_pose", "position_std", "external_torque", "contact", "contact_force", "contact_force_std"),
     *("contact_arc_length", "contact_arc_length_std", "contact_probability", "contact_force_bounds"),
     *("opening", "torque", "force", "object_width"),
+    *(DISTANCE, FAR),
 )
 COMMANDS = ("pressure_command", "tension_command", "pull_command")
 _BANDS = {  # what a band is of, by its name
@@ -160,7 +163,7 @@ class BenchDriver(Driver):
         self._due = self._arrived + 1.5 * bench.period
         self._is_silent = False
         self.recorder: Recorder | None = None  # takes every sample
-        self.tally = Tally(bench)
+        self.tally, self.calibration = Tally(bench), CalibrationTally(bench)
         self._first, self._say = FirstPressures(bench.period, config), say
         self.malformed = ""  # what was wrong with the first message that was
         self.latencies: deque[float] = deque(maxlen=_LATENCIES)  # s, from a message to its result
@@ -199,6 +202,7 @@ class BenchDriver(Driver):
             number = np.isfinite(found).sum(axis=0)
             # A sensor that was never read stays as it is.
             self._offsets[name] = self._offsets.get(name, 0.0) + np.nansum(found, axis=0) / np.maximum(number, 1)
+        self.calibration.zeroed()
 
     @property
     def is_over(self) -> bool:
@@ -246,7 +250,7 @@ class BenchDriver(Driver):
         if missing is None:
             return  # an estimate that is newer has been sent already
         found = self._estimated(reading, missing)
-        for line in self._first.note(reading.values):
+        for line in (*self._first.note(reading.values), *(() if self.zeroing else self.calibration.note())):
             self._say(line)
         self._last, self._arrived, self._is_silent = reading, arrived, False
         self._due = arrived + 1.5 * self._bench.period

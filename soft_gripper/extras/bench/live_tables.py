@@ -8,13 +8,14 @@ import numpy as np
 from pydrake.systems.framework import OutputPort
 
 from soft_gripper.arrays import Array
+from soft_gripper.estimators.calibration_range import DISTANCE, FAR
 from soft_gripper.extras.bench.watch import Counts
 from soft_gripper.signals import signal_of
 
 Cell = str | tuple[str, str]  # its text, or its text and how it is marked: "bad", "name"
 Table = list[str | list[Cell]]  # a caption, the head, and rows
 _UNKNOWN = "-"
-_COUNTERS_PER_ROW = 4
+_COUNTERS_PER_ROW = 2  # the panel is narrow
 
 
 def _millimetres(*values: float) -> str:
@@ -23,6 +24,10 @@ def _millimetres(*values: float) -> str:
 
 def _with_std(value: float, std: float) -> str:
     return f"{value:.2f} ± {std:.2f}" if math.isfinite(std) else f"{value:.2f}"
+
+
+def _from_calibration(far: float, distance: Array) -> str:
+    return f"{'far' if far else 'within'}, {distance.max():.1f} spreads away"
 
 
 def _bounded(force: float) -> str:
@@ -38,7 +43,9 @@ _ROWS: dict[str, tuple[tuple[str, ...], Callable[..., str] | None]] = {
     "at most [N]": (("contact_probability", "contact_force_bounds"), lambda _, bounds: _bounded(bounds[2])),
     "contact at [mm]": (("contact_arc_length",), lambda place: _millimetres(place[0])),
     "health": (("fault",), None),
+    "calibration": ((FAR, DISTANCE), lambda far, distance: _from_calibration(far[0], distance)),
 }
+_BAD = "fault", FAR  # signals of which anything but 0 is marked
 
 
 def needed_signals(fingers: Iterable[str], known: Collection[str]) -> list[str]:
@@ -47,19 +54,28 @@ def needed_signals(fingers: Iterable[str], known: Collection[str]) -> list[str]:
     return [name for name in names if name in known]
 
 
-def finger_table(fingers: Sequence[str], known: Mapping[str, OutputPort], values: Mapping[str, Array]) -> Table:
+def finger_table(
+    fingers: Sequence[str],
+    known: Mapping[str, OutputPort],
+    values: Mapping[str, Array],
+    disagreeing: Collection[str] = (),
+) -> Table:
     """A column for every finger, with a row for whatever is estimated of any.
 
     Args:
         fingers: their names.
         known: the ports of the signals, by name, for their meanings.
         values: of `needed_signals`, (size,) each; a missing one is unknown.
+        disagreeing: those whose readings and drive disagree.
     """
     rows: list[list[Cell]] = []
     for title, (signals, text) in _ROWS.items():
         own = [[f"{finger}.{name}" for name in signals] for finger in fingers]
         if any(names[0] in known for names in own):
             rows.append([title, *(_cell(names, known, values, text) for names in own)])
+    if disagreeing:
+        marked: list[Cell] = [("disagree", "bad") if finger in disagreeing else "agree" for finger in fingers]
+        rows.append(["readings and drive", *marked])
     return ["estimates", ["", *fingers], *rows]
 
 
@@ -72,10 +88,8 @@ def _cell(
     found = [values.get(name, _NOTHING) for name in names]
     if not math.isfinite(found[0][0]):
         return _UNKNOWN
-    if text is not None:
-        return text(*found)
-    meaning, is_fault = signal_of(known[names[0]]).meanings[int(found[0][0])], names[0].endswith(".fault")
-    return (meaning, "bad") if is_fault and found[0][0] else meaning
+    said = text(*found) if text is not None else signal_of(known[names[0]]).meanings[int(found[0][0])]
+    return (said, "bad") if names[0].rpartition(".")[2] in _BAD and found[0][0] else said
 
 
 _NOTHING = np.array([np.nan])

@@ -128,7 +128,8 @@ class LiveView(BenchDriver):
         if self._twin is not None:
             own = self._twin.read([self._of_twin[name] for name in wanted & self._of_twin.keys()])
             values |= {name: own[self._of_twin[name]] for name in wanted & self._of_twin.keys()}
-        tables = [finger_table(self._measured, self._bench.signals, values), readings_table(self.counts)]
+        shown = self._measured, self._bench.signals, values, self.calibration.disagreeing
+        tables = [finger_table(*shown), readings_table(self.counts)]
         return {**self._status(), "tables": tables}, {name: v for name, v in values.items() if name in wanted}
 
     def _sent(self, names: Iterable[str]) -> dict[str, Array]:
@@ -147,7 +148,7 @@ class LiveView(BenchDriver):
         return {
             "time": self._clock() - self._began,
             "mode": waits if is_stale else "zeroing" if is_zeroing else "live",
-            "alarm": is_stale,
+            "alarm": is_stale or bool(self.calibration.disagreeing),
             "latency": f"reading to result {middle:.1f} ms, 99 % {most:.1f} ms" if recent else "",
             "zeroing": is_zeroing,
         }

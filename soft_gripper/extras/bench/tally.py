@@ -1,4 +1,4 @@
-"""Summary of a session, in words: contacts of each finger, and what a terminal shows meanwhile."""
+"""Summary of a session, in words: contacts of each finger, and a line of what is known meanwhile."""
 
 import math
 import time
@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from soft_gripper.arrays import Array
+from soft_gripper.estimators.calibration_range import FAR
 from soft_gripper.extras.bench.bench import Bench
 from soft_gripper.extras.bench.endpoints import print_out
 
@@ -16,7 +17,7 @@ _RESTS = 0.5  # s over which what drives a finger at rest does not change
 _STILL_PRESSURE_SHARE = 0.01  # of the range of the supply
 _STILL_TENSION = 0.5  # N
 _CONTACT_READINGS = 3  # readings in a row that make a contact
-_SHOWN = 1.0  # s between lines on a terminal
+_OVERWRITTEN, _WRITTEN = 0.25, 10.0  # s between lines, on a terminal and elsewhere
 _UNKNOWN = "-"
 
 
@@ -85,38 +86,41 @@ class Tally:
         yield from (str(finger) for finger in self._fingers if finger.is_known)
 
 
-class TerminalTable:
-    """A sink for people: a line every second with what is known of each finger."""
+class StatusLine:
+    """A sink for people: what is known of every finger, in one line.
 
-    def __init__(self, bench: Bench, pressure_unit: str):
-        self._fingers, self._unit = list(bench.quantities), pressure_unit
-        self._columns: dict[str, tuple[str, Callable[[Array], str]]] = {
-            "tip x, z [mm]": (".tip_pose", lambda tip: f"{1e3 * tip[0]:7.1f}{1e3 * tip[1]:7.1f}"),
-            "force [N]": (".contact_force", lambda force: f"{force[0]:.2f}"),
-            "±": (".contact_force_std", lambda std: f"{std[0]:.2f}"),
-            f"command [{pressure_unit}]": (".pressure_command", lambda u: " ".join(f"{each:.4g}" for each in u)),
+    On a terminal of a width the line is overwritten; elsewhere, None, another follows now and then.
+    """
+
+    def __init__(self, bench: Bench, pressure_unit: str, width: int | None):
+        self._fingers, self._width = list(bench.quantities), width
+        self._parts: dict[str, Callable[..., str]] = {  # by the signals that they are made of
+            "tip_pose": lambda tip: f"tip {1e3 * tip[0]:.1f}, {1e3 * tip[1]:.1f} mm",
+            "contact_force": lambda force: f"{force[0]:.2f} N",
+            "contact_force_std": lambda std: f"± {std[0]:.2f}",
+            "pressure_command": lambda u: f"command {' '.join(f'{each:.4g}' for each in u)} {pressure_unit}",
+            FAR: lambda far: "FAR from its calibration" if far[0] else "",
         }
         self._began, self._due = time.monotonic(), 0.0
-        self._has_head = False
 
     def __call__(self, _: bytes, results: dict[str, Any]) -> None:
-        """Prints a line if it is time for one, below a header."""
+        """Prints the line if it is time for one."""
         now = time.monotonic()
         if now < self._due:
             return
-        self._due = now + _SHOWN
-        shown = [name for name, (own, _) in self._columns.items() if any(k.endswith(own) for k in results)]
-        lines = []
-        if not self._has_head:
-            self._has_head = True
-            lines.append(f"{'s':>8}  {'finger':<16}{'state':<9}" + "".join(f"{name:>18}" for name in shown))
-        state = "stale" if results["stale"] else "live"
-        for finger in self._fingers:
-            cells = (self._cell(results, finger, name) for name in shown)
-            lines.append(f"{now - self._began:8.1f}  {finger:<16}{state:<9}" + "".join(f"{cell:>18}" for cell in cells))
-        print_out("".join(f"{line}\n" for line in lines).encode(), results)
+        self._due = now + (_OVERWRITTEN if self._width else _WRITTEN)
+        line = self.line(results, now - self._began)
+        # The cursor stays at the beginning of the line, so that whatever is printed next replaces it.
+        text = f"{line}\n" if self._width is None else f"{line[: self._width - 1]:<{self._width - 1}}\r"
+        print_out(text.encode(), results)
 
-    def _cell(self, results: Mapping[str, Any], finger: str, column: str) -> str:
-        own, text = self._columns[column]
-        value = results.get(finger + own)
-        return _UNKNOWN if value is None or not np.isfinite(value).all() else text(value)
+    def line(self, results: Mapping[str, Any], since: float) -> str:
+        """The line at a time since the session began, s."""
+        of_fingers = (f"{finger}: {self._said(results, finger)}" for finger in self._fingers)
+        state = "stale" if results["stale"] else "live"
+        return f"{since:7.1f} s  {state:<5}  {' | '.join(of_fingers)} | {results['lost']:.0f} lost"
+
+    def _said(self, results: Mapping[str, Any], finger: str) -> str:
+        found = {name: results.get(f"{finger}.{name}") for name in self._parts}
+        known = {name: value for name, value in found.items() if value is not None and np.isfinite(value).all()}
+        return ", ".join(filter(None, (self._parts[name](value) for name, value in known.items()))) or _UNKNOWN

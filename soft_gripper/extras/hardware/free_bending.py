@@ -36,9 +36,21 @@ from scipy.optimize import least_squares
 
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.fingers.kinematics import forward_kinematics
+from soft_gripper.fingers.kinematics import forward_kinematics, gravity_torque
 from soft_gripper.fingers.statics import resting_angles, softened
 from soft_gripper.scenario.calibration_file import Calibration
+from soft_gripper.sensors.calibrated_states import DRIVE, KNOWN_DRIVE, CalibratedStates, by_distance, state_spreads
+from soft_gripper.sensors.fitted_states import (
+    COVERAGE,
+    FittedStates,
+    LeftOut,
+    Widths,
+    fitted_disagreement,
+    learned_widths,
+    moved_without,
+    regions_left_out,
+)
+from soft_gripper.sensors.response_curve import CalibratedResponse, ResponseCurve
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 from soft_gripper.sensors.strain_errors import MINUTE, PLAYS, lagging_strain, moved_plays
 
@@ -123,6 +135,7 @@ def calibrate(layout: SensorLayout, recordings: Sequence[FreeBending], sought: C
         fit = least_squares(residuals, x, slopes, bounds=_bounds(len(x)), x_scale="jac")
         x = np.asarray(fit.x)
         noise, weights = _scatter(left_at(x))
+    x[[at for name, at in parts.sought.items() if name not in sought]] = 0.0
     covariance = np.linalg.inv(fit.jac.T @ fit.jac)
     left, gains = left_at(x), np.exp(x[parts.bends] - x[0])
     from_bends = np.eye(len(x))[parts.bends] - np.eye(len(x))[0]  # to the logarithms of the gains
@@ -138,7 +151,99 @@ def calibrate(layout: SensorLayout, recordings: Sequence[FreeBending], sought: C
         ),
         *((float(x[parts.pressure]), float(stds[parts.pressure])) if "pressure" in sought else (0.0, 0.0)),
         *((float(x[parts.response]), float(stds[parts.response])) if "response" in sought else (0.0, 0.0)),
+        _states(layout, recordings, holds, _Fitted(fit.fun, fit.jac, scale, known), x),
     )
+
+
+class _Fitted(NamedTuple):
+    """Residuals of the unknowns, weighed, those that are measured of the holds first, and then those of the prior."""
+
+    residuals: Array
+    slopes: Array  # by the unknowns
+    scale: Array  # of what is measured
+    known: NDArray[np.bool_]  # (M, R + 2) what is measured
+
+    def left(self, moved: Array) -> Array:
+        """What is left of the strains if the unknowns move, (M, R), NaN where nothing is read."""
+        count, left = len(self.scale), np.full(self.known.shape, np.nan)
+        left[self.known] = (self.residuals + self.slopes @ moved)[:count] / self.scale
+        return left[:, :-2]
+
+    def kept(self, left_out: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Which residuals count without some holds, (M,)."""
+        of_holds = np.broadcast_to(~left_out[:, None], self.known.shape)[self.known]
+        return np.append(of_holds, np.ones(len(self.residuals) - len(of_holds), bool))
+
+
+def _states(
+    layout: SensorLayout, recordings: Sequence[FreeBending], holds: _Holds, fit: _Fitted, x: Array
+) -> CalibratedStates | None:
+    """Where the finger was calibrated; None if no hold has all readings."""
+    parts, R = _Parts(layout.readings), layout.readings
+    finger = replace(softened(layout.finger, float(np.exp(x[0]))), pressure_offset=float(x[parts.pressure]))
+    gains, offsets = (tuple(each.tolist()) for each in (np.exp(x[parts.bends] - x[0]), x[parts.offsets]))
+    response = CalibratedResponse(ResponseCurve(), gains, offsets, float(x[parts.response]))
+    by_recording = [np.hstack([response.ratio(each.ratios - 1) - 1, _drive(finger, each)]) for each in recordings]
+    states = np.array(
+        [
+            _median(of[each.hold == hold])
+            for of, each in zip(by_recording, recordings, strict=True)
+            for hold in range(each.hold.max() + 1)
+        ]
+    )
+    whole = np.isfinite(states).all(axis=-1)
+    if not whole.any():
+        return None
+    spread = state_spreads(states[whole, :R], states[whole, R:])
+
+    def without(region: NDArray[np.bool_]) -> LeftOut:
+        left_out = whole.copy()
+        left_out[whole] = region
+        near = replace(known, fitted=FittedStates(states[whole & ~left_out], spread))
+        errors = fit.left(moved_without(fit.slopes, fit.residuals, fit.kept(left_out)))[left_out]
+        return LeftOut(of_all(errors), by_distance(near.of_states(states[left_out]), layout.paths).reshape(-1, 1))
+
+    def of_all(errors: Array) -> Array:
+        return np.abs(errors).reshape(-1, 1)  # sensors are alike, and holds too few for a width of each
+
+    # Under a drive that is a little away from a fitted one, the readings are as far away again.
+    apart = fitted_disagreement(_groups(by_recording), spread, R) + np.sqrt(2) * KNOWN_DRIVE
+    known = CalibratedStates(FittedStates(states[whole], spread), Widths(np.zeros(1), 0.0), apart, layout.sections)
+    fitted = of_all(fit.left(np.zeros(len(x)))[whole])
+    widths = learned_widths(fitted, [*regions_left_out(known.spaces, without)])
+    holds_of = [each.hold for each in recordings]
+    return replace(known, widths=widths, noise=_noise(by_recording, holds_of, layout.paths) / spread[0])
+
+
+def _median(values: Array) -> Array:
+    """Medians over the first axis of what is finite, NaN where nothing is."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)
+        return np.asarray(np.nanmedian(values, axis=0))
+
+
+def _noise(by_recording: Sequence[Array], holds: Sequence[NDArray[np.int_]], paths: int) -> float:
+    """How far 95 % of the readings of a section are from their medians while the finger rests, strain."""
+    away = []
+    for states, hold in zip(by_recording, holds, strict=True):
+        for number in range(hold.max() + 1):
+            readings = states[hold == number, :-DRIVE]
+            apart = (readings - _median(readings)).reshape(len(readings), paths, -1)
+            away.append(np.linalg.norm(apart, axis=1).ravel())
+    return float(np.nanquantile(np.concatenate(away), COVERAGE))
+
+
+def _drive(finger: Finger, recording: FreeBending) -> Array:
+    """What drives a finger at rest: torque at the first joint, N m, and gravity along x and z, m/s^2, (T, 3)."""
+    q, pull = resting_angles(finger, recording.pressure, recording.gravity), recording.gravity
+    torque = finger.elastic_torque(q) - gravity_torque(finger, q, pull[:, None])
+    return np.column_stack([torque[:, 0], pull.imag, pull.real])
+
+
+def _groups(by_recording: Sequence[Array]) -> list[Array]:
+    """States of samples that are fully read, by recordings, or by the halves of a single one."""
+    read = [states[np.isfinite(states).all(axis=-1)] for states in by_recording]
+    return read if len(read) > 1 else np.array_split(read[0], 2)
 
 
 class _Parts:
@@ -150,6 +255,7 @@ class _Parts:
     def __init__(self, readings: int):
         self.readings = readings
         self.lag, self.pressure, self.response = 1, 2, 3
+        self.sought = {"pressure": self.pressure, "response": self.response}
         self.bends, self.offsets = (slice(4 + i * readings, 4 + (i + 1) * readings) for i in range(2))
         self.drifts = slice(4 + 2 * readings, None)  # reading after reading, of one recording after the other
 
@@ -184,14 +290,9 @@ def _holds(recordings: Sequence[FreeBending]) -> _Holds:
     for number, recording in enumerate(recordings):
         for hold in range(recording.hold.max() + 1):
             at = recording.hold == hold
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore", RuntimeWarning)  # of readings that are always NaN
-                strain = np.nanmedian(recording.ratios[at], axis=0) - 1
-                tip = (
-                    complex(np.nan, np.nan)
-                    if recording.tip is None
-                    else complex(np.nanmedian(recording.tip[at].real), np.nanmedian(recording.tip[at].imag))
-                )
+            strain, tip = _median(recording.ratios[at]) - 1, complex(np.nan, np.nan)
+            if recording.tip is not None:
+                tip = complex(*_median(np.column_stack([recording.tip[at].real, recording.tip[at].imag])))
             found.append((strain, number, float(recording.time[at].mean() - recording.time[0]), tip))
     strains, numbers, times, tips = zip(*found, strict=True)
     return _Holds(np.array(strains), np.array(numbers), np.array(times), np.array(tips))

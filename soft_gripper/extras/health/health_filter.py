@@ -7,7 +7,9 @@ does, along the shapes that contact forces bend it into (`gaussian`), and now an
 change with the strain, by the gain error and hysteresis assumed. The bend per pressure is off by one share along the
 whole finger, for good, with the standard deviation that is assumed: a finger that is softer or stiffer than its nominal
 model by about so much is neither cut nor leaking, nor held. While the drive changes the finger lags, which counts as
-noise.
+noise. So does what a calibration does not say of a drive that is far from those in it (`CalibratedStates`): a finger
+whose drive leaves its calibration is not faulty because its nominal model is no longer good. How far the readings are
+from it does not count, or a faulty sensor would excuse itself.
 
 Evidence for a fault k is the logarithm of the ratio of its likelihood and that of the healthy finger since its onset,
 which is unknown: after every look the better of going on and beginning anew is kept,
@@ -39,7 +41,7 @@ from scipy.special import log_ndtr
 from soft_gripper.arrays import Array
 from soft_gripper.estimators.contact import SurfaceContact
 from soft_gripper.estimators.force_posterior import one_contact_misfit
-from soft_gripper.estimators.mechanics import Mechanics
+from soft_gripper.estimators.mechanics import Mechanics, outer
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.extras.health.faults import FAULTS, Hypotheses
 from soft_gripper.sensors.measurement import MeasurementModel
@@ -135,7 +137,7 @@ class HealthFilter:
             sums_of_driving=known.sums_of_driving + driving,
             samples=known.samples + 1,
         )
-        return self._look(known, free) if known.samples >= LOOK else known
+        return self._look(known, free, gravity) if known.samples >= LOOK else known
 
     def _begun(self, known: Known) -> Known:
         """Memory at the beginning of the next look."""
@@ -161,12 +163,12 @@ class HealthFilter:
         found: Array = weights / weights.sum()
         return found
 
-    def _look(self, known: Known, free: Array) -> Known:
+    def _look(self, known: Known, free: Array, gravity: Array) -> Known:
         """After the last sample of a look."""
         q = self.layout.finger.angle(known.total / LOOK)
         now = self.layout.matrix @ q
         driving = known.sums_of_driving / LOOK
-        look = self._seen(known, q, free - known.begun)
+        look = self._seen(known, q, free - known.begun, self._away(q, driving, gravity))
         change, drive = now - known.free, self._pressures(driving - known.driving)
         born_mean, born_covariance = self._born(known.mean[0], known.covariance[0])
         mean = np.stack([known.mean, born_mean])
@@ -201,7 +203,16 @@ class HealthFilter:
         absurd: NDArray[np.bool_] = sign * mean[:, f] < -_ABSURD_DEVIATIONS * np.sqrt(covariance[:, f, f])
         return absurd & (sign != 0)
 
-    def _seen(self, known: Known, q: Array, moved: Array) -> "_Look":
+    def _away(self, q: Array, driving: Array, gravity: Array) -> Array:
+        """Standard deviation of strains where the drive is away from its calibration, common to all, (R,)."""
+        unread = np.full(self.layout.readings, np.nan)
+        away = self._mechanics.away(unread, driving, gravity)
+        if away is None:
+            return np.zeros(self.layout.readings)
+        moved = self._mechanics.compliance(q) * away.pressure * self._mechanics.pressure_gain
+        return np.asarray(self.hypotheses.by_load @ (self.layout.matrix @ moved))
+
+    def _seen(self, known: Known, q: Array, moved: Array, away: Array) -> "_Look":
         measured, finite, repeated, changed = known.sums
         read = finite > 0
         mean = np.where(read, measured / np.maximum(finite, 1), np.nan)
@@ -217,6 +228,7 @@ class HealthFilter:
             read,
             np.clip(1 + changed, 1, np.maximum(finite, 1)),
             moved,
+            away,
             working + of_lost,
             np.maximum(stuck + of_lost, silent + working),
             stuck + of_lost,
@@ -270,7 +282,7 @@ class HealthFilter:
         H[..., values:f] = np.eye(self.layout.readings)
         z = np.tile(np.where(look.read, look.measured - look.expected, 0.0), (*mean.shape[:-1], 1))
         lag, white = B @ look.moved, self.uncertainty.reading**2 / look.apart
-        common = np.tile(_LAG * lag, (len(hypotheses.kind), 1))
+        common, away = (np.tile(each, (len(hypotheses.kind), 1)) for each in (_LAG * lag, look.away))
         floor = (_EXACT * hypotheses.full_scale) ** 2
         noise = np.tile(white + (_UNEVEN * lag) ** 2 + floor, (len(hypotheses.kind), 1))
         for name in ("offset", "drifting"):
@@ -294,13 +306,13 @@ class HealthFilter:
             i = hypotheses.reading[k]
             H[:, k, i, :], H[:, k, i, f] = 0, 1
             z[:, k, i] = np.where(look.read[i], look.measured[i], 0.0)
-            common[k, i], noise[k, i] = 0, white[i]
+            common[k, i], away[k, i], noise[k, i] = 0, 0, white[i]
         saturated = hypotheses.of("saturated")
         partly = saturated[look.partly[hypotheses.reading[saturated]]]
         noise[partly, hypotheses.reading[partly]] = hypotheses.full_scale**2
         noise[:, ~look.read] = _MISSING_VARIANCE * hypotheses.full_scale**2
         each = noise[..., :, None] * np.eye(self.layout.readings)
-        return _Observation(H, z, common[..., :, None] * common[..., None, :] + each)
+        return _Observation(H, z, outer(common) + outer(away) + each)
 
     def _beyond_free(self, q: Array, driving: Array) -> Array:
         """From the states to the bends beyond those of the nominal free finger, rad, (S, n)."""
@@ -402,6 +414,7 @@ class _Look(NamedTuple):
     read: NDArray[np.bool_]  # (R) whether any sample is finite
     apart: Array  # (R) number of samples that differ: those that repeat themselves average out no rounding
     moved: Array  # (S) rad, by which the free bends changed within the look
+    away: Array  # (R) standard deviation, common to all, of what is not known away from a calibration
     working: Array  # (R) log-likelihoods of what repeated itself and what was lost: of a working sensor,
     stuck: Array  # (R) a dead
     limited: Array  # (R) and one at its limit

@@ -2,11 +2,12 @@
 
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.station_parts import Station
+from soft_gripper.estimators.calibration_range import FAR
 from soft_gripper.extras.health.faults import FAULTS
 
 
 def named_faults(station: Station, recording: Recording) -> list[str]:
-    """The fault of every finger of which one is named at the end, and since when one is."""
+    """The fault of every finger of which one is named at the end, and since when one is; what was not calibrated."""
     lines = []
     for finger in station.fingers:
         name = f"{finger.name}.fault"
@@ -14,4 +15,8 @@ def named_faults(station: Station, recording: Recording) -> list[str]:
             probability = recording[f"{finger.name}.fault_probabilities"].values[-1, fault]
             since = recording["time"].values[recording[name].values.ravel() == 0].max(initial=0.0)
             lines.append(f"{finger.name}: {FAULTS[fault]} ({probability:.0%}), since {since:.2f} s")
+        if name in recording.data and f"{finger.name}.{FAR}" in recording.data:
+            share = float(recording[f"{finger.name}.{FAR}"].values.mean())
+            if share:
+                lines.append(f"{finger.name}: {share:.0%} of the run is far from its calibration, where less is known")
     return lines

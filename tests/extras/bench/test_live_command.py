@@ -43,7 +43,7 @@ def bench(folder, **changes):
 
 def test_a_file_of_readings(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    done = soft_gripper("live", *bench(tmp_path), "--out", "out", "--set", "estimator.type=gaussian")
+    done = soft_gripper("live", *bench(tmp_path), "--json", "--out", "out", "--set", "estimator.type=gaussian")
     assert done.code == 0
     results = [json.loads(line) for line in done.out.splitlines()]
     assert [found["count"] for found in results[:-1]] == [0, 1, 2, 4, 6, 7, 8, 9]
@@ -59,13 +59,30 @@ def test_a_file_of_readings(tmp_path, monkeypatch):
 def test_the_twin_stands_in_for_hardware(tmp_path, monkeypatch):
     """In closed loop the opening approaches its set point, 60 mm; all in real time."""
     monkeypatch.chdir(tmp_path)
-    done = soft_gripper("live", "tip_distance_steps", "--seconds", "2.5", "--zero", "0.2")
+    done = soft_gripper("live", "tip_distance_steps", "--seconds", "2.5", "--zero", "0.2", "--json")
     assert done.code == 0
     last = json.loads(done.out.splitlines()[-2])
     assert last["grip.opening"][0] == pytest.approx(SET_POINT, abs=2e-3)
     assert "malformed" in done.err
     assert "From a reading to its result" in done.err
     assert not list(tmp_path.iterdir())
+
+
+def test_without_json_a_line_says_what_is_known(tmp_path, monkeypatch):
+    """Ten readings take less than the time between two lines."""
+    monkeypatch.chdir(tmp_path)
+    done = soft_gripper("live", *bench(tmp_path))
+    assert done.code == 0
+    (line,) = done.out.splitlines()
+    assert "live" in line
+    assert "left_finger: tip " in line
+    assert line.endswith("0 lost")
+
+
+def test_json_takes_no_other_sink(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for other in (["--sink", "stdio:"], ["--page"]):
+        assert "leave --sink and --page out" in refusal("live", "tip_distance_steps", "--json", *other)
 
 
 @pytest.mark.parametrize(

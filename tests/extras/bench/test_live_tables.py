@@ -58,6 +58,14 @@ def test_a_fault_is_marked():
     assert rows({"right.fault": np.array([0.0])})["health"] == ["-", "healthy"]
 
 
+def test_a_finger_far_from_its_calibration_is_marked():
+    ports = {"left.is_far": port(meanings=("no", "far")), "left.state_distance": port(3)}
+    for far, cell in ((0.0, "within, 2.3 spreads away"), (1.0, ("far, 2.3 spreads away", "bad"))):
+        given = {"left.is_far": np.array([far]), "left.state_distance": np.array([0.1, 2.3, 0.0])}
+        assert finger_table(["left"], ports, given)[-1] == ["calibration", cell]
+    assert finger_table(["left", "right"], ports, given, ["right"])[-1][1:] == ["agree", ("disagree", "bad")]
+
+
 def test_an_unknown_band_is_left_out():
     assert rows(VALUES | {"left.contact_force_std": np.array([np.nan])})["force [N]"] == ["0.50", "-"]
 

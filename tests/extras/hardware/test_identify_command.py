@@ -27,7 +27,7 @@ from soft_gripper.extras.hardware.identification.identified_finger import read_f
 from soft_gripper.extras.hardware.identification.tendon_balance import pulled_positions
 from soft_gripper.fingers.spatial_chain import posture, spatial_chain
 
-WRITTEN = {"fitted.urdf", "fitted.setup.yaml", "fitted.csv", "fitted.png", "fitted.svg"}
+WRITTEN = {"fitted.urdf", "fitted.setup.yaml", "fitted.states.yaml", "fitted.csv", "fitted.png", "fitted.svg"}
 
 
 @pytest.fixture

@@ -25,6 +25,8 @@ from soft_gripper.extras.health.health_filter import (
 from soft_gripper.extras.health.health_monitor import HealthMonitor, named
 from soft_gripper.fingers.kinematics import gravity_torque, in_space
 from soft_gripper.scenario.scenario_file import load_scenario
+from soft_gripper.sensors.calibrated_states import CalibratedStates
+from soft_gripper.sensors.fitted_states import FittedStates, Widths
 from soft_gripper.sensors.sensor_layout import SensorLayout
 from soft_gripper.sensors.strain_errors import SensorFault, StrainErrors, disturb
 
@@ -138,6 +140,22 @@ def test_a_softer_part_is_named(layout):
     assert FAULTS[int(named(probabilities(layout, readings, pressure))[-1])] == "cut"
 
 
+def test_a_finger_whose_drive_leaves_its_calibration_is_not_blamed(layout):
+    """It bends up to a fifth further above 60 kPa, where the monitor is told that less is known."""
+    inside = np.linspace(0, 60e3, 13)
+    drive = np.column_stack([layout.finger.pressure_torque(inside)[:, 0], 0 * inside, 9.81 + 0 * inside])
+    states = np.hstack([layout.measured(layout.read(free_angles(layout.finger, inside))), drive])
+    known = FittedStates(states, np.append(np.full(layout.readings, 0.03), [np.std(drive[:, 0]), 9.81, 9.81]))
+    calibrated = CalibratedStates(known, Widths(np.array([1e-3]), 0.03), np.inf, layout.sections)
+    pressure, blamed = pressures(1, steps=4), []
+    further = 1 + 0.2 * np.maximum(pressure - 60e3, 0) / 60e3
+    ratios = layout.response.ratio(layout.read(further[:, None] * free_angles(layout.finger, pressure)))
+    readings = layout.response.reading(disturb(REALISTIC, ratios, PERIOD, np.random.default_rng(1)))
+    for states_of in (calibrated, None):
+        blamed.append(named(probabilities(replace(layout, calibrated=states_of), readings, pressure)).any())
+    assert blamed == [False, True]
+
+
 def test_what_a_look_shows_of_a_cut_is_linearised(layout):
     """By finite differences of the readings of a finger that is softer from a joint on, by its part of the state."""
     health, q = HealthFilter(layout), np.linspace(0.03, 0.02, layout.finger.segments)
@@ -157,7 +175,8 @@ def test_what_a_look_shows_of_a_cut_is_linearised(layout):
         return layout.predict(q) + hypotheses.by_load @ (bends + bent)
 
     known = health.begin()
-    look = health._seen(known._replace(sums=known.sums + np.array([[0], [LOOK], [0], [LOOK]])), q, np.zeros(values))
+    known = known._replace(sums=known.sums + np.array([[0], [LOOK], [0], [LOOK]]))
+    look = health._seen(known, q, np.zeros(values), np.zeros(layout.readings))
     look = look._replace(measured=readings(load, softer))
     found, step = health._observation(state, look, q, health._beyond_free(q, driving)), 1e-6
     by_load = [(readings(load + step * e, softer) - look.measured) / step for e in np.eye(values)]

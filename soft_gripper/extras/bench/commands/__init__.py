@@ -36,6 +36,7 @@ COMMANDS = (
             option(
                 "--seconds", "how long to run (default: until Ctrl-C, or the end of the readings)", "S", number(1e7)
             ),
+            flag("--json", "print every result as a line of JSON, instead of a status line", dest="json_lines"),
             flag("--fast", "use the readings of a file as fast as possible"),
             flag("--page", "show estimates, contacts and the counts of readings in a browser; zero and record there"),
             flag("--twin", "with --page and --bench: show a simulated twin beside the hardware, commanded alike"),

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from shutil import get_terminal_size
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,7 +21,7 @@ from soft_gripper.extras.bench.bench_driver import BenchDriver, recorded_signals
 from soft_gripper.extras.bench.endpoints import Endpoints, Sink, Source
 from soft_gripper.extras.bench.live_view import LiveView
 from soft_gripper.extras.bench.recorder import Recorder, free_name, recording_layout
-from soft_gripper.extras.bench.tally import TerminalTable
+from soft_gripper.extras.bench.tally import StatusLine
 from soft_gripper.extras.bench.twin import Twin, TwinSource
 from soft_gripper.extras.hardware.bench_schema import BenchConfig, described, load_bench
 from soft_gripper.extras.hardware.measured import check_places
@@ -52,6 +53,8 @@ def run(options: argparse.Namespace) -> None:
         raise InputError("live", "--twin", True, "is shown beside hardware: give --bench and --page")
     if options.mcap is not None and options.page:
         raise InputError("live", "--mcap", str(options.mcap), "records a whole session: leave it, or --page, out")
+    if options.json_lines and (options.sink or options.page):
+        raise InputError("live", "--json", True, "prints the results on standard output: leave --sink and --page out")
     folder, recording = _outputs(options)
     with (
         held_back() as is_interrupted,
@@ -127,7 +130,7 @@ def _sum_up(driver: BenchDriver, dropped: int) -> None:
     if driver.recorder is not None:
         driver.recorder.close()
         _say(f"The last recording is {driver.recorder.report}.")
-    for line in driver.tally.lines():
+    for line in (*driver.tally.lines(), *driver.calibration.lines()):
         _say(line)
     _say(f"Readings: {driver.counts}; {dropped} results that nobody read in time.")
     if driver.malformed:
@@ -139,12 +142,14 @@ def _sum_up(driver: BenchDriver, dropped: int) -> None:
 
 
 def _say(line: str) -> None:
-    print(line, file=sys.stderr, flush=True)
+    erased = "\033[K" if sys.stderr.isatty() else ""  # what is left of the status line
+    print(f"{erased}{line}", file=sys.stderr, flush=True)
 
 
 def _with_hardware(scenario: Scenario, file: Path, endpoints: Endpoints, options: argparse.Namespace) -> _Live:
     found = load_bench(file)
     config = replace(found, source=options.source or found.source, sink=options.sink or found.sink)
+    config = replace(config, sink_format="json") if options.json_lines else config
     moving = [name for name, finger in config.fingers.items() if finger.base_pose is not None]
     measured = [f"{name}.measured_{kind}" for name, each in config.fingers.items() for kind in instruments(each)]
     bench = Bench(scenario, moving, measured)
@@ -182,12 +187,17 @@ def _with_twin(scenario: Scenario, endpoints: Endpoints, options: argparse.Names
 def _sink(
     endpoints: Endpoints, address: str | None, bench: Bench, config: BenchConfig, options: argparse.Namespace
 ) -> Sink:
-    """Where results go; without an address to standard output, or to the page alone; to a terminal, a table of them."""
+    """Where results go; without an address to the page, or to a line for people."""
+    if options.json_lines:
+        if address is not None:
+            raise InputError("live", "--json", True, f"the description sends the results to {address}: leave one out")
+        return endpoints.sink("stdio:")
     if address is None and options.page:
         return lambda *_: None
-    if address in (None, "stdio:") and sys.stdout.isatty():
-        return endpoints.patient(TerminalTable(bench, config.pressure_unit))
-    return endpoints.sink(address or "stdio:")
+    if address is None:
+        width = get_terminal_size().columns if sys.stdout.isatty() else None
+        return endpoints.patient(StatusLine(bench, config.pressure_unit, width))
+    return endpoints.sink(address)
 
 
 def _followed(bench: Bench) -> Iterator[str]:

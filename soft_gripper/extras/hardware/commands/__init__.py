@@ -119,7 +119,11 @@ COMMANDS = (
                 nargs="+",
             ),
             option(
-                "--zero", "find the wires' offsets again in the first seconds", "SECONDS", number(3600.0), default=0.0
+                "--zero",
+                "find offsets again in the first seconds: of an arm's wires from its pose, of a finger that is free",
+                "SECONDS",
+                number(3600.0),
+                default=0.0,
             ),
             DATA,
             out("results/replay"),

@@ -6,9 +6,10 @@ from collections.abc import Sequence
 from concurrent.futures import Executor
 from pathlib import Path
 
-from soft_gripper.extras.hardware.commands.printing import print_identified, print_identified_states
+from soft_gripper.extras.hardware.commands.printing import print_bands, print_identified, print_identified_states
 from soft_gripper.extras.hardware.identification.free_parameters import Model
 from soft_gripper.extras.hardware.identification.identified_finger import (
+    Identified,
     Tested,
     compared,
     identify,
@@ -20,7 +21,15 @@ from soft_gripper.extras.hardware.identification.identified_finger import (
     with_finger,
     write_text,
 )
+from soft_gripper.extras.hardware.identification.model_band import (
+    band_rows,
+    learned_band,
+    read_states,
+    states_file,
+    states_text,
+)
 from soft_gripper.extras.hardware.identification.settled_states import (
+    IdentifiedStates,
     TestedStates,
     compared_states,
     identify_states,
@@ -57,8 +66,15 @@ def run(options: argparse.Namespace) -> None:
         print_identified_states(found)
     else:
         print_identified(found)
+    kept = learned_band(found) if isinstance(found, Identified | IdentifiedStates) else read_states(file)
+    if kept is not None:
+        bands = band_rows(kept, found)
+        print_bands(bands)
+        options.console.table("bands", bands)
     if options.out:
         _write(found, file, outputs)
+        if kept is not None and options.file:
+            write_text(states_file(options.out), states_text(kept))
     options.console.table("scores", found.scores)
     options.console.wrote(*outputs)
 
@@ -103,7 +119,7 @@ def _of_states(
 def _outputs(out: Path, fits: bool) -> list[Path]:
     """The files that are written: those of a fit, or of a test alone."""
     tables = [out.with_suffix(suffix) for suffix in (".csv", ".png", ".svg")]
-    return [out, setup_file(out), *tables] if fits else tables
+    return [out, setup_file(out), states_file(out), *tables] if fits else tables
 
 
 def _write(found: Tested | TestedStates, file: Path, outputs: Sequence[Path]) -> None:
@@ -113,7 +129,7 @@ def _write(found: Tested | TestedStates, file: Path, outputs: Sequence[Path]) ->
     save_figure(figure, of_suffix[".csv"].with_suffix(""))
     write_csv(of_suffix[".csv"], found.scores)
     if ".urdf" in of_suffix:
-        write_text(of_suffix[".yaml"], setup_text(found.model.setup))
+        write_text(setup_file(of_suffix[".urdf"]), setup_text(found.model.setup))
         write_text(of_suffix[".urdf"], text)
 
 

@@ -13,6 +13,7 @@ from soft_gripper.extras.hardware.identification.identified_finger import (
     doubts,
     repetitions,
 )
+from soft_gripper.extras.hardware.identification.model_band import BandRow, extrapolations
 from soft_gripper.extras.hardware.identification.settled_states import IdentifiedStates, TestedStates
 from soft_gripper.extras.hardware.measured import SI
 from soft_gripper.extras.hardware.replay.held_out import ALL, ArmReplay, ReplayRow
@@ -65,6 +66,13 @@ def print_identified_states(found: TestedStates) -> None:
         print("Left out: predicted by a fit to the other families; each family has a mean offset of its own.")
 
 
+def print_bands(rows: Sequence[BandRow]) -> None:
+    """Prints how the markers lie in their bands, and which recordings are far from what was fitted."""
+    print_rows(rows, "markers and their 95 % bands, which widen away from the fitted states")
+    for warning in extrapolations(rows):
+        print(f"WARNING: {warning}")
+
+
 def _print_parameters(free: FreeParameters, x: Array, confidence: Confidence) -> None:
     stds = confidence.std * np.where(free.is_positive, np.abs(free.values(x)), 1)
     fitted = zip(free.names, free.values(free.start), free.values(x), stds, free.units, strict=True)
@@ -104,6 +112,9 @@ def print_measured(replay: MeasuredReplay) -> None:
         print(f"{kind}: reads {instrument.delay:.2f} s late, drifts by {drift}; zero of each run {zeros} {SI[kind]}")
         if np.isnan(instrument.drift) or np.isnan(instrument.zeros).any():
             print(f"WARNING: what is not found of the {kind} is taken for 0: let the finger rest free between presses")
+    for run in replay.runs:
+        for warning in run.warnings:
+            print(f"WARNING: {run.log.name}: {warning}")
     print_rows(replay.presses, "presses: medians of what is measured and estimated, and 95 % bands")
     print()
     print_rows(replay.scores, "all presses; ratio: of what is measured to what is estimated")

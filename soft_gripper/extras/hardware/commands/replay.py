@@ -40,7 +40,7 @@ def _run_finger(options: argparse.Namespace, paths: Sequence[Path]) -> None:
     log = given_log(options.scenario, options.bench, options.described_as, "replay", options.set)
     assert log is not None
     logs = [each for path in paths for each in read_finger_logs(path, log)]
-    found = replay_measured(logs, log.scenario, options.estimator or [log.scenario.estimator.type])
+    found = replay_measured(logs, log.scenario, options.estimator or [log.scenario.estimator.type], options.zero)
     print_measured(found)
     options.console.document["instruments"] = {kind: asdict(each) for kind, each in found.instruments.items()}
     options.console.table("presses", found.presses)

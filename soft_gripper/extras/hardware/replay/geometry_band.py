@@ -16,24 +16,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
-from soft_gripper.extras.hardware.fitted_states import (
+from soft_gripper.extras.hardware.replay.arm_estimation import ArmRecording
+from soft_gripper.extras.hardware.replay.geometry_fit import ArmGeometry, FittedGeometry, measured, places, without
+from soft_gripper.extras.hardware.replay.warnings_of_states import disagreeing, extrapolated
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.kinematics import as_points
+from soft_gripper.sensors.fitted_states import (
     FittedStates,
     LeftOut,
     Widths,
+    disagreement,
+    fitted_disagreement,
     learned_widths,
+    regions_left_out,
     spread_of,
 )
-from soft_gripper.extras.hardware.replay.arm_estimation import ArmRecording
-from soft_gripper.extras.hardware.replay.geometry_fit import ArmGeometry, FittedGeometry, measured, places, without
-from soft_gripper.fingers.finger import Finger
-from soft_gripper.fingers.kinematics import as_points
 
 # Square of the distance, in deviations, within which 95 % of a planar normal distribution lie
 _NORMAL_95_SQUARED = 5.991
 _STEP = 1e-3  # m, of a wire, for differences
 _STRIDE = 3  # one in so many samples counts as a fitted state
-_KNOWN_DRIVE = 0.25  # spreads, within which a drive was fitted
-_NEAREST = 0.1  # share of samples
 _SHAPE = 2  # numbers of a state that are read, first; the others are the drive's
 
 
@@ -71,15 +73,18 @@ def learn_band(geometry: FittedGeometry, recordings: Sequence[ArmRecording], fin
     by_recording = [section_states(geometry, one) for one in recordings]
     together = [np.concatenate(parts) for parts in zip(*by_recording, strict=True)]
     sections = tuple(map(FittedStates, together, _spreads(together)))
-    left_out = []
-    for states in sections:
-        region = states.regions()
-        for number in range(region.max() + 1) if region.any() else ():
-            left_out.append(_left_out(geometry, recordings, finger, sections, region == number))
+
+    def without(region: NDArray[np.bool_]) -> LeftOut:
+        return _left_out(geometry, recordings, finger, sections, region)
+
     errors = np.concatenate([_errors(geometry, one, finger) for one in recordings])
     fitted = errors[np.isfinite(errors).all(axis=-1)]
-    widths = learned_widths(fitted, [region for region in left_out if len(region.errors)])
-    return GeometryBand(sections, widths, _fitted_disagreement(by_recording, sections))
+    widths = learned_widths(fitted, [*regions_left_out(sections, without)])
+    disagreed = [
+        fitted_disagreement([states[section] for states in by_recording], of.spread, _SHAPE)
+        for section, of in enumerate(sections)
+    ]
+    return GeometryBand(sections, widths, max(disagreed))
 
 
 def _left_out(
@@ -175,43 +180,21 @@ def body_band(
 
 def extrapolations(band: GeometryBand, geometry: ArmGeometry, recording: ArmRecording, found: BodyBand) -> list[str]:
     """Where a recording is far from what was fitted, as text: the furthest state of a section, or none."""
-    if not found.is_far.any():
-        return []
-    row, section = np.unravel_index(int(np.argmax(found.distance)), found.distance.shape)
-    length, bend, *pressures = section_states(geometry, recording)[section][row]
-    driven = ", ".join(f"{1e-3 * pressure:.0f}" for pressure in pressures)
-    state = f"{1e3 * length:.0f} mm long and {np.degrees(bend):.0f} degrees bent under {driven} kPa"
-    share = f"{100 * found.is_far.mean():.0f} % of it is far from what was fitted"
-    return [f"{share}: furthest at {recording.time[row]:.1f} s, with section {section + 1} {state}"]
+    states = section_states(geometry, recording)
+
+    def state(row: int, section: int) -> str:
+        length, bend, *pressures = states[section][row]
+        driven = ", ".join(f"{1e-3 * pressure:.0f}" for pressure in pressures)
+        at = f"{1e3 * length:.0f} mm long and {np.degrees(bend):.0f} degrees bent under {driven} kPa"
+        return f"section {section + 1} {at}"
+
+    return extrapolated(recording.time, found.distance, found.is_far, state)
 
 
 def disagreements(band: GeometryBand, geometry: ArmGeometry, recording: ArmRecording) -> list[str]:
     """Sections whose readings and pressures disagree more than in any fitted recording, as text."""
-    said = []
+    said: list[str] = []
     for section, (fitted, states) in enumerate(zip(band.sections, section_states(geometry, recording), strict=True)):
-        apart = _disagreement(fitted, states)
-        if apart > band.disagreement:
-            most = f"by {apart:.2f} spreads, at most {band.disagreement:.2f} between fitted recordings"
-            said.append(f"wires and pressures of section {section + 1} disagree ({most}): if set anew, give --zero 2")
+        apart = disagreement(fitted, states, _SHAPE)
+        said += disagreeing(f"wires and pressures of section {section + 1}", apart, band.disagreement)
     return said
-
-
-def _disagreement(fitted: FittedStates, states: Array) -> float:
-    """How far states stay from the fitted ones where their drive is known: all but _NEAREST of them; 0: it never is.
-
-    Wires that were set anew are wrong all the time; other recordings come near what was fitted.
-    """
-    states = states[::_STRIDE]
-    drive = FittedStates(fitted.states[:, _SHAPE:], fitted.spread[_SHAPE:]).distance(states[:, _SHAPE:])
-    known = drive < _KNOWN_DRIVE
-    return float(np.quantile(fitted.distance(states[known]), _NEAREST)) if known.any() else 0.0
-
-
-def _fitted_disagreement(by_recording: Sequence[Sequence[Array]], sections: Sequence[FittedStates]) -> float:
-    """The most that the sections of a fitted recording disagree with those of all others."""
-    found = []
-    for number, own in enumerate(by_recording) if len(by_recording) > 1 else ():
-        for section, fitted in enumerate(sections):
-            others = np.concatenate([of[section] for i, of in enumerate(by_recording) if i != number])
-            found.append(_disagreement(FittedStates(others, fitted.spread), own[section]))
-    return max(found, default=float("inf"))

@@ -33,6 +33,7 @@ from soft_gripper.fingers.creep import recursion
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import CreepBranch
 from soft_gripper.fingers.kinematics import as_planar, as_points, gravity_torque, in_plane
+from soft_gripper.sensors.fitted_states import moved_without
 
 _SAMPLE_STRIDE = 6  # one in so many samples is fitted
 _INDEPENDENT = 20.0  # samples of a recording
@@ -95,8 +96,7 @@ def without(geometry: FittedGeometry, left_out: Sequence[NDArray[np.bool_]]) -> 
     kept = [np.ones(len(geometry.x), bool)]
     for rows in left_out:
         kept += [np.repeat(~rows[::_SAMPLE_STRIDE], count * sections) for count in (2, 1)]  # places, then headings
-    all_kept = np.concatenate(kept)
-    moved = np.linalg.lstsq(geometry.slopes[all_kept], -geometry.residuals[all_kept])[0]
+    moved = moved_without(geometry.slopes, geometry.residuals, np.concatenate(kept))
     return _geometry(geometry.x + moved, geometry.nominal, geometry.wires.spacing)
 
 

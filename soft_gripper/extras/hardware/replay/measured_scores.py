@@ -9,6 +9,8 @@ A force F that is measured at a place s is compared with
   by the same share;
 - `external_torque` at the first joint, where a force F across the finger at s has the moment that its lever on the
   estimated shape gives it. The band is two standard deviations of the elastic torque and of the driving torque there.
+
+Bands of a calibrated finger widen away from the states in which it was calibrated (`CalibratedStates`).
 """
 
 from collections.abc import Iterator, Sequence
@@ -21,18 +23,23 @@ from tqdm import tqdm
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.recording import Recording
+from soft_gripper.estimators.calibration_range import DISAGREEMENT, DISTANCE, FAR
 from soft_gripper.estimators.finger_shape import ANGLES
+from soft_gripper.estimators.mechanics import Mechanics
 from soft_gripper.extras.hardware.finger_logs import FingerLog, nominal_layout, steady
 from soft_gripper.extras.hardware.instrument import Instrument, InstrumentRun, find_instrument
 from soft_gripper.extras.hardware.measured import SI, Measured
 from soft_gripper.extras.hardware.replay.finger_estimation import estimate_log, sampled_rows
 from soft_gripper.extras.hardware.replay.held_out import REPORT_PERIOD
+from soft_gripper.extras.hardware.replay.warnings_of_states import disagreeing, extrapolated
+from soft_gripper.extras.hardware.replay.zeroing import zeroed_log
 from soft_gripper.extras.hardware.scoring import NORMAL_95
 from soft_gripper.files.document import require
-from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import Sites, forward_kinematics
 from soft_gripper.scenario.schema import Scenario
 from soft_gripper.scenario.sensor_presets import uncertainty
+from soft_gripper.sensors.calibrated_states import CalibratedStates, StateDistances
+from soft_gripper.sensors.fitted_states import nearest
 
 LEAST = {"force": 0.05, "torque": 2.5e-3, "angle": 0.02}  # N, N m, rad: less is nothing
 _REST = 0.5  # s for which a pressure has been steady, and the instrument, once a finger rests
@@ -56,6 +63,7 @@ class PressRow:
     least: Annotated[float, ".3g"]  # ends of the 95 % band; NaN: the estimator states none
     most: Annotated[float, ".3g"]
     within_band_percent: Annotated[float, ".0f"]  # of the samples that have a band; NaN: none has
+    far_percent: Annotated[float, ".0f"]  # of the samples far from the states of the calibration; NaN: it has none
 
 
 @dataclass(frozen=True)
@@ -96,6 +104,8 @@ class MeasuredRun:
     measured: dict[str, Measured]  # at these times
     compared: dict[str, dict[str, list[_Compared]]]  # by kind of the instrument and estimator
     rest: NDArray[np.bool_]  # (T,) whether the pressure has been steady
+    far: Array  # (T,) 1 where it is far from the states of the calibration, NaN without
+    warnings: list[str]
 
     def recording(self) -> Recording:
         """The signals of the estimation, with what instruments measured, late and from their own zeros."""
@@ -119,8 +129,16 @@ class MeasuredReplay:
     corrected: dict[str, list[Array]]  # by kind, in each run: (T,) without delay, zero and drift
 
 
-def replay_measured(logs: Sequence[FingerLog], scenario: Scenario, estimators: Sequence[str]) -> MeasuredReplay:
+def replay_measured(
+    logs: Sequence[FingerLog], scenario: Scenario, estimators: Sequence[str], zero: float = 0.0
+) -> MeasuredReplay:
     """Estimates from the readings of logs, compared with what instruments measured.
+
+    Args:
+        logs: of one finger.
+        scenario: with its sensors and nominal model.
+        estimators: names.
+        zero: s, for which the finger is free and at rest at the beginning of every log, see `zeroed_log`; 0: not.
 
     Raises:
         InputError: if nothing is measured, the finger never rests on an instrument, or an estimator cannot be built.
@@ -140,7 +158,7 @@ def replay_measured(logs: Sequence[FingerLog], scenario: Scenario, estimators: S
     )
     kinds = [*logs[0].measured]
     reported = tqdm(logs, desc="replay", mininterval=REPORT_PERIOD, dynamic_ncols=True)
-    runs = [_replayed(log, scenario, estimators) for log in reported]
+    runs = [_replayed(log, scenario, estimators, zero) for log in reported]
     instruments = {kind: _instrument(runs, kind) for kind in kinds}
     corrected = {
         kind: [found.corrected(i, _instrument_run(run, kind)) for i, run in enumerate(runs)]
@@ -158,28 +176,47 @@ def replay_measured(logs: Sequence[FingerLog], scenario: Scenario, estimators: S
     return MeasuredReplay(runs, instruments, presses, _scores(presses), corrected)
 
 
-def _replayed(log: FingerLog, scenario: Scenario, estimators: Sequence[str]) -> MeasuredRun:
-    signals, period = estimate_log(log, scenario, estimators), scenario.sensor.period
+def _replayed(log: FingerLog, scenario: Scenario, estimators: Sequence[str], zero: float) -> MeasuredRun:
+    layout, period = nominal_layout(scenario, log.finger), scenario.sensor.period
+    if zero > 0:
+        log = zeroed_log(log, layout, zero)
+    signals = estimate_log(log, scenario, estimators)
     rows = sampled_rows(log, period)
-    time, finger = period * np.arange(len(rows)), nominal_layout(scenario, log.finger).finger
+    time, mechanics = period * np.arange(len(rows)), Mechanics(layout, uncertainty(scenario.estimator, scenario.sensor))
     measured = {
         kind: Measured(_held(log.time, each.value)[rows], _held(log.time, each.place)[rows], each.along)
         for kind, each in log.measured.items()
     }
-    error = uncertainty(scenario.estimator, scenario.sensor).bend_per_pressure
     compared = {
-        kind: {name: [*_compared(signals, name, kind, each, finger, error)] for name in estimators}
+        kind: {name: [*_compared(signals, name, kind, each, mechanics)] for name in estimators}
         for kind, each in measured.items()
     }
-    pressure = log.pressure[rows]
+    pressure, first = log.pressure[rows], estimators[0]
+    far = signals[f"{first}.{FAR}"].values.ravel() if layout.calibrated else np.full(len(rows), np.nan)
     return MeasuredRun(
         log,
         signals,
         time,
         measured,
         compared,
-        steady(pressure, round(_REST / period), _STEADY * float(np.ptp(pressure))),
+        steady(pressure, round(_REST / period), _STEADY * float(np.ptp(pressure))) & (time >= zero),
+        far,
+        [] if layout.calibrated is None else _warnings(signals, first, layout.calibrated),
     )
+
+
+def _warnings(signals: Recording, name: str, states: CalibratedStates) -> list[str]:
+    """Where a run leaves the states of the calibration, and whether it disagrees with them."""
+    time, pressure = signals["time"].values, signals["sampled_pressure"].values.ravel()
+    distance, apart = signals[f"{name}.{DISTANCE}"].values, signals[f"{name}.{DISAGREEMENT}"].values.ravel()
+
+    def state(row: int, part: int) -> str:
+        at = f"under {1e-3 * pressure[row]:.0f} kPa"
+        return f"its drive {at}" if part == 0 else f"the readings of section {part - 1} {at}"
+
+    far = signals[f"{name}.{FAR}"].values.ravel() == 1
+    found = disagreeing("readings and pressure", nearest(apart), states.disagreement)
+    return extrapolated(time, distance, far, state) + found
 
 
 def _held(time: Array, value: Array) -> Array:
@@ -189,9 +226,10 @@ def _held(time: Array, value: Array) -> Array:
 
 
 def _compared(
-    signals: Recording, name: str, kind: str, measured: Measured, finger: Finger, error: float
+    signals: Recording, name: str, kind: str, measured: Measured, mechanics: Mechanics
 ) -> Iterator[_Compared]:
     """The estimates by an estimator of what an instrument measures."""
+    finger = mechanics.layout.finger
     q = signals[f"{name}.{ANGLES}"].values
     chain = forward_kinematics(q, finger.segment_length)
     place = np.nan_to_num(measured.place)[:, None]
@@ -209,7 +247,7 @@ def _compared(
     joint = np.zeros(len(q), dtype=int) if kind == "force" else np.minimum(chain.link_at(place)[:, 0], q.shape[-1] - 1)
     share, lever = _lever(site, measured)
     at_joint = torque[:, 0] if kind == "force" else _at_place(torque, place[:, 0] / finger.segment_length)
-    std = _torque_std(signals, name, finger, joint, error)
+    std = _torque_std(signals, name, joint, mechanics)
     scale = lever if kind == "force" else np.ones(len(q))
     label = "base torque" if kind == "force" else "torque"
     yield _Compared(label, "N m", scale, at_joint, at_joint - NORMAL_95 * std, at_joint + NORMAL_95 * std)
@@ -242,13 +280,19 @@ def _lever(site: Sites, measured: Measured) -> tuple[Array, Array]:
 _LEAST_SHARE = 0.2  # along an instrument's axis, of a force across the finger; of less nothing can be said
 
 
-def _torque_std(signals: Recording, name: str, finger: Finger, joint: NDArray[np.int_], error: float) -> Array:
+def _torque_std(signals: Recording, name: str, joint: NDArray[np.int_], mechanics: Mechanics) -> Array:
     """Standard deviation of the external torque at joints (T,), N m; NaN if the estimator states none of the shape."""
     if f"{name}.joint_angle_covariance" not in signals.data:
         return np.full(len(joint), np.nan)
     variance = np.diagonal(signals[f"{name}.joint_angle_covariance"].values, axis1=-2, axis2=-1)
+    finger, states, error = mechanics.layout.finger, mechanics.layout.calibrated, mechanics.uncertainty
     elastic = finger.stiffness**2 * variance
-    driving = (error * finger.pressure_torque(signals["sampled_pressure"].values.reshape(len(joint)))) ** 2
+    torque = finger.pressure_torque(signals["sampled_pressure"].values.reshape(len(joint)))
+    driving = (error.bend_per_pressure * torque) ** 2
+    if states is not None:
+        drive, sections = np.split(signals[f"{name}.{DISTANCE}"].values, [1], axis=-1)
+        away = mechanics.away_by(states, StateDistances(drive[:, 0], sections, drive[:, 0]))
+        driving = driving + (away.pressure[:, None] * finger.pressure_gain) ** 2
     std: Array = np.sqrt(np.take_along_axis(elastic + driving, joint[:, None], axis=-1)[:, 0])
     return std
 
@@ -316,7 +360,8 @@ def _press_rows(run: MeasuredRun, kind: str, value: Array, rows: NDArray[np.int_
             ]
             share = 100 * float(within[banded].mean()) if banded.any() else np.nan
             of = run.log.name, name, each.quantity, each.unit
-            yield PressRow(*of, *ends, place, float(np.median(measured)), *medians, share)  # type: ignore[call-arg]
+            far = 100 * float(run.far[rows].mean())
+            yield PressRow(*of, *ends, place, float(np.median(measured)), *medians, share, far)  # type: ignore[call-arg]
 
 
 def _scores(presses: Sequence[PressRow]) -> list[ScoreRow]:

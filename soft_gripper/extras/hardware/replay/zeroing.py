@@ -1,21 +1,31 @@
-"""Wires that were set anew: the offsets of an arm, found again while its pose is known.
+"""Sensors that were set anew: their offsets, found again while the pose is known.
 
-Two offsets per section, of its bend and its length, are all that setting the wires anew can change. They follow from
-the poses of the bodies in the first seconds; all else stays as it was fitted. What the model is wrong by there goes
-into the offsets: the band of the bodies in that pose makes the offsets uncertain, and these every other pose.
+The pose of a finger is known while it is free and at rest: that in which pressure and weight balance. What its readings
+differ by from those there, in the mean, is taken from all.
+
+Of an arm the pose is measured. Two offsets per section, of its bend and its length, are all that setting the wires anew
+can change. They follow from the poses of the bodies in the first seconds; all else stays as it was fitted. What the
+model is wrong by there goes into the offsets: the band of the bodies in that pose makes the offsets uncertain, and
+these every other pose.
 """
 
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from soft_gripper.arrays import Array
+from soft_gripper.estimators.plane import planar_gravity
+from soft_gripper.extras.hardware.finger_logs import FingerLog
 from soft_gripper.extras.hardware.replay.arm_estimation import ArmRecording
 from soft_gripper.extras.hardware.replay.geometry_fit import HEADING, ArmGeometry, measured, places
 from soft_gripper.files.document import require
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import as_points
+from soft_gripper.fingers.statics import resting_angles
+from soft_gripper.sensors.measurement import MeasurementModel
+from soft_gripper.sensors.sensor_layout import strain_sensors
 
 _TYPICAL = 1.0, 0.02  # rad and m, offsets of a bend and a length
 
@@ -41,9 +51,7 @@ def zeroed(geometry: ArmGeometry, recording: ArmRecording, finger: Finger, secon
     Raises:
         InputError: if the recording is not longer, or no row of these shows all bodies.
     """
-    longer = f"give less than the {recording.time[-1]:g} s that it lasts"
-    require(seconds < recording.time[-1], recording.name, "--zero", seconds, longer)
-    rows = recording.time <= seconds
+    rows = _first(recording.name, recording.time, seconds)
     at, headings = (values[rows] for values in measured(recording, geometry.delay))
     seen = np.isfinite(at + headings).all(axis=-1)
     expected = "its first seconds must show all bodies: give more, or cut what comes before"
@@ -59,6 +67,26 @@ def zeroed(geometry: ArmGeometry, recording: ArmRecording, finger: Finger, secon
     found = least_squares(residuals, np.zeros(2 * len(std)), x_scale=np.repeat(_TYPICAL, len(std)))
     deviations = np.linalg.cholesky(np.linalg.inv(found.jac.T @ found.jac)).T
     return Zeroed(_shifted(geometry, found.x), tuple(_shifted(geometry, found.x + one) for one in deviations))
+
+
+def zeroed_log(log: FingerLog, layout: MeasurementModel, seconds: float) -> FingerLog:
+    """A log whose finger is free and at rest in the first seconds, with readings as of its nominal sensors.
+
+    Raises:
+        InputError: if the log is not longer, or a sensor is not read in these.
+    """
+    rows, sensors = _first(log.name, log.time - log.time[0], seconds), strain_sensors(layout, "--zero")
+    q = resting_angles(sensors.finger, log.pressure[rows], planar_gravity(log.X_WB[rows], log.gravity))
+    away = log.readings[rows] - sensors.read(q)
+    unread = ~np.isfinite(away).any(axis=0)
+    require(not unread.any(), log.name, "--zero", seconds, f"reading {int(unread.argmax())} is NaN until then")
+    return replace(log, readings=log.readings - np.nanmean(away, axis=0))
+
+
+def _first(name: str, time: Array, seconds: float) -> NDArray[np.bool_]:
+    """Which samples are in the first seconds, of times from 0 on, (T,)."""
+    require(seconds < time[-1], name, "--zero", seconds, f"give less than the {time[-1]:g} s that it lasts")
+    return time <= seconds
 
 
 def _shifted(geometry: ArmGeometry, x: Array) -> ArmGeometry:

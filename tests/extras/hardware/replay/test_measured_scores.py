@@ -76,7 +76,7 @@ def test_scores_are_those_of_the_presses(found):
 
 def test_a_recording_with_described_columns_is_replayed_alike(log, found):
     other = replayed(log, None, str(log.parent / "scale.yaml"))
-    assert other.presses == found.presses
+    assert [*map(str, other.presses)] == [*map(str, found.presses)]  # NaN differs from itself
     assert other.instruments == found.instruments
 
 

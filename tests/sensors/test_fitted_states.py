@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from soft_gripper.extras.hardware.fitted_states import FittedStates, LeftOut, Widths, learned_widths, spread_of
+from soft_gripper.sensors.fitted_states import FittedStates, LeftOut, Widths, learned_widths, spread_of
 
 LINE = FittedStates(np.column_stack([np.linspace(0, 1, 101), np.zeros(101)]), np.array([1.0, 2.0]))
 

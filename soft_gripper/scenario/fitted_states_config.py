@@ -1,0 +1,71 @@
+"""The states that a model was fitted to, as they are kept in the file of a calibration or of an identified finger."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from soft_gripper.quantity import Misfit, quantity
+from soft_gripper.sensors.fitted_states import FittedStates, Widths
+
+_MOST = 400  # states that are kept
+_DIGITS = 6
+_NOTHING = 1e-12  # smaller numbers are rounding
+
+
+@dataclass
+class FittedStatesConfig:
+    """States of drive and shape, thinned out, and how the errors of the model grow away from them."""
+
+    names: list[str] = quantity([], filled=True)  # of the numbers of a state, with their units
+    spread: list[float] = quantity([], above=0)  # unit of each number, in which distances are taken
+    states: list[list[float]] = quantity([], filled=True)
+    floor: list[float] = quantity([], least=0, filled=True)  # half width of the 95 % band of each error near them
+    growth: float = quantity(0.0, least=0)  # of these, by the root of the distance
+    noise: float = quantity(0.0, least=0)  # spreads, by which single samples are away from states that are medians
+    disagreement: float | None = quantity(
+        None, least=0
+    )  # spreads, within which readings and drive agree; null: not known
+
+    def misfits(self) -> Iterator[Misfit]:
+        count = len(self.names)
+        if len(self.spread) != count:
+            yield "spread", self.spread, f"must be {count} numbers, one for every name"
+        for i, state in enumerate(self.states):
+            if len(state) != count:
+                yield f"states[{i}]", state, f"must be {count} numbers, one for every name"
+
+    @property
+    def fitted(self) -> FittedStates:
+        """The states."""
+        return FittedStates(np.array(self.states), np.array(self.spread))
+
+    @property
+    def widths(self) -> Widths:
+        """Widths of the bands."""
+        return Widths(np.array(self.floor), self.growth)
+
+
+def kept_states(
+    names: Sequence[str],
+    fitted: FittedStates,
+    widths: Widths,
+    noise: float = 0.0,
+    disagreement: float = float("inf"),
+) -> FittedStatesConfig:
+    """What a file keeps; an infinite disagreement is not known."""
+    thinned = fitted.thinned(_MOST)
+    growth, noise, apart = _rounded([widths.growth, noise, disagreement if np.isfinite(disagreement) else 0.0])
+    return FittedStatesConfig(
+        names=list(names),
+        spread=_rounded(thinned.spread),
+        states=[_rounded(state) for state in thinned.states],
+        floor=_rounded(widths.floor),
+        growth=growth,
+        noise=noise,
+        disagreement=apart if np.isfinite(disagreement) else None,
+    )
+
+
+def _rounded(values: Sequence[float] | np.ndarray) -> list[float]:
+    return [0.0 if abs(value) < _NOTHING else float(f"{value:.{_DIGITS}g}") for value in values]
