@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.evaluation.paper.claims import Claim
-from soft_gripper.extras.hardware.identification.fit import UNHELD, MotionScore
+from soft_gripper.extras.hardware.identification.fit import UNHELD, MotionScore, Report
 from soft_gripper.extras.hardware.identification.identified_finger import (
     MEASURED,
     Identified,
@@ -77,7 +77,6 @@ _LONGEST_TRIAL = "trial_6"  # in which a section is longer than in any other
 _SUFFIXES = {BEAM.description: ".csv", SEGMENT.description: ".csv", ARM: ".txt"}
 
 Recordings = dict[str, HardwareRecording]
-Report = Callable[[str, float], None]  # which experiment, and the root mean square error of its fit
 
 
 def published_recordings(data: Path | None) -> dict[str, Recordings]:
@@ -105,14 +104,7 @@ def identify_published(
         [measured_motion(recordings[name]) for name in names] for names in (experiment.fitted, experiment.tested)
     )
     finger = read_finger(experiment.finger_file)
-    return identify(
-        finger,
-        experiment.free,
-        fitted,
-        tested,
-        executor,
-        report=lambda error: report(experiment.description, error),
-    )
+    return identify(finger, experiment.free, fitted, tested, executor, report=report)
 
 
 def recording_file(description: str, name: str) -> str:

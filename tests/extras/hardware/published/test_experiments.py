@@ -65,7 +65,7 @@ def test_the_segment_is_fitted_as_well_as_the_documentation_says():
     data, errors = published("pneumatic_segment").parent, []
     recordings = {name: experiments._find("pneumatic_segment", name, data) for name in SEGMENT.fitted + SEGMENT.tested}
     with open_executor(None, None) as executor:
-        found = identify_published(SEGMENT, recordings, executor, lambda _, error: errors.append(error))
+        found = identify_published(SEGMENT, recordings, executor, lambda step: errors.append(step.error))
     assert 100 * errors[-1] == pytest.approx(4.69, abs=0.05)
     for row, tip, creep, recovery in zip(found.scores[-2:], (1.4, 4.4), (41, -14), (31, 10), strict=True):
         assert row.role == "test"
