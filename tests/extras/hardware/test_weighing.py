@@ -18,6 +18,7 @@ from soft_gripper.extras.hardware.identification.settled_states import (
     resting_positions,
     settled_states,
 )
+from soft_gripper.extras.hardware.identification.simulated_motion import Setup
 from soft_gripper.extras.hardware.recording_schema import load_description
 from soft_gripper.extras.hardware.recordings import find_recordings
 from soft_gripper.extras.hardware.weighing import weigh, weighing_figure
@@ -113,6 +114,31 @@ def test_a_load_named_by_the_file_is_not_looked_at(fitted):
     assert [row.load_g for row in weigh(Model(fitted), renamed, WINDOW)] == [
         row.load_g for row in weigh(Model(fitted), states, WINDOW)
     ]
+
+
+def test_a_load_between_two_known_ones_with_tendons_that_lead():
+    """As of the trunk with DC motors: fitted with two loads, and weighed with the delay of its set-up."""
+
+    def late(load, seed):
+        states = states_of(load, seed, rows=200)
+        every, whole = slice(None, None, 5), (states.time, states.pulled)
+        states = replace(
+            states,
+            **{name: getattr(states, name)[every] for name in ("pulled", "markers", "families", "time")},
+            winding=whole,
+        )
+        q = resting_positions(Model(TRUE, Setup(delay=-0.4)), states)
+        noise = np.random.default_rng(seed).normal(0, NOISE, states.markers.shape)
+        return replace(states, markers=predicted_markers(TRUE, states, q)[0] + noise)
+
+    free = free_parameters(trunk(8e5), ["youngs_modulus", "delay"], [])
+    known = [late(0.2, 1), late(0.4, 2)]
+    model = fit_states(free, known, [np.full(len(of.time), True) for of in known], free.start).model
+    assert model.setup.delay == pytest.approx(-0.4, abs=0.02)
+    *_, whole = weigh(model, late(0.3, 3), WINDOW)
+    assert abs(whole.load_g - 300) < 1.5 * whole.band_g < 15
+    *_, prompt = weigh(Model(model.finger), late(0.3, 3), WINDOW)
+    assert prompt.band_g > 2 * whole.band_g
 
 
 @pytest.mark.slow

@@ -91,7 +91,7 @@ class Rod:
             held: share of the weight that a hand bears, by time.
             pressure: in the chamber, by time.
             moment: along the rod, by pressure.
-            softening: by which creep is multiplied, by pressure.
+            softening: by which creep is multiplied, and relative to that of no pressure weight, by pressure.
         """
         K, n, step = self.stiffness, len(self.stiffness), _STEP
         u, v, before = np.zeros(n), np.zeros(n), np.zeros(n)
@@ -103,7 +103,7 @@ class Rod:
             middle = times[-1] + step / 2
             p, at = pressure(middle), u + step / 2 * v
             J, bias, mass = self._terms(at, 1.5 * v - 0.5 * before)
-            forces = _forces(J, self.masses, gravity - bias) - held(middle) * weight
+            forces = _forces(J, self.masses, gravity * softening(p) / softening(0.0) - bias) - held(middle) * weight
             forces[:3] += moment(p) + K[:3, :3] @ (softening(p) * (shares * z).sum(axis=0))
             implicit = step / 2 * (step / 2 + self.relaxation_time) * K
             v, before = np.linalg.solve(mass + implicit, (mass - implicit) @ v + step * (forces - K @ u)), v

@@ -1,9 +1,11 @@
 """A simulated recording: the chain in Drake, driven like the hardware, and the positions of its markers.
 
-A chamber fills through an orifice, and its widening multiplies creep, because recordings of the pneumatic segment
-require both. A first-order lag behind the valve cannot rise within 70 ms at 15 kPa and within 190 ms at 35 kPa; and
-with a pressure law that leaves creep alone, the fitted segment crept by half of the measured amount at small
-pressures.
+A chamber fills through an orifice, and its widening multiplies creep and the bend due to weight, because recordings of
+the pneumatic segment require all three. A first-order lag behind the valve cannot rise within 70 ms at 15 kPa and
+within 190 ms at 35 kPa; with a pressure law that leaves creep alone, the fitted segment crept by half of the measured
+amount at small pressures; and with one that leaves weight alone, its tip turned about the same point at every pressure,
+whereas that point moves by 6 mm toward the tip: a segment that hangs is held straight by its weight most at its base,
+and the more the softer its chamber has made it.
 """
 
 import xml.etree.ElementTree as ET
@@ -17,20 +19,21 @@ from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import JacobianWrtVariable
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import DiagramBuilder
-from pydrake.systems.primitives import LogVectorOutput, TrajectorySource
+from pydrake.systems.controllers import InverseDynamics
+from pydrake.systems.framework import DiagramBuilder, OutputPort
+from pydrake.systems.primitives import LogVectorOutput, MatrixGain, TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.diagrams.wiring.drive import add_pressure_drive
 from soft_gripper.errors import InputError, SimulationDivergedError
 from soft_gripper.extras.hardware.recordings import HardwareRecording
-from soft_gripper.fingers.creep import shares
+from soft_gripper.fingers.creep import Softened, shares
 from soft_gripper.fingers.cross_section import SIZES
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_element import FingerElement
 from soft_gripper.fingers.finger_links import finger_to_urdf
-from soft_gripper.fingers.finger_parts import TipLoad
+from soft_gripper.fingers.finger_parts import PressureLaw, TipLoad
 from soft_gripper.fingers.kinematics import as_planar, forward_kinematics, in_plane, rotated
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.quantity import quantity
@@ -244,11 +247,16 @@ def tip_motion(finger: Finger, setup: Setup, motion: MeasuredMotion) -> TipMotio
     limits = PressureConfig(minimum=min(pressure, 0.0), maximum=max(pressure, 1.0), time_constant=0.0)
     command = add_pressure_drive(builder, [in_plant], limits).commands[in_plant.name]
     held = _held(in_plant, motion.hold)
-    source = builder.AddSystem(TrajectorySource(_pressure(finger, setup, motion, duration)))
+    in_chamber = _pressure(finger, setup, motion, duration)
+    source = builder.AddSystem(TrajectorySource(in_chamber))
     builder.Connect(source.get_output_port(), command)
+    applied = in_plant.plant.get_applied_generalized_force_input_port()
     if motion.pressure is None:
         hand = builder.AddSystem(TrajectorySource(_hand(held.force, motion)))
-        builder.Connect(hand.get_output_port(), in_plant.plant.get_applied_generalized_force_input_port())
+        builder.Connect(hand.get_output_port(), applied)
+    elif finger.pressure_law is not None:
+        further = _add_softened_weight(builder, in_plant.plant, _further(finger.pressure_law, in_chamber))
+        builder.Connect(further, applied)
     log = LogVectorOutput(in_plant.plant.get_state_output_port(), builder, _PERIOD)
     simulator = Simulator(builder.Build())
     _hold(in_plant, held, simulator)
@@ -279,6 +287,26 @@ def _add_finger(builder: DiagramBuilder, finger: Finger, gravity: Array, time_st
     plant.mutable_gravity_field().set_gravity_vector(gravity)
     plant.Finalize()
     return PlantFinger(finger, plant, model)
+
+
+def _further(law: PressureLaw, pressure: PiecewisePolynomial) -> PiecewisePolynomial:
+    """By how much further weight bends the finger than without pressure, relative, over the time of a pressure."""
+    time = np.array(pressure.get_segment_times())
+    softening = law.softening(np.array([pressure.value(t).item() for t in time]))
+    return PiecewisePolynomial.FirstOrderHold(time, softening[None] / float(law.softening(0.0)) - 1)
+
+
+def _add_softened_weight(builder: DiagramBuilder, plant: MultibodyPlant, further: PiecewisePolynomial) -> OutputPort:
+    """The generalized forces of weight, times a number that changes in time."""
+    upheld = builder.AddSystem(InverseDynamics(plant, InverseDynamics.InverseDynamicsMode.kGravityCompensation))
+    weight = builder.AddSystem(MatrixGain(-np.eye(plant.num_velocities())))
+    times = builder.AddSystem(TrajectorySource(further))
+    product = builder.AddSystem(Softened(plant.num_velocities(), divides=False))
+    builder.Connect(plant.get_state_output_port(), upheld.GetInputPort("estimated_state"))
+    builder.Connect(upheld.get_output_port(), weight.get_input_port())
+    builder.Connect(weight.get_output_port(), product.GetInputPort("factor"))
+    builder.Connect(times.get_output_port(), product.GetInputPort("softening"))
+    return product.get_output_port()
 
 
 class _Held(NamedTuple):

@@ -41,6 +41,18 @@ def test_held_pressure_comes_to_rest_in_balance(hollow):
     assert tip.heading[at_end] == pytest.approx(q.sum(), rel=1e-3)
 
 
+def test_a_chamber_that_widens_softens_the_finger_against_its_weight(hollow):
+    """Weight bends it further as pressure does: at rest as under a gravity that is as much stronger."""
+    law = PressureLaw((0.0, 1.0, 3e4), (0.0, 0.5, 4.5e4))  # further by 3
+    damped = replace(hollow, relaxation_time=0.05, pressure_law=law)
+    motion = replace(step(3e4, 3.0), events=(OPENS, 2.9))
+    tip = tip_motion(damped, Setup(), motion)
+    q = resting_angles(damped, 3e4, 3 * 9.81j)
+    at_end = np.searchsorted(tip.time, 2.5)
+    assert tip.heading[at_end] == pytest.approx(q.sum(), rel=2e-3)
+    assert tip.heading[at_end] - resting_angles(damped, 3e4, 9.81j).sum() > 0.05
+
+
 def test_markers_are_still_before_the_release(beam):
     motion = release()
     markers = simulated_markers(beam, Setup(), motion)
