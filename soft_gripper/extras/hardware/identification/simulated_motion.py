@@ -1,11 +1,12 @@
 """A simulated recording: the chain in Drake, driven like the hardware, and the positions of its markers.
 
-A chamber fills through an orifice, and its widening multiplies creep and the bend due to weight, because recordings of
-the pneumatic segment require all three. A first-order lag behind the valve cannot rise within 70 ms at 15 kPa and
-within 190 ms at 35 kPa; with a pressure law that leaves creep alone, the fitted segment crept by half of the measured
-amount at small pressures; and with one that leaves weight alone, its tip turned about the same point at every pressure,
-whereas that point moves by 6 mm toward the tip: a segment that hangs is held straight by its weight most at its base,
-and the more the softer its chamber has made it.
+A chamber fills through an orifice, because a first-order lag behind the valve cannot rise within 70 ms at 15 kPa and
+within 190 ms at 35 kPa. A pressure law  P(p) = g p / (1 - p / c)  is what a stiffness k leaves of which pressure takes
+a part, k (1 - p / c): so pressure multiplies all else that bends the finger, its weight and what it remembers of
+creep, by the same growth  1 / (1 - p / c) . Recordings of the pneumatic segment require both: with a law for pressure
+alone its tip turned about the same point at every pressure, whereas that point moves by 6 mm toward the tip, since a
+segment that hangs is held straight by its weight most at its base; and the share of creep was the same at every
+pressure, whereas it doubles from 15 to 45 kPa. The plant of a station multiplies neither.
 """
 
 import xml.etree.ElementTree as ET
@@ -21,7 +22,7 @@ from pydrake.multibody.tree import JacobianWrtVariable
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.controllers import InverseDynamics
 from pydrake.systems.framework import DiagramBuilder, OutputPort
-from pydrake.systems.primitives import LogVectorOutput, MatrixGain, TrajectorySource
+from pydrake.systems.primitives import LogVectorOutput, MatrixGain, Multiplexer, TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 
 from soft_gripper.arrays import Array, Planar
@@ -255,8 +256,7 @@ def tip_motion(finger: Finger, setup: Setup, motion: MeasuredMotion) -> TipMotio
         hand = builder.AddSystem(TrajectorySource(_hand(held.force, motion)))
         builder.Connect(hand.get_output_port(), applied)
     elif finger.pressure_law is not None:
-        further = _add_softened_weight(builder, in_plant.plant, _further(finger.pressure_law, in_chamber))
-        builder.Connect(further, applied)
+        builder.Connect(_add_softening(builder, in_plant, _further(finger.pressure_law, in_chamber)), applied)
     log = LogVectorOutput(in_plant.plant.get_state_output_port(), builder, _PERIOD)
     simulator = Simulator(builder.Build())
     _hold(in_plant, held, simulator)
@@ -290,21 +290,29 @@ def _add_finger(builder: DiagramBuilder, finger: Finger, gravity: Array, time_st
 
 
 def _further(law: PressureLaw, pressure: PiecewisePolynomial) -> PiecewisePolynomial:
-    """By how much further weight bends the finger than without pressure, relative, over the time of a pressure."""
+    """By how much further a torque bends the finger than without pressure, relative, over the time of a pressure."""
     time = np.array(pressure.get_segment_times())
     softening = law.softening(np.array([pressure.value(t).item() for t in time]))
     return PiecewisePolynomial.FirstOrderHold(time, softening[None] / float(law.softening(0.0)) - 1)
 
 
-def _add_softened_weight(builder: DiagramBuilder, plant: MultibodyPlant, further: PiecewisePolynomial) -> OutputPort:
-    """The generalized forces of weight, times a number that changes in time."""
+def _add_softening(builder: DiagramBuilder, finger: PlantFinger, further: PiecewisePolynomial) -> OutputPort:
+    """The generalized forces of weight and of the memory of creep, times a number that changes in time."""
+    plant, count = finger.plant, finger.plant.num_velocities()
     upheld = builder.AddSystem(InverseDynamics(plant, InverseDynamics.InverseDynamicsMode.kGravityCompensation))
-    weight = builder.AddSystem(MatrixGain(-np.eye(plant.num_velocities())))
-    times = builder.AddSystem(TrajectorySource(further))
-    product = builder.AddSystem(Softened(plant.num_velocities(), divides=False))
     builder.Connect(plant.get_state_output_port(), upheld.GetInputPort("estimated_state"))
-    builder.Connect(upheld.get_output_port(), weight.get_input_port())
-    builder.Connect(weight.get_output_port(), product.GetInputPort("factor"))
+    torques, of_joints = [upheld.get_output_port()], [-np.eye(count)]
+    if finger.finger.creep:
+        torques.append(builder.GetSubsystemByName(f"{finger.name}.softened").get_output_port())
+        of_joints.append(plant.MakeActuationMatrix())
+    both = builder.AddSystem(Multiplexer([matrix.shape[1] for matrix in of_joints]))
+    total = builder.AddSystem(MatrixGain(np.hstack(of_joints)))
+    times = builder.AddSystem(TrajectorySource(further))
+    product = builder.AddSystem(Softened(count, divides=False))
+    for i, torque in enumerate(torques):
+        builder.Connect(torque, both.get_input_port(i))
+    builder.Connect(both.get_output_port(), total.get_input_port())
+    builder.Connect(total.get_output_port(), product.GetInputPort("factor"))
     builder.Connect(times.get_output_port(), product.GetInputPort("softening"))
     return product.get_output_port()
 
