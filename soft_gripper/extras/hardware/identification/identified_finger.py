@@ -160,7 +160,8 @@ def _with_static_law(finger: Finger, motions: Sequence[MeasuredMotion]) -> Finge
     remains = 1 - sum(branch.share for branch in finger.creep)
     of_chamber = float(np.sum(finger.pressure_gain / finger.stiffness)) / remains
     gain = float(np.exp(excess[best].mean())) / of_chamber
-    return replace(finger, pressure_law=pressure_law(highest, gain, float(margins[best])))
+    margin = 1 - remains * (1 - float(margins[best]))  # before creep, which takes a part of the stiffness as pressure
+    return replace(finger, pressure_law=pressure_law(highest, gain, margin))
 
 
 def as_held(setup: Setup, motion: MeasuredMotion) -> MeasuredMotion:

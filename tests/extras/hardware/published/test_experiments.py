@@ -39,7 +39,7 @@ def test_reads_all_published_recordings():
     found = published_recordings(published("clamped_beam").parent)
     assert {name: len(recordings) for name, recordings in found.items()} == {
         "clamped_beam": 3,
-        "pneumatic_segment": 5,
+        "pneumatic_segment": 7,
         "two_segment_arm": 6,
     }
 
