@@ -242,3 +242,19 @@ def test_the_published_trunk():
     assert whole.load_g == pytest.approx(111, abs=1)
     np.testing.assert_allclose([row.load_g for row in windows], [120, 103, 117, 102, 112], atol=2)
     assert all(abs(row.load_g - 100) < row.band_g for row in (*windows, whole))
+
+
+@pytest.mark.published
+def test_the_published_trunk_with_dc_motors():
+    """As the page on identification states: tip of blocks left out within 15 mm, both loads within their bands."""
+    folder = published("trunk_dc")
+    files = [str(folder / f"observations_{mass}g.csv") for mass in (200, 400)]
+    finger = read_finger(model_path(load_description("trunk_dc").finger))
+    states = [settled_states(recording, finger) for recording in find_recordings(files, "trunk_dc")]
+    found = identify_states(finger, [*PUBLISHED_FREE, "delay", "dry_friction"], states, [], HereExecutor())
+    mean = {(row.recording, row.role, row.family): row.mean_mm for row in found.scores if row.marker == "3"}
+    left_out = [mean[of.name, "left out", "all"] for of in states]
+    assert np.mean(left_out) < 15
+    for of, named in zip(states, (200, 400), strict=True):
+        *_, whole = weigh(found.model, of, WINDOW)
+        assert abs(whole.load_g - named) < min(whole.band_g, 30)

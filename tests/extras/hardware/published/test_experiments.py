@@ -61,15 +61,22 @@ def test_what_is_fitted_and_what_tests_go_where_they_belong(tmp_path, monkeypatc
 
 @pytest.mark.published
 def test_the_segment_is_fitted_as_well_as_the_documentation_says():
-    """By the documented fit: 4.69 % of the largest displacement; the bar of 4 % is missed."""
+    """By the documented fit: bend, speed and creep at pressures that were not fitted hold, but one time is too short.
+
+    Creep is as far off where it is seen without pressure; that is a miss, too.
+    """
     data, errors = published("pneumatic_segment").parent, []
     recordings = {name: experiments._find("pneumatic_segment", name, data) for name in SEGMENT.fitted + SEGMENT.tested}
     with open_executor(None, None) as executor:
         found = identify_published(SEGMENT, recordings, executor, lambda step: errors.append(step.error))
-    assert 100 * errors[-1] == pytest.approx(4.69, abs=0.05)
-    for row, tip, creep, recovery in zip(found.scores[-2:], (1.4, 4.4), (41, -14), (31, 10), strict=True):
-        assert row.role == "test"
-        assert row.simulated_settled_turn_deg == pytest.approx(row.settled_turn_deg, rel=0.08), row.recording
-        assert row.tip_error_percent == pytest.approx(tip, abs=0.1)
-        assert 100 * (row.simulated_creep_deg / row.creep_deg - 1) == pytest.approx(creep, abs=2)
-        assert 100 * (row.simulated_recovery_deg / row.recovery_deg - 1) == pytest.approx(recovery, abs=3)
+    assert 4.2 < 100 * errors[-1] < 5
+    assert [dropped.name for dropped in found.confidence.undetermined] == ["swelling"]
+    rows = {row.recording: row for row in found.scores if row.role == "test"}
+    assert set(rows) == set(SEGMENT.tested)
+    for name, row in rows.items():
+        assert row.simulated_settled_turn_deg == pytest.approx(row.settled_turn_deg, rel=0.08), name
+        assert row.simulated_creep_deg == pytest.approx(row.creep_deg, rel=0.35), name
+        assert row.simulated_t50_ms == pytest.approx(row.t50_ms, rel=0.22), name
+        assert row.tip_error_percent < 5, name
+        is_late = abs(row.simulated_t63_ms / row.t63_ms - 1) > 0.2
+        assert is_late == (name == "35kPa"), name
