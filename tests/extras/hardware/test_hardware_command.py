@@ -98,7 +98,8 @@ def test_every_claim_holds(run):
 
 @pytest.mark.slow
 def test_all_that_is_named_was_written(run):
-    of_fingers = {f"{name}{suffix}" for name in ("clamped_beam", "pneumatic_segment") for suffix in (".csv", ".urdf")}
+    names, suffixes = ("clamped_beam", "pneumatic_segment"), (".csv", ".urdf", ".setup.yaml")
+    of_fingers = {f"{name}{suffix}" for name in names for suffix in suffixes}
     written = of_fingers | {"two_segment_arm.csv", "claims.csv", "hardware.png", "hardware.svg"}
     assert {path.name for path in run.out.iterdir()} == written
     assert all(f"/{name}" in run.outcome.out for name in written)

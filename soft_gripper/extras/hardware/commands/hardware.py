@@ -43,7 +43,8 @@ def run(options: argparse.Namespace) -> int:
     found = hardware_claims(beam, segment, arm.table)
     print_claims(found)
     options.console.table("claims", found, out / "claims.csv")
-    fingers = [f"{experiment.description}{suffix}" for experiment in (BEAM, SEGMENT) for suffix in (".urdf", ".csv")]
+    suffixes = (".urdf", ".setup.yaml", ".csv")
+    fingers = [f"{experiment.description}{suffix}" for experiment in (BEAM, SEGMENT) for suffix in suffixes]
     options.console.wrote(
         *(out / file for file in (*fingers, f"{ARM}.csv", "claims.csv", "hardware.png", "hardware.svg"))
     )

@@ -1,5 +1,6 @@
 """Which recordings the published experiments take."""
 
+import numpy as np
 import pytest
 from hardware_files import published
 from refusals import refused
@@ -61,22 +62,21 @@ def test_what_is_fitted_and_what_tests_go_where_they_belong(tmp_path, monkeypatc
 
 @pytest.mark.published
 def test_the_segment_is_fitted_as_well_as_the_documentation_says():
-    """By the documented fit: bend, speed and creep at pressures that were not fitted hold, but one time is too short.
+    """By the documented fit: bend and creep at pressures that were not fitted hold, two times are too short.
 
-    Creep is as far off where it is seen without pressure; that is a miss, too.
+    The bend that is left without pressure is a miss, too.
     """
     data, errors = published("pneumatic_segment").parent, []
     recordings = {name: experiments._find("pneumatic_segment", name, data) for name in SEGMENT.fitted + SEGMENT.tested}
     with open_executor(None, None) as executor:
         found = identify_published(SEGMENT, recordings, executor, lambda step: errors.append(step.error))
-    assert 4.2 < 100 * errors[-1] < 5
+    assert 100 * errors[-1] == pytest.approx(4.85, abs=0.05)
     assert [dropped.name for dropped in found.confidence.undetermined] == ["swelling"]
-    rows = {row.recording: row for row in found.scores if row.role == "test"}
-    assert set(rows) == set(SEGMENT.tested)
-    for name, row in rows.items():
-        assert row.simulated_settled_turn_deg == pytest.approx(row.settled_turn_deg, rel=0.08), name
-        assert row.simulated_creep_deg == pytest.approx(row.creep_deg, rel=0.35), name
-        assert row.simulated_t50_ms == pytest.approx(row.t50_ms, rel=0.22), name
-        assert row.tip_error_percent < 5, name
-        is_late = abs(row.simulated_t63_ms / row.t63_ms - 1) > 0.2
-        assert is_late == (name == "35kPa"), name
+    rows = [row for row in found.scores if row.role == "test"]
+    assert [row.recording for row in rows] == list(SEGMENT.tested)
+    off = {"settled_turn_deg": (-5, -1, -5, -6), "creep_deg": (-5, 6, -8, -11), "recovery_deg": (-27, -37, -44, -64)}
+    off |= {"t50_ms": (-3, -7, 10, -23), "t63_ms": (0, -1, -35, -9)}
+    for name, expected in off.items():
+        found_off = [100 * (getattr(row, f"simulated_{name}") / getattr(row, name) - 1) for row in rows]
+        np.testing.assert_allclose(found_off, expected, atol=4, err_msg=name)
+    np.testing.assert_allclose([row.tip_error_percent for row in rows], [1.5, 1.8, 4.4, 5.2], atol=0.2)
