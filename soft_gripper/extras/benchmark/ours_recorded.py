@@ -12,6 +12,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from soft_gripper.arrays import Array
+from soft_gripper.errors import SimulationDivergedError
 from soft_gripper.estimators.driving_torque import driving_torque, internal_angles
 from soft_gripper.estimators.estimate import ShapeEstimate
 from soft_gripper.estimators.named_estimators import estimator_function
@@ -285,8 +286,15 @@ class _Pulled:
 
 
 def _markers(model: Model, states: SettledStates) -> Array:
-    """Predicted markers in B, (T, M, 3) m."""
-    return predicted_markers(model.finger, states, resting_positions(model, states))[0]
+    """Predicted markers in B, (T, M, 3) m.
+
+    Raises:
+        SimulationDivergedError: if the finger finds no balance in a row.
+    """
+    markers = predicted_markers(model.finger, states, resting_positions(model, states))[0]
+    if not np.isfinite(markers).all():
+        raise SimulationDivergedError("the finger finds no shape in balance with its tendons")
+    return markers
 
 
 def _balance(body: _Pulled, keys: Sequence[str], train: Sequence[Recorded], every: int = 1) -> Predict:

@@ -32,11 +32,15 @@ from matplotlib.figure import Figure
 from scipy.spatial import cKDTree
 
 from soft_gripper.arrays import Array
-from soft_gripper.extras.hardware.identification.fit import correlation_time
+from soft_gripper.extras.hardware.identification.confidence import correlation_time
 from soft_gripper.extras.hardware.identification.free_parameters import Model
-from soft_gripper.extras.hardware.identification.settled_states import SettledStates, state_errors
+from soft_gripper.extras.hardware.identification.settled_states import (
+    SettledStates,
+    in_balance,
+    note_unbalanced,
+    state_errors,
+)
 from soft_gripper.files.document import require
-from soft_gripper.fingers.finger import Finger
 from soft_gripper.pictures.style import ESTIMATOR_COLORS, STYLE
 
 _NORMAL_95 = 1.96
@@ -59,29 +63,30 @@ class Weighing:
     named_g: Annotated[float, "g"]  # by the file's name; 0 if it names none
 
 
-def weigh(finger: Finger, states: SettledStates, window: float, tare: SettledStates | None = None) -> list[Weighing]:
+def weigh(model: Model, states: SettledStates, window: float, tare: SettledStates | None = None) -> list[Weighing]:
     """Weighs what hangs on the tip in every window of a recording, and in the last row over all of it.
 
     Args:
-        finger: the identified one, without a load.
+        model: the identified finger, without a load, in its set-up.
         states: of the recording; its own load is not looked at but named in the result.
         window: span of time, s; a rest of the recording that is shorter than half of one belongs to the last.
         tare: states without a load, in which tendons were pulled much as in this recording; None: there are none.
 
     Raises:
-        InputError: if the rows have no times, or are too few for a window.
-        SimulationDivergedError: if the finger finds no balance.
+        InputError: if the rows have no times, or those in which the finger finds a balance are too few for a window.
     """
     require(window > 0, states.name, "--window", window, "give a span of time, s")
-    offset = np.zeros(states.markers.shape) if tare is None else _errors_alike(finger, tare, states)
-    mass, error, slope = _linearised(finger, states, offset)
+    offset = np.zeros(states.markers.shape) if tare is None else _errors_alike(model, tare, states)
+    mass, error, slope = _linearised(model, states, offset)
     require(states.time is not None, states.name, "time", None, "the rows need times for windows")
     assert states.time is not None
     since = states.time - states.time[0]
     count = max(round(float(since[-1]) / window), 1)
     of_window = np.minimum((since / window).astype(int), count - 1)
     found = []
-    for rows in [*(of_window == i for i in range(count)), np.full(len(since), True)]:
+    note_unbalanced(states, error + slope)
+    known = in_balance(error + slope)
+    for rows in [*(known & (of_window == i) for i in range(count)), known]:
         expected = f"a window needs at least {_FEWEST_ROWS} rows: make it longer"
         require(int(rows.sum()) >= _FEWEST_ROWS, states.name, "--window", window, expected)
         load, band = _weighed(mass, error[rows], slope[rows])
@@ -100,9 +105,9 @@ def weigh(finger: Finger, states: SettledStates, window: float, tare: SettledSta
     return found
 
 
-def _errors_alike(finger: Finger, tare: SettledStates, states: SettledStates) -> Array:
+def _errors_alike(model: Model, tare: SettledStates, states: SettledStates) -> Array:
     """Errors of the unloaded model where tendons were pulled most as in each row, (R, M, 3) m."""
-    error, pulled = state_errors(Model(finger), replace(tare, load=0.0)), cKDTree(tare.pulled)
+    error, pulled = state_errors(model, replace(tare, load=0.0)), cKDTree(tare.pulled)
     apart, nearest = pulled.query(states.pulled)
     reach = float(np.ptp(tare.pulled, axis=0).max())
     expected = (
@@ -112,16 +117,16 @@ def _errors_alike(finger: Finger, tare: SettledStates, states: SettledStates) ->
     return error[nearest]
 
 
-def _linearised(finger: Finger, states: SettledStates, offset: Array) -> tuple[float, Array, Array]:
+def _linearised(model: Model, states: SettledStates, offset: Array) -> tuple[float, Array, Array]:
     """The mass at which a finger agrees best, or 0; errors of the markers, and their slopes by the mass, (R, M, 3).
 
     `offset` are errors that the model makes without a load, (R, M, 3) m; they are taken from these.
     """
     mass = 0.0
     for _ in range(_STEPS):
-        error, more = (state_errors(Model(finger), replace(states, load=m)) for m in (mass, mass + _STEP))
+        error, more = (state_errors(model, replace(states, load=m)) for m in (mass, mass + _STEP))
         slope, error = (more - error) / _STEP, error - offset
-        before, mass = mass, max(mass - float((slope * error).sum() / (slope**2).sum()), 0.0)
+        before, mass = mass, max(mass - float(np.nansum(slope * error) / np.nansum(slope**2)), 0.0)
     return before, error, slope
 
 

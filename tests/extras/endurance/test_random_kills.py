@@ -19,6 +19,7 @@ from processes import Process, processes
 
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.evaluation.report.evaluate import RUNS
+from soft_gripper.extras.hardware.identification.identified_finger import read_finger, read_setup
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 
 pytestmark = pytest.mark.slow
@@ -135,7 +136,10 @@ def test_what_is_killed_leaves_whole_files_or_none(command, tmp_path, temporary)
         for name in left:
             if name == "recording.nc":
                 assert len(Recording.load(folder / name).data["time"]) > 0
-            elif name.endswith((".csv", ".urdf")):
+            elif name.endswith(".urdf"):  # as far as the search had come
+                assert read_finger(folder / name).name == "beam"
+                read_setup(folder / name)
+            elif name.endswith(".csv"):
                 assert (folder / name).read_bytes() == (tmp_path / "whole" / name).read_bytes()
         place.finish(arguments, out.format(folder.name))
         assert files(folder) == files(tmp_path / "whole")

@@ -18,6 +18,7 @@ from soft_gripper.extras.hardware.identification.settled_states import (
     resting_positions,
     settled_states,
 )
+from soft_gripper.extras.hardware.identification.simulated_motion import Setup
 from soft_gripper.extras.hardware.recording_schema import load_description
 from soft_gripper.extras.hardware.recordings import find_recordings
 from soft_gripper.extras.hardware.weighing import weigh, weighing_figure
@@ -87,7 +88,7 @@ def test_what_made_the_states_is_found_with_one_known_mass(fitted):
 @pytest.mark.parametrize("load", [0.0, 0.06, 0.2])
 def test_other_loads_are_weighed_within_their_bands(fitted, load):
     """Each window within 1.5 bands of 95 %, and the bands are neither empty nor as wide as the load."""
-    *windows, whole = weigh(fitted, states_of(load, 3), WINDOW)
+    *windows, whole = weigh(Model(fitted), states_of(load, 3), WINDOW)
     assert [row.rows for row in windows] == [150, 150]
     for row in (*windows, whole):
         assert abs(row.load_g - 1e3 * load) < 1.5 * row.band_g
@@ -99,7 +100,7 @@ def test_other_loads_are_weighed_within_their_bands(fitted, load):
 @pytest.mark.slow
 def test_bands_cover_what_they_say(fitted):
     """Over noise that lasts 10 rows: a band for independent rows would be three times as narrow, and cover half."""
-    rows = [row for seed in range(10, 30) for row in weigh(TRUE, states_of(0.08, seed), WINDOW)[:-1]]
+    rows = [row for seed in range(10, 30) for row in weigh(Model(TRUE), states_of(0.08, seed), WINDOW)[:-1]]
     covered = np.mean([abs(row.load_g - 80) < row.band_g for row in rows])
     assert 0.8 < covered <= 1.0
     spread = np.std([row.load_g for row in rows])
@@ -110,9 +111,34 @@ def test_bands_cover_what_they_say(fitted):
 def test_a_load_named_by_the_file_is_not_looked_at(fitted):
     states = states_of(0.06, 4)
     renamed = replace(states, load=0.5)
-    assert [row.load_g for row in weigh(fitted, renamed, WINDOW)] == [
-        row.load_g for row in weigh(fitted, states, WINDOW)
+    assert [row.load_g for row in weigh(Model(fitted), renamed, WINDOW)] == [
+        row.load_g for row in weigh(Model(fitted), states, WINDOW)
     ]
+
+
+def test_a_load_between_two_known_ones_with_tendons_that_lead():
+    """As of the trunk with DC motors: fitted with two loads, and weighed with the delay of its set-up."""
+
+    def late(load, seed):
+        states = states_of(load, seed, rows=200)
+        every, whole = slice(None, None, 5), (states.time, states.pulled)
+        states = replace(
+            states,
+            **{name: getattr(states, name)[every] for name in ("pulled", "markers", "families", "time")},
+            winding=whole,
+        )
+        q = resting_positions(Model(TRUE, Setup(delay=-0.4)), states)
+        noise = np.random.default_rng(seed).normal(0, NOISE, states.markers.shape)
+        return replace(states, markers=predicted_markers(TRUE, states, q)[0] + noise)
+
+    free = free_parameters(trunk(8e5), ["youngs_modulus", "delay"], [])
+    known = [late(0.2, 1), late(0.4, 2)]
+    model = fit_states(free, known, [np.full(len(of.time), True) for of in known], free.start).model
+    assert model.setup.delay == pytest.approx(-0.4, abs=0.02)
+    *_, whole = weigh(model, late(0.3, 3), WINDOW)
+    assert abs(whole.load_g - 300) < 1.5 * whole.band_g < 15
+    *_, prompt = weigh(Model(model.finger), late(0.3, 3), WINDOW)
+    assert prompt.band_g > 2 * whole.band_g
 
 
 @pytest.mark.slow
@@ -121,7 +147,7 @@ def test_a_tare_cancels_what_is_wrong_in_the_model():
     wrong, errors, bands = trunk(slacks=(0.0,) * 4), [], []
     for seed in range(5, 10):
         empty, loaded = states_of(0.0, seed), states_of(0.08, seed)
-        found = [weigh(wrong, loaded, WINDOW, tare)[:-1] for tare in (None, empty)]
+        found = [weigh(Model(wrong), loaded, WINDOW, tare)[:-1] for tare in (None, empty)]
         errors.append([[row.load_g - 80 for row in rows] for rows in found])
         bands.append([[row.band_g for row in rows] for rows in found])
     plain, tared = np.sqrt(np.square(errors).mean(axis=(0, 2)))
@@ -135,32 +161,32 @@ def test_a_tare_in_disorder_is_the_same():
     empty, loaded = states_of(0.0, 5), states_of(0.08, 5)
     order = np.random.default_rng(0).permutation(len(empty.pulled))
     mixed = replace(empty, pulled=empty.pulled[order], markers=empty.markers[order])
-    found = [weigh(TRUE, loaded, WINDOW, tare) for tare in (empty, mixed)]
+    found = [weigh(Model(TRUE), loaded, WINDOW, tare) for tare in (empty, mixed)]
     np.testing.assert_allclose([row.load_g for row in found[0]], [row.load_g for row in found[1]])
 
 
 def test_another_motion_is_no_tare():
     other = replace(states_of(0.0, 5), pulled=states_of(0.0, 5).pulled + 1.0)
     with refused("--tare"):
-        weigh(TRUE, states_of(0.08, 5), WINDOW, other)
+        weigh(Model(TRUE), states_of(0.08, 5), WINDOW, other)
 
 
 @pytest.mark.slow
 def test_what_is_refused(fitted):
     states = states_of(0.06, 4, rows=40)
     with refused("time"):
-        weigh(fitted, replace(states, time=None), WINDOW)
+        weigh(Model(fitted), replace(states, time=None), WINDOW)
     with refused("--window", 0.0):
-        weigh(fitted, states, 0.0)
+        weigh(Model(fitted), states, 0.0)
     with refused("--window", 3.0):
-        weigh(fitted, states, 3.0)
+        weigh(Model(fitted), states, 3.0)
     with refused("tip_load"):
-        weigh(replace(fitted, tip_load=TipLoad(0.1, 0.0, 0.0)), states, WINDOW)
+        weigh(Model(replace(fitted, tip_load=TipLoad(0.1, 0.0, 0.0))), states, WINDOW)
 
 
 @pytest.mark.slow
 def test_the_figure(fitted):
-    rows = weigh(fitted, states_of(0.06, 4), WINDOW)
+    rows = weigh(Model(fitted), states_of(0.06, 4), WINDOW)
     (panel,) = weighing_figure(rows).axes
     assert panel.get_title() == "hung_60g"
     (points,) = panel.containers
@@ -208,11 +234,27 @@ def test_the_published_trunk():
     blocks = [[mean["random_0g", "left out", f"block {i}", marker] for marker in "23"] for i in (1, 2)]
     np.testing.assert_allclose(blocks, [[4.9, 9.9], [4.4, 9.0]], atol=0.1)
     assert mean["random_100g", "test", "all", "3"] == pytest.approx(10.3, abs=0.1)
-    *windows, whole = weigh(found.model.finger, states[2], WINDOW)
+    *windows, whole = weigh(found.model, states[2], WINDOW)
     assert whole.load_g == pytest.approx(108, abs=1)
     np.testing.assert_allclose([row.load_g for row in windows], [84, 132, 117, 113, 92], atol=2)
     assert all(abs(row.load_g - 100) < row.band_g for row in (*windows, whole))
-    *windows, whole = weigh(found.model.finger, states[2], WINDOW, tare=states[0])
+    *windows, whole = weigh(found.model, states[2], WINDOW, tare=states[0])
     assert whole.load_g == pytest.approx(111, abs=1)
     np.testing.assert_allclose([row.load_g for row in windows], [120, 103, 117, 102, 112], atol=2)
     assert all(abs(row.load_g - 100) < row.band_g for row in (*windows, whole))
+
+
+@pytest.mark.published
+def test_the_published_trunk_with_dc_motors():
+    """As the page on identification states: tip of blocks left out within 15 mm, both loads within their bands."""
+    folder = published("trunk_dc")
+    files = [str(folder / f"observations_{mass}g.csv") for mass in (200, 400)]
+    finger = read_finger(model_path(load_description("trunk_dc").finger))
+    states = [settled_states(recording, finger) for recording in find_recordings(files, "trunk_dc")]
+    found = identify_states(finger, [*PUBLISHED_FREE, "delay", "dry_friction"], states, [], HereExecutor())
+    mean = {(row.recording, row.role, row.family): row.mean_mm for row in found.scores if row.marker == "3"}
+    left_out = [mean[of.name, "left out", "all"] for of in states]
+    assert np.mean(left_out) < 15
+    for of, named in zip(states, (200, 400), strict=True):
+        *_, whole = weigh(found.model, of, WINDOW)
+        assert abs(whole.load_g - named) < min(whole.band_g, 30)

@@ -91,7 +91,7 @@ class Rod:
             held: share of the weight that a hand bears, by time.
             pressure: in the chamber, by time.
             moment: along the rod, by pressure.
-            softening: by which creep is multiplied, by pressure.
+            softening: by which pressure bends further, by pressure; creep and weight do by its growth.
         """
         K, n, step = self.stiffness, len(self.stiffness), _STEP
         u, v, before = np.zeros(n), np.zeros(n), np.zeros(n)
@@ -103,8 +103,9 @@ class Rod:
             middle = times[-1] + step / 2
             p, at = pressure(middle), u + step / 2 * v
             J, bias, mass = self._terms(at, 1.5 * v - 0.5 * before)
-            forces = _forces(J, self.masses, gravity - bias) - held(middle) * weight
-            forces[:3] += moment(p) + K[:3, :3] @ (softening(p) * (shares * z).sum(axis=0))
+            further = softening(p) / softening(0.0)
+            forces = _forces(J, self.masses, gravity * further - bias) - held(middle) * weight
+            forces[:3] += moment(p) + K[:3, :3] @ (further * softening(p) * (shares * z).sum(axis=0))
             implicit = step / 2 * (step / 2 + self.relaxation_time) * K
             v, before = np.linalg.solve(mass + implicit, (mass - implicit) @ v + step * (forces - K @ u)), v
             u = u + step / 2 * (v + before)
@@ -177,7 +178,7 @@ class SegmentTruth:
     youngs_modulus: float = 2.3e5
     relaxation_time: float = 0.014
     creep: tuple[tuple[float, float], ...] = ((0.08, 0.1), (0.15, 1.4))
-    law: tuple[float, float] = (0.705, 68e3)  # gain of a small pressure, and Pa at which the chamber balloons
+    law: tuple[float, float] = (0.705, 90e3)  # gain of a small pressure, and Pa at which the chamber balloons
     fill_time: float = 0.09
     swelling: float = 1.0
     mounting: complex = -0.002 + 0.0015j

@@ -1,17 +1,19 @@
 """soft-gripper hardware: identifies and replays the published hardware experiments, and checks claims."""
 
 import argparse
-import sys
+from concurrent.futures import Executor
 from pathlib import Path
 
 from soft_gripper.commands.printing import print_claims
+from soft_gripper.extras.hardware.commands.fit_progress import FitProgress
 from soft_gripper.extras.hardware.commands.printing import print_identified, print_replay
-from soft_gripper.extras.hardware.identification.identified_finger import Identified, with_finger, write_text
+from soft_gripper.extras.hardware.identification.identified_finger import Identified, fit_remarks, write_fitted
 from soft_gripper.extras.hardware.published import (
     ARM,
     BEAM,
     SEGMENT,
     Experiment,
+    Recordings,
     hardware_claims,
     hardware_figure,
     identify_published,
@@ -34,32 +36,36 @@ def run(options: argparse.Namespace) -> int:
     write_csv(out / f"{ARM}.csv", arm.table)
     with opened as executor:
         beam, segment = (
-            _written(
-                out, experiment, identify_published(experiment, recordings[experiment.description], executor, _report)
-            )
+            _written(out, experiment, _identified(out, experiment, recordings[experiment.description], executor))
             for experiment in (BEAM, SEGMENT)
         )
     save_figure(hardware_figure(beam, segment, arm), out / "hardware")
     found = hardware_claims(beam, segment, arm.table)
     print_claims(found)
     options.console.table("claims", found, out / "claims.csv")
-    fingers = [f"{experiment.description}{suffix}" for experiment in (BEAM, SEGMENT) for suffix in (".urdf", ".csv")]
+    suffixes = (".urdf", ".setup.yaml", ".csv")
+    fingers = [f"{experiment.description}{suffix}" for experiment in (BEAM, SEGMENT) for suffix in suffixes]
     options.console.wrote(
         *(out / file for file in (*fingers, f"{ARM}.csv", "claims.csv", "hardware.png", "hardware.svg"))
     )
     return 0 if all(claim.holds for claim in found) else 1
 
 
+def _identified(out: Path, experiment: Experiment, recordings: Recordings, executor: Executor) -> Identified:
+    """Identifies a finger; what the search has found so far is in its file."""
+    initial, file = experiment.finger_file, _finger_file(out, experiment)
+    progress = FitProgress(experiment.description, lambda model, remark: write_fitted(initial, file, model, [remark]))
+    return identify_published(experiment, recordings, executor, progress)
+
+
+def _finger_file(out: Path, experiment: Experiment) -> Path:
+    return out / f"{experiment.description}.urdf"
+
+
 def _written(out: Path, experiment: Experiment, found: Identified) -> Identified:
     """Writes and prints the identified parameters."""
-    print(file=sys.stderr)
     print(f"\n{experiment.description}: fitted to {', '.join(experiment.fitted)}")
     print_identified(found)
-    write_text(out / f"{experiment.description}.urdf", with_finger(experiment.finger_file, found.model.finger))
+    write_fitted(experiment.finger_file, _finger_file(out, experiment), found.model, fit_remarks(found.confidence))
     write_csv(out / f"{experiment.description}.csv", found.scores)
     return found
-
-
-def _report(experiment: str, error: float) -> None:
-    text = f"\r{experiment}, fitting: marker error {100 * error:.2f} % of the largest displacement "
-    print(text, end="", file=sys.stderr, flush=True)

@@ -1,25 +1,24 @@
 """soft-gripper identify: hardware recordings -> a finger file with fitted parameters, and held-out predictions."""
 
 import argparse
-import sys
 from collections.abc import Sequence
 from concurrent.futures import Executor
 from pathlib import Path
 
+from soft_gripper.extras.hardware.commands.fit_progress import FitProgress
 from soft_gripper.extras.hardware.commands.printing import print_bands, print_identified, print_identified_states
 from soft_gripper.extras.hardware.identification.free_parameters import Model
 from soft_gripper.extras.hardware.identification.identified_finger import (
     Identified,
     Tested,
     compared,
+    fit_remarks,
     identify,
     identify_figure,
     read_finger,
     read_setup,
     setup_file,
-    setup_text,
-    with_finger,
-    write_text,
+    write_fitted,
 )
 from soft_gripper.extras.hardware.identification.model_band import (
     band_rows,
@@ -39,7 +38,7 @@ from soft_gripper.extras.hardware.identification.settled_states import (
 from soft_gripper.extras.hardware.identification.simulated_motion import measured_motion
 from soft_gripper.extras.hardware.recordings import HardwareRecording, find_recordings, recording_paths
 from soft_gripper.files.document import require
-from soft_gripper.files.output import check_file
+from soft_gripper.files.output import atomic_file, check_file
 from soft_gripper.files.row_table import write_csv
 from soft_gripper.pictures.style import save_figure
 from soft_gripper.runs.executor import open_executor
@@ -61,7 +60,6 @@ def run(options: argparse.Namespace) -> None:
     is_settled = _is_settled([*fitted, *tested])
     with opened as executor:
         found = (_of_states if is_settled else _of_motions)(model, fitted, tested, options, executor)
-    print(file=sys.stderr)
     if isinstance(found, TestedStates):
         print_identified_states(found)
     else:
@@ -74,7 +72,8 @@ def run(options: argparse.Namespace) -> None:
     if options.out:
         _write(found, file, outputs)
         if kept is not None and options.file:
-            write_text(states_file(options.out), states_text(kept))
+            with atomic_file(states_file(options.out)) as partial:
+                partial.write_text(states_text(kept), encoding="utf-8")
     options.console.table("scores", found.scores)
     options.console.wrote(*outputs)
 
@@ -98,7 +97,7 @@ def _of_motions(
     motions, tests = ([measured_motion(recording) for recording in role] for role in (fitted, tested))
     if not motions:
         return compared(model, tests, executor)
-    chosen = executor, options.starts, options.seed, _report, model.setup
+    chosen = executor, options.starts, options.seed, _progress(options), model.setup
     return identify(model.finger, options.free, motions, tests, *chosen)
 
 
@@ -112,8 +111,14 @@ def _of_states(
     states, tests = ([settled_states(recording, model.finger) for recording in role] for role in (fitted, tested))
     if not states:
         return compared_states(model, tests)
-    chosen = executor, options.starts, options.seed, _report, model.setup
+    chosen = executor, options.starts, options.seed, _progress(options), model.setup
     return identify_states(model.finger, options.free, states, tests, *chosen)
+
+
+def _progress(options: argparse.Namespace) -> FitProgress:
+    """Reports a search, and writes what it has found so far."""
+    file = model_path(options.finger)
+    return FitProgress("fitting", lambda model, remark: write_fitted(file, options.out, model, [remark]))
 
 
 def _outputs(out: Path, fits: bool) -> list[Path]:
@@ -124,13 +129,11 @@ def _outputs(out: Path, fits: bool) -> list[Path]:
 
 def _write(found: Tested | TestedStates, file: Path, outputs: Sequence[Path]) -> None:
     of_suffix = {output.suffix: output for output in outputs}
-    figure = states_figure(found) if isinstance(found, TestedStates) else identify_figure(found)
-    text = with_finger(file, found.model.finger)
-    save_figure(figure, of_suffix[".csv"].with_suffix(""))
+    if isinstance(found, Identified | IdentifiedStates):
+        write_fitted(file, of_suffix[".urdf"], found.model, fit_remarks(found.confidence))
     write_csv(of_suffix[".csv"], found.scores)
-    if ".urdf" in of_suffix:
-        write_text(setup_file(of_suffix[".urdf"]), setup_text(found.model.setup))
-        write_text(of_suffix[".urdf"], text)
+    figure = states_figure(found) if isinstance(found, TestedStates) else identify_figure(found)
+    save_figure(figure, of_suffix[".csv"].with_suffix(""))
 
 
 def _recordings(files: list[str], options: argparse.Namespace) -> list[HardwareRecording]:
@@ -144,7 +147,3 @@ def _is_settled(recordings: Sequence[HardwareRecording]) -> bool:
         expected = f"'{settled[0]}' is of settled states: identify motions by themselves"
         require(recording.name in settled, recording.name, "event", recording.config.event, expected)
     return bool(settled)
-
-
-def _report(error: float) -> None:
-    print(f"\rfitting: marker error {100 * error:.2f} % ", end="", file=sys.stderr, flush=True)

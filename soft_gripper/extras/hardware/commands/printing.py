@@ -5,12 +5,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from soft_gripper.arrays import Array
-from soft_gripper.extras.hardware.identification.fit import Confidence, MotionScore
+from soft_gripper.extras.hardware.identification.confidence import Confidence
+from soft_gripper.extras.hardware.identification.fit import MotionScore
 from soft_gripper.extras.hardware.identification.free_parameters import FreeParameters
 from soft_gripper.extras.hardware.identification.identified_finger import (
     Identified,
     Tested,
     doubts,
+    doubts_of_fit,
     repetitions,
 )
 from soft_gripper.extras.hardware.identification.model_band import BandRow, extrapolations
@@ -33,7 +35,7 @@ def print_identified(found: Tested) -> None:
         remains = 1 - sum(branch.share for branch in finger.creep)
         if finger.creep:
             print(f"Young's modulus after all creep: {finger.base.youngs_modulus * remains:.5g} Pa")
-        _print_correlations(found.fit.free, found.confidence)
+        _print_correlations(found.confidence)
     columns = {"recording": "", "role": "", "settled": ".2f", "motion": ".2f", "tip [%]": ".1f"}
     columns |= dict.fromkeys(("settled turn [degrees]", "creep [degrees]", "recovery [degrees]"), ">")
     columns |= dict.fromkeys(("50 % [ms]", "63 % [ms]"), ">")
@@ -60,10 +62,12 @@ def print_identified_states(found: TestedStates) -> None:
     print()
     if isinstance(found, IdentifiedStates):
         _print_parameters(found.fit.free, found.fit.x, found.confidence)
-        _print_correlations(found.fit.free, found.confidence)
+        _print_correlations(found.confidence)
     print_rows(found.scores, "marker errors, the mean offset removed, by the family of the rows")
     if isinstance(found, IdentifiedStates):
         print("Left out: predicted by a fit to the other families; each family has a mean offset of its own.")
+        for doubt in doubts_of_fit(found.fit, found.confidence):
+            print(f"WARNING: {doubt}")
 
 
 def print_bands(rows: Sequence[BandRow]) -> None:
@@ -74,22 +78,20 @@ def print_bands(rows: Sequence[BandRow]) -> None:
 
 
 def _print_parameters(free: FreeParameters, x: Array, confidence: Confidence) -> None:
-    stds = confidence.std * np.where(free.is_positive, np.abs(free.values(x)), 1)
+    stds = [confidence.std_of(name) for name in free.names] * np.where(free.is_positive, np.abs(free.values(x)), 1)
     fitted = zip(free.names, free.values(free.start), free.values(x), stds, free.units, strict=True)
     columns = {"parameter": "", "initial": ".5g", "fitted": ".5g", "standard deviation": ".2g", "": ""}
     print_table(columns, fitted)
+    for dropped in confidence.undetermined:
+        print(dropped)
 
 
-def _print_correlations(free: FreeParameters, confidence: Confidence) -> None:
-    names, correlation = free.names, confidence.correlation
+def _print_correlations(confidence: Confidence) -> None:
+    names, correlation = confidence.names, confidence.correlation
     for i in range(len(names)):
         for j in range(i):
             if abs(correlation[i, j]) > _PRINTED_CORRELATION:
                 print(f"correlated: {names[j]} and {names[i]} ({correlation[i, j]:+.3f})")
-    for together in confidence.unresolved:
-        what = " and ".join(together)
-        says = "cannot be distinguished" if len(together) > 1 else "is hardly observable"
-        print(f"{what} {says} in these recordings: fix one, or add recordings")
 
 
 def _score_cells(row: MotionScore) -> list[str | float]:

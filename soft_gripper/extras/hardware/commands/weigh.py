@@ -2,7 +2,8 @@
 
 import argparse
 
-from soft_gripper.extras.hardware.identification.identified_finger import read_finger
+from soft_gripper.extras.hardware.identification.free_parameters import Model
+from soft_gripper.extras.hardware.identification.identified_finger import read_finger, read_setup
 from soft_gripper.extras.hardware.identification.settled_states import SettledStates, settled_states
 from soft_gripper.extras.hardware.recordings import find_recordings, recording_paths
 from soft_gripper.extras.hardware.weighing import weigh, weighing_figure
@@ -20,14 +21,14 @@ def run(options: argparse.Namespace) -> None:
     named = options.file if options.tare is None else [*options.file, options.tare]
     read = recording_paths(named, options.described_as, options.data)
     out = lock_folder(options.out, [f"weigh{suffix}" for suffix in (".csv", ".png", ".svg")], [file, *read])
-    finger = read_finger(file)
+    finger, setup = read_finger(file), read_setup(file)
     recordings = find_recordings(options.file, options.described_as, options.data)
     for recording in recordings:
         expected = "only recordings of settled states are weighed"
         require(recording.config.event == "settled", recording.name, "event", recording.config.event, expected)
     tare = None if options.tare is None else _tare(finger, options)
     states = [settled_states(recording, finger) for recording in recordings]
-    weighings = [row for of in states for row in weigh(finger, of, options.window, tare)]
+    weighings = [row for of in states for row in weigh(Model(finger, setup), of, options.window, tare)]
     title = "load at the tip, its band of 95 %, and the load in the file's name; last row of a recording: all of it"
     print_rows(weighings, title)
     options.console.table("loads", weighings, out / "weigh.csv")

@@ -4,12 +4,6 @@ The fit minimises the distance between measured and simulated markers, relative 
 recording, so that all recordings have equal weight. Half a second after a chamber was emptied, samples weigh more: no
 pressure, which was not recorded, hides the creep of the material there. The times of a recording's events are also
 unknown and fitted with the rest; for a held-out recording, nothing else is fitted.
-
-The accuracy of fitted parameters: standard deviations, correlations, and parameters that cannot be distinguished.
-
-With the Jacobian J of the residuals by the parameters and s^2 their variance, the covariance is  s^2 (J^T J)^-1  if
-residuals were independent. Those of an inexact model are correlated in time. The variance therefore includes their
-correlation time,  1 + 2 sum of autocorrelations , up to the first that is not positive.
 """
 
 from collections.abc import Callable, Sequence
@@ -24,6 +18,7 @@ from scipy.signal import find_peaks
 
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.errors import InputError, SimulationDivergedError
+from soft_gripper.extras.hardware.identification.confidence import Confidence, confidence_of, correlation_time
 from soft_gripper.extras.hardware.identification.free_parameters import FreeParameters, Model
 from soft_gripper.extras.hardware.identification.simulated_motion import (
     MeasuredMotion,
@@ -31,6 +26,7 @@ from soft_gripper.extras.hardware.identification.simulated_motion import (
     simulated_markers,
     turned,
 )
+from soft_gripper.files.document import require
 from soft_gripper.fingers.kinematics import as_points
 
 _DIFFERENCE_STEP = 0.02  # step of the finite differences, in typical changes
@@ -43,7 +39,17 @@ _CREEP_BEGIN = 0.5  # s after an event, after which further motion counts as cre
 _EMPTIED_WEIGHT = 4.0  # weight of a sample of creep without pressure
 _IMPOSSIBLE_ERROR = 10.0  # largest displacements: the error assigned to an impossible or diverging finger
 
-Report = Callable[[float], None]
+
+class Progress(NamedTuple):
+    """A search, after a step."""
+
+    step: int
+    error: float  # root mean square of the markers' errors, relative to the largest displacement, or to the length
+    model: Model
+    unbalanced: int = 0  # markers in rows in which the finger finds no balance, which do not count in the error
+
+
+Report = Callable[[Progress], None]
 
 
 @dataclass(frozen=True)
@@ -56,6 +62,7 @@ class Fit:
     residuals: Array  # (R,) weighted
     jacobian: Array  # (R, P) of these by the free parameters, with the events projected out
     weights: Array | float = 1.0  # (R,)
+    converged: bool = True
 
     @property
     def model(self) -> Model:
@@ -72,7 +79,7 @@ def fit(
     free: FreeParameters,
     motions: Sequence[MeasuredMotion],
     executor: Executor,
-    report: Report = lambda error: None,
+    report: Report = lambda progress: None,
     start: Array | None = None,
 ) -> Fit:
     """Fits free parameters, and the times of events, to recordings.
@@ -81,11 +88,11 @@ def fit(
         free: the free parameters, with their initial values.
         motions: motions of the recordings.
         executor: runs the simulations.
-        report: called with the root mean square error after each step.
+        report: called after each step.
         start: initial vector of the free parameters; None: that of the given model.
 
     Raises:
-        InputError: if the fit does not converge.
+        InputError: if the result comes nowhere near the markers.
     """
     problem = _Problem(free, tuple(motions), executor, report)
     x0 = np.concatenate([free.start if start is None else start, *(motion.unknowns for motion in motions)])
@@ -102,15 +109,14 @@ def fit(
     )
     of_free = len(free.start)
     error = _root_mean_square(found.fun / weights, len(motions))
-    if not found.success or not np.isfinite(found.cost) or error > 1:
-        rms = f"{100 * error:.3g} % of the largest displacement"
-        expected = f"the fit does not converge in {_MOST_STEPS} steps: start closer, or free fewer keys"
-        raise InputError("identify", "residual", rms, expected)
+    rms = f"{100 * error:.3g} % of the largest displacement"
+    expected = "the fit found no finger that comes near the markers: start closer, or free fewer keys"
+    require(bool(np.isfinite(found.cost)) and error <= 1, "identify", "residual", rms, expected)
     fitted = tuple(problem.with_unknowns(found.x))
     of_unknowns = found.jac[:, of_free:]
     seen = found.jac[:, :of_free]
     seen = seen - of_unknowns @ np.linalg.lstsq(of_unknowns, seen, rcond=None)[0]
-    return Fit(free, found.x[:of_free], fitted, found.fun, seen, weights)
+    return Fit(free, found.x[:of_free], fitted, found.fun, seen, weights, bool(found.success))
 
 
 def fit_unknowns(model: Model, motion: MeasuredMotion) -> MeasuredMotion:
@@ -173,7 +179,7 @@ def _root_mean_square(residuals: Array, recordings: int) -> float:
     return float(np.sqrt(np.sum(residuals**2) / recordings))
 
 
-@dataclass(frozen=True)
+@dataclass
 class _Problem:
     """The least squares of a fit; a vector holds the free parameters and then the events of every recording."""
 
@@ -181,6 +187,7 @@ class _Problem:
     motions: tuple[MeasuredMotion, ...]
     executor: Executor
     report: Report
+    step: int = 0  # how many Jacobians were computed
 
     @property
     def scales(self) -> Array:
@@ -206,8 +213,12 @@ class _Problem:
     def jacobian(self, x: Array) -> Array:
         """By one-sided differences; the unknowns of a recording do not affect other recordings."""
         base = [future.result() for future in self._submit(x, range(len(self.motions)))]
-        self.report(_root_mean_square(np.concatenate(base), len(base)))
+        self.step += 1
+        of_free = x[: len(self.free.start)]
+        error = _root_mean_square(np.concatenate(base), len(base))
+        self.report(Progress(self.step, error, self.free.at(of_free)))
         steps, everything = _DIFFERENCE_STEP * self.scales, range(len(self.motions))
+        steps[: len(of_free)] = self.free.steps(of_free, _DIFFERENCE_STEP)
         owner = {column: i for i in everything for column in self.unknowns_of(i)}
         pending = {}
         for column, step in enumerate(steps):
@@ -231,45 +242,9 @@ class _Problem:
         return [self.executor.submit(_residuals_or_impossible, model, motions[i]) for i in which]
 
 
-_INDISTINGUISHABLE = 0.98  # correlation above which two parameters cannot be distinguished
-_UNOBSERVABLE = 1e-3  # of the strongest: a direction that changes the residuals less is unobservable
-_NOTHING = 1e-12  # if even the strongest change of the residuals is smaller, it is rounding
-
-
-class Confidence(NamedTuple):
-    """The confidence of P parameters."""
-
-    std: Array  # (P,) of the vector: of logarithms if these were fitted
-    correlation: Array  # (P, P)
-    unresolved: list[tuple[str, ...]]  # names of parameters that cannot be distinguished
-
-
-def confidence_of(free: FreeParameters, residuals: Array, jacobian: Array, lasting: float) -> Confidence:
-    """The confidence that follows from residuals (R,) and their Jacobian (R, P), correlated over `lasting` samples."""
-    jacobian, names = jacobian * free.scales, free.names
-    _, strengths, directions = np.linalg.svd(jacobian, full_matrices=False)
-    least = max(_UNOBSERVABLE * strengths[0], _NOTHING)
-    variance = np.sum(residuals**2) / max(len(residuals) - len(names), 1) * lasting
-    covariance = (directions.T / np.maximum(strengths, least) ** 2) @ directions
-    spread = np.sqrt(np.diag(covariance))
-    correlation = covariance / np.outer(spread, spread)
-    std = np.sqrt(variance) * spread * free.scales
-    return Confidence(std, correlation, _unresolved(names, correlation, directions[strengths <= least]))
-
-
-def _unresolved(names: list[str], correlation: Array, flat: Array) -> list[tuple[str, ...]]:
-    """Pairs that are almost fully correlated, and all parameters that take part in an unobservable direction."""
-    pairs = [(i, j) for i in range(len(names)) for j in range(i) if abs(correlation[i, j]) > _INDISTINGUISHABLE]
-    found: set[tuple[str, ...]] = {(names[j], names[i]) for i, j in pairs}
-    for direction in flat:
-        part = np.abs(direction) > 0.2 * np.abs(direction).max()
-        found.add(tuple(name for name, is_part in zip(names, part, strict=True) if is_part))
-    return sorted(found)
-
-
 def confidence(fit: Fit) -> Confidence:
     """Confidence in a fit to motions."""
-    return confidence_of(fit.free, fit.residuals, fit.jacobian, _lasting(fit))
+    return confidence_of(fit.free, fit.x, fit.residuals, fit.jacobian, _lasting(fit))
 
 
 def _lasting(fit: Fit) -> float:
@@ -281,16 +256,6 @@ def _lasting(fit: Fit) -> float:
         begin += part.size
         lasting += [correlation_time(column) for column in part.T if np.ptp(column) > 0]
     return float(np.mean(lasting)) if lasting else 1.0
-
-
-def correlation_time(series: Array) -> float:
-    """1 + 2 sum of autocorrelations, in samples."""
-    centred = series - series.mean()
-    spectrum = np.abs(np.fft.rfft(centred, 2 * len(centred))) ** 2
-    correlations = np.fft.irfft(spectrum)[: len(centred)]
-    correlations = correlations / correlations[0]
-    ends = np.flatnonzero(correlations <= 0)
-    return float(1 + 2 * correlations[1 : ends[0] if len(ends) else None].sum())
 
 
 _SHARES = (0.5, 0.63)  # of the settled turn, whose times say how fast a finger rises

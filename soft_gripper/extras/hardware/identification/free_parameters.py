@@ -10,12 +10,13 @@ slowly than the pressure. Whatever the two numbers are, the law rises between 0 
 alone is fitted. It is written to the file as points.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from operator import attrgetter
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
@@ -41,6 +42,9 @@ class Model:
     setup: Setup = field(default_factory=Setup)
 
 
+Room = tuple[float, float]
+
+
 @dataclass(frozen=True)
 class Key:
     """A parameter that can be fitted: reads its values from a model, and sets them."""
@@ -50,7 +54,7 @@ class Key:
     put: Callable[[Model, Sequence[float]], Model]
     positive: bool = True
     scale: float = 0.1  # typical change: of the logarithm, or of the value if it may be negative
-    room: tuple[float, float] = (-np.inf, np.inf)  # bounds of sensible values, and of the search
+    room: Room | Callable[[Model], Room] = (-np.inf, np.inf)  # bounds of sensible values, and of the search
 
 
 def _of_sections(name: str, unit: str) -> Key:
@@ -76,7 +80,7 @@ def _of_finger(name: str, unit: str) -> Key:
     return Key(unit, lambda model: (getattr(model.finger, name),), put)
 
 
-def _of_setup(name: str, unit: str, positive: bool, scale: float, room: tuple[float, float] = (-np.inf, np.inf)) -> Key:
+def _of_setup(name: str, unit: str, positive: bool, scale: float, room: Room = (-np.inf, np.inf)) -> Key:
     def put(model: Model, values: Sequence[float]) -> Model:
         changed: dict[str, Any] = {name: values[0]}
         return replace(model, setup=replace(model.setup, **changed))
@@ -84,7 +88,7 @@ def _of_setup(name: str, unit: str, positive: bool, scale: float, room: tuple[fl
     return Key(unit, lambda model: (getattr(model.setup, name),), put, positive, scale, room)
 
 
-def _of_creep(name: str, unit: str, room: tuple[float, float]) -> Key:
+def _of_creep(name: str, unit: str, room: Room) -> Key:
     """A field of each creep branch in the file."""
 
     def put(model: Model, values: Sequence[float]) -> Model:
@@ -129,6 +133,18 @@ def _at_lever(model: Model, values: Sequence[float]) -> Model:
         for tendon in model.finger.tendons
     )
     return replace(model, finger=replace(model.finger, tendons=tuple(tendons)))
+
+
+def _lever_room(model: Model) -> Room:
+    """How far the first tendon may be from the middle until one of them leaves the section, wherever it is turned."""
+    finger, most = model.finger, np.inf
+    for tendon in finger.tendons:
+        s = finger.length * np.array(tendon.at)
+        section = finger.section(s)
+        half = np.minimum(section.thickness, section.width) / 2
+        off = np.hypot(tendon.along("x", s, finger.length), tendon.along("y", s, finger.length))
+        most = min(most, float((half / np.maximum(off, SIZES[0])).min()))
+    return 0.0, max(most, 1.0) * _lever(model)[0]
 
 
 def _slackened(tendon: Tendon, slack: float) -> Tendon:
@@ -206,8 +222,9 @@ KEYS = {
     "supply_lag": _of_setup("supply_lag", "Pa", False, 300.0, (0.0, 1e5)),
     "supply_time": _of_setup("supply_time", "s", True, 0.1, (0.05, 20.0)),
     "dry_friction": _of_setup("dry_friction", "rad", False, 0.03, (0.0, 1.0)),
+    "delay": _of_setup("delay", "s", False, 0.05, (-2.0, 2.0)),
     "tendon.angle": _of_tendons("rad", _angle, _turned, positive=False),
-    "tendon.lever": Key("m", _lever, _at_lever),
+    "tendon.lever": Key("m", _lever, _at_lever, room=_lever_room),
     "tendon.slack": _of_tendons("m", attrgetter("slack"), _slackened, positive=False, scale=3e-4),
     "tendon.stiffness": _of_tendons("N/m", attrgetter("stiffness"), _stiffened, scale=0.3),
 }
@@ -219,32 +236,46 @@ class FreeParameters:
 
     model: Model
     keys: dict[str, Key]
+    fixed: frozenset[str] = frozenset()  # names of numbers that stay as the model has them
 
     @property
-    def names(self) -> list[str]:
-        """Names of all numbers; those of a key with several numbers are numbered from 1."""
+    def _all_names(self) -> list[str]:
         counted = [(name, len(key.get(self.model))) for name, key in self.keys.items()]
         return [name if count == 1 else f"{name}.{i + 1}" for name, count in counted for i in range(count)]
 
     @property
+    def _free(self) -> NDArray[np.bool_]:
+        return np.array([name not in self.fixed for name in self._all_names])
+
+    def _of_numbers(self, of_key: Callable[[Key], Any]) -> list[Any]:
+        """A property of every free number's key."""
+        every = [of_key(key) for key in self.keys.values() for _ in key.get(self.model)]
+        return [each for each, is_free in zip(every, self._free, strict=True) if is_free]
+
+    @property
+    def names(self) -> list[str]:
+        """Names of all numbers; those of a key with several numbers are numbered from 1."""
+        return [name for name in self._all_names if name not in self.fixed]
+
+    @property
     def units(self) -> list[str]:
         """Units of all numbers."""
-        return [key.unit for key in self.keys.values() for _ in key.get(self.model)]
+        return self._of_numbers(attrgetter("unit"))
 
     @property
     def scales(self) -> Array:
         """Typical changes of the vector."""
-        return np.array([key.scale for key in self.keys.values() for _ in key.get(self.model)])
+        return np.array(self._of_numbers(attrgetter("scale")))
 
     @property
-    def is_positive(self) -> Array:
+    def is_positive(self) -> NDArray[np.bool_]:
         """Whether each number is fitted as a logarithm."""
-        return np.array([key.positive for key in self.keys.values() for _ in key.get(self.model)], dtype=bool)
+        return np.array(self._of_numbers(attrgetter("positive")), dtype=bool)
 
     @property
     def start(self) -> Array:
         """The vector of the current model."""
-        values = np.array([value for key in self.keys.values() for value in key.get(self.model)])
+        values = np.array([value for key in self.keys.values() for value in key.get(self.model)])[self._free]
         return np.where(self.is_positive, np.log(np.where(self.is_positive, values, 1.0)), values)
 
     def starts(self, count: int, seed: int, jitter: float) -> Array:
@@ -259,10 +290,26 @@ class FreeParameters:
     @property
     def bounds(self) -> tuple[Array, Array]:
         """Bounds of the vector."""
-        room = np.array([key.room for key in self.keys.values() for _ in key.get(self.model)]).reshape(-1, 2).T
+        rooms = self._of_numbers(lambda key: key.room(self.model) if callable(key.room) else key.room)
+        room = np.array(rooms).reshape(-1, 2).T
         with np.errstate(divide="ignore", invalid="ignore"):
             lower, upper = np.where(self.is_positive, np.log(np.maximum(room, 0.0)), room)
         return lower, upper
+
+    def steps(self, x: Array, share: float) -> Array:
+        """Steps from a vector for finite differences, a share of the typical changes; back where none leads on."""
+        steps, (_, upper) = share * self.scales, self.bounds
+        for i, moved in enumerate(x + np.diag(steps)):
+            if moved[i] > upper[i] or not self._is_possible(moved):
+                steps[i] *= -1
+        return steps
+
+    def _is_possible(self, x: Array) -> bool:
+        try:
+            self.at(x)
+        except InputError:
+            return False
+        return True
 
     def values(self, x: Array) -> Array:
         """The numbers of a vector, in their units."""
@@ -274,11 +321,17 @@ class FreeParameters:
         Raises:
             InputError: if such a finger is impossible.
         """
-        model, rest = self.model, self.values(x).tolist()
+        numbers = np.array([value for key in self.keys.values() for value in key.get(self.model)], dtype=float)
+        numbers[self._free] = self.values(x)
+        model, rest = self.model, numbers.tolist()
         for key in self.keys.values():
             count = len(key.get(self.model))
             model, rest = key.put(model, rest[:count]), rest[count:]
         return model
+
+    def fixing(self, x: Array, names: Iterable[str]) -> "FreeParameters":
+        """These at a vector, of which the numbers of these names are no longer free."""
+        return replace(self, model=self.at(x), fixed=self.fixed | frozenset(names))
 
 
 def free_parameters(

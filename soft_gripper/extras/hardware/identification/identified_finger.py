@@ -22,10 +22,10 @@ import yaml
 from matplotlib.figure import Figure
 
 from soft_gripper.arrays import Array, Planar
-from soft_gripper.errors import InputError
+from soft_gripper.errors import InputError, SimulationDivergedError
+from soft_gripper.extras.hardware.identification.confidence import Confidence
 from soft_gripper.extras.hardware.identification.fit import (
     UNHELD,
-    Confidence,
     Fit,
     MotionScore,
     Report,
@@ -43,6 +43,7 @@ from soft_gripper.extras.hardware.identification.free_parameters import (
     free_parameters,
     pressure_law,
 )
+from soft_gripper.extras.hardware.identification.settled_states import StatesFit
 from soft_gripper.extras.hardware.identification.simulated_motion import (
     Hold,
     MeasuredMotion,
@@ -52,6 +53,7 @@ from soft_gripper.extras.hardware.identification.simulated_motion import (
 )
 from soft_gripper.extras.hardware.scoring import FITTED, TESTED, best_fit
 from soft_gripper.files.document import check_document, require
+from soft_gripper.files.notes import LEFT_OUT, note
 from soft_gripper.files.output import atomic_file
 from soft_gripper.files.text import read_text
 from soft_gripper.files.xml_text import parse_xml
@@ -90,7 +92,7 @@ def identify(
     executor: Executor,
     starts: int = 1,
     seed: int = 0,
-    report: Report = lambda error: None,
+    report: Report = lambda progress: None,
     setup: Setup | None = None,
 ) -> Identified:
     """Fits keys of a finger to recordings, and tests the result on others.
@@ -104,11 +106,11 @@ def identify(
         executor: runs the simulations.
         starts: number of fits, of which the best is kept; the first starts from the finger, the others near it.
         seed: seed of the random starts.
-        report: called with the root mean square error after each step, relative to the largest displacement.
+        report: called after each step of a search.
         setup: initial guess of the set-up; None: the default.
 
     Raises:
-        InputError: if a key cannot be fitted, or no fit converges.
+        InputError: if a key cannot be fitted, or no fit comes near the markers.
     """
     pressures = [motion.pressure for motion in fitted if motion.pressure is not None]
     free = free_parameters(finger, names, pressures, _of_recordings(setup or Setup(), fitted))
@@ -158,7 +160,8 @@ def _with_static_law(finger: Finger, motions: Sequence[MeasuredMotion]) -> Finge
     remains = 1 - sum(branch.share for branch in finger.creep)
     of_chamber = float(np.sum(finger.pressure_gain / finger.stiffness)) / remains
     gain = float(np.exp(excess[best].mean())) / of_chamber
-    return replace(finger, pressure_law=pressure_law(highest, gain, float(margins[best])))
+    margin = 1 - remains * (1 - float(margins[best]))  # before creep, which takes a part of the stiffness as pressure
+    return replace(finger, pressure_law=pressure_law(highest, gain, margin))
 
 
 def as_held(setup: Setup, motion: MeasuredMotion) -> MeasuredMotion:
@@ -169,8 +172,18 @@ def as_held(setup: Setup, motion: MeasuredMotion) -> MeasuredMotion:
 def _scored(
     calls: Sequence[tuple[Model, MeasuredMotion, str]], executor: Executor
 ) -> tuple[tuple[MeasuredMotion, ...], tuple[MotionScore, ...]]:
-    scored = [future.result() for future in [executor.submit(_score, *call) for call in calls]]
-    return tuple(motion for motion, _ in scored), tuple(score for _, score in scored)
+    """Recordings with what was not recorded, and their scores; one in which the finger diverges is left out."""
+    pending = [(motion.name, executor.submit(_score, model, motion, role)) for model, motion, role in calls]
+    motions, scores = list[MeasuredMotion](), list[MotionScore]()
+    for name, future in pending:
+        try:
+            motion, row = future.result()
+        except SimulationDivergedError as error:
+            note(LEFT_OUT, name, "recording", "", str(error))
+            continue
+        motions.append(motion)
+        scores.append(row)
+    return tuple(motions), tuple(scores)
 
 
 # Of the tip, in a recording that was fitted, of a good fit
@@ -179,12 +192,8 @@ _LARGEST_GOOD_ERROR = 5.0  # % of the finger's length
 
 def doubts(found: Tested) -> list[str]:
     """Why not to trust a result: keys at an end of their range, a bad fit, recordings beyond those that were fitted."""
-    said, setup = [], found.model.setup
-    if isinstance(found, Identified):
-        free, x, (lower, upper) = found.fit.free, found.fit.x, found.fit.free.bounds
-        ends = np.minimum(x - lower, upper - x) < _END_OF_RANGE * free.scales
-        for name, value in zip(np.array(free.names)[ends], free.values(x)[ends], strict=True):
-            said.append(f"{name} ends at {value:.3g}, a bound of its range: fix it, or try --starts 5")
+    setup = found.model.setup
+    said = doubts_of_fit(found.fit, found.confidence) if isinstance(found, Identified) else []
     for row, motion in zip(found.scores, found.motions, strict=True):
         if row.role == FITTED and row.tip_error_percent > _LARGEST_GOOD_ERROR:
             error = f"{row.tip_error_percent:.1f} % of the length"
@@ -219,6 +228,20 @@ def _spread_of(rows: Sequence[MotionScore]) -> str:
     names, turn = " and ".join(row.recording for row in rows), between("settled_turn_deg", ".2f")
     swing = "" if np.isnan(rows[0].decrement) else f", decrement {between('decrement', '.2f')}"
     return f"{names} repeat each other: settled turn {turn} degrees{swing}"
+
+
+def doubts_of_fit(fit: Fit | StatesFit, confidence: Confidence) -> list[str]:
+    """Keys at an end of their range, and a search that was ended before it converged."""
+    free, x, (lower, upper) = fit.free, fit.x, fit.free.bounds
+    ends = np.minimum(x - lower, upper - x) < _END_OF_RANGE * free.scales
+    said = [
+        f"{name} ends at {value:.3g}, a bound of its range: fix it, or try --starts 5"
+        for name, value in zip(np.array(free.names)[ends], free.values(x)[ends], strict=True)
+        if name in confidence.names
+    ]
+    if not fit.converged:
+        said.append("the search was ended before it converged: go on from the finger that it wrote, or free fewer keys")
+    return said
 
 
 def _score(model: Model, motion: MeasuredMotion, role: str) -> tuple[MeasuredMotion, MotionScore]:
@@ -326,10 +349,23 @@ def with_finger(path: Path, finger: Finger) -> str:
     return text
 
 
-def write_text(path: Path, text: str) -> None:
-    """Writes the text of a finger, or of its set-up, whole."""
-    with atomic_file(path) as partial:
-        partial.write_text(text, encoding="utf-8")
+def fit_remarks(confidence: Confidence) -> list[str]:
+    """What the file of a fit's set-up says of the fit."""
+    return [f"Fitted: {', '.join(confidence.names)}", *map(str, confidence.undetermined)]
+
+
+def write_fitted(initial: Path, path: Path, model: Model, remarks: Sequence[str] = ()) -> None:
+    """Writes a fitted finger, by the file of its initial guess, and its set-up beside it; each file is always whole.
+
+    Raises:
+        InputError: if a file cannot be written, or the finger's would not be valid.
+    """
+    for file, text in (
+        (setup_file(path), setup_text(model.setup, remarks)),
+        (path, with_finger(initial, model.finger)),
+    ):
+        with atomic_file(file) as partial:
+            partial.write_text(text, encoding="utf-8")
 
 
 def setup_file(finger: Path) -> Path:
@@ -351,9 +387,10 @@ def read_setup(finger: Path) -> Setup:
     return Setup(**document)
 
 
-def setup_text(setup: Setup) -> str:
-    """The text of a set-up's file."""
-    head = "# The set-up of the recordings that a finger was identified from, for `soft-gripper identify --test`\n"
+def setup_text(setup: Setup, remarks: Sequence[str] = ()) -> str:
+    """The text of a set-up's file, with remarks on the fit in its head."""
+    title = "The set-up of the recordings that a finger was identified from, for `soft-gripper identify --test`"
+    head = "".join(f"# {line}\n" for line in (title, *remarks))
     text: str = yaml.safe_dump(asdict(setup), sort_keys=False)
     return head + text
 

@@ -24,21 +24,20 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
+from tqdm import tqdm
 
 from soft_gripper.arrays import Array
-from soft_gripper.errors import InputError, SimulationDivergedError
-from soft_gripper.extras.hardware.identification.fit import (
-    Confidence,
-    Report,
-    confidence_of,
-    correlation_time,
-)
+from soft_gripper.errors import InputError
+from soft_gripper.extras.hardware.identification.confidence import Confidence, confidence_of, correlation_time
+from soft_gripper.extras.hardware.identification.fit import Progress, Report
 from soft_gripper.extras.hardware.identification.free_parameters import FreeParameters, Model, free_parameters
 from soft_gripper.extras.hardware.identification.simulated_motion import Setup
 from soft_gripper.extras.hardware.identification.tendon_balance import pulled_positions
 from soft_gripper.extras.hardware.recordings import HardwareRecording
 from soft_gripper.extras.hardware.scoring import FITTED, LEFT_OUT, TESTED, best_fit, error_columns, groups_left_out
 from soft_gripper.files.document import given, require
+from soft_gripper.files.notes import LEFT_OUT as LEFT_OUT_OF_FILE
+from soft_gripper.files.notes import note
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import TipLoad
 from soft_gripper.fingers.spatial_chain import posture, spatial_chain
@@ -66,6 +65,14 @@ class SettledStates:
     load: float = 0.0  # kg, hung on the tip
     time: Array | None = None  # (R,) s; None: not known
     names: tuple[str, ...] = ()  # of the markers; empty: they have none
+    winding: tuple[Array, Array] | None = None  # (K,) s, (K, T) m: pulled lengths at all times; None: not known
+
+    def pulled_before(self, delay: float) -> Array:
+        """Pulled lengths some time, s, before the rows, (R, T) m."""
+        if delay == 0 or self.winding is None or self.time is None:
+            return self.pulled
+        time, pulled = self.winding
+        return np.stack([np.interp(self.time - delay, time, of) for of in pulled.T], axis=-1)
 
 
 def settled_states(recording: HardwareRecording, finger: Finger) -> SettledStates:
@@ -96,6 +103,8 @@ def settled_states(recording: HardwareRecording, finger: Finger) -> SettledState
     if config.blocks > 1 and config.labels is None:
         block = np.arange(len(whole)) * config.blocks // len(whole) + 1
         families = np.array([f"block {number}" for number in block])
+    known = np.isfinite(pulled).all(axis=1)
+    winding = recording.time[known], pulled[known]
     whole &= np.arange(len(whole)) % config.every == 0
     at = np.array([markers.at.get(name, 1.0) for name in markers.places])
     return SettledStates(
@@ -109,6 +118,7 @@ def settled_states(recording: HardwareRecording, finger: Finger) -> SettledState
         recording.load_mass,
         recording.time[whole],
         tuple(markers.places),
+        winding,
     )
 
 
@@ -120,10 +130,10 @@ def _family(label: str, pattern: str) -> str:
 def resting_positions(model: Model, states: SettledStates) -> Array:
     """Joint positions of a finger in its set-up in every row, (R, J) rad, or m where joints slide.
 
-    Raises:
-        SimulationDivergedError: if it finds no balance.
+    A row in which it finds no balance is NaN.
     """
-    q = pulled_positions(_loaded(model.finger, states.load), states.pulled, states.gravity)
+    pulled = states.pulled_before(model.setup.delay)
+    q = pulled_positions(_loaded(model.finger, states.load), pulled, states.gravity)
     if model.setup.dry_friction == 0:
         return q
     ways = np.array(spatial_chain(model.finger).ways)
@@ -145,13 +155,15 @@ def _loaded(finger: Finger, mass: float) -> Finger:
 
 
 def _lagging(wanted: Array, lag: float) -> Array:
-    """Vectors that follow wanted ones, (R, N, 2) or (R, N, 1), once these are further away than `lag`."""
-    found, at = np.empty(wanted.shape), wanted[0]
-    for row, there in zip(found, wanted, strict=True):
+    """Vectors that follow wanted ones, (R, N, 2) or (R, N, 1), once these are over `lag` away; NaN are passed."""
+    found, seen = np.full(wanted.shape, np.nan), np.flatnonzero(np.isfinite(wanted).all(axis=(1, 2)))
+    at = wanted[seen[0]] if len(seen) else wanted[:0]
+    for row in seen:
+        there = wanted[row]
         away = there - at
         distance = np.sqrt((away**2).sum(axis=-1, keepdims=True))
         at = at + away * np.maximum(0.0, 1 - lag / np.maximum(distance, lag))
-        row[:] = at
+        found[row] = at
     return found
 
 
@@ -170,10 +182,24 @@ def predicted_markers(finger: Finger, states: SettledStates, q: Array) -> tuple[
 
 
 def state_errors(model: Model, states: SettledStates, rows: NDArray[np.bool_] | None = None) -> Array:
-    """Predicted minus measured markers, (R, M, 3) m, their mean over the rows that are true in `rows` removed."""
+    """Predicted minus measured markers, (R, M, 3) m, their mean over the rows that are true in `rows` removed.
+
+    A row in which the finger finds no balance is NaN.
+    """
     away = predicted_markers(model.finger, states, resting_positions(model, states))[0] - states.markers
-    error: Array = away - away[slice(None) if rows is None else rows].mean(axis=(0, 1))
-    return error
+    return _centred(away, away if rows is None else away[rows])
+
+
+def _centred(away: Array, others: Array) -> Array:
+    """Vectors (..., M, 3) without the mean of others, (R, M, 3), of which rows that are NaN do not count."""
+    seen = others[in_balance(others)]
+    return away - seen.mean(axis=(0, 1)) if len(seen) else away
+
+
+def in_balance(errors: Array) -> NDArray[np.bool_]:
+    """Whether the finger found a balance in rows, (R,), by their errors, (R, M, 3)."""
+    found: NDArray[np.bool_] = np.isfinite(errors).all(axis=(1, 2))
+    return found
 
 
 @dataclass(frozen=True)
@@ -185,6 +211,7 @@ class StatesFit:
     residuals: Array  # (K,) m, of the fitted rows, without their weights
     jacobian: Array  # (K, P)
     cost: float
+    converged: bool
 
     @property
     def model(self) -> Model:
@@ -200,31 +227,38 @@ def fit_states(
     recordings: Sequence[SettledStates],
     rows: Rows,
     start: Array,
-    report: Report = lambda error: None,
+    report: Report = lambda progress: None,
 ) -> StatesFit:
     """Fits free parameters to the rows of recordings that are true in `rows`, from a vector.
 
+    A row in which the finger finds no balance counts as if its markers were off by the finger's length, so that the
+    search does not seek such fingers, and has no slope.
+
     Raises:
-        InputError: if the fit does not converge.
+        InputError: if the result comes nowhere near the markers.
     """
-    steps = _DIFFERENCE_STEP * free.scales
+    length, count = free.model.finger.length, 0
+
+    def errors(x: Array) -> Array:
+        """NaN where there is no balance."""
+        model = free.at(x)
+        found = [state_errors(model, *each)[each[1]] for each in zip(recordings, rows, strict=True)]
+        return np.concatenate([error.reshape(-1, 3) for error in found])
 
     def residuals(x: Array) -> Array:
         try:
-            model = free.at(x)
-            errors = [state_errors(model, *each)[each[1]] for each in zip(recordings, rows, strict=True)]
-        except (InputError, SimulationDivergedError):  # a step of the search may lead to an impossible finger
-            errors = [
-                np.full((int(keep.sum()), *of.markers.shape[1:]), length)
-                for of, keep in zip(recordings, rows, strict=True)
-            ]
-        return np.concatenate([error.ravel() for error in errors])
+            return np.nan_to_num(errors(x), nan=length).ravel()
+        except InputError:  # a step of the search may lead to an impossible finger
+            return np.full(fitted * 3, length)
 
     def jacobian(x: Array) -> Array:
-        report(root_mean_square(residuals(x).reshape(-1, 3)) / length)
-        return np.concatenate([_slopes(free, x, steps, *each) for each in zip(recordings, rows, strict=True)])
+        nonlocal count
+        count, error = count + 1, errors(x)
+        seen = np.isfinite(error).all(axis=-1)
+        report(Progress(count, root_mean_square(error[seen]) / length, free.at(x), int((~seen).sum())))
+        return np.concatenate([_slopes(free, x, *each) for each in zip(recordings, rows, strict=True)])
 
-    length = free.model.finger.length
+    fitted = sum(int(keep.sum()) * of.markers.shape[1] for of, keep in zip(recordings, rows, strict=True))
     found = least_squares(
         residuals,
         np.clip(start, *free.bounds),
@@ -237,27 +271,41 @@ def fit_states(
         xtol=_TOLERANCE,
         max_nfev=_MOST_STEPS,
     )
-    rms = root_mean_square(residuals(found.x).reshape(-1, 3))
-    expected = f"the fit does not converge in {_MOST_STEPS} steps: start closer, or free fewer keys"
-    require(bool(found.success) and rms < length, "identify", "residual", f"{1e3 * rms:.3g} mm", expected)
-    return StatesFit(free, found.x, residuals(found.x), jacobian(found.x), float(found.cost))
+    at_end = residuals(found.x)
+    rms = root_mean_square(at_end.reshape(-1, 3))
+    expected = "the fit found no finger that comes near the markers: start closer, or free fewer keys"
+    require(rms < length, "identify", "residual", f"{1e3 * rms:.3g} mm", expected)
+    return StatesFit(free, found.x, at_end, jacobian(found.x), float(found.cost), bool(found.success))
 
 
-def _slopes(free: FreeParameters, x: Array, steps: Array, states: SettledStates, rows: NDArray[np.bool_]) -> Array:
-    """Derivatives of the residuals of one recording by the free parameters, (K, P)."""
+def _slopes(free: FreeParameters, x: Array, states: SettledStates, rows: NDArray[np.bool_]) -> Array:
+    """Derivatives of the residuals of one recording by the free parameters, (K, P); 0 in rows without a balance."""
     model = free.at(x)
     q = resting_positions(model, states)
     markers, by_joints = predicted_markers(model.finger, states, q)
     columns = []
-    for step in np.diag(steps):
+    for step in np.diag(free.steps(x, _DIFFERENCE_STEP)):
         moved = free.at(x + step)
         if moved.finger.length != model.finger.length:  # which alone changes the markers where the joints stand still
             change = predicted_markers(moved.finger, states, resting_positions(moved, states))[0] - markers
         else:
             change = np.einsum("rj,rjmi->rmi", resting_positions(moved, states) - q, by_joints)
-        change = change[rows] / step.max()
-        columns.append((change - change.mean(axis=(0, 1))).ravel())
+        change = change[rows] / step.sum()
+        columns.append(np.nan_to_num(_centred(change, change)).ravel())
     return np.stack(columns, axis=-1)
+
+
+def note_unbalanced(states: SettledStates, errors: Array) -> None:
+    """Notes rows in which the finger finds no balance, by their errors, (R, M, 3)."""
+    for row in np.flatnonzero(~in_balance(errors)):
+        which = f"row {row + 1} of those used" if states.time is None else f"row at {states.time[row]:.6g} s"
+        note(
+            LEFT_OUT_OF_FILE,
+            states.name,
+            which,
+            "",
+            "the finger finds no shape in balance with its tendons and its weight",
+        )
 
 
 def root_mean_square(errors: Array) -> float:
@@ -306,7 +354,7 @@ def identify_states(
     executor: Executor,
     starts: int = 1,
     seed: int = 0,
-    report: Report = lambda error: None,
+    report: Report = lambda progress: None,
     setup: Setup | None = None,
 ) -> IdentifiedStates:
     """Fits keys of a finger to settled states, and tests the result on others and on families left out of the fit.
@@ -319,11 +367,11 @@ def identify_states(
         executor: runs the fits without a family.
         starts: number of fits, of which the best is kept; the first starts from the finger, the others near it.
         seed: seed of the random starts.
-        report: called with the root mean square error after each step, relative to the finger's length.
+        report: called after each step of a search.
         setup: initial guess of the set-up; None: the default.
 
     Raises:
-        InputError: if a key cannot be fitted, or no fit converges.
+        InputError: if a key cannot be fitted, or no fit comes near the markers.
     """
     free = free_parameters(finger, names, [], setup)
     everything = [np.full(len(states.pulled), True) for states in fitted]
@@ -332,16 +380,16 @@ def identify_states(
         attrgetter("cost"),
         free.starts(starts, seed, _JITTER),
     )
-    left_out = _left_out(best, fitted, executor)
     own, others = _compared(best.model, fitted, FITTED), compared_states(best.model, tested)
+    lasting = float(np.mean([correlation_time(error[in_balance(error)].ravel()) for error in own.errors]))
+    known = confidence_of(free, best.x, best.residuals, best.jacobian, lasting)
+    left_out = _left_out(best, names, [each.name for each in known.undetermined], fitted, executor)
     scores = list(own.scores)
     for of, error in zip(fitted, left_out, strict=True):
         families = [name for name in sorted(set(of.families)) if name]
         for name in families:
             scores += _scores(of, LEFT_OUT, name, error[of.families == name])
         scores += _scores(of, LEFT_OUT, _ALL, error[of.families != ""]) if families else []
-    lasting = float(np.mean([correlation_time(error.ravel()) for error in own.errors]))
-    known = confidence_of(free, best.residuals, best.jacobian, lasting)
     states, errors = own.states + others.states, own.errors + others.errors
     return IdentifiedStates(best.model, states, errors, (*scores, *others.scores), left_out, best, known)
 
@@ -353,32 +401,49 @@ def compared_states(model: Model, states: Sequence[SettledStates]) -> TestedStat
 
 def _compared(model: Model, states: Sequence[SettledStates], role: str) -> TestedStates:
     errors = tuple(state_errors(model, of) for of in states)
+    for of, error in zip(states, errors, strict=True):
+        note_unbalanced(of, error)
     scores = [one for of, error in zip(states, errors, strict=True) for one in _scores(of, role, _ALL, error)]
     return TestedStates(model, tuple(states), errors, tuple(scores))
 
 
-def _left_out(best: StatesFit, fitted: Sequence[SettledStates], executor: Executor) -> tuple[Array, ...]:
-    """Errors of every row by a fit without its family, which is placed as a recording of its own, (R, M, 3) m."""
+def _left_out(
+    best: StatesFit,
+    names: Sequence[str],
+    undetermined: Sequence[str],
+    fitted: Sequence[SettledStates],
+    executor: Executor,
+) -> tuple[Array, ...]:
+    """Errors of every row by a fit without its family, which is placed as a recording of its own, (R, M, 3) m.
+
+    The fits begin with the best one; what that could not determine stays as it is there.
+    """
     others = groups_left_out([states.families for states in fitted])
     found = tuple(np.full(states.markers.shape, np.nan) for states in fitted)
     if len(others) < 2:
         return found
-    finger, names = best.free.model.finger, list(best.free.keys)
-    pending = [executor.submit(_fit_from, finger, names, fitted, rows, best.x) for rows in others]
-    for rows, future in zip(others, pending, strict=True):
-        model = best.free.at(future.result())
+    pending = [executor.submit(_fit_from, best.model, names, undetermined, fitted, rows) for rows in others]
+    for rows, future in zip(others, tqdm(pending, desc="left out", unit="family", dynamic_ncols=True), strict=True):
+        model = future.result()
         for errors, states, keep in zip(found, fitted, rows, strict=True):
             errors[~keep] = state_errors(model, states, ~keep)[~keep]
     return found
 
 
-def _fit_from(finger: Finger, names: Sequence[str], fitted: Sequence[SettledStates], rows: Rows, start: Array) -> Array:
-    return fit_states(free_parameters(finger, names, []), fitted, rows, start).x
+def _fit_from(
+    model: Model, names: Sequence[str], undetermined: Sequence[str], fitted: Sequence[SettledStates], rows: Rows
+) -> Model:
+    free = free_parameters(model.finger, names, [], model.setup)
+    free = free.fixing(free.start, undetermined)
+    return fit_states(free, fitted, rows, free.start).model
 
 
 def _scores(states: SettledStates, role: str, family: str, errors: Array) -> list[StateScore]:
-    """Scores of all markers, and of each if there are several."""
-    distances = 1e3 * np.linalg.norm(errors - errors.mean(axis=(0, 1)), axis=-1)
+    """Scores of all markers, and of each if there are several; rows without a balance do not count."""
+    errors = errors[in_balance(errors)]
+    if not len(errors):
+        return []
+    distances = 1e3 * np.linalg.norm(_centred(errors, errors), axis=-1)
     of_markers = {_ALL: distances}
     if len(states.names) > 1:
         of_markers |= dict(zip(states.names, distances.T, strict=True))
@@ -410,8 +475,8 @@ def states_figure(found: TestedStates) -> Figure:
             for panel, (i, j) in zip(row, _VIEWS, strict=False):
                 _draw_places(panel, states.markers[:, -1], errors[:, -1], i, j)
             _draw_errors(row[2], errors, "held out" if without is None else "fitted", ESTIMATOR_COLORS[2])
-            if without is not None and np.isfinite(without).any():
-                _draw_errors(row[2], without[np.isfinite(without).all(axis=(1, 2))], "left out", ESTIMATOR_COLORS[5])
+            if without is not None and in_balance(without).any():
+                _draw_errors(row[2], without, "left out", ESTIMATOR_COLORS[5])
             row[0].set_title(states.name)
             row[1].legend(frameon=False, markerscale=3, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
             row[2].set(xlabel="error [mm]", ylabel="share of the rows [%]", ylim=(0, 100), xlim=(0, None))
@@ -429,6 +494,6 @@ def _draw_places(panel: Axes, measured: Array, errors: Array, i: int, j: int) ->
 
 
 def _draw_errors(panel: Axes, errors: Array, label: str, color: str) -> None:
-    distances = np.sort(1e3 * np.linalg.norm(errors, axis=-1).ravel())
+    distances = np.sort(1e3 * np.linalg.norm(errors[in_balance(errors)], axis=-1).ravel())
     shares, rms = np.arange(1, len(distances) + 1) / len(distances), error_columns(distances, "rms")["rms"]
     panel.plot(distances, 100 * shares, color=color, label=f"{label}: {rms:.1f} mm r.m.s.")

@@ -1,9 +1,12 @@
 """A simulated recording: the chain in Drake, driven like the hardware, and the positions of its markers.
 
-A chamber fills through an orifice, and its widening multiplies creep, because recordings of the pneumatic segment
-require both. A first-order lag behind the valve cannot rise within 70 ms at 15 kPa and within 190 ms at 35 kPa; and
-with a pressure law that leaves creep alone, the fitted segment crept by half of the measured amount at small
-pressures.
+A chamber fills through an orifice, because a first-order lag behind the valve cannot rise within 70 ms at 15 kPa and
+within 190 ms at 35 kPa. A pressure law  P(p) = g p / (1 - p / c)  is what a stiffness k leaves of which pressure takes
+a part, k (1 - p / c): so pressure multiplies all else that bends the finger, its weight and what it remembers of
+creep, by the same growth  1 / (1 - p / c) . Recordings of the pneumatic segment require both: with a law for pressure
+alone its tip turned about the same point at every pressure, whereas that point moves by 6 mm toward the tip, since a
+segment that hangs is held straight by its weight most at its base; and the share of creep was the same at every
+pressure, whereas it doubles from 15 to 45 kPa. The plant of a station multiplies neither.
 """
 
 import xml.etree.ElementTree as ET
@@ -17,20 +20,21 @@ from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import JacobianWrtVariable
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import DiagramBuilder
-from pydrake.systems.primitives import LogVectorOutput, TrajectorySource
+from pydrake.systems.controllers import InverseDynamics
+from pydrake.systems.framework import DiagramBuilder, OutputPort
+from pydrake.systems.primitives import LogVectorOutput, MatrixGain, Multiplexer, TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.diagrams.wiring.drive import add_pressure_drive
 from soft_gripper.errors import InputError, SimulationDivergedError
 from soft_gripper.extras.hardware.recordings import HardwareRecording
-from soft_gripper.fingers.creep import shares
+from soft_gripper.fingers.creep import Softened, shares
 from soft_gripper.fingers.cross_section import SIZES
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_element import FingerElement
 from soft_gripper.fingers.finger_links import finger_to_urdf
-from soft_gripper.fingers.finger_parts import TipLoad
+from soft_gripper.fingers.finger_parts import PressureLaw, TipLoad
 from soft_gripper.fingers.kinematics import as_planar, forward_kinematics, in_plane, rotated
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.quantity import quantity
@@ -203,6 +207,7 @@ class Setup:
     supply_lag: float = quantity(0.0, "Pa", least=0)
     supply_time: float = quantity(1.0, "s", above=0)
     dry_friction: float = quantity(0.0, "rad", least=0)  # by which the whole finger lags behind its balance at most
+    delay: float = quantity(0.0, "s")  # by which settled states come after the pulled lengths that they belong to
     highest_pressure: float = quantity(0.0, "Pa", least=0)  # of the recordings that were fitted; 0: none
     heaviest_load: float = quantity(0.0, "kg", least=0)  # likewise
 
@@ -243,11 +248,15 @@ def tip_motion(finger: Finger, setup: Setup, motion: MeasuredMotion) -> TipMotio
     limits = PressureConfig(minimum=min(pressure, 0.0), maximum=max(pressure, 1.0), time_constant=0.0)
     command = add_pressure_drive(builder, [in_plant], limits).commands[in_plant.name]
     held = _held(in_plant, motion.hold)
-    source = builder.AddSystem(TrajectorySource(_pressure(finger, setup, motion, duration)))
+    in_chamber = _pressure(finger, setup, motion, duration)
+    source = builder.AddSystem(TrajectorySource(in_chamber))
     builder.Connect(source.get_output_port(), command)
+    applied = in_plant.plant.get_applied_generalized_force_input_port()
     if motion.pressure is None:
         hand = builder.AddSystem(TrajectorySource(_hand(held.force, motion)))
-        builder.Connect(hand.get_output_port(), in_plant.plant.get_applied_generalized_force_input_port())
+        builder.Connect(hand.get_output_port(), applied)
+    elif finger.pressure_law is not None:
+        builder.Connect(_add_softening(builder, in_plant, _further(finger.pressure_law, in_chamber)), applied)
     log = LogVectorOutput(in_plant.plant.get_state_output_port(), builder, _PERIOD)
     simulator = Simulator(builder.Build())
     _hold(in_plant, held, simulator)
@@ -278,6 +287,34 @@ def _add_finger(builder: DiagramBuilder, finger: Finger, gravity: Array, time_st
     plant.mutable_gravity_field().set_gravity_vector(gravity)
     plant.Finalize()
     return PlantFinger(finger, plant, model)
+
+
+def _further(law: PressureLaw, pressure: PiecewisePolynomial) -> PiecewisePolynomial:
+    """By how much further a torque bends the finger than without pressure, relative, over the time of a pressure."""
+    time = np.array(pressure.get_segment_times())
+    softening = law.softening(np.array([pressure.value(t).item() for t in time]))
+    return PiecewisePolynomial.FirstOrderHold(time, softening[None] / float(law.softening(0.0)) - 1)
+
+
+def _add_softening(builder: DiagramBuilder, finger: PlantFinger, further: PiecewisePolynomial) -> OutputPort:
+    """The generalized forces of weight and of the memory of creep, times a number that changes in time."""
+    plant, count = finger.plant, finger.plant.num_velocities()
+    upheld = builder.AddSystem(InverseDynamics(plant, InverseDynamics.InverseDynamicsMode.kGravityCompensation))
+    builder.Connect(plant.get_state_output_port(), upheld.GetInputPort("estimated_state"))
+    torques, of_joints = [upheld.get_output_port()], [-np.eye(count)]
+    if finger.finger.creep:
+        torques.append(builder.GetSubsystemByName(f"{finger.name}.softened").get_output_port())
+        of_joints.append(plant.MakeActuationMatrix())
+    both = builder.AddSystem(Multiplexer([matrix.shape[1] for matrix in of_joints]))
+    total = builder.AddSystem(MatrixGain(np.hstack(of_joints)))
+    times = builder.AddSystem(TrajectorySource(further))
+    product = builder.AddSystem(Softened(count, divides=False))
+    for i, torque in enumerate(torques):
+        builder.Connect(torque, both.get_input_port(i))
+    builder.Connect(both.get_output_port(), total.get_input_port())
+    builder.Connect(total.get_output_port(), product.GetInputPort("factor"))
+    builder.Connect(times.get_output_port(), product.GetInputPort("softening"))
+    return product.get_output_port()
 
 
 class _Held(NamedTuple):

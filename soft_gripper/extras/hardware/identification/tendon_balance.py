@@ -16,7 +16,6 @@ import numpy as np
 from scipy.optimize import nnls
 
 from soft_gripper.arrays import Array
-from soft_gripper.errors import SimulationDivergedError
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.path_drive import Tendons
 from soft_gripper.fingers.paths import PathsOnChain, length_gradients
@@ -40,34 +39,39 @@ _BALANCE_TOLERANCE = 1e-10  # rad, and m
 def pulled_positions(finger: Finger, pulled: Array, gravity: Array | None = None) -> Array:
     """Joint positions of a finger at rest, rad, and m where joints slide, (R, J) in the order of `spatial_chain`.
 
+    A row in which no balance is found is NaN: the finger buckles under its weight.
+
     Args:
         finger: whose T tendons all have a stiffness.
         pulled: lengths of its tendons that are pulled in, (R, T) m.
         gravity: (3,) m/s^2 in B; None: none.
-
-    Raises:
-        SimulationDivergedError: if no balance is found: the finger buckles under its weight.
     """
     chain, tendons = spatial_chain(finger), Tendons(finger)
     stiffness = np.diag(chain.spread(finger.stiffnesses))
     weight = None if gravity is None or not gravity.any() else weights(finger, chain, gravity)
     is_linear = weight is None and tendons.paths.are_parallel
-    q: Array = np.zeros((1, len(chain.ways)))
-    tensions: Array = np.zeros((1, len(tendons.stiffness)))
+    found = np.full((len(pulled), len(chain.ways)), np.nan)
+    q: Array = np.zeros(found.shape)
+    tensions: Array = np.zeros(pulled.shape)
+    open_rows = np.arange(len(pulled))
     for _ in range(_MOST_ITERATIONS):
         joints = chain.gathered(q)
         slopes = chain.spread(length_gradients(tendons.paths, joints))
         untwisting = _untwisting(chain, tendons.paths, tensions)
         compliance, free = _without_tendons(chain, stiffness, untwisting, weight, q)
-        wanted = tendons.stretches(joints, pulled) + ((free - q)[:, None] @ slopes.swapaxes(-1, -2))[:, 0]
+        stretches = tendons.stretches(joints, pulled[open_rows])
+        wanted = stretches + ((free - q)[:, None] @ slopes.swapaxes(-1, -2))[:, 0]
         matrix = slopes @ compliance @ slopes.swapaxes(-1, -2) + np.diag(1 / tendons.stiffness)
         tensions = complementary(matrix, wanted)
         before, q = q, free - (tensions[:, None] @ slopes @ compliance)[:, 0]
-        if is_linear or np.abs(q - before).max(initial=0.0) < _BALANCE_TOLERANCE:
-            return q
-        if np.abs(q).max(initial=0.0) > _WILD:
+        still = np.abs(q - before).max(axis=1, initial=0.0) < _BALANCE_TOLERANCE
+        still |= is_linear
+        found[open_rows[still]] = q[still]
+        goes_on = ~still & (np.abs(q).max(axis=1, initial=0.0) < _WILD)
+        open_rows, q, tensions = open_rows[goes_on], q[goes_on], tensions[goes_on]
+        if not len(open_rows):
             break
-    raise SimulationDivergedError("the finger found no shape in balance with its tendons")
+    return found
 
 
 def _untwisting(chain: SpatialChain, paths: PathsOnChain, tensions: Array) -> Array:

@@ -39,7 +39,7 @@ def test_deviation_of_independent_residuals(made_up, rows):
     found = confidence(made_up(jacobian, random.normal(0, 0.01, rows)))
     np.testing.assert_allclose(found.std, 0.01 / np.array([2, 3, 4]) * SCALES, rtol=0.15)
     np.testing.assert_allclose(found.correlation, np.eye(3), atol=1e-9)
-    assert found.unresolved == []
+    assert found.undetermined == ()
 
 
 def test_residuals_that_last_count_once(made_up, rows, motion):
@@ -55,19 +55,34 @@ def test_residuals_that_last_count_once(made_up, rows, motion):
     assert confidence(made_up(jacobian, series.ravel())).std / alone == pytest.approx(np.sqrt(2 * lasting), rel=0.25)
 
 
-def test_two_that_change_the_same(made_up, rows):
+def test_of_two_that_change_the_same_the_last_is_dropped(made_up, rows):
+    """It keeps its value, and what is said of the others is what a fit without it would say."""
     random = np.random.default_rng(2)
     column, other = random.normal(size=(2, rows))
-    found = confidence(made_up(np.column_stack([column, -column, other]), random.normal(size=rows)))
-    assert found.unresolved == [("youngs_modulus", "density")]
-    assert found.correlation[0, 1] == pytest.approx(1.0, abs=1e-3)
+    residuals = random.normal(size=rows)
+    fit = made_up(np.column_stack([column, -column, other]), residuals)
+    found = confidence(fit)
+    (dropped,) = found.undetermined
+    assert (dropped.name, dropped.beside) == ("density", ("youngs_modulus",))
+    assert dropped.correlation == pytest.approx(1.0, abs=1e-3)
+    assert dropped.value == pytest.approx(fit.model.finger.base.density)
+    assert str(dropped).endswith("kept at 1070 kg/m^3")
+    assert found.names == ["youngs_modulus", "mounting_x"]
+    jacobian = np.column_stack([column, other])
+    covariance = np.linalg.inv(jacobian.T @ jacobian)
+    expected = np.sqrt(np.diag(covariance) * (residuals @ residuals) / rows) * SCALES[[0, 2]]
+    np.testing.assert_allclose(found.std, expected, rtol=0.2)  # the correlation time of noise is not quite 1
+    assert np.isnan(found.std_of("density"))
 
 
 def test_two_that_change_nearly_the_same(made_up, rows):
     random = np.random.default_rng(3)
-    column, other = random.normal(size=(2, rows))
-    found = confidence(made_up(np.column_stack([column, column + 0.1 * other, other]), random.normal(size=rows)))
-    assert ("youngs_modulus", "density") in found.unresolved
+    column, other, third = random.normal(size=(3, rows))
+    found = confidence(made_up(np.column_stack([column, column + 0.1 * other, third]), random.normal(size=rows)))
+    (dropped,) = found.undetermined
+    assert (dropped.name, dropped.correlation) == ("density", pytest.approx(-0.995, abs=1e-3))
+    found = confidence(made_up(np.column_stack([column, column + other, third]), random.normal(size=rows)))
+    assert found.undetermined == ()
 
 
 @pytest.mark.filterwarnings("error")
@@ -75,8 +90,9 @@ def test_two_that_change_nearly_the_same(made_up, rows):
 def test_one_that_changes_nothing(made_up, rows, strengths):
     random = np.random.default_rng(4)
     found = confidence(made_up(random.normal(size=(rows, len(strengths))) * strengths, random.normal(size=rows)))
-    assert found.unresolved == [(NAMES[len(strengths) - 1],)]
-    assert found.std[-1] > 100 * SCALES[len(strengths) - 1] / np.sqrt(rows)
+    (dropped,) = found.undetermined
+    assert (dropped.name, dropped.beside) == (NAMES[len(strengths) - 1], ())
+    assert found.names == NAMES[: len(strengths) - 1]
 
 
 def test_perfect_fit(made_up, rows):

@@ -15,7 +15,6 @@ from soft_gripper.extras.hardware.identification.identified_finger import (
     _of_recordings,
     read_finger,
     with_finger,
-    write_text,
 )
 from soft_gripper.extras.hardware.identification.simulated_motion import Setup
 from soft_gripper.fingers.finger_parts import CreepBranch, PressureLaw
@@ -61,7 +60,7 @@ def numbers(finger):
 
 def test_fitted_finger_reads_back(file):
     finger = fitted(read_finger(file))
-    write_text(file, with_finger(file, finger))
+    file.write_text(with_finger(file, finger))
     assert numbers(read_finger(file)) == pytest.approx(numbers(finger), rel=5e-6)
 
 
@@ -92,7 +91,7 @@ def test_a_fitted_finger_keeps_its_sections(sectioned):
         length=0.1 / 0.99,
     )
     text = with_finger(sectioned, softer)
-    write_text(sectioned, text)
+    sectioned.write_text(text)
     found = read_finger(sectioned)
     assert found == replace(softer, length=found.length)
     assert found.length == pytest.approx(softer.length, rel=5e-6)
@@ -124,7 +123,7 @@ def test_material_goes_only_with_what_it_stands_for(file, changes, stays):
 
 def test_written_finger_runs_in_drake(file):
     finger = fitted(read_finger(file))
-    write_text(file, with_finger(file, finger))
+    file.write_text(with_finger(file, finger))
     plant = MultibodyPlant(1e-3)
     (added,) = add_fingers(Parser(plant), file)
     plant.Finalize()

@@ -39,7 +39,9 @@ def test_known_parameters_are_found(beam, motion, pool):
     assert found.motions[0].events == pytest.approx((RELEASE, LET_GO), abs=3e-3)
     assert found.model.finger.base.youngs_modulus == pytest.approx(modulus)
     assert found.root_mean_square < 3e-3
-    assert reports[-1] < reports[0] / 10
+    assert reports[-1].error < reports[0].error / 10
+    assert reports[-1].model == found.model
+    assert [each.step for each in reports] == list(range(1, len(reports) + 1))
 
 
 @pytest.mark.slow
@@ -83,9 +85,12 @@ def test_event_of_a_test_is_found_without_changing_the_model(beam, motion):
 
 
 def test_fit_that_does_not_converge(beam, motion, pool, monkeypatch):
+    """What it found so far is its result; one that is nowhere near is not."""
     monkeypatch.setattr(fit_module, "_MOST_STEPS", 1)
+    free = free_parameters(softened(beam, 2.0), ["youngs_modulus"], [])
+    assert not fit(free, [motion], pool).converged
     with refused("residual"):
-        fit(free_parameters(softened(beam, 2.0), ["youngs_modulus"], []), [motion], pool)
+        fit(free, [replace(motion, markers=motion.reference + 0.1 * (motion.markers - motion.reference))], pool)
 
 
 def test_search_leaves_what_cannot_be(beam, motion, pool):

@@ -14,19 +14,28 @@ from soft_gripper.extras.hardware.identification.identified_finger import identi
 def test_weight_and_modulus_cannot_be_told_apart(beam, pool):
     """All torques of an unloaded beam are in proportion to either."""
     found = identify(beam, ["youngs_modulus", "density"], [recorded(beam, release(0.8))], [], pool)
-    assert found.confidence.unresolved == [("youngs_modulus", "density")]
+    (dropped,) = found.confidence.undetermined
+    assert (dropped.name, dropped.beside) == ("density", ("youngs_modulus",))
+    assert dropped.correlation == pytest.approx(1, abs=0.02)
+    assert dropped.value == found.model.finger.base.density
+    alone = identify(beam, ["youngs_modulus"], [recorded(beam, release(0.8))], [], pool)
+    assert found.confidence.names == ["youngs_modulus"]
+    assert found.confidence.std == pytest.approx(alone.confidence.std, rel=0.1)
 
 
 @pytest.mark.slow
 def test_chamber_and_gain_cannot_be_told_apart(hollow, pool):
     found = identify(hollow, ["chamber_width", "pressure_law"], [recorded(hollow, step(3e4))], [], pool)
-    assert found.confidence.unresolved == [("chamber_width", "pressure_law.gain")]
-    assert abs(found.confidence.correlation[0, 1]) > 0.98
+    (dropped,) = found.confidence.undetermined
+    assert (dropped.name, dropped.beside) == ("pressure_law.gain", ("chamber_width",))
+    assert abs(dropped.correlation) > 0.98
 
 
 def test_load_that_does_not_hang_there_is_not_seen(beam, pool):
     found = identify(beam, ["load_x"], [recorded(beam, release(0.8))], [], pool)
-    assert found.confidence.unresolved == [("load_x",)]
+    (dropped,) = found.confidence.undetermined
+    assert (dropped.name, dropped.beside) == ("load_x", ())
+    assert found.confidence.names == []
 
 
 @pytest.mark.slow

@@ -17,7 +17,7 @@ from soft_gripper.extras.hardware.identification.simulated_motion import (
     tip_motion,
 )
 from soft_gripper.extras.hardware.recordings import find_recordings
-from soft_gripper.fingers.finger_parts import PressureLaw, TipLoad
+from soft_gripper.fingers.finger_parts import CreepBranch, PressureLaw, TipLoad
 from soft_gripper.fingers.kinematics import forward_kinematics
 from soft_gripper.fingers.statics import resting_angles
 from soft_gripper.models import DIRECTORY
@@ -39,6 +39,21 @@ def test_held_pressure_comes_to_rest_in_balance(hollow):
     q = resting_angles(damped, 3e4, 9.81j)
     at_end = np.searchsorted(tip.time, 2.5)
     assert tip.heading[at_end] == pytest.approx(q.sum(), rel=1e-3)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.1])
+def test_a_chamber_that_widens_multiplies_what_weight_and_creep_bend(hollow, share):
+    """As pressure does: the finger rests as under a gravity, and with a share of creep, that are as much larger."""
+    law = PressureLaw((0.0, 1.0, 3e4), (0.0, 0.5, 4.5e4))  # further by 3
+
+    def creeping(share):
+        creep = (CreepBranch(share, 0.1),) if share else ()
+        return replace(hollow, relaxation_time=0.05, pressure_law=law, creep=creep)
+
+    tip = tip_motion(creeping(share), Setup(), replace(step(3e4, 3.0), events=(OPENS, 2.9)))
+    rests = resting_angles(creeping(3 * share), 3e4, 3 * 9.81j).sum()
+    assert tip.heading[np.searchsorted(tip.time, 2.5)] == pytest.approx(rests, rel=3e-3)
+    assert rests - resting_angles(creeping(share), 3e4, 9.81j).sum() > 0.05
 
 
 def test_markers_are_still_before_the_release(beam):

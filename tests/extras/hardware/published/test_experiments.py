@@ -1,5 +1,6 @@
 """Which recordings the published experiments take."""
 
+import numpy as np
 import pytest
 from hardware_files import published
 from refusals import refused
@@ -39,7 +40,7 @@ def test_reads_all_published_recordings():
     found = published_recordings(published("clamped_beam").parent)
     assert {name: len(recordings) for name, recordings in found.items()} == {
         "clamped_beam": 3,
-        "pneumatic_segment": 5,
+        "pneumatic_segment": 7,
         "two_segment_arm": 6,
     }
 
@@ -61,15 +62,21 @@ def test_what_is_fitted_and_what_tests_go_where_they_belong(tmp_path, monkeypatc
 
 @pytest.mark.published
 def test_the_segment_is_fitted_as_well_as_the_documentation_says():
-    """By the documented fit: 4.69 % of the largest displacement; the bar of 4 % is missed."""
+    """By the documented fit: bend and creep at pressures that were not fitted hold, two times are too short.
+
+    The bend that is left without pressure is a miss, too.
+    """
     data, errors = published("pneumatic_segment").parent, []
     recordings = {name: experiments._find("pneumatic_segment", name, data) for name in SEGMENT.fitted + SEGMENT.tested}
     with open_executor(None, None) as executor:
-        found = identify_published(SEGMENT, recordings, executor, lambda _, error: errors.append(error))
-    assert 100 * errors[-1] == pytest.approx(4.69, abs=0.05)
-    for row, tip, creep, recovery in zip(found.scores[-2:], (1.4, 4.4), (41, -14), (31, 10), strict=True):
-        assert row.role == "test"
-        assert row.simulated_settled_turn_deg == pytest.approx(row.settled_turn_deg, rel=0.08), row.recording
-        assert row.tip_error_percent == pytest.approx(tip, abs=0.1)
-        assert 100 * (row.simulated_creep_deg / row.creep_deg - 1) == pytest.approx(creep, abs=2)
-        assert 100 * (row.simulated_recovery_deg / row.recovery_deg - 1) == pytest.approx(recovery, abs=3)
+        found = identify_published(SEGMENT, recordings, executor, lambda step: errors.append(step.error))
+    assert 100 * errors[-1] == pytest.approx(4.85, abs=0.05)
+    assert [dropped.name for dropped in found.confidence.undetermined] == ["swelling"]
+    rows = [row for row in found.scores if row.role == "test"]
+    assert [row.recording for row in rows] == list(SEGMENT.tested)
+    off = {"settled_turn_deg": (-5, -1, -5, -6), "creep_deg": (-5, 6, -8, -11), "recovery_deg": (-27, -37, -44, -64)}
+    off |= {"t50_ms": (-3, -7, 10, -23), "t63_ms": (0, -1, -35, -9)}
+    for name, expected in off.items():
+        found_off = [100 * (getattr(row, f"simulated_{name}") / getattr(row, name) - 1) for row in rows]
+        np.testing.assert_allclose(found_off, expected, atol=4, err_msg=name)
+    np.testing.assert_allclose([row.tip_error_percent for row in rows], [1.5, 1.8, 4.4, 5.2], atol=0.2)
