@@ -1,6 +1,5 @@
 """Configurations compared with their schema of dataclasses: types, and the rules beside the fields (`quantity.py`)."""
 
-import difflib
 import math
 from dataclasses import is_dataclass
 from functools import cache
@@ -14,7 +13,7 @@ from pydrake.common.schema import Transform
 from pydrake.common.yaml import yaml_dump, yaml_load_typed
 from pydrake.multibody.parsing import ModelDirective
 
-from soft_gripper.errors import InputError
+from soft_gripper.errors import InputError, meant
 from soft_gripper.quantity import Rule, misfits, rules
 
 _T = TypeVar("_T")
@@ -146,9 +145,7 @@ def _check_fields(
     for key, item in document.items():
         name = _below(field, key)
         if key not in fields:
-            near = difflib.get_close_matches(str(key), fields, n=1)
-            hint = f"did you mean '{near[0]}'?" if near else f"known: {', '.join(fields)}"
-            raise InputError(where, name, item, f"no such key; {hint}")
+            raise InputError(where, name, item, f"no such key; {meant(key, fields)}")
         check_document(where, item, fields[key], name, known.get(key, _ANY), strict or is_object)
     if schema is Transform:
         _check_transform(where, document, field)

@@ -42,7 +42,7 @@ CASES: dict[tuple[str, ...], Said] = {
     ("place-sensors", "--count", "2", "--estimator", "splines"): "--estimator = 'splines'",
     ("place-sensors", "--count", "2", "--recordings", "none.nc"): "none.nc: file = 'none.nc': cannot be read",
     ("place-sensors", "--count", "2", "--contacts", "none.nc"): "none.nc: file = 'none.nc': cannot be read",
-    ("grasp-trials", "--scenario", "box_grasp"): "task = None: give a task for the trials",
+    ("study", "grasp-trials", "--scenario", "box_grasp"): "task = None: give a task for the trials",
     ("tune", "free_bending"): "control.set_points = ",
     ("tune", "one_finger.yaml", "--set", "control.set_points=[0.1]"): "control: fingers = ['finger']",
     ("play", "free_bending", "--host", "192.0.2.1"): "192.0.2.1",

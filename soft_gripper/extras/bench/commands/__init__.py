@@ -4,6 +4,7 @@ from soft_gripper.commands.options import (
     HOST,
     MCAP,
     Command,
+    Group,
     flag,
     number,
     option,
@@ -44,5 +45,6 @@ COMMANDS = (
             MCAP,
         ),
         package=__name__,
+        group=Group.HARDWARE,
     ),
 )

@@ -1,4 +1,4 @@
-"""soft-gripper grasp-trials: pick and place over random objects."""
+"""soft-gripper study grasp-trials: pick and place over random objects."""
 
 import argparse
 from collections.abc import Callable, Sequence
@@ -127,7 +127,7 @@ def _print_summary(file: str, seed: int, trials: Sequence[Trial]) -> None:
     for trial in trials:
         if not trial.result.success:
             print(f"  trial {trial.trial}: {trial.result.cause}")
-            print(f"    rerun: soft-gripper grasp-trials --scenario {file} --seed {seed} --trial {trial.trial}")
+            print(f"    rerun: soft-gripper study grasp-trials --scenario {file} --seed {seed} --trial {trial.trial}")
 
 
 def _over(average: Callable[[Sequence[float]], float], values: Sequence[float]) -> float:

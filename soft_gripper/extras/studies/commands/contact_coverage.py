@@ -1,4 +1,4 @@
-"""soft-gripper contact-coverage: how often what `contact` states of a force is true."""
+"""soft-gripper study contact-coverage: how often what `contact` states of a force is true."""
 
 import argparse
 
