@@ -38,6 +38,11 @@ def meant(name: object, known: Iterable[str]) -> str:
     return f"did you mean '{near[0]}'?" if near else f"known: {', '.join(names)}"
 
 
+def is_near(name: object, known: Iterable[str]) -> bool:
+    """Whether a name that is not known is most likely one of those, mistyped."""
+    return bool(difflib.get_close_matches(str(name), list(known), n=1, cutoff=0.8))
+
+
 def first_line(error: BaseException) -> str:
     """The first line of an exception's message."""
     lines = str(error).strip().splitlines()

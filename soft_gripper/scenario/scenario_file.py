@@ -12,7 +12,7 @@ from pydrake.common.yaml import yaml_dump, yaml_dump_typed, yaml_load_data
 from pydrake.visualization import VisualizationConfig
 
 from soft_gripper.cached import kept
-from soft_gripper.errors import InputError
+from soft_gripper.errors import InputError, meant
 from soft_gripper.files.document import load_config, require
 from soft_gripper.files.text import name_of
 from soft_gripper.files.yaml_text import parse_yaml, read_yaml
@@ -192,5 +192,5 @@ def _index(place: Any, name: str) -> int:
         return names.index(name)
     if name.isdecimal() and int(name) < len(place):
         return int(name)
-    named = f", nor is it named so; named: {', '.join(names)}" if names else ""
+    named = f", nor is it named so; {meant(name, names)}" if names else ""
     raise LookupError(f"'{name}' is none of the entries 0 to {len(place) - 1}{named}")
