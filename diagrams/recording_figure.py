@@ -67,8 +67,15 @@ def signals_figure(signals: Sequence[xr.DataArray]) -> Figure:
 def _add_legend(axes: Axes, panel: Panel) -> None:
     handles, labels = axes.get_legend_handles_labels()
     if handles:
-        place = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5), "ncols": 1 + (len(labels) > _COLUMN)}
-        axes.legend(title=panel.axis, fontsize="x-small", title_fontsize="small", frameon=False, **place)
+        axes.legend(
+            title=panel.axis,
+            fontsize="x-small",
+            title_fontsize="small",
+            frameon=False,
+            loc="center left",
+            bbox_to_anchor=(1.0, 0.5),
+            ncols=1 + (len(labels) > _COLUMN),
+        )
 
 
 def _panels(signal: xr.DataArray) -> Iterator[Panel]:
@@ -106,7 +113,7 @@ def _draw_lines(axes: Axes, time: Array, panel: Panel) -> None:
     if len(finite):
         least = max(_LEAST_SHARE * _largest(finite), panel.least)
         if np.ptp(finite) < least:
-            middle = (finite.min() + finite.max()) / 2
+            middle = float(finite.min() + finite.max()) / 2
             axes.set_ylim(middle - least, middle + least)
     axes.ticklabel_format(axis="y", useOffset=False)
     axes.set_ylabel(f"[{panel.unit}]")
