@@ -52,11 +52,15 @@ def _print_sentence(text: str) -> None:
     print(textwrap.fill(text, WIDTH, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False))
 
 
-def print_grasps(grasps: Sequence[ObjectGrasp], grips: Sequence[ObjectGrip]) -> None:
-    """Prints how each object is held: a line for each finger, and a line on the whole grasp."""
+def print_grasps(grasps: Sequence[ObjectGrasp], grips: Sequence[ObjectGrip], instead: str = "") -> None:
+    """Prints how each object is held: a line for each finger, and a line on the whole grasp.
+
+    `instead` is what the fingers touch that is no object, in words, for objects that they never touch.
+    """
     for grasp in grasps:
         if grasp.grasp == NEVER_TOUCHED:
-            print(f"\nGrasp of {grasp.object}: {grasp.grasp}")
+            print()
+            _print_sentence(f"Grasp of {grasp.object}: {grasp.grasp}{instead and f'; {instead}'}")
             continue
         held = [grip for grip in grips if grip.object == grasp.object]
         print_rows(held, f"Grasp of {grasp.object}: {grasp.grasp}", leave=("object",))

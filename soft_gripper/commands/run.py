@@ -32,7 +32,7 @@ from soft_gripper.registry import registered
 from soft_gripper.runs.scores.contact_forces import contact_rows, end_of_hold, estimator_of_forces, has_forces
 from soft_gripper.runs.scores.grasp import DROPPED, NEVER_TOUCHED, SLIPPING
 from soft_gripper.runs.scores.poses import recorded_pose_table
-from soft_gripper.runs.scores.recorded_grasps import ObjectGrasp, ObjectGrip, recorded_grasps
+from soft_gripper.runs.scores.recorded_grasps import ObjectGrasp, ObjectGrip, recorded_grasps, touched_instead
 from soft_gripper.runs.scores.recorded_slips import recorded_slips
 from soft_gripper.runs.scores.recorded_task import TaskRun, judged
 from soft_gripper.runs.scores.steps import outcome, phase_table, step_table
@@ -186,7 +186,7 @@ def _write_grasps(
     tables: dict[str, Sequence[Any]] = {"grasps": grasps, "grips": grips, "slips": slips}
     for table, rows in tables.items():
         console.table(table, rows, out / f"{table}.csv")
-    print_grasps(grasps, grips)
+    print_grasps(grasps, grips, touched_instead(station, recording))
     print_slips(slips)
     return [f"{table}.csv" for table in tables]
 

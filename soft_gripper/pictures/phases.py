@@ -77,7 +77,8 @@ def _draw_force(axes: Axes, scenario: Scenario, recording: Recording) -> None:
     axes.set_ylabel("force\n[N]")
 
 
-def _draw_slip(axes: Axes, recording: Recording, slips: Array) -> None:
+def _draw_slip(axes: Axes, recording: Recording, slips: Array | None) -> None:
+    assert slips is not None
     axes.plot(recording.data["time"], 1e3 * slips, label="true, in the fingers", **WANTED)
     axes.set_ylim(0, max(_LEAST_SLIP, 1.12 * float(np.nanmax(1e3 * slips))))
     axes.set_ylabel("slip\n[mm]")
