@@ -256,9 +256,9 @@ def command_parser() -> argparse.ArgumentParser:
 def _example(command: Command, example: str) -> str:
     """An example as it can be pasted into a shell, below what it does."""
     line, _, does = re.sub(r"\s{2,}", "\n", example, count=1).partition("\n")
-    words = f"{PROGRAM} {command.name} {line}"
+    words = re.sub(r"'[^']*'", lambda quoted: quoted[0].replace(" ", "\0"), f"{PROGRAM} {command.name} {line}")
     wrapped = textwrap.wrap(words, _columns() - 8, break_long_words=False, break_on_hyphens=False)
-    return (f"  # {does}\n" if does else "") + "  " + " \\\n      ".join(wrapped)
+    return (f"  # {does}\n" if does else "") + "  " + " \\\n      ".join(wrapped).replace("\0", " ")
 
 
 _SCENARIOS = "_soft_gripper_scenarios"

@@ -66,9 +66,8 @@ def print_grasps(grasps: Sequence[ObjectGrasp], grips: Sequence[ObjectGrip], ins
         print_rows(held, f"Grasp of {grasp.object}: {grasp.grasp}", leave=("object",))
         if not math.isnan(grasp.slip_ratio):
             _print_sentence(
-                f"It slips below {grasp.least_force_n:.2f} N of {grasp.normal_force_n:.2f} N ({grasp.slip_ratio:.0%});"
-                f" while held it has slid {grasp.slid_mm:.2f} mm on the fingers, moved {grasp.moved_mm:.2f} mm and"
-                f" turned {grasp.turned_deg:.2f} degrees in the palm, {grasp.sideways_play_mm:.2f} mm of that sideways"
+                f"It slips below {grasp.least_force_n:.2f} N of {grasp.normal_force_n:.2f} N ({grasp.slip_ratio:.0%})"
+                f"{_motion(grasp)}"
             )
         if grasp.grasp in (HELD, RESTING):
             _print_sentence(
@@ -77,6 +76,16 @@ def print_grasps(grasps: Sequence[ObjectGrasp], grips: Sequence[ObjectGrip], ins
                 f" {_known(grasp.estimated_stiffness_n_m, '.0f', 'N/m')}"
             )
         print(f"Work of the pump: {grasp.pump_energy_mj:.1f} mJ")
+
+
+def _motion(grasp: ObjectGrasp) -> str:
+    """How an object has moved while it was held, in words; "" if it was not."""
+    if math.isnan(grasp.moved_mm):
+        return ""
+    return (
+        f"; while held it has slid {_known(grasp.slid_mm, '.2f', 'mm')} on the fingers, moved {grasp.moved_mm:.2f} mm and"
+        f" turned {grasp.turned_deg:.2f} degrees in the palm, {grasp.sideways_play_mm:.2f} mm of that sideways"
+    )
 
 
 def _known(value: float, form: str, unit: str) -> str:
@@ -95,9 +104,11 @@ def print_slips(slips: Sequence[ObjectSlip]) -> None:
             _print_sentence(
                 f"{slip.object} slips from {slip.slips_s:.2f} s{where} on {slip.slips_on}{lost and f', and {lost}'}"
             )
-            _print_sentence(
-                f"  Before, {slip.used_share:.0%} of the friction available was used. {_would_have_held(slip)}"
-            )
+            if math.isnan(slip.used_share):
+                print("  The fingers did not grip it before")
+            else:
+                used = f"  Before, {slip.used_share:.0%} of the friction available was used."
+                _print_sentence(f"{used} {_would_have_held(slip)}")
         elif lost:
             print(f"{slip.object} {lost}, and does not slide before")
 

@@ -1,9 +1,12 @@
 """What `run` prints of objects that slip: what is true beside what is estimated, and what would have held."""
 
 import math
+from dataclasses import replace
 
-from soft_gripper.commands.printing import print_phases, print_slips
+from soft_gripper.commands.printing import print_grasps, print_phases, print_slips
 from soft_gripper.control.task import Outcome
+from soft_gripper.runs.scores.grasp import UNKNOWN
+from soft_gripper.runs.scores.recorded_grasps import ObjectGrasp, ObjectGrip
 from soft_gripper.runs.scores.recorded_slips import ObjectSlip
 from soft_gripper.runs.scores.slipping import WILL_SLIP
 from soft_gripper.runs.scores.steps import PhaseRow
@@ -39,9 +42,23 @@ def test_a_motion_is_named_where_friction_would_have_carried_the_weight(capsys):
     assert "a motion or a" in printed(capsys, **SLIPS, **FRICTION, present_force_n=2.0, least_force_n=1.39)
 
 
+def test_nothing_is_said_of_a_grip_that_there_was_not(capsys):
+    lines = printed(capsys, **SLIPS | {"used_share": math.nan, "slips_in": "close"}).splitlines()
+    assert lines == ["cup slips from 3.20 s in 'close' on left", "  The fingers did not grip it before"]
+
+
 def test_what_is_lost_without_sliding_says_so_and_what_is_held_says_nothing(capsys):
     assert printed(capsys, lost_s=1.5) == "cup is lost at 1.50 s, and does not slide before\n"
     assert printed(capsys) == ""
+
+
+def test_a_grasp_is_printed_without_nan(capsys):
+    known = {"slip_ratio": 7.0, "normal_force_n": 0.06, "least_force_n": 0.41, "pump_energy_mj": 180.0}
+    grasp = ObjectGrasp("cup", **vars(replace(UNKNOWN, grasp="dropped", **known)))
+    print_grasps([grasp], [ObjectGrip("cup", "left", 0.058, 0.075, 1.1, math.nan, 1.6, 78.5)])
+    out = capsys.readouterr().out
+    assert "It slips below 0.41 N of 0.06 N (700%)\n" in out
+    assert "nan" not in out
 
 
 def test_the_truth_stands_beside_the_estimated_outcome(capsys):
