@@ -83,8 +83,8 @@ def _motion(grasp: ObjectGrasp) -> str:
     if math.isnan(grasp.moved_mm):
         return ""
     return (
-        f"; while held it has slid {_known(grasp.slid_mm, '.2f', 'mm')} on the fingers, moved {grasp.moved_mm:.2f} mm and"
-        f" turned {grasp.turned_deg:.2f} degrees in the palm, {grasp.sideways_play_mm:.2f} mm of that sideways"
+        f"; while held it has slid {_known(grasp.slid_mm, '.2f', 'mm')} on the fingers, moved {grasp.moved_mm:.2f} mm"
+        f" and turned {grasp.turned_deg:.2f} degrees in the palm, {grasp.sideways_play_mm:.2f} mm of that sideways"
     )
 
 
