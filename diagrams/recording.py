@@ -12,10 +12,8 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import matplotlib as mpl
 import numpy as np
 import xarray as xr
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from pydrake.common.value import AbstractValue
 from pydrake.multibody.plant import MultibodyPlant
@@ -39,6 +37,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.cached import Cached
 from soft_gripper.control.task import Phase
 from soft_gripper.diagrams.contact_forces import ContactForces, contact_forces
+from soft_gripper.diagrams.recording_figure import signals_figure
 from soft_gripper.diagrams.wires import Level
 from soft_gripper.errors import InputError, first_line, shortened
 from soft_gripper.files.document import require
@@ -314,9 +313,7 @@ def _is_vector(port: OutputPort | InputPort) -> bool:
 _MAGICS = (b"CDF\x01", b"CDF\x02")  # first bytes of a netCDF 3 file
 _LARGEST = 8  # maximum size of the arrays in memory, as a multiple of the file size; text takes more in memory
 
-_LEGEND_LINES = 12  # entries; no legend if there are more
 _NO_UNIT = {"units": "1"}
-_OWN_COLORS = 10  # in Matplotlib's cycle; with more lines, colours come from a colormap
 
 
 @dataclass(frozen=True)
@@ -396,28 +393,14 @@ class Recording:
         return contact_forces(self.data)
 
     def plot(self, *signals: str) -> Figure:
-        """Plots signals over time, one below the other, with a line for each entry of a vector."""
-        figure = Figure(figsize=(8, 2.2 * len(signals)), layout="constrained")
-        panels = figure.subplots(len(signals), sharex=True, squeeze=False)[:, 0]
-        for axes, signal in zip(panels, signals, strict=True):
-            _draw(axes, self.data[signal])
-        panels[-1].set_xlabel("time [s]")
-        return figure
+        """Plots signals over time, one below the other, with a line for each entry of a vector.
 
+        Each unit of a signal has a panel, in mm, kPa and degrees; states are bands with their meanings.
 
-def _draw(axes: Axes, signal: xr.DataArray) -> None:
-    others = [str(dim) for dim in signal.dims if dim != "time"]
-    lines = signal.stack(entry=others) if others else signal.expand_dims(entry=[("",)], axis=1)
-    count = len(lines["entry"])
-    many = mpl.colormaps["viridis"](np.linspace(0, 0.95, count))
-    colors = [f"C{i}" for i in range(count)] if count <= _OWN_COLORS else many
-    for entry, line, color in zip(lines["entry"].values, lines.transpose("entry", "time"), colors, strict=True):
-        axes.plot(signal["time"], line, label=" ".join(map(str, np.atleast_1d(entry).tolist())), color=color)
-    if 1 < count <= _LEGEND_LINES:
-        axes.legend(title=", ".join(others), fontsize="x-small", ncols=3)
-    axes.set_title(str(signal.name), loc="left", fontsize="medium")
-    axes.set_ylabel(f"[{', '.join(dict.fromkeys(signal.attrs.get('units', '1').split(', ')))}]")
-    axes.grid(alpha=0.3)
+        Raises:
+            InputError: if a signal was not recorded.
+        """
+        return signals_figure([self[signal] for signal in signals])
 
 
 def read_logs(logs: SignalLogs, root_context: Context, about: Mapping[str, str] | None = None) -> Recording:

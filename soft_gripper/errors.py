@@ -1,5 +1,8 @@
 """Mistakes and failures, reported in one line."""
 
+import difflib
+from collections.abc import Iterable
+
 _LONGEST_VALUE = 200  # characters of a value that a message repeats
 _LONGEST_PART = 800  # of its other parts
 
@@ -26,6 +29,18 @@ class SimulationDivergedError(RuntimeError):
 
 class WorkerDiedError(RuntimeError):
     """The process that made a call died each time; the message names the call."""
+
+
+def meant(name: object, known: Iterable[str]) -> str:
+    """A hint beside a name that is not known: the nearest of those that are, or all of them."""
+    names = list(known)
+    near = difflib.get_close_matches(str(name), names, n=1)
+    return f"did you mean '{near[0]}'?" if near else f"known: {', '.join(names)}"
+
+
+def is_near(name: object, known: Iterable[str]) -> bool:
+    """Whether a name that is not known is most likely one of those, mistyped."""
+    return bool(difflib.get_close_matches(str(name), list(known), n=1, cutoff=0.8))
 
 
 def first_line(error: BaseException) -> str:

@@ -8,7 +8,7 @@ function raises becomes one line that names the field and the function.
 
 import importlib
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from copy import copy
 from dataclasses import fields
@@ -17,7 +17,7 @@ from pathlib import Path
 from types import MappingProxyType, ModuleType
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from soft_gripper.errors import InputError, described
+from soft_gripper.errors import InputError, described, is_near, meant
 from soft_gripper.extras import added
 
 if TYPE_CHECKING:  # commands are declared without Drake
@@ -52,16 +52,25 @@ class Registry(dict[str, _T]):
         field = field or self._field
         module, _, function = name.rpartition(":")
         if not module or not function:
-            known = f"known: {', '.join(self)}; or " if self else ""
-            raise InputError(where, field, name, f'{known}give "module:function" of your own')
+            own = '"module:function" of your own'
+            raise InputError(where, field, name, f"{meant(name, self)} (or give {own})" if self else f"give {own}")
         try:
             found: _T = _named(name)
         except (Exception, SystemExit) as error:  # whatever a user's module may raise
-            looked = "" if module.endswith(".py") else f"; looked where Python looks, and in {Path.cwd()}"
+            looked = _looked(module) if isinstance(error, ModuleNotFoundError | FileNotFoundError) else ""
             raise InputError(where, field, name, f"cannot be imported: {described(error)}{looked}") from error
         if not callable(found):
             raise InputError(where, field, name, "is not callable")
         return found
+
+
+def _looked(module: str) -> str:
+    """Where a module was looked for that was not found, and the file there that may be meant."""
+    path = Path(module).expanduser()
+    if module.endswith(".py"):
+        return _nearest(path.name, [file.name for file in path.parent.glob("*.py")])
+    near = _nearest(module, [file.stem for file in Path.cwd().glob("*.py")])
+    return f"; looked where Python looks, and in {Path.cwd()}{near}"
 
 
 OWN = Registry[Callable[..., Any]]("function")  # where nothing is registered: a user's own alone
@@ -157,7 +166,16 @@ def make_block(field: str, name: str, make: Callable[..., "System"], *arguments:
 
 def _named(name: str) -> Any:
     """What "module:name" or "file.py:name" names."""
-    return getattr(_imported(module_of(name)), name.rpartition(":")[2])
+    module, function = _imported(module_of(name)), name.rpartition(":")[2]
+    try:
+        return getattr(module, function)
+    except AttributeError as error:
+        raise AttributeError(f"{error}{_nearest(function, vars(module))}") from None
+
+
+def _nearest(name: str, known: Iterable[str]) -> str:
+    """A hint for a name that is most likely mistyped."""
+    return f"; {meant(name, known)}" if is_near(name, known) else ""
 
 
 def _imported(module: str) -> ModuleType:

@@ -9,7 +9,6 @@ from pydrake.geometry import Meshcat
 from pydrake.systems.framework import Diagram, System
 
 import soft_gripper as sg
-from soft_gripper.control.grip import GripForce
 from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.estimators.finger_shape import FingerShape
@@ -31,6 +30,7 @@ _SCENARIOS = {
         "sensor.layout=four_faces_and_diagonal",
     ],
 }
+_FORCE_LIMITED = ["control.force_limit=0.5", "control.force_gains.ki=1.0", "estimator.type=contact"]
 _CREEPING = "package://soft_gripper/recordings/pneumatic_segment.urdf"
 
 
@@ -68,7 +68,7 @@ def _all_systems() -> Iterator[Placed]:
     yield from _inside(Placed(Bench(sg.load_scenario("tip_distance_steps")).diagram))
     yield Placed(Measured(0.01, 8, "1"))
     yield Placed(FingerShape(station("tip_distance_steps").fingers[0].finger))
-    yield Placed(GripForce(["left_finger", "right_finger"]))
+    yield from _inside(Placed(sg.make_station(sg.load_scenario("tip_distance_steps", _FORCE_LIMITED)).diagram))
     yield from _inside(Placed(_arm_estimation()))
     yield Placed(LogSource("strain", np.zeros((2, 8)), 0.01, "1", path=("inner", "outer"), section=range(4)))
 

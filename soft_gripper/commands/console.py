@@ -14,7 +14,20 @@ from tqdm import tqdm
 
 from soft_gripper.files.row_table import write_csv
 
-SIMULATED = "{desc} {bar} {n:.0f}/{total:.0f} s simulated [{elapsed}<{remaining}]"
+COUNTED = "{desc}: {n_fmt}/{total_fmt}{postfix} [{elapsed}<{remaining}]"
+SIMULATED = "{n:.0f}/{total:.0f} s simulated [{elapsed}<{remaining}]"
+LINE_PERIOD = 15.0  # s, between the lines of progress in a file
+
+
+class _Lines:
+    """A file to which tqdm writes lines of progress, in the place of a bar that it draws again and again."""
+
+    def write(self, text: str) -> None:
+        if line := text.strip("\r\n "):
+            print(line, file=sys.stderr)
+
+    def flush(self) -> None:
+        sys.stderr.flush()
 
 
 @dataclass
@@ -37,8 +50,10 @@ class Console:
         print("\nWritten: " + ", ".join(map(str, files)))
 
     def counter(self, total: int | None, of: str) -> "tqdm[None]":
-        """A counting progress bar, shown only on a terminal."""
-        return tqdm(total=total, desc=of, dynamic_ncols=True, disable=self.quiet or None)
+        """A counting progress bar on a terminal; a line every LINE_PERIOD in a file."""
+        if sys.stderr.isatty():
+            return tqdm(total=total, desc=of, dynamic_ncols=True, disable=self.quiet)
+        return self._lines(total, of, COUNTED if total else None)
 
     @contextmanager
     def jobs(self, total: int, of: str, kept: str) -> Iterator[Callable[..., None]]:
@@ -63,8 +78,15 @@ class Console:
                 raise
 
     def seconds(self, total: float, of: str) -> "tqdm[None]":
-        """A progress bar of simulated seconds, shown only on a terminal."""
-        return tqdm(total=total, desc=of, bar_format=SIMULATED, dynamic_ncols=True, disable=self.quiet or None)
+        """The same of simulated seconds."""
+        if sys.stderr.isatty():
+            form = f"{{desc}} {{bar}} {SIMULATED}"
+            return tqdm(total=total, desc=of, bar_format=form, dynamic_ncols=True, disable=self.quiet)
+        return self._lines(total, of, f"{{desc}}: {SIMULATED}")
+
+    def _lines(self, total: float | None, of: str, form: str | None) -> "tqdm[None]":
+        settings: dict[str, Any] = {"mininterval": LINE_PERIOD, "delay": LINE_PERIOD, "maxinterval": LINE_PERIOD}
+        return tqdm(total=total, desc=of, bar_format=form, file=_Lines(), disable=self.quiet, **settings)
 
     @contextmanager
     def progress(self, of: str, duration: float) -> Iterator[Callable[[float], None]]:
@@ -72,7 +94,6 @@ class Console:
         with self.seconds(duration, of) as bar:
             yield lambda time: bar.update(time - bar.n)
             bar.total = bar.n  # a task may end before its time limit
-            bar.refresh()
 
     @contextmanager
     def speaking(self) -> Iterator[None]:

@@ -5,7 +5,7 @@ import os
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
-from enum import IntEnum
+from enum import IntEnum, StrEnum
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -199,14 +199,26 @@ def count(name: str, help_: str, default: int, least: int = 1) -> Option:
     return option(name, f"{help_} (default: %(default)s)", "N", whole(least), default=default)
 
 
+class Group(StrEnum):
+    """The tasks by which `--help` lists commands, in that order."""
+
+    START = "simulate and look"
+    HARDWARE = "estimate on hardware and from recordings"
+    STUDY = "vary, compare and judge"
+    DESIGN = "design, tune and export"
+    OTHER = "other"
+
+
 @dataclass(frozen=True)
 class Command:
-    """A command; the module of its name has a function `run`, which takes the options.
+    """A command; the module of the last word of its name has a function `run`, which takes the options.
 
-    package: where that module is; or that module itself.
+    name: a word, or "study" and a word: studies are the commands of the command `study`.
     does: what it does, as a phrase for `--help`.
     examples: command lines without the name, each with an optional explanation after two or more spaces.
     check: checks options that depend on each other.
+    package: where its module is; or that module itself.
+    group: of `--help`.
     """
 
     name: str
@@ -215,8 +227,9 @@ class Command:
     options: tuple[Option, ...]
     check: Callable[[argparse.Namespace], None] = lambda options: None
     package: str = "soft_gripper.commands"
+    group: Group = Group.OTHER
 
     @property
     def module(self) -> str:
-        name = f".{self.name.replace('-', '_')}"
+        name = f".{self.name.split()[-1].replace('-', '_')}"
         return self.package if self.package.endswith(name) else f"{self.package}{name}"

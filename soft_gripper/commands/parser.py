@@ -5,9 +5,13 @@ a command is imported when the command runs. Extras add their commands to those 
 """
 
 import argparse
+import re
+import shutil
+import sys
+import textwrap
 from collections.abc import Sequence
 from importlib.metadata import version
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import shtab
 
@@ -25,6 +29,7 @@ from soft_gripper.commands.options import (
     SEED,
     Command,
     ExitCode,
+    Group,
     Option,
     assignment,
     count,
@@ -37,7 +42,7 @@ from soft_gripper.commands.options import (
     urdf,
     whole,
 )
-from soft_gripper.errors import InputError, in_one_line, shortened
+from soft_gripper.errors import InputError, in_one_line, meant, shortened
 from soft_gripper.extras import command_modules
 from soft_gripper.scenario.shipped import scenario_names
 
@@ -75,6 +80,7 @@ CORE = (
             option("--video", "write a video: .mp4, .gif, .webp or .png", "FILE", path),
             MCAP,
         ),
+        group=Group.START,
     ),
     Command(
         "evaluate",
@@ -89,6 +95,7 @@ CORE = (
             *EXECUTOR,
             RESUME,
         ),
+        group=Group.STUDY,
     ),
     Command(
         "sweep",
@@ -128,6 +135,7 @@ CORE = (
             *EXECUTOR,
         ),
         _check_sweep,
+        group=Group.STUDY,
     ),
     Command(
         "tune",
@@ -139,13 +147,15 @@ CORE = (
             count("--evaluations", "maximum number of simulations", 50, least=5),
             SCHEDULER,
         ),
+        group=Group.DESIGN,
     ),
-    Command("list", "list the shipped scenarios", ("--json",), CONSOLE),
+    Command("list", "list the shipped scenarios", ("--json",), CONSOLE, group=Group.START),
     Command(
         "show",
         "print a resolved scenario, and optionally draw its block diagram",
         ("box_grasp                            print all fields as YAML", "box_grasp --graphviz blocks.svg"),
         (*scenario(), option("--graphviz", "write the block diagram (.dot, .svg, .png or .pdf)", "FILE", path)),
+        group=Group.START,
     ),
     Command(
         "expand",
@@ -156,8 +166,9 @@ CORE = (
             option("--segments", "number of segments of each finger (default: as in the file)", "N", whole(1)),
             option("-o --out", "file to write (default: standard output)", "FILE", path),
         ),
+        group=Group.DESIGN,
     ),
-    Command("doctor", "check the installation", ("", "--json"), CONSOLE),
+    Command("doctor", "check the installation", ("", "--json"), CONSOLE, group=Group.START),
 )
 
 
@@ -166,8 +177,23 @@ def commands() -> list[Command]:
     return [*CORE, *(command for module in command_modules() for command in module.COMMANDS)]
 
 
+def _columns() -> int:
+    """The columns of a help: those of the terminal, but a hundred at most."""
+    return min(shutil.get_terminal_size().columns, 100)
+
+
+class _Formatter(argparse.RawDescriptionHelpFormatter):
+    """Lays out a help, with room for the names of studies."""
+
+    def __init__(self, prog: str, **settings: Any):
+        super().__init__(prog, max_help_position=28, width=_columns(), **settings)
+
+
 class _Parser(argparse.ArgumentParser):
     """Reports a usage error in one line, and quotes the input shortened, as all other messages do."""
+
+    def __init__(self, **settings: Any):
+        super().__init__(formatter_class=_Formatter, **settings)
 
     def error(self, message: str) -> NoReturn:
         where = self.prog.replace(f"{PROGRAM} ", f"{PROGRAM}: ")
@@ -175,30 +201,64 @@ class _Parser(argparse.ArgumentParser):
         self.exit(ExitCode.REFUSED, f"{where}: {in_one_line(shortened(message))}; {hint}\n")
 
 
+class _CommandsParser(_Parser):
+    """Lists all commands by the tasks that they are for, in the place of argparse's one list."""
+
+    def format_help(self) -> str:
+        formatter = self._get_formatter()
+        formatter.add_usage(self.usage, self._actions, [])
+        formatter.add_text(self.description)
+        for group in Group:
+            formatter.start_section(group)
+            formatter.add_arguments([_line(command) for command in commands() if command.group == group])
+            formatter.end_section()
+        formatter.start_section("options")
+        formatter.add_arguments([action for action in self._actions if action.option_strings])
+        formatter.end_section()
+        formatter.add_text(self.epilog)
+        return formatter.format_help()
+
+
+def _line(command: Command) -> argparse.Action:
+    """A command in the list of `--help`, as argparse lays out an argument."""
+    return argparse.Action([], "", metavar=command.name, help=command.does)
+
+
 def command_parser() -> argparse.ArgumentParser:
     """The parser of all commands; its results hold the Command as `command`, and values as text."""
     codes = ", ".join(f"{code.value} {code.name.lower().replace('_', ' ')}" for code in ExitCode)
-    parser = _Parser(
+    parser = _CommandsParser(
         prog=PROGRAM,
         description="Soft, sensing grippers simulated in Drake.",
-        epilog=f"`{PROGRAM} COMMAND --help` has examples. Exit codes: {codes}.",
+        epilog=f"`{PROGRAM} COMMAND --help` has examples.\nExit codes: {codes}.",
     )
     parser.add_argument("--version", action="version", version=f"{PROGRAM} {version(PROGRAM)}")
-    subparsers = parser.add_subparsers(required=True, metavar="COMMAND", parser_class=_Parser)
+    subparsers = {"": parser.add_subparsers(required=True, metavar="COMMAND", parser_class=_Parser)}
     for command in commands():
-        examples = (f"  {PROGRAM} {command.name} {example}".rstrip() for example in command.examples)
-        own = subparsers.add_parser(
-            command.name,
+        family, _, name = command.name.rpartition(" ")
+        if family not in subparsers:
+            does = f"Run a {family}: many runs or recordings, their tables, and what they say."
+            of_family = subparsers[""].add_parser(family, help=f"run a {family}", description=does)
+            subparsers[family] = of_family.add_subparsers(required=True, metavar="NAME", parser_class=_Parser)
+        own = subparsers[family].add_parser(
+            name,
             help=command.does,
-            description=f"{command.does[0].upper()}{command.does[1:]}.",
-            epilog="\n".join(["examples:", *examples]),
-            formatter_class=argparse.RawDescriptionHelpFormatter,
+            description=textwrap.fill(f"{command.does[0].upper()}{command.does[1:]}.", _columns()),
+            epilog="\n".join(["examples:", *(_example(command, example) for example in command.examples)]),
         )
         own.set_defaults(command=command)
         for each in command.options:
             _complete(own.add_argument(*each.names, **each.settings), each)
     _add_completion(parser)
     return parser
+
+
+def _example(command: Command, example: str) -> str:
+    """An example as it can be pasted into a shell, below what it does."""
+    line, _, does = re.sub(r"\s{2,}", "\n", example, count=1).partition("\n")
+    words = re.sub(r"'[^']*'", lambda quoted: quoted[0].replace(" ", "\0"), f"{PROGRAM} {command.name} {line}")
+    wrapped = textwrap.wrap(words, _columns() - 8, break_long_words=False, break_on_hyphens=False)
+    return (f"  # {does}\n" if does else "") + "  " + " \\\n      ".join(wrapped).replace("\0", " ")
 
 
 _SCENARIOS = "_soft_gripper_scenarios"
@@ -229,12 +289,20 @@ def parsed(arguments: Sequence[str] | None = None) -> argparse.Namespace:
         InputError: naming command, option and value, if a value is wrong.
         SystemExit: after --help, and after an error reported by argparse.
     """
+    _check_name(sys.argv[1:] if arguments is None else arguments)
     options = command_parser().parse_args(arguments)
     command: Command = options.command
     for each in command.options:
         _read(options, command, each)
     command.check(options)
     return options
+
+
+def _check_name(words: Sequence[str]) -> None:
+    """Names the study, or the nearest command, if the first word is no command."""
+    names, first = [command.name for command in commands()], next(iter(words), "-")
+    if not first.startswith("-") and first not in {name.split()[0] for name in names}:
+        raise InputError("command line", "COMMAND", first, meant(first, names))
 
 
 def _read(options: argparse.Namespace, command: Command, of: Option) -> None:

@@ -2,6 +2,7 @@
 
 import math
 import sys
+import textwrap
 from collections.abc import Sequence
 from itertools import groupby
 from operator import attrgetter
@@ -12,7 +13,7 @@ import numpy as np
 from soft_gripper.commands.console import Console
 from soft_gripper.control.task import Outcome
 from soft_gripper.evaluation.paper.claims import Claim, verdict
-from soft_gripper.files.row_table import UNKNOWN, headings, print_rows, print_table
+from soft_gripper.files.row_table import UNKNOWN, WIDTH, headings, print_rows, print_table
 from soft_gripper.runs.agreement import Agreement
 from soft_gripper.runs.scores.grasp import HELD, NEVER_TOUCHED, RESTING
 from soft_gripper.runs.scores.poses import PoseRow
@@ -41,33 +42,50 @@ def print_poses(rows: Sequence[PoseRow]) -> None:
 def print_truth(row: Judged) -> None:
     """Prints the ground truth of a task: where the object ended up."""
     squeezed = "" if np.isnan(row.squeeze_mm) else f", squeezed by up to {row.squeeze_mm:.2f} mm"
-    print(
+    _print_sentence(
         f"Ground truth: {row.placed_error_mm:.1f} mm and {row.placed_angle_deg:.1f} degrees from the goal,"
         f" slip in the fingers {row.slip_mm:.1f} mm, normal force of a finger up to {row.peak_force_n:.2f} N{squeezed}"
     )
 
 
-def print_grasps(grasps: Sequence[ObjectGrasp], grips: Sequence[ObjectGrip]) -> None:
-    """Prints how each object is held: a line for each finger, and a line on the whole grasp."""
+def _print_sentence(text: str) -> None:
+    print(textwrap.fill(text, WIDTH, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False))
+
+
+def print_grasps(grasps: Sequence[ObjectGrasp], grips: Sequence[ObjectGrip], instead: str = "") -> None:
+    """Prints how each object is held: a line for each finger, and a line on the whole grasp.
+
+    `instead` is what the fingers touch that is no object, in words, for objects that they never touch.
+    """
     for grasp in grasps:
         if grasp.grasp == NEVER_TOUCHED:
-            print(f"\nGrasp of {grasp.object}: {grasp.grasp}")
+            print()
+            _print_sentence(f"Grasp of {grasp.object}: {grasp.grasp}{instead and f'; {instead}'}")
             continue
         held = [grip for grip in grips if grip.object == grasp.object]
         print_rows(held, f"Grasp of {grasp.object}: {grasp.grasp}", leave=("object",))
         if not math.isnan(grasp.slip_ratio):
-            print(
-                f"It slips below {grasp.least_force_n:.2f} N of {grasp.normal_force_n:.2f} N ({grasp.slip_ratio:.0%});"
-                f" while held it has slid {grasp.slid_mm:.2f} mm on the fingers,\nmoved {grasp.moved_mm:.2f} mm and"
-                f" turned {grasp.turned_deg:.2f} degrees in the palm, {grasp.sideways_play_mm:.2f} mm of that sideways"
+            _print_sentence(
+                f"It slips below {grasp.least_force_n:.2f} N of {grasp.normal_force_n:.2f} N ({grasp.slip_ratio:.0%})"
+                f"{_motion(grasp)}"
             )
         if grasp.grasp in (HELD, RESTING):
-            print(
+            _print_sentence(
                 f"Width: {_known(grasp.true_width_mm, '.1f', 'mm')}, estimated:"
                 f" {_known(grasp.estimated_width_mm, '.1f', 'mm')}; stiffness, estimated:"
                 f" {_known(grasp.estimated_stiffness_n_m, '.0f', 'N/m')}"
             )
         print(f"Work of the pump: {grasp.pump_energy_mj:.1f} mJ")
+
+
+def _motion(grasp: ObjectGrasp) -> str:
+    """How an object has moved while it was held, in words; "" if it was not."""
+    if math.isnan(grasp.moved_mm):
+        return ""
+    return (
+        f"; while held it has slid {_known(grasp.slid_mm, '.2f', 'mm')} on the fingers, moved {grasp.moved_mm:.2f} mm"
+        f" and turned {grasp.turned_deg:.2f} degrees in the palm, {grasp.sideways_play_mm:.2f} mm of that sideways"
+    )
 
 
 def _known(value: float, form: str, unit: str) -> str:
@@ -83,8 +101,14 @@ def print_slips(slips: Sequence[ObjectSlip]) -> None:
         lost = "" if math.isnan(slip.lost_s) else f"is lost at {slip.lost_s:.2f} s"
         if not math.isnan(slip.slips_s):
             where = f" in '{slip.slips_in}'" if slip.slips_in else ""
-            print(f"{slip.object} slips from {slip.slips_s:.2f} s{where} on {slip.slips_on}{lost and f', and {lost}'}")
-            print(f"  Before, {slip.used_share:.0%} of the friction available was used. {_would_have_held(slip)}")
+            _print_sentence(
+                f"{slip.object} slips from {slip.slips_s:.2f} s{where} on {slip.slips_on}{lost and f', and {lost}'}"
+            )
+            if math.isnan(slip.used_share):
+                print("  The fingers did not grip it before")
+            else:
+                used = f"  Before, {slip.used_share:.0%} of the friction available was used."
+                _print_sentence(f"{used} {_would_have_held(slip)}")
         elif lost:
             print(f"{slip.object} {lost}, and does not slide before")
 
@@ -92,11 +116,11 @@ def print_slips(slips: Sequence[ObjectSlip]) -> None:
 def _would_have_held(slip: ObjectSlip) -> str:
     """The force or friction that would have held an object that slips, in words."""
     if slip.needed_force_n <= slip.present_force_n:
-        return "The fingers could carry its weight:\n  a motion or a turn took it out of them"
+        return "The fingers could carry its weight: a motion or a turn took it out of them"
     raised = f": models.{slip.object}.friction of {slip.least_object_friction:.2f}"
     return (
-        f"Its weight takes {slip.needed_force_n:.2f} N a finger ({slip.present_force_n:.2f} N then), or a\n"
-        f"  coefficient of friction of {slip.least_friction:.2f} ({slip.present_friction:.2f} here)"
+        f"Its weight takes {slip.needed_force_n:.2f} N a finger ({slip.present_force_n:.2f} N then), or a coefficient"
+        f" of friction of {slip.least_friction:.2f} ({slip.present_friction:.2f} here)"
         f"{raised if math.isfinite(slip.least_object_friction) else ''}"
     )
 
@@ -111,11 +135,13 @@ def print_phases(rows: Sequence[PhaseRow], outcome: Outcome, task: TaskConfig, l
 
 def print_claims(claims: Sequence[Claim]) -> None:
     """Prints a line for each claim, with our result, and how many claims fail."""
-    width = max(len(claim.text) for claim in claims)
-    print(f"\n{'claim':<{width}}  by     here")
+    width, numbers = (max(map(len, texts)) for texts in zip(*((c.text, c.number) for c in claims), strict=True))
+    aside = "  " if width + numbers + 16 <= WIDTH else "\n  "  # the number beside the claim, or below it
+    print()
     for claim in claims:
         word = "holds" if claim.holds else _red("FAILS")
-        print(f"{claim.text:<{width}}  {claim.source:<6} {word}: {claim.number}")
+        text = claim.text if "\n" in aside else f"{claim.text:<{width}}"
+        print(f"{text}{aside}{claim.source:<6} {word}: {claim.number}")
     summary = verdict(claims)
     print("\n" + (summary if all(claim.holds for claim in claims) else _red(summary)))
 

@@ -32,9 +32,9 @@ from soft_gripper.registry import registered
 from soft_gripper.runs.scores.contact_forces import contact_rows, end_of_hold, estimator_of_forces, has_forces
 from soft_gripper.runs.scores.grasp import DROPPED, NEVER_TOUCHED, SLIPPING
 from soft_gripper.runs.scores.poses import recorded_pose_table
-from soft_gripper.runs.scores.recorded_grasps import ObjectGrasp, ObjectGrip, recorded_grasps
+from soft_gripper.runs.scores.recorded_grasps import ObjectGrasp, ObjectGrip, recorded_grasps, touched_instead
 from soft_gripper.runs.scores.recorded_slips import recorded_slips
-from soft_gripper.runs.scores.recorded_task import judged
+from soft_gripper.runs.scores.recorded_task import TaskRun, judged
 from soft_gripper.runs.scores.steps import outcome, phase_table, step_table
 from soft_gripper.scenario.nominal_model import read_nominal_model
 from soft_gripper.scenario.scenario_file import dump_scenario, files_read
@@ -186,7 +186,7 @@ def _write_grasps(
     tables: dict[str, Sequence[Any]] = {"grasps": grasps, "grips": grips, "slips": slips}
     for table, rows in tables.items():
         console.table(table, rows, out / f"{table}.csv")
-    print_grasps(grasps, grips)
+    print_grasps(grasps, grips, touched_instead(station, recording))
     print_slips(slips)
     return [f"{table}.csv" for table in tables]
 
@@ -208,15 +208,16 @@ def _write_scores(
     """Writes and prints the table that suits the scenario; returns the files."""
     if station.task is not None:
         phases = phase_table(station, recording)
-        with atomic_file(out / "phases.png") as partial:
-            phases_figure(station.scenario, recording, station.task.phases).savefig(partial, format="png")
         assert station.scenario.task is not None
+        is_true = station.scenario.record.truth == "all"
+        slips = TaskRun(station, recording).slips if is_true and station.scenario.task.object else None
+        with atomic_file(out / "phases.png") as partial:
+            phases_figure(station.scenario, recording, station.task.phases, slips).savefig(partial, format="png")
         print_phases(phases, outcome(recording), station.scenario.task, _not_held(station, grasps))
         console.table("phases", phases, out / "phases.csv")
         console.document["outcome"] = outcome(recording).words
         looked_for = station.scenario.estimator.contact_threshold is not None
-        is_judged = station.scenario.record.truth == "all"
-        if is_judged and looked_for and any(phase.holds for phase in station.task.phases):
+        if is_true and looked_for and any(phase.holds for phase in station.task.phases):
             truth = judged(station, recording)
             print_truth(truth)
             console.table("truth", [truth])

@@ -1,6 +1,5 @@
 """Configurations compared with their schema of dataclasses: types, and the rules beside the fields (`quantity.py`)."""
 
-import difflib
 import math
 from dataclasses import is_dataclass
 from functools import cache
@@ -14,7 +13,8 @@ from pydrake.common.schema import Transform
 from pydrake.common.yaml import yaml_dump, yaml_load_typed
 from pydrake.multibody.parsing import ModelDirective
 
-from soft_gripper.errors import InputError
+from soft_gripper.errors import InputError, is_near, meant
+from soft_gripper.extras import added
 from soft_gripper.quantity import Rule, misfits, rules
 
 _T = TypeVar("_T")
@@ -84,6 +84,10 @@ def _check_misfits(where: Path | str, config: Any, field: str = "") -> None:
             raise InputError(where, _below(field, name), value, expected)
 
 
+class _UnknownKeyError(InputError):
+    """A key that a part of a schema does not have, nor one much like it."""
+
+
 def check_document(
     where: Path | str, value: Any, schema: Any, field: str = "", rule: Rule = _ANY, strict: bool = False
 ) -> None:
@@ -98,8 +102,37 @@ def check_document(
         strict: whether numbers given as text, as YAML reads 1e3, are refused.
 
     Raises:
-        InputError: for an unknown key, with the nearest known one, a value of another type, or one that breaks a rule.
+        InputError: for an unknown key, with the one that was meant, a value of another type, or one that breaks a rule.
     """
+    try:
+        _check(where, value, schema, field, rule, strict)
+    except _UnknownKeyError as error:
+        key = error.field.rpartition(".")[2]
+        others = [what for name, what in _kinds_of_documents().items() if name in value and name not in _fields(schema)]
+        if others:
+            raise InputError(where, error.field, error.value, f"no such key; this seems to be {others[0]}") from None
+        if places := _places(schema, key):
+            hint = " or ".join(f"'{place}'" for place in places)
+            raise InputError(where, error.field, error.value, f"no such key; did you mean {hint}?") from None
+        raise
+
+
+def _kinds_of_documents() -> dict[str, str]:
+    """What a document is that has a key, by this key: a scenario, and those that extras declare in `DOCUMENTS`."""
+    return {"models": "a scenario"} | {key: what for declared in added("DOCUMENTS") for key, what in declared.items()}
+
+
+def _places(schema: Any, key: str, deepest: int = 4) -> list[str]:
+    """Where a key would be known in a schema, with dots; an entry of a list or mapping is NAME."""
+    _, kind, inner = _taken_apart(schema)
+    if kind in (list, tuple, dict):
+        return [f"NAME.{place}" for place in _places(inner, key, deepest)]
+    fields = _fields(kind) if deepest else {}
+    below = [f"{name}.{place}" for name, part in fields.items() for place in _places(part, key, deepest - 1)]
+    return [*([key] if key in fields else []), *below]
+
+
+def _check(where: Path | str, value: Any, schema: Any, field: str, rule: Rule, strict: bool) -> None:
     is_optional, kind, inner = _taken_apart(schema)
     if value is None and is_optional:
         return
@@ -109,12 +142,12 @@ def check_document(
         if not isinstance(value, list | kind):
             raise InputError(where, field, value, "must be a list")
         for i, item in enumerate(value):
-            check_document(where, item, inner, f"{field}[{i}]", rule, strict)
+            _check(where, item, inner, f"{field}[{i}]", rule, strict)
         _must(rule.of_group(value), where, field, value)
     elif kind is dict:
         for key, item in _mapping(where, value, field).items():
             require(key != _TAG, where, field, value, "must be a mapping without a tag")
-            check_document(where, item, inner, f"{field}.{key}", rule, strict)
+            _check(where, item, inner, f"{field}.{key}", rule, strict)
         _must(rule.of_group(value), where, field, value)
     elif kind is Transform and isinstance(value, Transform):
         _must(None if _is_finite(value) else "must be a pose of finite numbers", where, field, value)
@@ -146,15 +179,14 @@ def _check_fields(
     for key, item in document.items():
         name = _below(field, key)
         if key not in fields:
-            near = difflib.get_close_matches(str(key), fields, n=1)
-            hint = f"did you mean '{near[0]}'?" if near else f"known: {', '.join(fields)}"
-            raise InputError(where, name, item, f"no such key; {hint}")
-        check_document(where, item, fields[key], name, known.get(key, _ANY), strict or is_object)
+            kind = InputError if is_near(key, fields) else _UnknownKeyError
+            raise kind(where, name, item, f"no such key; {meant(key, fields)}")
+        _check(where, item, fields[key], name, known.get(key, _ANY), strict or is_object)
     if schema is Transform:
         _check_transform(where, document, field)
     for name, item in vars(schema()).items() if is_own and not is_object else ():
         if name not in document:
-            check_document(where, item, fields[name], _below(field, name), known[name], strict=True)
+            _check(where, item, fields[name], _below(field, name), known[name], strict=True)
 
 
 def _below(field: str, name: object) -> str:

@@ -11,7 +11,9 @@ A CSV file has the column `tip_error_mm`, and a terminal the column "tip error [
 """
 
 import csv
+import itertools
 import math
+import textwrap
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import astuple, fields
 from io import StringIO
@@ -94,34 +96,91 @@ def print_table(columns: Mapping[str, str], rows: Iterable[Sequence[Any]], title
 
 
 def table_text(headings: Sequence[str], forms: Sequence[str], rows: Iterable[Sequence[Any]], title: str = "") -> str:
-    """Rows of cells below the headings of their columns; units are in a line of their own, to save width.
+    """Rows of cells below the headings of their columns, in WIDTH columns of text; units are in a line of their own.
+
+    If it is wider, headings are in several lines; if it still is, further columns are below, beside the names again.
 
     Args:
         headings: of the columns; a unit is in brackets at the end.
         forms: format specification of each column; "": text, aligned left.
-        rows: cells in the order of the columns; NaN is UNKNOWN.
+        rows: cells in the order of the columns; NaN is a dash. Columns of nothing else are left out.
         title: a line above the table.
     """
-    heads = [heading.partition(" [") for heading in headings]
-    lines = [[words for words, _, _ in heads]]
-    if any(unit for _, _, unit in heads):
-        lines.append([f"[{unit}" if unit else "" for _, _, unit in heads])
-    lines += [[_shown(cell, form) for cell, form in zip(row, forms, strict=True)] for row in rows]
-    widths = [max(map(len, cells)) for cells in zip(*lines, strict=True)]
-    texts = [title] if title else []
-    for line in lines:
-        cells = zip(line, widths, forms, strict=True)
-        texts.append("  ".join(f"{text:{'>' if form else '<'}{width}}" for text, width, form in cells).rstrip())
-    return "\n".join(texts)
+    records = [*map(list, rows)]
+    known = [not records or any(not _is_nan(record[i]) for record in records) for i in range(len(forms))]
+    columns = [
+        _Column(heading, form, [_shown(record[i], form) for record in records])
+        for i, (heading, form) in enumerate(zip(headings, forms, strict=True))
+        if known[i]
+    ]
+    if _width(columns) > WIDTH:
+        columns = [column.narrow() for column in columns]
+    blocks = ["\n".join(_lines(block)) for block in _blocks(columns)]
+    return "\n".join([*([title] if title else []), "\n\n".join(blocks)])
 
 
-UNKNOWN = "not known"  # in the place of nan
+WIDTH = 100  # of a printed table
+_GAP = 2
+
+
+class _Column:
+    """A column of text: the lines of its heading, its unit, and its cells."""
+
+    def __init__(self, heading: str, form: str, cells: list[str]):
+        words, _, unit = heading.partition(" [")
+        self.heading, self.unit, self.cells = [words], f"[{unit}" if unit else "", cells
+        self.side = ">" if form else "<"
+
+    @property
+    def width(self) -> int:
+        return max(map(len, (*self.heading, self.unit, *self.cells)))
+
+    def narrow(self) -> "_Column":
+        """The column with its heading in as many lines as it takes to be no wider than its cells and its words."""
+        longest = max(map(len, (*self.heading[0].split(), self.unit, *self.cells, "-")))
+        self.heading = textwrap.wrap(self.heading[0], longest) or [""]
+        return self
+
+
+def _width(columns: Sequence[_Column]) -> int:
+    return sum(column.width + _GAP for column in columns) - _GAP
+
+
+def _blocks(columns: Sequence[_Column]) -> list[list[_Column]]:
+    """The columns in blocks that fit WIDTH, each of which begins with the columns of text that begin the table."""
+    names = [*itertools.takewhile(lambda column: column.side == "<", columns)]
+    blocks, rest = [[*names]], columns[len(names) :]
+    for column in rest:
+        if len(blocks[-1]) > len(names) and _width([*blocks[-1], column]) > WIDTH:
+            blocks.append([*names])
+        blocks[-1].append(column)
+    return blocks
+
+
+def _lines(columns: Sequence[_Column]) -> list[str]:
+    heights = max(len(column.heading) for column in columns)
+    parts = [[*[""] * (heights - len(each.heading)), *each.heading] for each in columns]
+    if any(column.unit for column in columns):
+        parts = [[*part, column.unit] for part, column in zip(parts, columns, strict=True)]
+    texts = [[*part, *column.cells] for part, column in zip(parts, columns, strict=True)]
+    widths, sides = [column.width for column in columns], [column.side for column in columns]
+    return [
+        "  ".join(f"{text:{side}{width}}" for text, side, width in zip(line, sides, widths, strict=True)).rstrip()
+        for line in zip(*texts, strict=True)
+    ]
+
+
+UNKNOWN = "not known"  # in sentences, in the place of nan
+
+
+def _is_nan(cell: Any) -> bool:
+    return isinstance(cell, float) and math.isnan(cell)
 
 
 def _shown(cell: Any, form: str) -> str:
     """A cell as it is printed; zero has no sign."""
-    if isinstance(cell, float) and math.isnan(cell):
-        return UNKNOWN
+    if _is_nan(cell):
+        return "-"
     text = format(cell, form)
     return text if not form or text.strip("-0.") else text.lstrip("-")
 

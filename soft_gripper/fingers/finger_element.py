@@ -51,14 +51,13 @@ stress: at stretch 2 the nominal stress is  E / 3 (2 - 1 / 2^2) . For Dragon Ski
 and bending of a cantilever 264 kPa. Batches differ by more than that: identify your own finger.
 """
 
-import difflib
 import re
 import xml.etree.ElementTree as ET
 from dataclasses import MISSING, dataclass, fields
 from itertools import islice
 from typing import Any, NamedTuple, TypeVar
 
-from soft_gripper.errors import InputError
+from soft_gripper.errors import InputError, meant
 from soft_gripper.files.xml_text import finite_numbers, read_numbers
 from soft_gripper.fingers.cross_section import CrossSection, Station
 from soft_gripper.fingers.finger import Finger
@@ -278,9 +277,7 @@ class _Reader:
 def _check_names(where: str, kind: str, names: list[str], known: list[str]) -> None:
     for name in names:
         if name not in known:
-            near = difflib.get_close_matches(name, known, n=1)
-            hint = f"did you mean '{near[0]}'?" if near else f"known: {', '.join(known)}"
-            raise InputError(where, kind, name, f"not known here; {hint}")
+            raise InputError(where, kind, name, f"not known here; {meant(name, known)}")
         if names.count(name) > 1 and name not in _SEVERAL:
             raise InputError(where, kind, name, "appears more than once")
 

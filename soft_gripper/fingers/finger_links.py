@@ -211,9 +211,9 @@ def _knuckle(finger: Finger, width: float, s: float) -> ET.Element:
     """
     section, room = finger.section(s), min(s, finger.length - s)
     thickness = float(section.thickness)
-    solid = _element("cylinder", radius=_text(thickness / 2), length=_text(0.99 * width))
+    solid = _element("cylinder", radius=_text(thickness / 2), length=_text(0.97 * width))
     if room < thickness / 2:
-        solid = _element("box", size=_text(thickness, 2 * room, 0.99 * width))
+        solid = _element("box", size=_text(thickness, 2 * room, 0.97 * width))
     return _element(
         "visual",
         _element("origin", xyz=_text(-float(section.neutral_axis), 0, 0), rpy=_text(np.pi / 2, 0, 0)),

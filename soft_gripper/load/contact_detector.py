@@ -56,12 +56,9 @@ class ContactDetector(ArrayBlock):
             keep=lambda touch: np.stack(touch[1:], axis=-1),
             over_time=self._touches,
         )
-        for name, field, unit in (
-            ("contact", "contact", "1"),
-            ("contact_residual", "residual", "N m"),
-            ("contact_time", "since", "s"),
-        ):
-            self.put_out(name, attrgetter(field), "touch", unit=unit)
+        self.put_out("contact", attrgetter("contact"), "touch", meanings=("no contact", "contact"))
+        self.put_out("contact_residual", attrgetter("residual"), "touch", unit="N m")
+        self.put_out("contact_time", attrgetter("since"), "touch", unit="s")
 
     def _touch(self, before: Array, now: Array, torque: Array, tolerance: Array) -> Touch:
         """One sample, after contact and since of the sample before, (..., 2)."""

@@ -23,22 +23,39 @@ WANTED: dict[str, Any] = {"color": "0.35", "lw": 0.9, "ls": (0, (4, 2))}
 THRESHOLD: dict[str, Any] = {"color": "0.35", "lw": 0.9, "ls": (0, (1, 1.5))}
 SHADES = ("0.93", "0.98")
 _CHARACTER = 0.053  # inches per character of a phase name
+_LEAST_SLIP = 1.0  # mm, of the axis: less is creep, not to be magnified
 
 
-def recorded_plots(recording: Recording) -> list[str]:
-    """The plots with recorded signals: pressure or tension, plus opening and torque if the gripper was commanded."""
+def recorded_plots(recording: Recording, slips: Array | None = None) -> list[str]:
+    """The plots with something to show: forces, slip, opening and torque of a commanded gripper, and the drive."""
+    touched = any(recording[name].values.any() for name in _of_fingers(recording, "normal_force"))
+    force = ["force"] if touched else []
+    slip = ["slip"] if slips is not None and np.isfinite(slips).any() else []
     drive = "pressure" if _of_fingers(recording, "pressure") else "tension"
-    return [*(["opening", "torque"] if "grip.opening" in recording.data else []), drive]
+    return [*force, *slip, *(["opening", "torque"] if "grip.opening" in recording.data else []), drive]
 
 
 def _of_fingers(recording: Recording, kind: str) -> list[str]:
     return [str(name) for name in recording.data if str(name).endswith(f".{kind}")]
 
 
-def draw_grip_plots(plots: Sequence[Axes], scenario: Scenario, recording: Recording, spans: Sequence[Span]) -> None:
+def draw_grip_plots(
+    plots: Sequence[Axes],
+    scenario: Scenario,
+    recording: Recording,
+    spans: Sequence[Span],
+    slips: Array | None = None,
+) -> None:
     """The plots of `recorded_plots`, one below the other, with legends on the right and phase names above."""
-    draw = {"opening": _draw_opening, "torque": _draw_torque, "pressure": _draw_pressure, "tension": _draw_tension}
-    for axes, name in zip(plots, recorded_plots(recording), strict=True):
+    draw = {
+        "force": _draw_force,
+        "slip": lambda axes, *_: _draw_slip(axes, recording, slips),
+        "opening": _draw_opening,
+        "torque": _draw_torque,
+        "pressure": _draw_pressure,
+        "tension": _draw_tension,
+    }
+    for axes, name in zip(plots, recorded_plots(recording, slips), strict=True):
         draw[name](axes, scenario, recording)
     plots[-1].set_xlabel("time [s]", labelpad=1)
     for axes in plots:
@@ -49,6 +66,22 @@ def draw_grip_plots(plots: Sequence[Axes], scenario: Scenario, recording: Record
         for i, span in enumerate(spans):
             axes.axvspan(span.begin, span.end, color=SHADES[i % 2], lw=0, zorder=0)
     _name_spans(plots[0], spans)
+
+
+def _draw_force(axes: Axes, scenario: Scenario, recording: Recording) -> None:
+    """The contact force of each finger, true and, with an estimator of it, estimated."""
+    for i, name in enumerate(_of_fingers(recording, "normal_force")):
+        _plot(axes, recording, 1.0, name, "" if i else "true, of a finger", WANTED)
+    for i, name in enumerate(_of_fingers(recording, "contact_force")):
+        _plot(axes, recording, 1.0, name, "" if i else "estimated", MEASURED)
+    axes.set_ylabel("force\n[N]")
+
+
+def _draw_slip(axes: Axes, recording: Recording, slips: Array | None) -> None:
+    assert slips is not None
+    axes.plot(recording.data["time"], 1e3 * slips, label="true, in the fingers", **WANTED)
+    axes.set_ylim(0, max(_LEAST_SLIP, 1.12 * float(np.nanmax(1e3 * slips))))
+    axes.set_ylabel("slip\n[mm]")
 
 
 def _draw_opening(axes: Axes, scenario: Scenario, recording: Recording) -> None:
@@ -123,43 +156,50 @@ STYLE: dict[Any, Any] = {"font.size": 8, "axes.spines.top": False, "axes.spines.
 DPI = 200
 # Inches.
 WIDTH = 9.0
-COLUMNS, PANEL_WIDTH, PANEL_HEIGHT, GAP = 4, 1.33, 2.1, 0.04  # of the strip
+COLUMNS, STRIP_LEFT, PANEL_HEIGHT, GAP = 4, 2.71, 2.1, 0.04  # of the strip
 TITLE = 0.25  # above a picture
-RIGHT = 0.85  # right of the pictures: the torque scale; right of the plots: legends
+RIGHT, LEGENDS = 0.85, 0.4  # right of the pictures: the torque scale; right of the plots: legends, which take more
 LEFT, PLOT_HEIGHT, PLOT_GAP, NAMES, TIME = 0.74, 0.68, 0.1, 0.32, 0.33  # of the plots; above and below them
 _PATH_COLOR, _PATH_POINTS = "#b5462f", 200
 
 Place = tuple[float, float, float, float]  # left, top, width and height, inches from the upper left corner
 
 
-def phases_figure(scenario: Scenario, recording: Recording, phases: Sequence[Phase]) -> Figure:
+def phases_figure(
+    scenario: Scenario, recording: Recording, phases: Sequence[Phase], slips: Array | None = None
+) -> Figure:
     """The scene with the path of the object, a close-up at the end of each phase, and the grip signals below.
 
     The strip omits the motions to the arm's home posture. The fingers are coloured by the true external torque; opening
-    and torque in the plots are estimates, and are omitted if the task does not command the gripper.
+    and torque in the plots are estimates, and are omitted if the task does not command the gripper. Forces are
+    shown if their truth was recorded and a finger touches anything.
 
     Args:
         scenario: a scenario with a task.
         recording: the recording of its run.
         phases: the phases of the task, as numbered by the TaskMachine.
+        slips: how far the object has slid in the fingers at every sample, m, NaN where they do not hold it; None: it is
+            not shown.
     """
     spans = phase_spans(recording, phases)
     numbered = list(enumerate(spans, 1))
     shown = [(i, span) for i, span in numbered if not _goes_home(span.phase, scenario)] or numbered
-    strip_height = -(-len(shown) // COLUMNS) * (TITLE + PANEL_HEIGHT)
+    count = -(-len(shown) // COLUMNS)
+    strip = [shown[len(shown) * row // count : len(shown) * (row + 1) // count] for row in range(count)]
+    strip_height = len(strip) * (TITLE + PANEL_HEIGHT)
     plots_top = strip_height + NAMES
-    limit, rows = recorded_limit(recording), len(recorded_plots(recording))
+    limit, rows = recorded_limit(recording), len(recorded_plots(recording, slips))
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(WIDTH, plots_top + rows * PLOT_HEIGHT + (rows - 1) * PLOT_GAP + TIME), dpi=DPI)
-        overview = (0.0, TITLE, _panel_left(0) - GAP, strip_height - TITLE)
+        overview = (0.0, TITLE, STRIP_LEFT - GAP, strip_height - TITLE)
         renderer = SceneRenderer(scenario, recording, *_pixels(overview), limit)
         _draw_overview(_axes(figure, overview), scenario, renderer)
-        _draw_strip(figure, renderer, shown)
+        _draw_strip(figure, renderer, strip)
         bar = _axes(figure, (WIDTH - RIGHT + 0.08, TITLE + 0.1, 0.11, strip_height - TITLE - 0.2))
         add_torque_bar(figure, limit, cax=bar)
         tops = plots_top + (PLOT_HEIGHT + PLOT_GAP) * np.arange(rows)
-        plots = [_axes(figure, (LEFT, top, WIDTH - LEFT - RIGHT - 0.15, PLOT_HEIGHT)) for top in tops]
-        draw_grip_plots(plots, scenario, recording, spans)
+        plots = [_axes(figure, (LEFT, top, WIDTH - LEFT - RIGHT - LEGENDS, PLOT_HEIGHT)) for top in tops]
+        draw_grip_plots(plots, scenario, recording, spans, slips)
         figure.align_ylabels(plots)
     return figure
 
@@ -167,11 +207,6 @@ def phases_figure(scenario: Scenario, recording: Recording, phases: Sequence[Pha
 def _goes_home(phase: Phase, scenario: Scenario) -> bool:
     assert scenario.arm is not None
     return np.allclose(phase.motion.value(phase.duration)[:, 0], scenario.arm.home)
-
-
-def _panel_left(column: int) -> float:
-    """Left edge of a column of the strip, inches; the strip is aligned right."""
-    return WIDTH - RIGHT - (COLUMNS - column) * (PANEL_WIDTH + GAP) + GAP
 
 
 def _axes(figure: Figure, place: Place) -> Axes:
@@ -201,14 +236,16 @@ def _draw_overview(axes: Axes, scenario: Scenario, renderer: SceneRenderer) -> N
     axes.set_axis_off()
 
 
-def _draw_strip(figure: Figure, renderer: SceneRenderer, shown: Sequence[tuple[int, Span]]) -> None:
-    """The gripper at the end of each span, with the number of the span."""
-    size = _pixels((0.0, 0.0, PANEL_WIDTH, PANEL_HEIGHT))
-    close_up = CloseUp(renderer, [span.end for _, span in shown], *size, level=True)
-    for i, (number, span) in enumerate(shown):
-        row, column = divmod(i, COLUMNS)
-        top = row * (TITLE + PANEL_HEIGHT) + TITLE
-        axes = _axes(figure, (_panel_left(column), top, PANEL_WIDTH, PANEL_HEIGHT))
-        axes.imshow(renderer.render(span.end, close_up.camera(span.end)))
-        axes.set_title(f"{number} {span.phase.name}  {span.end:.1f} s", fontsize="medium")
-        axes.set_axis_off()
+def _draw_strip(figure: Figure, renderer: SceneRenderer, rows: Sequence[Sequence[tuple[int, Span]]]) -> None:
+    """The gripper at the end of each span, with the number of the span; every row fills the width of the strip."""
+    times = [span.end for spans in rows for _, span in spans]
+    for row, spans in enumerate(rows):
+        width = (WIDTH - RIGHT - STRIP_LEFT + GAP) / len(spans) - GAP
+        size = _pixels((0.0, 0.0, width, PANEL_HEIGHT))
+        close_up = CloseUp(renderer, times, *size, level=True)
+        for column, (number, span) in enumerate(spans):
+            left, top = STRIP_LEFT + column * (width + GAP), row * (TITLE + PANEL_HEIGHT) + TITLE
+            axes = _axes(figure, (left, top, width, PANEL_HEIGHT))
+            axes.imshow(renderer.render(span.end, close_up.camera(span.end)))
+            axes.set_title(f"{number} {span.phase.name}  {span.end:.1f} s", fontsize="small")
+            axes.set_axis_off()

@@ -4,15 +4,15 @@ import copy
 import os
 from collections import OrderedDict
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import is_dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, get_type_hints
 
 from pydrake.common.yaml import yaml_dump, yaml_dump_typed, yaml_load_data
 from pydrake.visualization import VisualizationConfig
 
 from soft_gripper.cached import kept
-from soft_gripper.errors import InputError
+from soft_gripper.errors import InputError, meant
 from soft_gripper.files.document import load_config, require
 from soft_gripper.files.text import name_of
 from soft_gripper.files.yaml_text import parse_yaml, read_yaml
@@ -75,11 +75,16 @@ def parse_scenario(path: Path, text: str) -> Scenario:
 def _checked(path: Path, document: dict[str, Any]) -> Scenario:
     for changes in _changes(document):
         _quote_numbers(changes)
+    document = {name: part for name, part in document.items() if part is not None or name not in _PARTS}
     scenario = load_config(path, document, Scenario, retain_map_defaults=False)
     for part, field in _files(scenario):
         setattr(part, field, os.path.realpath(path.parent / getattr(part, field)))
     check_scenario(path, scenario)
     return scenario
+
+
+# Parts of a scenario that have defaults: null, or nothing below, is as if they were left out.
+_PARTS = {name for name, kind in get_type_hints(Scenario).items() if is_dataclass(kind)}
 
 
 def _files(scenario: Scenario) -> list[tuple[Any, str]]:
@@ -192,5 +197,5 @@ def _index(place: Any, name: str) -> int:
         return names.index(name)
     if name.isdecimal() and int(name) < len(place):
         return int(name)
-    named = f", nor is it named so; named: {', '.join(names)}" if names else ""
+    named = f", nor is it named so; {meant(name, names)}" if names else ""
     raise LookupError(f"'{name}' is none of the entries 0 to {len(place) - 1}{named}")

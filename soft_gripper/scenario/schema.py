@@ -502,7 +502,10 @@ def engines() -> tuple[str, ...]:
 
 @dataclass(eq=False)
 class Scenario(ByValue):
-    """A whole scenario: models, drive, sensors, estimators and solver."""
+    """A whole scenario: models, drive, sensors, estimators and solver.
+
+    A part that is null, such as `control: null`, has its defaults, as if it were left out.
+    """
 
     description: str = ""
     # Drake's model directives, added before the models, which can be welded to what they add, see docs/drake_users.md

@@ -5,7 +5,7 @@ from typing import Any
 
 import yaml
 
-from soft_gripper.errors import InputError
+from soft_gripper.errors import InputError, meant
 
 SHIPPED = Path(__file__).parents[1] / "diagrams" / "scenarios"
 _OF_EXTRAS = Path(__file__).parents[1] / "extras"
@@ -26,7 +26,7 @@ def scenario_path(name_or_path: str) -> Path:
     if name_or_path.endswith((".yaml", ".yml")):
         return Path(name_or_path)
     if name_or_path not in scenario_names():
-        raise InputError("scenario", "name", name_or_path, f"not shipped; known: {', '.join(scenario_names())}")
+        raise InputError("scenario", "name", name_or_path, f"not shipped; {meant(name_or_path, scenario_names())}")
     return _files()[name_or_path]
 
 

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import re
 import shutil
 import xml.etree.ElementTree as ET
 from html.parser import HTMLParser
@@ -12,7 +13,7 @@ import numpy as np
 import pytest
 from command_line import short, soft_gripper
 
-from soft_gripper.commands import main
+from soft_gripper.commands import console, main
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.models import DIRECTORY
@@ -236,8 +237,14 @@ def test_progress_reaches_the_end_of_the_run() -> None:
     assert "2/2 s simulated" in err
 
 
-def test_progress_is_for_terminals() -> None:
-    assert soft_gripper("run", "free_bending", *short()).err == ""
+def test_progress_is_lines_in_a_file(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert soft_gripper("run", "free_bending", *short()).err == "", "it is over before the first line"
+    monkeypatch.setattr(console, "LINE_PERIOD", 1e-6)
+    err = soft_gripper("run", "free_bending", *short()).err
+    lines = err.splitlines()
+    assert len(lines) > 2
+    assert all(re.fullmatch(r"free_bending: \d/\d s simulated \[\d\d:\d\d<.*\]", line) for line in lines), err
+    assert soft_gripper("run", "free_bending", *short(), "--quiet").err == ""
 
 
 def test_version_is_that_of_the_package(capsys: pytest.CaptureFixture[str]) -> None:

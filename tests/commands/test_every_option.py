@@ -41,7 +41,7 @@ def options(*names: str) -> list[tuple[Command, Option]]:
 def examples(command: Command) -> list[list[str]]:
     """The examples of a command, without explanations."""
     lines = [re.split(r"(?<=\S)\s{2,}|^\s{2,}", example)[0] for example in command.examples]
-    return [[command.name, *shlex.split(line)] for line in lines]
+    return [[*command.name.split(), *shlex.split(line)] for line in lines]
 
 
 def files(words: list[str]) -> list[str]:
@@ -77,7 +77,7 @@ def test_a_wrong_value_is_refused_with_the_option_and_the_value(command, option,
 @EVERY_COMMAND
 def test_help_names_every_option_and_one_that_there_is_not_is_refused(command, capsys) -> None:
     with pytest.raises(SystemExit, match="0"):
-        main([command.name, "--help"])
+        main([*command.name.split(), "--help"])
     said = capsys.readouterr().out
     assert [each.names for each in command.options if not all(name in said for name in each.names)] == []
     with pytest.raises(SystemExit, match="2"):

@@ -11,34 +11,42 @@ from pathlib import Path
 
 import pytest
 
-from soft_gripper.commands.options import number, whole
+from soft_gripper.commands.options import Group, number, whole
 from soft_gripper.commands.parser import command_parser, commands, parsed
 from soft_gripper.errors import InputError
 from soft_gripper.runs.sweep.run_sweep import METHODS
 
 HELP = command_parser().format_help()
-NAMES = re.findall(r"^    ([a-z-]+)(?:  |$)", HELP, re.MULTILINE)
+NAMES = [command.name for command in commands()]
 
 
-def examples(command, capsys):
+def help_of(command, capsys):
     with pytest.raises(SystemExit):
-        command_parser().parse_args([command, "--help"])
-    text = capsys.readouterr().out
-    return re.findall(r"^  (soft-gripper .*)$", text[text.index("examples:") :], re.MULTILINE)
+        command_parser().parse_args([*command.split(), "--help"])
+    return capsys.readouterr().out
 
 
-def test_there_are_commands():
+def test_help_lists_every_command_once_by_what_it_is_for():
+    listed = re.findall(r"^  ([a-z][a-z -]*?)(?: {2,}|$)", HELP, re.MULTILINE)
+    assert sorted(listed) == sorted(NAMES)
     assert {"run", "evaluate", "sweep", "doctor"} <= set(NAMES)
+    titles = re.findall(r"^([a-z].*):$", HELP, re.MULTILINE)
+    assert titles == [*(group for group in Group if group != Group.OTHER), "options"], "each has its task"
+
+
+@pytest.mark.parametrize("command", ["", "study", *NAMES])
+def test_help_fits_a_hundred_columns_of_a_wider_terminal(command, capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "300")
+    assert [line for line in help_of(command, capsys).splitlines() if len(line) > 100] == []
 
 
 @pytest.mark.parametrize("command", NAMES)
-def test_examples_are_understood(command, capsys):
-    lines = examples(command, capsys)
+def test_examples_are_understood_as_they_are_pasted(command, capsys):
+    text = help_of(command, capsys).partition("examples:")[2]
+    lines = [line for line in text.replace("\\\n", "").splitlines() if line and not line.startswith("  # ")]
     assert lines
     for line in lines:
-        program, *arguments = shlex.split(
-            re.sub(r"(?<=\S)\s{2,}\S.*$", "", re.sub(rf"{command} {{2,}}.*$", command, line))
-        )
+        program, *arguments = shlex.split(line)
         assert program == "soft-gripper"
         assert command_parser().parse_args(arguments).command.name == command
 
@@ -98,6 +106,7 @@ def test_values_of_options():
     ("line", "field"),
     [
         ("run nowhere", "name"),
+        ("frob", "COMMAND"),
         ("run nowhere.yaml", "scenario"),
         ("sweep free_bending --vary sensor.seed=1,2 --method sobol --out x", "--method"),
         ("sweep free_bending --vary sensor.seed=1,2 --method grid --sample 4 --out x", "--method"),
@@ -109,7 +118,13 @@ def test_mistakes_name_the_option(line, field):
     assert error.value.field == field
 
 
-BY_ARGPARSE = ["", "frob", "run", "run box_grasp --frob", "play --grip hard", "sweep x --out"]
+@pytest.mark.parametrize(("word", "command"), [("evalute", "evaluate"), ("robustness", "study robustness")])
+def test_a_wrong_command_and_a_study_without_the_word_are_answered_with_the_right_one(word, command):
+    with pytest.raises(InputError, match=f"did you mean '{command}'"):
+        parsed([word, "--jobs", "2"])
+
+
+BY_ARGPARSE = ["", "study", "study frob", "run", "run box_grasp --frob", "play --grip hard", "sweep x --out"]
 
 
 @pytest.mark.parametrize(
@@ -132,7 +147,7 @@ QUICK = [
     ["--print-completion", "bash"],
     ["list"],
     ["list", "--json"],
-    *([command.name, "--help"] for command in commands()),
+    *([*name.split(), "--help"] for name in NAMES),
     [],
     ["frob"],
     ["run", "nowhere"],

@@ -48,7 +48,7 @@ def place(tmp_path, monkeypatch):
         ("run.csv", (*IDENTIFY, "run.urdf")),
         ("scenario.yaml", ("run", "scenario.yaml", "--out", ".")),
         ("scenario.yaml", ("run", "scenario.yaml", "--html", "scenario.yaml")),
-        ("trials.yaml", ("grasp-trials", "--scenario", "trials.yaml", "--out", ".")),
+        ("trials.yaml", ("study", "grasp-trials", "--scenario", "trials.yaml", "--out", ".")),
         ("best/scenario.yaml", ("design", "study.yaml", "--out", ".")),
     ],
 )

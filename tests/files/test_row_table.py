@@ -7,9 +7,10 @@ import pytest
 from refusals import refused
 
 from soft_gripper.evaluation.paper.forces import ForceRow
-from soft_gripper.files.row_table import print_rows, read_csv, write_csv
+from soft_gripper.files.row_table import print_rows, print_table, read_csv, write_csv
 from soft_gripper.runs.scores.poses import PoseRow
 
+NAN = float("nan")
 POSES = [
     PoseRow("box_grasp", "left_finger", "arcs", "as simulated", 1, 0.0, 0.0, 0.0, 0.0),
     PoseRow("a, b", 'the "third"', "mine:make", "length +1 %; response", 4, -12.5, 171.123456, 0.000001, 1234.5),
@@ -101,3 +102,25 @@ def test_a_table_is_printed_under_headings_with_units(capsys):
 def test_a_printed_row_is_read_again(tmp_path):
     write_csv(tmp_path / "table.csv", [Printed("left", 1.25, 10)])
     assert read_csv(tmp_path / "table.csv", Printed) == [Printed("left", 1.25, 10)]
+
+
+def test_what_is_unknown_is_a_dash_and_a_column_of_nothing_else_is_left_out(capsys):
+    print_table({"finger": "", "force [N]": ".1f", "width [mm]": ".1f"}, [["left", 1.0, NAN], ["right", NAN, NAN]])
+    assert capsys.readouterr().out.splitlines() == [
+        "",
+        "finger  force",
+        "          [N]",
+        "left      1.0",
+        "right       -",
+    ]
+
+
+@pytest.mark.parametrize("count", [5, 40])
+def test_a_wide_table_has_lower_headings_and_then_further_columns_below(capsys, count):
+    titles = [f"a number of many words, {i} [mm]" for i in range(count)]
+    print_table({"finger": "", **dict.fromkeys(titles, ".1f")}, [["left", *map(float, range(count))]])
+    lines = capsys.readouterr().out.splitlines()
+    assert max(map(len, lines)) <= 100
+    rows = [line.split() for line in lines if line.startswith("left")]
+    assert len(rows) == (1 if count == 5 else 4), "eleven columns of six letters beside the finger"
+    assert [float(cell) for row in rows for cell in row[1:]] == [*map(float, range(count))]

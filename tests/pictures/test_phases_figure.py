@@ -5,13 +5,14 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from pydrake.trajectories import PiecewisePolynomial
 from scenes import Scene
 
 from soft_gripper.control.task import Phase
-from soft_gripper.diagrams.recording import Recording
+from soft_gripper.diagrams.recording import Recording, phase_spans
 from soft_gripper.pictures import phases as module
-from soft_gripper.pictures.phases import CloseUp, phases_figure
+from soft_gripper.pictures.phases import CloseUp, draw_grip_plots, phases_figure, recorded_plots
 from soft_gripper.pictures.rendering import SceneRenderer
 
 pytestmark = pytest.mark.slow
@@ -111,6 +112,24 @@ def test_a_task_without_openings_has_the_plot_of_the_pressure_alone(run: Run) ->
     assert [axes.get_ylabel().split()[0] for axes in plots] == ["pressure"]
     assert plots[0].get_xlabel() == "time [s]"
     assert [text.get_text() for text in plots[0].texts] == ["1 reach", "2 take", "3 carry", "4 return"]
+
+
+def test_forces_and_slip_are_shown_where_a_finger_touches(run: Run) -> None:
+    """Slips below a millimetre are not magnified."""
+    scene, recording, phases = run
+    force = ("time", np.array([0.0, 0, 1, 2, 2, 1, 0, 0]))
+    signals = {f"left_finger.{name}": force for name in ("normal_force", "contact_force")}
+    touching, slips = (
+        Recording(recording.data.assign(signals)),
+        1e-4 * np.array([np.nan, np.nan, 0, 1, 2, 2, 2, np.nan]),
+    )
+    assert recorded_plots(recording) == ["opening", "torque", "pressure"]
+    assert recorded_plots(touching, slips)[:2] == ["force", "slip"]
+    plots = Figure().subplots(5)
+    draw_grip_plots(plots, scene.scenario, touching, phase_spans(touching, phases), slips)
+    assert [line.get_label() for line in plots[0].lines] == ["true, of a finger", "estimated"]
+    np.testing.assert_allclose(plots[1].lines[0].get_ydata(), 1e3 * slips)
+    assert plots[1].get_ylim() == (0, 1)
 
 
 def test_phases_are_shaded_and_named_over_the_plots(panels: list[Axes]) -> None:

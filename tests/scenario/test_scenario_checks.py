@@ -99,11 +99,16 @@ BROKEN = {
         "models.0.half_space=true; models.0.free=true": "models[0].half_space = True: leave it out",
         "models.0.free=true; models.0.child=mount": "models[0].free = True: leave parent and child out",
         "sensr.sections=3": "sensr = {'sections': 3}: no such key; did you mean 'sensor'",
+        "sections=3": "sections = 3: no such key; did you mean 'sensor.sections'?",
+        "sensor.section=3": "sensor.section = 3: no such key; did you mean 'sections'?",
+        "control.maximum=3": "no such key; did you mean 'pressure.maximum' or 'tendons.maximum'?",
+        "sensor.initial_position=3": "no such key; did you mean 'models.NAME.initial_position'?",
+        "models.right_fingr.mass=1": "nor is it named so; did you mean 'right_finger'?",
         "models.0.X_PC.rotation=!Rpz {deg: [0, 0, 0]}": "no such tag here; known: !Rpy",
         "pressure.minimum=210001": "pressure.minimum = 210001.0: must be at most the maximum, 210000 Pa",
         "pressure.steps.all=[0, -50001]": "pressure.steps.all[1] = -50001.0: must be within",
         "pressure.steps.all=[210001]": "pressure.steps.all[0] = 210001.0: must be within",
-        "pressure.steps.left_fingr=[0.0]": "left_fingr = [0.0]: no such finger; known: left_finger",
+        "pressure.steps.left_fingr=[0.0]": "left_fingr = [0.0]: no such finger; did you mean 'left_finger'?",
         "tendons.steps.all=[-1]": "tendons.steps.all[0] = -1.0: must be from 0",
         "tendons.maximum=2; tendons.steps.all=[0, 3]": "tendons.steps.all[1] = 3.0: must be from 0 to 2",
         **{
@@ -135,7 +140,7 @@ BROKEN = {
             f"{part}.type={name}": f"{part}.type = {name!r}: {words}"
             for part, known in (("sensor", "strain"), ("estimator", "arcs"))
             for name, words in {
-                "strane": f"known: {known}",
+                "camera": f"known: {known}",
                 "nosuch:make": "cannot be imported",
                 "own_blocks:nosuch": "cannot be imported: AttributeError",
                 "own_blocks:NOT_CALLABLE": "is not callable",
@@ -143,7 +148,7 @@ BROKEN = {
         },
         "sensor.type=':make'": "sensor.type = ':make': known: strain",
         "estimator.type='own_blocks:'": "estimator.type = 'own_blocks:': known: arcs",
-        "estimator.alongside=[arc]": "estimator.alongside = 'arc': known: arcs",
+        "estimator.alongside=[arc]": "estimator.alongside = 'arc': did you mean 'arcs'?",
         "estimator.alongside=[spline, spline]": "estimator.alongside[0] = 'spline': is an estimator",
         "estimator.alongside=[arcs]": "estimator.alongside[0] = 'arcs': is an estimator",
         "estimator.contact_threshold=2e-3; estimator.compensate_gravity=false": "compensate_gravity = False: leave",

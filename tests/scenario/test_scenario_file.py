@@ -50,6 +50,13 @@ def test_what_is_dumped_loads_again(tmp_path, source):
     assert dump_scenario(load_scenario(write(tmp_path, text))) == text
 
 
+@pytest.mark.parametrize("part", ["control", "pressure", "sensor", "nominal"])
+def test_a_part_that_is_null_has_its_defaults(part):
+    assert getattr(load_scenario("tip_distance_steps", [f"{part}=null"]), part) == getattr(
+        load_scenario(DEFAULTS), part
+    )
+
+
 def test_what_is_dumped_loads_in_every_drake():
     assert "publish_every_time_step" not in dump_scenario(load_scenario(DEFAULTS))
 

@@ -24,7 +24,7 @@ class TrialsConfig:
 class Varied:
     """A task of which there are trials."""
 
-    trials: TrialsConfig = field(default_factory=TrialsConfig)  # of `soft-gripper grasp-trials`
+    trials: TrialsConfig = field(default_factory=TrialsConfig)  # of `soft-gripper study grasp-trials`
 
 
 FIELDS = {"TaskConfig": Varied}

@@ -89,7 +89,7 @@ def published_recordings(data: Path | None) -> dict[str, Recordings]:
         InputError: if the folder or one of the files is missing, or cannot be read.
     """
     if data is not None:
-        require(data.is_dir(), "hardware", "--data", str(data), "there is no such folder")
+        require(data.is_dir(), "study hardware", "--data", str(data), "there is no such folder")
     wanted = {of.description: of.fitted + of.tested for of in (BEAM, SEGMENT)} | {ARM: TRIALS}
     return {
         description: {name: _find(description, name, data) for name in names} for description, names in wanted.items()

@@ -1,18 +1,16 @@
 """How many faults of sensors and fingers are found and named, how soon, and how often one is named without any.
 
-    python -m soft_gripper.extras.health.study
-
-writes `health.csv`, `health_runs.csv` and a figure into results/health. Half of the runs have one fault. Every run is
-simulated by itself, with a scenario, pressures, supply, object place and sensor errors of its own, and 12 s long. The
-monitor is told that the nominal model is exact, as it is; in some of the runs it looks again with a nominal stiffness
-that is wrong, and with a larger uncertainty.
+Half of the runs have one fault. Every run is simulated by itself, with a scenario, pressures, supply, object place and
+sensor errors of its own, and 12 s long. The monitor is told that the nominal model is exact, as it is; in some of the
+runs it looks again with a nominal stiffness that is wrong, and with a larger uncertainty.
 """
 
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
-from dataclasses import astuple, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -27,9 +25,7 @@ from soft_gripper.estimators.uncertainty import uncertainty_of
 from soft_gripper.extras.health.faults import FAULTS
 from soft_gripper.extras.health.health_filter import LOOK, HealthFilter
 from soft_gripper.extras.health.health_monitor import named
-from soft_gripper.files.row_table import print_table, write_csv
-from soft_gripper.pictures.style import COLORS, STYLE, save_figure
-from soft_gripper.runs.executor import open_executor
+from soft_gripper.pictures.style import COLORS, STYLE
 from soft_gripper.runs.scores.readings import ReadAgain, read_again
 from soft_gripper.runs.study import results
 from soft_gripper.scenario.model_files import OF_FINGER, changed_finger, model_path
@@ -58,7 +54,6 @@ HELD_AT = 150  # kPa, the highest pressure of a held finger
 LEAKS, SOFTER, CUT_AT = (0.25, 0.6), (2.0, 3.0), (0.25, 0.7)
 _DRAWS = 100
 EVERY = 4  # runs, of which one is also monitored with other beliefs
-TABLE, RUNS, FIGURE = "health.csv", "health_runs.csv", "health"
 
 
 @dataclass(frozen=True)
@@ -258,10 +253,11 @@ def _row(belief: str, name: str, runs: Sequence[HealthRun]) -> HealthRow:
     return HealthRow(belief, name, len(runs), *shares, false_alarms, float(median), float(most))
 
 
-def health_runs(number: int, seed: int, executor: Executor) -> list[HealthRun]:
-    """`number` runs with a fault, as many of every kind, and `number` without."""
+def health_runs(number: int, seed: int, executor: Executor, ended: Callable[[Any], Any]) -> list[HealthRun]:
+    """`number` runs with a fault, as many of every kind, and `number` without; `ended` is called after each."""
     jobs = [*_jobs(number, KINDS, DECLARED), *_jobs(number, ["none"], DECLARED + BEYOND)]
-    found = results(executor, run_health, {(i, kind): (i, kind, seed, beliefs) for i, kind, beliefs in jobs})
+    calls = {(i, kind): (i, kind, seed, beliefs) for i, kind, beliefs in jobs}
+    found = results(executor, run_health, calls, ended)
     return [run for runs in found.values() for run in runs]
 
 
@@ -280,7 +276,9 @@ def health_figure(runs: Sequence[HealthRun]) -> Figure:
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(10, 4.2), layout="constrained")
         left, right = figure.subplots(1, 2, width_ratios=[1.35, 1])
-        left.imshow(counts / counts.sum(axis=1, keepdims=True), cmap="Blues", vmin=0, vmax=1, aspect="auto")
+        left.imshow(
+            counts / np.maximum(counts.sum(axis=1, keepdims=True), 1), cmap="Blues", vmin=0, vmax=1, aspect="auto"
+        )
         for (row, column), count in np.ndenumerate(counts):
             if count:
                 dark = count > 0.6 * counts[row].sum()
@@ -304,27 +302,3 @@ def health_figure(runs: Sequence[HealthRun]) -> Figure:
 
 def _said(runs: Sequence[HealthRun], truth: str, name: str) -> int:
     return sum(run.fault == truth and (run.said if run.found or run.false_alarm else "healthy") == name for run in runs)
-
-
-def print_health(rows: Sequence[HealthRow]) -> None:
-    """Prints the table."""
-    titles = "found %", "named right %", "false alarm %", "delay s", "90 % within s"
-    columns = {"stiffness (declared)": "", "fault": "", "runs": "d", **dict.fromkeys(titles, ".3g")}
-    print_table(columns, map(astuple, rows))
-
-
-def main(number: int = 200, seed: int = 1, jobs: int = 2, out: str = "results/health") -> None:
-    """Runs the study, writes tables and figure, and prints the table."""
-    folder = Path(out)
-    folder.mkdir(parents=True, exist_ok=True)
-    with open_executor(jobs) as executor:
-        runs = health_runs(number, seed, executor)
-    rows = health_rows(runs)
-    write_csv(folder / RUNS, runs)
-    write_csv(folder / TABLE, rows)
-    save_figure(health_figure(runs), folder / FIGURE)
-    print_health(rows)
-
-
-if __name__ == "__main__":
-    main()

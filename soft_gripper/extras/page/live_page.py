@@ -61,8 +61,9 @@ class SessionPage:
 
 
 MOST_LINES = 16  # of a signal
-# Shown at first, of those that there are.
-SHOWN = ("pressure", "tension", "grip.opening", "contact_force", "external_torque", "theta", "strain")
+# Shown at first, of those that there are: the contact force, estimated if it is, and then others.
+_FORCES = ("contact_force", "normal_force")
+SHOWN = ("pressure", "tension", "grip.opening", "external_torque", "theta", "strain")
 _SHOWN_AT_FIRST = 3
 _SIGNS = {"ArrowUp": "\N{UPWARDS ARROW}", "ArrowDown": "\N{DOWNWARDS ARROW}", "Comma": ",", "Period": "."}
 _READABLE = {"Pa": (1e-3, "kPa"), "m": (1e3, "mm"), "rad": (180 / math.pi, "deg"), "N m": (1e3, "mN m")}
@@ -93,7 +94,8 @@ def plots_of(signals: Mapping[str, OutputPort], fingers: Collection[str]) -> dic
     """The plots that can be chosen, by title; signals of the fingers share one.
 
     Returns:
-        `unit`, `scale` from the port's unit to it, and `signals`, the labels of their entries by their names.
+        `unit`, `scale` from the port's unit to it, `axes` of the entries, and `signals`, the labels of their entries by
+        their names.
     """
     found: dict[str, dict[str, Any]] = {}
     for name, port in signals.items():
@@ -101,14 +103,17 @@ def plots_of(signals: Mapping[str, OutputPort], fingers: Collection[str]) -> dic
         if port.size() <= MOST_LINES:
             scale, unit = _readable(signal_of(port).unit)
             kind = own if owner in fingers else name
-            plot = found.setdefault(kind, {"unit": unit, "scale": scale, "signals": {}})
-            plot["signals"][name] = [" ".join(map(str, entry)) for entry in product(*signal_of(port).axes.values())]
+            axes = signal_of(port).axes
+            plot = found.setdefault(kind, {"unit": unit, "scale": scale, "axes": " ".join(axes), "signals": {}})
+            plot["signals"][name] = [" ".join(map(str, entry)) for entry in product(*axes.values())]
     return dict(sorted(found.items(), key=lambda item: ("." in item[0], item[0])))
 
 
 def first_plots(plots: Iterable[str]) -> list[str]:
     """The plots shown by default."""
-    return [name for name in SHOWN if name in set(plots)][:_SHOWN_AT_FIRST]
+    known = set(plots)
+    forces = [name for name in _FORCES if name in known]
+    return [*forces[:1], *(name for name in SHOWN if name in known)][:_SHOWN_AT_FIRST]
 
 
 def _readable(unit: str | tuple[str, ...]) -> tuple[float, str]:

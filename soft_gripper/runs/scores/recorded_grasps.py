@@ -26,7 +26,7 @@ from soft_gripper.runs.scores.grasp import (
     stiffness,
 )
 from soft_gripper.runs.scores.slip import path_length, pose_matrices, shifts, slip
-from soft_gripper.truth.contact import combined_friction
+from soft_gripper.truth.contact import TOUCH, combined_friction
 
 NORMAL = "grip_normal_force"
 _SIGNALS = (NORMAL, "grip_friction_force", "grip_force", "grip_area", "grip_pressure")
@@ -65,6 +65,30 @@ def recorded_grasps(station: Station, recording: Recording) -> tuple[list[Object
         grasps.append(ObjectGrasp(name, **vars(grasp)))
         grips += [ObjectGrip(name, **vars(grip)) for grip in of_fingers]
     return grasps, grips
+
+
+def touched_instead(station: Station, recording: Recording) -> str:
+    """What fingers touch that is no free object, as a phrase; "" if they touch nothing else.
+
+    It has a name if only one other body can be touched: forces are recorded of fingers, and of fingers on objects.
+    """
+    forces = {finger.name: _force_on_others(station, recording, i) for i, finger in enumerate(station.fingers)}
+    touching = {name: force for name, force in forces.items() if force > TOUCH}
+    if not touching:
+        return ""
+    arm = station.scenario.arm
+    own = {finger.model_name for finger in station.fingers} | ({arm.model} if arm else set())
+    names = [model.name for model in station.scenario.models if not model.free and model.name not in own]
+    what = names[0] if len(names) == 1 else "something else"
+    verb = "touches" if len(touching) == 1 else "touch"
+    return f"{' and '.join(touching)} {verb} {what}, with up to {max(touching.values()):.2f} N"
+
+
+def _force_on_others(station: Station, recording: Recording, finger: int) -> float:
+    """The largest normal force of a finger on what is no free object, N."""
+    total = recording[f"{station.fingers[finger].name}.normal_force"].values
+    on_objects = [recording[f"{name}.{NORMAL}"].values[:, finger] for name in objects_of(station)]
+    return float(np.nan_to_num(total - np.sum(on_objects, axis=0)).max(initial=0.0))
 
 
 def recorded_grasp(station: Station, recording: Recording, held: str) -> tuple[Grasp, list[FingerGrip]]:

@@ -118,12 +118,19 @@ class TaskRun:
         return float(self._recording[signal].values.max(where=touched, initial=0.0))
 
     @cached_property
-    def slip(self) -> float:
-        """Slip of the object along the fingers while they lift and carry it, m."""
+    def slips(self) -> Array:
+        """Slip of the object along the fingers since they lift it, (T,) m; NaN where they do not lift or carry it."""
         carrying = self._holding[:-1] or self._holding
         samples = np.flatnonzero(np.isin(self._phase, carrying))
-        slips = slip(self._station, self._recording, str(self._task.object), samples)
-        return float(slips.max()) if len(slips) else NAN
+        slips = np.full(len(self._phase), NAN)
+        slips[samples] = slip(self._station, self._recording, str(self._task.object), samples)
+        return slips
+
+    @cached_property
+    def slip(self) -> float:
+        """The largest slip, m."""
+        known = self.slips[np.isfinite(self.slips)]
+        return float(known.max()) if len(known) else NAN
 
     @cached_property
     def detection_delay(self) -> float:

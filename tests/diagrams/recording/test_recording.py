@@ -9,6 +9,7 @@ from scipy.io import netcdf_file
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
+from soft_gripper.errors import InputError
 from soft_gripper.scenario.scenario_file import load_scenario
 
 RESPONSE = "sensor.response=[[0.7, -0.2], [1.0, 0.0], [1.4, 0.9]]"
@@ -87,16 +88,19 @@ def test_saved_file_holds_the_same_and_opens_without_xarray(run, tmp_path):
         assert theta.units == b"rad"
 
 
-def test_plot_has_a_panel_for_every_signal(run):
+def test_plot_has_a_panel_for_every_signal_in_units_of_figures(run):
     _, recording = run
     names = ["left_finger.pressure", "left_finger.theta", "right_finger.strain"]
     figure = recording.plot(*names)
     assert [axes.get_title(loc="left") for axes in figure.axes] == names
-    assert [axes.get_ylabel() for axes in figure.axes] == ["[Pa]", "[rad]", "[1]"]
+    assert [axes.get_ylabel() for axes in figure.axes] == ["[kPa]", "[degrees]", "[1]"]
     lines = [int(recording[name][0].size) for name in names]
     assert [len(axes.lines) for axes in figure.axes] == lines
     assert figure.axes[-1].get_xlabel() == "time [s]"
-    np.testing.assert_array_equal(figure.axes[1].lines[2].get_ydata(), recording["left_finger.theta"][:, 2])
+    theta = np.degrees(recording["left_finger.theta"][:, 2])
+    np.testing.assert_allclose(figure.axes[1].lines[2].get_ydata(), theta, rtol=1e-15)
+    with pytest.raises(InputError, match="was not recorded"):
+        recording.plot("left_finger.pressure", "left_finger.presure")
 
 
 EVERYTHING = [

@@ -3,12 +3,14 @@
 import matplotlib as mpl
 import numpy as np
 import pytest
+import xarray as xr
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource, TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 
 from soft_gripper.diagrams.recording import Recording, add_logs, read_logs
+from soft_gripper.diagrams.recording_figure import signals_figure
 from soft_gripper.signals import XZ, describe
 
 PHASES = ("go there", "close", "over")
@@ -118,15 +120,38 @@ def test_states_are_named_as_the_cf_conventions_have_it(phases, tmp_path):
         assert attributes["flag_meanings"] == "go_there close over"
 
 
-@pytest.mark.parametrize(("count", "named"), [(1, 0), (3, 3), (12, 12), (13, 0)])
-def test_a_plot_tells_a_few_entries_apart(count, named):
+def test_a_plot_draws_states_as_bands_with_their_meanings(phases):
+    states = [0.0, 0.0, np.nan, 1.0, 1.0]
+    phase = xr.DataArray(states, {"time": np.arange(5.0)}, ["time"], "task.phase", phases["task.phase"].attrs)
+    (axes,) = signals_figure([phase]).axes
+    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["go there", "close"]
+    spans = [band.get_paths()[0].get_extents() for band in axes.collections]
+    assert [(span.x0, span.x1) for span in spans] == [(0.0, 2.0), (3.0, 4.0)]
+    assert phases.plot("task.phase").axes[0].get_legend() is None, "of no sample"
+
+
+@pytest.mark.parametrize(("last", "span"), [(1.0, 40.0), (1.0 + 1e-12, 40.0), (1.5, 550.0)])
+def test_a_plot_does_not_magnify_a_constant(last, span):
+    length = xr.DataArray([1.0, 1.0, last], {"time": [0.0, 1.0, 2.0]}, ["time"], "a.length", {"units": "m"})
+    low, high = signals_figure([length]).axes[0].get_ylim()
+    assert high - low == pytest.approx(span)  # mm: 2 % of the length to either side, or the range and its margins
+
+
+@pytest.mark.parametrize(
+    ("count", "named"), [(1, []), (3, [0, 1, 2]), (12, list(range(12))), (13, [0, 3, 6, 9, 12]), (100, 5)]
+)
+def test_a_plot_tells_entries_apart(count, named):
     (axes,) = recorded(a__q=("rad", {"joint": range(count)})).plot("a.q").axes
     legend = axes.get_legend()
-    assert [text.get_text() for text in legend.get_texts()] == [*map(str, range(count))] if named else legend is None
+    texts = [text.get_text() for text in legend.get_texts()] if legend else []
+    assert (len(texts) if isinstance(named, int) else texts) == (
+        named if isinstance(named, int) else [*map(str, named)]
+    )
     assert len({mpl.colors.to_hex(line.get_color()) for line in axes.lines}) == count
 
 
-def test_a_plot_names_the_units_of_its_entries():
+def test_a_plot_has_a_panel_for_every_unit_of_a_signal():
     recording = recorded(a__pose=(["m", "rad", "m"], {"part": "xyz"}), a__q=("rad", {"joint": range(3)}))
     figure = recording.plot("a.pose", "a.q")
-    assert [axes.get_ylabel() for axes in figure.axes] == ["[m, rad]", "[rad]"]
+    assert [axes.get_ylabel() for axes in figure.axes] == ["[mm]", "[degrees]", "[degrees]"]
+    assert [axes.get_title(loc="left") for axes in figure.axes] == ["a.pose", "a.pose: y", "a.q"]

@@ -103,7 +103,7 @@ def test_a_recording_with_them_is_kept_and_read(recording, tmp_path):
     [
         (
             ["estimator.alongside=[gauss]"],
-            "estimator.alongside = 'gauss': known: arcs, spline, gaussian, contact, recursive, constant_curvature; ",
+            "estimator.alongside = 'gauss': did you mean 'gaussian'?",
         ),
         (["estimator.alongside=['nosuch:make']"], "estimator.alongside = 'nosuch:make': cannot be imported"),
         (

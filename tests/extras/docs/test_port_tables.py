@@ -8,6 +8,7 @@ from example_blocks import example_blocks
 from port_tables import blocks_page, ports_table, signals_page
 
 import soft_gripper as sg
+from soft_gripper.control.grip import GripForce
 
 ROOT = Path(__file__).parents[3]
 SOURCES = [path for path in (ROOT / "soft_gripper").rglob("*.py") if "learning" not in path.parts]
@@ -58,6 +59,7 @@ def test_outputs_have_what_describe_says():
 
 def test_inputs_have_what_is_wired_to_them():
     assert row(sg.estimators.DrivingTorque, "pressure").endswith("| in | 1 | Pa |  |")
+    assert row(GripForce, "left_finger.contact_force").endswith("| in | 1 | N |  |")
     assert row(sg.load.ForceEstimator, "driving_torque").endswith("| in | 12 | N m | joint (12) |")
 
 

@@ -39,8 +39,8 @@ SWEEP = [
     "--jobs",
     "2",
 ]
-TRIALS = ["grasp-trials", "--scenario", "brief.yaml", "--trials", "4", "--jobs", "2"]
-RESUMED = {"sweep": (SWEEP, "sweep.csv"), "grasp-trials": (TRIALS, "trials.csv")}
+TRIALS = ["study", "grasp-trials", "--scenario", "brief.yaml", "--trials", "4", "--jobs", "2"]
+RESUMED = {"sweep": (SWEEP, "sweep.csv"), "trials": (TRIALS, "trials.csv")}
 RUN = ["run", "free_bending", *short()]
 IDENTIFY = ["identify", "run.csv", "--finger", "guess.urdf", "--free", "youngs_modulus", "--jobs", "2"]
 BEGUN_ANEW = {"run": (RUN, "{}"), "identify": (IDENTIFY, "{}/fitted.urdf")}  # with what goes after --out

@@ -194,8 +194,8 @@ def command_lines() -> st.SearchStrategy[Input]:
         _choice("folder", "finger.urdf"),
     )
     numbers = st.builds(
-        lambda command, option, value: [command, option, value, "--jobs", "0", "--out", "folder"],
-        st.sampled_from(("grasp-trials", "evaluate", "contact-trials", "hardware")),
+        lambda command, option, value: [*command, option, value, "--jobs", "0", "--out", "folder"],
+        st.sampled_from((["evaluate"], ["study", "grasp-trials"], ["study", "contact-trials"], ["study", "hardware"])),
         st.sampled_from(("--trials", "--seed", "--seeds", "--friction", "--scenario", "--train", "--data")),
         _choice("1", "free_bending"),
     )
@@ -211,7 +211,7 @@ def command_lines() -> st.SearchStrategy[Input]:
                 ["weigh", "thing.sdf", "--finger", "*"],
                 ["place-sensors", "--count", "*", "--recordings", "finger.urdf"],
                 ["place-sensors", "--count", "2", "--contacts", "*", "--recordings", "finger.urdf"],
-                ["contact-trials", "--contacts", "*"],
+                ["study", "contact-trials", "--contacts", "*"],
                 ["tune", "free_bending", "--set", "sensor.seed=*"],
             )
         ),
@@ -240,7 +240,9 @@ SIGNALS = "strain", "sampled_pressure", "X_WB"
 def contacts() -> st.SearchStrategy[Input]:
     """Files of contacts, of which an array or bytes are damaged."""
     files = _damaged(damaged_arrays(CONTACTS, list(CONTACTS), seed=1), bytes(CONTACTS.to_netcdf(engine="scipy")))
-    return files.map(lambda file: Input({"a.nc": file}, ["contact-trials", "--contacts", "a.nc", "--out", "folder/x"]))
+    return files.map(
+        lambda file: Input({"a.nc": file}, ["study", "contact-trials", "--contacts", "a.nc", "--out", "folder/x"])
+    )
 
 
 def recordings() -> st.SearchStrategy[Input]:

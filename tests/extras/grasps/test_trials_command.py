@@ -1,4 +1,4 @@
-"""soft-gripper grasp-trials: whole trials, one alone, processes, Ctrl-C, and what it refuses."""
+"""soft-gripper study grasp-trials: whole trials, one alone, processes, Ctrl-C, and what it refuses."""
 
 import csv
 import os
@@ -22,7 +22,7 @@ from soft_gripper.extras.grasps.trial import draw, random_numbers
 from soft_gripper.extras.grasps.trials import run_trial
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 
-COMMAND = [*LISTENING, "grasp-trials"]
+COMMAND = [*LISTENING, "study", "grasp-trials"]
 BOX = (["qw", "qx", "qy", "qz"], ["x", "y", "z"])  # in the state of the plant
 BRIEF = "task.time_limit=0.5"
 
@@ -46,7 +46,9 @@ def records(file: Path) -> list[dict[str, str]]:
 
 @pytest.mark.slow
 def test_a_trial_alone_places_the_box_and_keeps_what_it_takes_to_look_into_it(scenario, tmp_path):
-    done = soft_gripper("grasp-trials", "--scenario", scenario(), "--trial", "4", "--seed", "2", "--out", tmp_path)
+    done = soft_gripper(
+        "study", "grasp-trials", "--scenario", scenario(), "--trial", "4", "--seed", "2", "--out", tmp_path
+    )
     assert done.code == 0
     printed = {line[:21].strip(): line[21:] for line in done.out.splitlines() if line[20:21] == " "}
     assert (printed["success"], printed["dropped"], printed["cause"]) == ("True", "False", "")
@@ -84,7 +86,7 @@ def test_a_trial_alone_places_the_box_and_keeps_what_it_takes_to_look_into_it(sc
 @pytest.mark.slow
 def test_trials_in_processes_are_the_same_as_here_one_by_one(scenario, tmp_path):
     file = scenario(BRIEF)
-    done = soft_gripper("grasp-trials", "--scenario", file, "--trials", "3", "--jobs", "2", "--out", tmp_path)
+    done = soft_gripper("study", "grasp-trials", "--scenario", file, "--trials", "3", "--jobs", "2", "--out", tmp_path)
     here = [run_trial(str(file), 1, trial) for trial in (2, 0, 1)]
     found = records(tmp_path / "trials.csv")
     assert [list(record.values()) for record in found] == [here[i].rows[0] for i in (1, 2, 0)]
@@ -94,7 +96,7 @@ def test_trials_in_processes_are_the_same_as_here_one_by_one(scenario, tmp_path)
     angles = [trial.result.placed_angle_deg for trial in here]
     assert f"placed angle     mean {np.mean(angles):.1f} degrees, at most {max(angles):.1f} degrees" in done.out
     assert f"trial 2: {cause}" in done.out
-    assert f"soft-gripper grasp-trials --scenario {file} --seed 1 --trial 2" in done.out
+    assert f"soft-gripper study grasp-trials --scenario {file} --seed 1 --trial 2" in done.out
 
 
 @pytest.mark.slow
@@ -138,4 +140,4 @@ def test_ctrl_c_leaves_a_whole_table_of_what_was_finished(scenario, tmp_path):
 )
 def test_a_scenario_that_cannot_be_tried_is_refused(scenario, change, complaint, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    assert complaint in refusal("grasp-trials", "--scenario", scenario(change), "--out", "out")
+    assert complaint in refusal("study", "grasp-trials", "--scenario", scenario(change), "--out", "out")

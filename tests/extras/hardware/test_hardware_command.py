@@ -1,4 +1,4 @@
-"""soft-gripper hardware as a user calls it, on recordings that an independent script made up."""
+"""soft-gripper study hardware as a user calls it, on recordings that an independent script made up."""
 
 import re
 from contextlib import nullcontext
@@ -40,7 +40,7 @@ def test_a_claim_that_fails_is_the_exit_code(tmp_path, monkeypatch, holds):
         monkeypatch.setattr(hardware_command, name, MagicMock())
     claims = [Claim("ours", "one", True, "1"), Claim("ours", "other", holds, "2")]
     monkeypatch.setattr(hardware_command, "hardware_claims", lambda *_: claims)
-    assert soft_gripper("hardware", "--out", tmp_path / "out").code == (0 if holds else 1)
+    assert soft_gripper("study", "hardware", "--out", tmp_path / "out").code == (0 if holds else 1)
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ def run(tmp_path_factory):
         patch.setattr(hardware_command, "hardware_figure", draw)
         patch.setattr(held_out, "estimator_rows", lambda *_: ROWS)
         patch.setattr(experiments.Experiment, "finger_file", property(lambda self: folder / f"{self.description}.urdf"))
-        outcome = soft_gripper("hardware", "--data", data, "--out", folder / "out")
+        outcome = soft_gripper("study", "hardware", "--data", data, "--out", folder / "out")
     assert outcome.code == 0, outcome.out[-3000:]
     return Run(folder / "out", outcome, *setups)
 

@@ -3,7 +3,9 @@
 from dataclasses import replace
 
 import pytest
+from command_line import soft_gripper
 
+from soft_gripper.extras.health.commands import health
 from soft_gripper.extras.health.study import (
     DECLARED,
     EVERY,
@@ -43,3 +45,13 @@ def test_one_of_some_runs_with_every_fault_is_monitored_with_other_beliefs():
     chosen = [kind for _, kind, beliefs in jobs if len(beliefs) > 1]
     assert sorted(chosen) == sorted(KINDS)
     assert all(beliefs[0] == EXACT for *_, beliefs in jobs)
+
+
+def test_the_command_writes_and_prints_what_the_runs_say(monkeypatch, tmp_path):
+    monkeypatch.setattr(health, "health_runs", lambda *_: [RUN, replace(RUN, fault="none", found=False)])
+    done = soft_gripper("study", "health", "--runs", 1, "--out", tmp_path)
+    assert done.code == 0
+    assert [line.split()[-6:] for line in done.out.splitlines() if "leak" in line] == [
+        ["leak", "1", "100", "100", "0", "0.5", "0.5"][-6:]
+    ]
+    assert {file.name for file in tmp_path.iterdir()} >= {"health.csv", "health_runs.csv", "health.png", "health.svg"}

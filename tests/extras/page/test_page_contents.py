@@ -26,7 +26,8 @@ def test_units_are_those_that_people_read() -> None:
 
 def test_mixed_units_stay_as_they_are() -> None:
     plots = plots_of({"a.pose": port(3, ("m", "m", "rad"), pose=("x", "z", "heading"))}, [])
-    assert plots["a.pose"] == {"unit": "m, rad", "scale": 1.0, "signals": {"a.pose": ["x", "z", "heading"]}}
+    entries = {"a.pose": ["x", "z", "heading"]}
+    assert plots["a.pose"] == {"unit": "m, rad", "scale": 1.0, "axes": "pose", "signals": entries}
 
 
 def test_entries_are_named_by_their_axes() -> None:
@@ -45,4 +46,6 @@ def test_what_would_be_a_thicket_is_no_plot() -> None:
 
 def test_the_first_plots_are_there() -> None:
     assert first_plots(["strain", "x", "pressure"]) == ["pressure", "strain"]
+    assert first_plots(["pressure", "normal_force", "strain"]) == ["normal_force", "pressure", "strain"]
+    assert first_plots(["pressure", "normal_force", "contact_force"]) == ["contact_force", "pressure"]
     assert first_plots(["external_torque", "strain", "tension", "theta"]) == ["tension", "external_torque", "theta"]

@@ -30,12 +30,13 @@ END = 10.0  # s from Ctrl-C to the end; 2 s where nothing else runs
 PRESSURE, BEND = "left_finger.pressure", "left_finger.theta"
 CONTROL, RELEASED = "\ue009", "\ue000"  # keys of WebDriver
 BLUE = (0, 114, 178)  # of the first finger in the plots
-DRAWN = """const plot = document.querySelector("canvas"), [r, g, b] = arguments;
+DRAWN = """const [r, g, b] = arguments, figures = [...document.querySelectorAll("figure")];
+const plot = figures.find((figure) => figure.querySelector("select").value === "pressure").querySelector("canvas");
 const pixels = plot.getContext("2d").getImageData(0, 0, plot.width, plot.height).data;
 let drawn = 0;
 for (let i = 0; i < pixels.length; i += 4)
   drawn += Math.max(...[r, g, b].map((part, j) => Math.abs(pixels[i + j] - part))) < 40 && pixels[i + 3] > 60;
-return drawn;"""  # pixels of a colour in the first plot, edges of its lines included
+return drawn;"""  # pixels of a colour in the plot of pressures, edges of its lines included
 
 
 class Played(Served):

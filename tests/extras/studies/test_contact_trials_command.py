@@ -1,4 +1,4 @@
-"""soft-gripper contact-trials, from the command line to its files."""
+"""soft-gripper study contact-trials, from the command line to its files."""
 
 from pathlib import Path
 
@@ -23,12 +23,15 @@ def one_set_of_sensors(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_the_default_friction_is_that_of_the_peg() -> None:
     """It is written out, since nothing is imported for it."""
-    assert parsed(["contact-trials"]).friction == PEG_FRICTION
+    assert parsed(["study", "contact-trials"]).friction == PEG_FRICTION
 
 
 @pytest.mark.slow
 def test_table_and_arrays(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert dispatch(["contact-trials", "--trials", "4", "--seed", "2", "--jobs", "1", "--out", str(tmp_path)]) == 0
+    assert (
+        dispatch(["study", "contact-trials", "--trials", "4", "--seed", "2", "--jobs", "1", "--out", str(tmp_path)])
+        == 0
+    )
     rows, arrays = read_csv(tmp_path / "contacts.csv", ContactRow), load_contacts(tmp_path / "contacts.nc")
     assert [row.contact for row in rows] == [0, 1, 2, 3]
     np.testing.assert_allclose([abs(row.force_n) for row in rows], arrays.normal_force, atol=1e-6)
@@ -46,8 +49,11 @@ def test_table_and_arrays(tmp_path: Path, capsys: pytest.CaptureFixture[str]) ->
 @pytest.mark.slow
 def test_kept_contacts_are_scored_again(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     made, again = tmp_path / "made", tmp_path / "again"
-    assert dispatch(["contact-trials", "--trials", "2", "--friction", "0", "--jobs", "1", "--out", str(made)]) == 0
-    assert dispatch(["contact-trials", "--contacts", str(made / "contacts.nc"), "--out", str(again)]) == 0
+    assert (
+        dispatch(["study", "contact-trials", "--trials", "2", "--friction", "0", "--jobs", "1", "--out", str(made)])
+        == 0
+    )
+    assert dispatch(["study", "contact-trials", "--contacts", str(made / "contacts.nc"), "--out", str(again)]) == 0
     assert {path.name for path in again.iterdir()} == {f"contact_errors.{kind}" for kind in ("csv", "png", "svg")}
     assert (again / "contact_errors.csv").read_text() == (made / "contact_errors.csv").read_text()
     rows = read_csv(again / "contact_errors.csv", ContactErrorRow)
@@ -69,7 +75,7 @@ def test_kept_contacts_are_scored_again(tmp_path: Path, capsys: pytest.CaptureFi
 def test_mistakes_are_found_before_any_work(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], option: str, value: str
 ) -> None:
-    assert dispatch(["contact-trials", option, value, "--out", str(tmp_path)]) == 2
+    assert dispatch(["study", "contact-trials", option, value, "--out", str(tmp_path)]) == 2
     assert option in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
 
@@ -80,10 +86,10 @@ def test_rows_without_a_number_are_said(
     row = ContactErrorRow("contact", 2, "60", "", "none", "ideal", 1, 0.45, "both", 2, 0.0, *(8 * [float("nan")]))
     monkeypatch.setattr(contact_trials, "score_contacts", lambda *_: [row])
     monkeypatch.setattr(contact_trials, "load_contacts", lambda _: object())
-    assert dispatch(["contact-trials", "--contacts", "a.nc", "--out", str(tmp_path)]) == 0
+    assert dispatch(["study", "contact-trials", "--contacts", "a.nc", "--out", str(tmp_path)]) == 0
     assert "1 of 1 rows" in capsys.readouterr().err
 
 
 def test_a_file_without_contacts_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert dispatch(["contact-trials", "--contacts", str(tmp_path / "no.nc"), "--out", str(tmp_path)]) == 2
+    assert dispatch(["study", "contact-trials", "--contacts", str(tmp_path / "no.nc"), "--out", str(tmp_path)]) == 2
     assert "no.nc" in capsys.readouterr().err

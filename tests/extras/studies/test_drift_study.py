@@ -113,7 +113,7 @@ def test_the_study_is_resumed(tmp_path, monkeypatch):
 def test_the_command_prints_rows_and_claims(share, code, tmp_path, monkeypatch):
     found = summary([row(0, policy, minute, force_covered_percent=share) for policy in POLICIES for minute in (5, 60)])
     monkeypatch.setattr(command, "run_drift", lambda *_: found)
-    outcome = soft_gripper("drift", "--out", tmp_path)
+    outcome = soft_gripper("study", "drift", "--out", tmp_path)
     assert outcome.code == code
     assert "in free motion" in outcome.out
     assert "best policy: tip within 2.9 % of the length" in outcome.out

@@ -1,4 +1,4 @@
-"""soft-gripper robustness: what it runs, prints and ends with."""
+"""soft-gripper study robustness: what it runs, prints and ends with."""
 
 from itertools import product
 from pathlib import Path
@@ -34,7 +34,7 @@ def test_is_run_and_printed(claim: Claim, code: int, tmp_path: Path, monkeypatch
     monkeypatch.setattr(command, "run_robustness", run_robustness)
     monkeypatch.setattr(command, "is_finished", lambda *_: True)
     monkeypatch.setattr(command, "robustness_claims", lambda rows, plants: [claim])
-    outcome = soft_gripper("robustness", "--out", tmp_path, "--resume", "--seeds", "7")
+    outcome = soft_gripper("study", "robustness", "--out", tmp_path, "--resume", "--seeds", "7")
     assert outcome.code == code
     assert asked == [(tmp_path, 7, True)]
     assert (tmp_path / FOLDER / "robustness.png").stat().st_size > 10_000
@@ -46,4 +46,4 @@ def test_is_run_and_printed(claim: Claim, code: int, tmp_path: Path, monkeypatch
 
 def test_without_an_evaluation_it_says_how_to_make_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    assert f"soft-gripper evaluate --out {tmp_path}" in refusal("robustness", "--out", tmp_path)
+    assert f"soft-gripper evaluate --out {tmp_path}" in refusal("study", "robustness", "--out", tmp_path)

@@ -1,12 +1,15 @@
 """What a grasp is judged by, from signals that are made up."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import xarray as xr
 from task_rules import motion as arm_motion
 
 from soft_gripper.control.task import Phase
+from soft_gripper.diagrams.recording import Recording
 from soft_gripper.runs.scores.grasp import (
     IMPULSE_TIME,
     GraspSignals,
@@ -21,7 +24,7 @@ from soft_gripper.runs.scores.grasp import (
     stiffness,
     verdict,
 )
-from soft_gripper.runs.scores.recorded_grasps import before_put_down
+from soft_gripper.runs.scores.recorded_grasps import before_put_down, touched_instead
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.shipped import scenario_names
 
@@ -180,3 +183,26 @@ def test_shipped_tasks_are_judged_before_they_put_the_object_down():
     for name, task in tasks.items():
         last_counted = judged_phases(*(phase.holds for phase in task.phases))[-1]
         assert task.phases[last_counted + 1].name == "lower", name
+
+
+@pytest.mark.parametrize(
+    ("scenario", "on_left", "phrase"),
+    [
+        ("box_grasp", [0.0, 0.0], ""),
+        ("box_grasp", [0.1, 0.7], "left_finger touches table, with up to 0.70 N"),
+        ("pick_and_place_box", [0.1, 0.7], "left_finger touches workbench, with up to 0.70 N"),
+    ],
+)
+def test_fingers_that_touch_the_table_say_so(scenario, on_left, phrase):
+    """What presses on the box does not count."""
+    on_box = np.array([[0.0, 0.5], [0.3, 0.2]])
+    forces = {
+        "left_finger.normal_force": ("time", on_box[:, 0] + on_left),
+        "right_finger.normal_force": ("time", on_box[:, 1]),
+        "box.grip_normal_force": (("time", "finger"), on_box),
+    }
+    fingers = [SimpleNamespace(name=f"{side}_finger", model_name="gripper") for side in ("left", "right")]
+    station = SimpleNamespace(
+        scenario=load_scenario(scenario), fingers=fingers, logs=SimpleNamespace(signals=forces), task=None
+    )
+    assert touched_instead(station, Recording(xr.Dataset(forces))) == phrase

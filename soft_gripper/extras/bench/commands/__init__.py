@@ -4,6 +4,7 @@ from soft_gripper.commands.options import (
     HOST,
     MCAP,
     Command,
+    Group,
     flag,
     number,
     option,
@@ -45,5 +46,6 @@ COMMANDS = (
             MCAP,
         ),
         package=__name__,
+        group=Group.HARDWARE,
     ),
 )

@@ -6,6 +6,7 @@ from soft_gripper.commands.options import (
     CONSOLE,
     DATA,
     Command,
+    Group,
     json_file,
     option,
     path,
@@ -32,5 +33,6 @@ COMMANDS = (
             option("--out", "file to write (default: %(default)s)", "FILE", json_file, default=Path("benchmark.json")),
         ),
         package=__name__,
+        group=Group.STUDY,
     ),
 )

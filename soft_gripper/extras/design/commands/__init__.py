@@ -5,6 +5,7 @@ from soft_gripper.commands.options import (
     EXECUTOR,
     RESUME,
     Command,
+    Group,
     option,
     out,
     path,
@@ -30,5 +31,6 @@ COMMANDS = (
             out("results/design"),
         ),
         package=__name__,
+        group=Group.DESIGN,
     ),
 )

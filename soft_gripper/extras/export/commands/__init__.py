@@ -3,6 +3,7 @@
 from soft_gripper.commands.options import (
     CONSOLE,
     Command,
+    Group,
     number,
     option,
     path,
@@ -25,5 +26,6 @@ COMMANDS = (
             option("--out", "folder for the files", "DIR", path, required=True),
         ),
         package=__name__,
+        group=Group.DESIGN,
     ),
 )

@@ -12,6 +12,7 @@ from soft_gripper.commands.options import (
     RESUME,
     SEED,
     Command,
+    Group,
     count,
     number,
     option,
@@ -28,7 +29,7 @@ def _check_trials(options: argparse.Namespace) -> None:
     names = Counter(Path(file).stem for file in options.scenario or ())
     for file in options.scenario or ():
         if names[Path(file).stem] > 1:
-            raise InputError("grasp-trials", "--scenario", file, "give scenarios with different names")
+            raise InputError("study grasp-trials", "--scenario", file, "give scenarios with different names")
 
 
 COMMANDS = (
@@ -69,9 +70,10 @@ COMMANDS = (
             out("results/grasp_strength"),
         ),
         package=__name__,
+        group=Group.STUDY,
     ),
     Command(
-        "grasp-trials",
+        "study grasp-trials",
         "pick and place with random poses, masses, frictions and sizes",
         (
             "--trials 200 --seed 1                                        200 trials of every scenario",
@@ -99,5 +101,6 @@ COMMANDS = (
         ),
         _check_trials,
         package=__name__,
+        group=Group.STUDY,
     ),
 )

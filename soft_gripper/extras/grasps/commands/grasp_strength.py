@@ -28,6 +28,10 @@ def run(options: argparse.Namespace) -> int:
     options.console.table("strength", rows, options.out / TABLE)
     save_figure(strength_figure(rows, f"{name}: strength of the grasp of {held}"), options.out / FIGURE)
     print_rows(rows, f"Grasp of {held}: the largest load that it withstands beside the weight")
+    print(
+        f"It is lost if it slides by {options.slid:g} mm along the fingers, or turns by {options.turned:g} degrees in"
+    )
+    print("them; moved and turned are in the palm: the fingers yield too, so they may exceed these limits.")
     print("Stiffness: N/mm along, mN m/degree about an axis; x: the first finger closes, z: it points")
     options.console.wrote(*(options.out / file for file in (TABLE, f"{FIGURE}.png", f"{FIGURE}.svg")))
     return int(all(row.ended == NOT_HELD for row in rows))

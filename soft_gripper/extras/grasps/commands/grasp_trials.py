@@ -1,4 +1,4 @@
-"""soft-gripper grasp-trials: pick and place over random objects."""
+"""soft-gripper study grasp-trials: pick and place over random objects."""
 
 import argparse
 from collections.abc import Callable, Sequence
@@ -93,7 +93,8 @@ def _run_alone(file: str, options: argparse.Namespace, out: Path) -> None:
         partial.write_text(dump_scenario(station.scenario, folder), encoding="utf-8")
     found = judge(file, seed, trial, station, recording)
     for column, value in (_row(found) | asdict(found.details) | asdict(found.grasp)).items():
-        print(f"{column:<20} {value:.3f}" if isinstance(value, float) else f"{column:<20} {value}")
+        known = f"{value:.3f}".replace("nan", "-") if isinstance(value, float) else value
+        print(f"{column:<20} {known}")
     console.document["trials"] = [_row(found)]
     console.wrote(folder / "recording.nc", folder / "scenario.yaml")
     print(f"To watch it: soft-gripper run {folder / 'scenario.yaml'} --meshcat")
@@ -112,8 +113,11 @@ def _print_summary(file: str, seed: int, trials: Sequence[Trial]) -> None:
     low, high = binomtest(successes, len(rows)).proportion_ci(0.95, "wilson")
     likely = f"95 % confidence (Wilson): {100 * low:.1f} to {100 * high:.1f} %"
     print(f"\n{trials[0].scenario}: {successes} of {len(rows)} succeeded; {likely}")
-    print(f"  placed error     mean {_over(np.mean, placed):.2f} mm, at most {_over(np.max, placed):.2f} mm")
-    print(f"  placed angle     mean {_over(np.mean, angles):.1f} degrees, at most {_over(np.max, angles):.1f} degrees")
+    if np.isfinite(placed).any():
+        print(f"  placed error     mean {_over(np.mean, placed):.2f} mm, at most {_over(np.max, placed):.2f} mm")
+        print(
+            f"  placed angle     mean {_over(np.mean, angles):.1f} degrees, at most {_over(np.max, angles):.1f} degrees"
+        )
     for label, column, unit in (
         ("slip", "slip_mm", "mm"),
         ("peak force", "peak_force_n", "N"),
@@ -127,7 +131,7 @@ def _print_summary(file: str, seed: int, trials: Sequence[Trial]) -> None:
     for trial in trials:
         if not trial.result.success:
             print(f"  trial {trial.trial}: {trial.result.cause}")
-            print(f"    rerun: soft-gripper grasp-trials --scenario {file} --seed {seed} --trial {trial.trial}")
+            print(f"    rerun: soft-gripper study grasp-trials --scenario {file} --seed {seed} --trial {trial.trial}")
 
 
 def _over(average: Callable[[Sequence[float]], float], values: Sequence[float]) -> float:

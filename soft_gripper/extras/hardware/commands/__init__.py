@@ -11,6 +11,7 @@ from soft_gripper.commands.options import (
     SEED,
     SET,
     Command,
+    Group,
     count,
     flag,
     number,
@@ -47,6 +48,7 @@ COMMANDS = (
             option("--out", "YAML file for nominal.calibration", "FILE", path, required=True),
         ),
         package=__name__,
+        group=Group.HARDWARE,
     ),
     Command(
         "identify",
@@ -77,6 +79,7 @@ COMMANDS = (
             *EXECUTOR,
         ),
         package=__name__,
+        group=Group.HARDWARE,
     ),
     Command(
         "weigh",
@@ -95,6 +98,7 @@ COMMANDS = (
             out("results/weigh"),
         ),
         package=__name__,
+        group=Group.HARDWARE,
     ),
     Command(
         "replay",
@@ -132,12 +136,14 @@ COMMANDS = (
             HTML,
         ),
         package=__name__,
+        group=Group.HARDWARE,
     ),
     Command(
-        "hardware",
+        "study hardware",
         "identify and replay the published hardware recordings",
         ("--data ~/recordings",),
         (*CONSOLE, DATA, out("results/hardware"), *EXECUTOR),
         package=__name__,
+        group=Group.STUDY,
     ),
 )

@@ -1,4 +1,4 @@
-"""soft-gripper hardware: identifies and replays the published hardware experiments, and checks claims."""
+"""soft-gripper study hardware: identifies and replays the published hardware experiments, and checks claims."""
 
 import argparse
 from concurrent.futures import Executor

@@ -28,6 +28,9 @@ function show() {
 function openScene() {
   const scene = find("scene").contentWindow;
   if (!scene.viewer) return; // it was refused
+  const style = new scene.CSSStyleSheet();
+  style.replaceSync(".dg.main { display: none !important }"); // Meshcat's own controls, which come later
+  scene.document.adoptedStyleSheets = [style];
   scene.addEventListener("keydown", (event) => controls.press(event));
   easeDrawing(scene.viewer);
 }

@@ -1,9 +1,15 @@
-// A plot of the last seconds of some signals: a line for every entry, a hue for every signal.
+// A plot of the last seconds of some signals: a line for every entry. Few lines have hues; entries of many have colours
+// along a scale, from the first to the last, and signals of several entries each a dash.
 
 const WINDOW = 10; // s
 const HUES = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00"];
+const SCALE = ["#440154", "#3b528b", "#21908c", "#5dc863", "#c8b020"]; // of entries: dark to bright, readable on white
+const DASHES = [[], [6, 3], [2, 2], [8, 3, 2, 3]];
+const NAMED = 5; // entries of many that the legend names
 const MARGIN = {left: 46, right: 8, top: 8, bottom: 18}; // px
-const LEAST = {"1": 1e-4}; // half the smallest range that is drawn; of what has a unit, 0.05 of it
+// Half the smallest range that is drawn, so that neither a constant nor noise below what matters is magnified: a share of
+// the largest value, and not less than this, by the unit.
+const LEAST_SHARE = 0.02, LEAST = {"1": 1e-3, N: 0.05, mm: 0.2, kPa: 0.5, deg: 0.2, "mN m": 0.5};
 
 export class Plot {
   // `about`: unit, scale and signals with the labels of their entries; `legend`: where the lines are named.
@@ -23,26 +29,32 @@ export class Plot {
     while (this.samples[0][0] < time - WINDOW) this.samples.shift();
   }
 
-  // Of several signals each has a hue; of a single one each entry.
+  // Signals of one entry have hues; entries of several have colours, by which they are told apart in each signal.
   lines() {
     const signals = Object.entries(this.about.signals);
     return signals.flatMap(([signal, labels], s) =>
       labels.map((label, i) => ({
         signal, i, label,
-        color: HUES[(signals.length > 1 ? s : i) % HUES.length],
-        faint: signals.length > 1 ? 0.25 + (0.75 * (labels.length - i)) / labels.length : 1,
+        color: labels.length === 1 ? HUES[s % HUES.length] : entryColor(i, labels.length),
+        dash: labels.length === 1 ? [] : DASHES[s % DASHES.length],
       })));
   }
 
   nameLines() {
-    const several = Object.keys(this.about.signals).length > 1;
-    const named = several ? this.lines().filter((line) => line.i === 0) : this.lines();
-    this.legend.replaceChildren(...(named.length < 2 ? [] : named.map((line) => {
-      const [item, mark] = [document.createElement("span"), document.createElement("i")];
-      mark.style.background = line.color;
-      item.append(mark, several ? line.signal.split(".").slice(0, -1).join(" ") : line.label);
-      return item;
-    })));
+    const signals = Object.entries(this.about.signals), [[, labels]] = signals;
+    const owner = (signal) => signal.split(".").slice(0, -1).join(" ");
+    const items = [];
+    if (signals.length > 1) {
+      signals.forEach(([signal, own], s) => items.push(
+        own.length === 1 ? mark(HUES[s % HUES.length], [], owner(signal)) : mark("#1d2733", DASHES[s % DASHES.length], owner(signal))));
+    }
+    if (labels.length > 1) {
+      const last = labels.length - 1, count = Math.min(labels.length, last < 6 ? labels.length : NAMED);
+      const named = [...Array(count).keys()].map((n) => Math.round((n * last) / (count - 1)));
+      named.forEach((i, n) => items.push(
+        mark(entryColor(i, labels.length), [], n ? labels[i] : `${this.about.axes} ${labels[i]}`)));
+    }
+    this.legend.replaceChildren(...items);
   }
 
   draw() {
@@ -67,8 +79,9 @@ export class Plot {
       }
     }
     if (low > high) return [-1, 1];
-    const room = Math.max(0.05 * (high - low), LEAST[this.about.unit] ?? 0.05);
-    return [low - room, high + room];
+    const least = Math.max(LEAST_SHARE * Math.max(-low, high), LEAST[this.about.unit] ?? 0.05);
+    const middle = (low + high) / 2, half = Math.max(0.55 * (high - low), least);
+    return [middle - half, middle + half];
   }
 
   drawGrid(pen, x, y, times, values, width, height) {
@@ -86,8 +99,9 @@ export class Plot {
     }
   }
 
-  drawLine(pen, x, y, {signal, i, color, faint}) {
-    [pen.strokeStyle, pen.globalAlpha, pen.lineWidth] = [color, faint, 1.6];
+  drawLine(pen, x, y, {signal, i, color, dash}) {
+    [pen.strokeStyle, pen.lineWidth] = [color, 1.6];
+    pen.setLineDash(dash);
     let piece = [];
     for (const [time, values] of this.samples) {
       const v = values[signal][i];
@@ -97,8 +111,29 @@ export class Plot {
       } else piece.push([x(time), y(v)]);
     }
     stroke(pen, piece);
-    pen.globalAlpha = 1;
+    pen.setLineDash([]);
   }
+}
+
+// The colour of an entry: a hue of its own if there are few, else one along the scale.
+function entryColor(i, count) {
+  if (count <= HUES.length) return HUES[i];
+  const place = (i / (count - 1)) * (SCALE.length - 1), before = Math.min(Math.floor(place), SCALE.length - 2);
+  const part = (color, j) => parseInt(color.slice(1 + 2 * j, 3 + 2 * j), 16);
+  const mixed = [0, 1, 2].map((j) => part(SCALE[before], j) + (place - before) * (part(SCALE[before + 1], j) - part(SCALE[before], j)));
+  return `rgb(${mixed.map(Math.round).join(" ")})`;
+}
+
+// A line with its name, for a legend.
+function mark(color, dash, text) {
+  const [item, line] = [document.createElement("span"), document.createElement("canvas")];
+  [line.width, line.height] = [18, 5];
+  const pen = line.getContext("2d");
+  [pen.strokeStyle, pen.lineWidth] = [color, 3];
+  pen.setLineDash(dash);
+  stroke(pen, [[0, 2.5], [18, 2.5]]);
+  item.append(line, text);
+  return item;
 }
 
 function stroke(pen, points) {

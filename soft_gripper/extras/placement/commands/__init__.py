@@ -6,6 +6,7 @@ from soft_gripper.commands.options import (
     CONSOLE,
     SEED,
     Command,
+    Group,
     number,
     option,
     out,
@@ -73,7 +74,7 @@ COMMANDS = (
             ),
             option(
                 "--contacts",
-                "contacts.nc of `contact-trials`: place sensors for these as well",
+                "contacts.nc of `study contact-trials`: place sensors for these as well",
                 "FILE",
                 path,
             ),
@@ -82,5 +83,6 @@ COMMANDS = (
         ),
         _check_place_sensors,
         package=__name__,
+        group=Group.DESIGN,
     ),
 )

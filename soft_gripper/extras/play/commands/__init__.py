@@ -3,6 +3,7 @@
 from soft_gripper.commands.options import (
     HOST,
     Command,
+    Group,
     option,
     path,
     scenario,
@@ -28,5 +29,6 @@ COMMANDS = (
             HOST,
         ),
         package=__name__,
+        group=Group.START,
     ),
 )

@@ -6,6 +6,7 @@ from soft_gripper.commands.options import (
     RESUME,
     SEED,
     Command,
+    Group,
     count,
     number,
     option,
@@ -15,7 +16,7 @@ from soft_gripper.commands.options import (
 
 COMMANDS = (
     Command(
-        "contact-trials",
+        "study contact-trials",
         "press a finger against random pegs; report errors of contact force and location",
         (
             "--trials 200 --seed 1",
@@ -43,9 +44,10 @@ COMMANDS = (
             out("results/contact_trials"),
         ),
         package=__name__,
+        group=Group.STUDY,
     ),
     Command(
-        "contact-coverage",
+        "study contact-coverage",
         "count how often what `contact` states of a force is true, in situations that users meet",
         ("", "--size 0.1 --resume"),
         (
@@ -63,9 +65,10 @@ COMMANDS = (
             out("results/contact_coverage"),
         ),
         package=__name__,
+        group=Group.STUDY,
     ),
     Command(
-        "drift",
+        "study drift",
         "estimate shape and force during an hour of grasping, with sensors that drift, under policies of zeroing them",
         ("", "--parts 4 --resume"),
         (
@@ -77,9 +80,10 @@ COMMANDS = (
             out("results/drift"),
         ),
         package=__name__,
+        group=Group.STUDY,
     ),
     Command(
-        "robustness",
+        "study robustness",
         "repeat an evaluation with sensor errors, wrong nominal models and other plants",
         (
             "                after `soft-gripper evaluate`, in its folder",
@@ -101,5 +105,6 @@ COMMANDS = (
             ),
         ),
         package=__name__,
+        group=Group.STUDY,
     ),
 )

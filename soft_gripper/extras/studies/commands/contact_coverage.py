@@ -1,12 +1,11 @@
-"""soft-gripper contact-coverage: how often what `contact` states of a force is true."""
+"""soft-gripper study contact-coverage: how often what `contact` states of a force is true."""
 
 import argparse
 
 from soft_gripper.extras.studies.contacts.coverage import (
-    ERRORS,
+    COLUMNS,
     FIGURE,
     KEYS,
-    SHARES,
     TABLE,
     coverage_jobs,
     run_coverage,
@@ -22,7 +21,8 @@ def run(options: argparse.Namespace) -> None:
     kept = "--resume goes on with them"
     with options.console.jobs(len(coverage_jobs()), "cases", kept) as ended, executor as opened:
         rows = run_coverage(out, options.size, options.seed, opened, lambda job: ended(), options.resume)
-    for columns in ((*KEYS, *SHARES), (*KEYS, *ERRORS)):
-        print_table(dict.fromkeys(columns, ""), [[row[column] for column in columns] for row in rows])
+    names = [name for name in COLUMNS if not name.endswith("by_tenth")]  # which the table and the figure have
+    headings = {name.replace("_", " "): "" if name in KEYS else ">" for name in names}
+    print_table(headings, [[row[name] for name in names] for row in rows])
     options.console.document["coverage"] = rows
     options.console.wrote(*(out / file for file in (TABLE, f"{FIGURE}.png", f"{FIGURE}.svg")))

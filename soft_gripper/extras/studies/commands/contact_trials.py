@@ -1,4 +1,4 @@
-"""soft-gripper contact-trials: random single contacts of a finger, and how well they are estimated."""
+"""soft-gripper study contact-trials: random single contacts of a finger, and how well they are estimated."""
 
 import argparse
 import sys

@@ -1,4 +1,4 @@
-"""soft-gripper drift: shape and force during an hour of grasping with sensors that drift."""
+"""soft-gripper study drift: shape and force during an hour of grasping with sensors that drift."""
 
 import argparse
 from dataclasses import asdict

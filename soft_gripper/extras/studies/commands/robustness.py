@@ -1,4 +1,4 @@
-"""soft-gripper robustness: the evaluation again with sensor errors, wrong nominal models and other plants."""
+"""soft-gripper study robustness: the evaluation again with sensor errors, wrong nominal models and other plants."""
 
 import argparse
 from collections.abc import Sequence
@@ -24,11 +24,11 @@ def run(options: argparse.Namespace) -> int:
     out = lock_folder(options.out)
     if not all(is_finished(out / name, evaluated_scenario(name)) for name in SCENARIOS):
         raise InputError(
-            "robustness", "--out", out, f"give the folder of an evaluation: soft-gripper evaluate --out {out}"
+            "study robustness", "--out", out, f"give the folder of an evaluation: soft-gripper evaluate --out {out}"
         )
     estimators = [*SHAPE_FUNCTIONS, *options.estimator]
     jobs = len(NOISE_JOBS) + len(PLANT_JOBS)
-    kept = f"`soft-gripper robustness --out {out} --seeds {seeds} --resume` runs the others"
+    kept = f"`soft-gripper study robustness --out {out} --seeds {seeds} --resume` runs the others"
     with console.jobs(jobs, "robustness jobs", kept) as ended, opened as executor:
         rows, plants = run_robustness(out, seeds, estimators, executor, lambda job: ended(), options.resume)
     save_figure(map_figure(rows), out / FOLDER / "robustness")

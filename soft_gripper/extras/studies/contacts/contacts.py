@@ -89,7 +89,7 @@ def load_contacts(path: Path | str) -> Contacts:
 
 def _read_array(path: Path | str, data: xr.Dataset, name: str, axes: tuple[int, ...]) -> Array:
     if name not in data:
-        raise InputError(path, "array", name, "is not in the file; contact-trials writes it")
+        raise InputError(path, "array", name, "is not in the file; study contact-trials writes it")
     values, (_, least, most, _) = data[name].values, _ARRAYS[name]
     expected = (data.sizes.get("contact", 0), *axes)
     if values.dtype != float or values.shape != expected or not expected[0]:

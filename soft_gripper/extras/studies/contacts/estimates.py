@@ -141,9 +141,11 @@ def check_estimator(name: str) -> None:
     layout = SensorLayout(read_finger(), 1)
     function = estimator_function(name, layout, Uncertainty())
     if isinstance(function, RecursiveShape):
-        raise InputError("contact-trials", "--estimator", name, "needs a recording; contacts are samples by themselves")
+        raise InputError(
+            "study contact-trials", "--estimator", name, "needs a recording; contacts are samples by themselves"
+        )
     if straight_shape(function, layout).contact is None:
-        raise InputError("contact-trials", "--estimator", name, f"does not estimate contact; {ESTIMATOR} does")
+        raise InputError("study contact-trials", "--estimator", name, f"does not estimate contact; {ESTIMATOR} does")
 
 
 def contact_estimates(contacts: Contacts, estimators: Sequence[str]) -> Iterator[ContactEstimate]:

@@ -80,7 +80,7 @@ def test_a_finger_on_a_peg_is_seen_at_rest_and_after_steps():
 def test_the_study_is_resumed(tmp_path, monkeypatch, capsys):
     for name, value in (("STATICS", {"at rest": None, "sliding": None}), ("PEG", ()), ("ARM", ())):
         monkeypatch.setattr(f"soft_gripper.extras.studies.contacts.coverage.{name}", value)
-    arguments = ["contact-coverage", "--size", "0.03", "--jobs", "1", "--out", str(tmp_path)]
+    arguments = ["study", "contact-coverage", "--size", "0.03", "--jobs", "1", "--out", str(tmp_path)]
     assert dispatch(arguments) == 0
     whole = (tmp_path / TABLE).read_text()
     assert len(whole.splitlines()) == 1 + 2 * len(CASES)

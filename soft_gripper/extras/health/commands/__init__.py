@@ -1,0 +1,20 @@
+"""Commands of this extra, as the command line lists them."""
+
+from soft_gripper.commands.options import CONSOLE, EXECUTOR, SEED, Command, Group, count, out
+
+COMMANDS = (
+    Command(
+        "study health",
+        "count how many faults of sensors and fingers are found and named, how soon",
+        ("                         the runs of the documentation", "--runs 16 --out results/some"),
+        (
+            *CONSOLE,
+            count("--runs", "number of runs with a fault, and of runs without", 200),
+            SEED,
+            *EXECUTOR,
+            out("results/health"),
+        ),
+        package=__name__,
+        group=Group.STUDY,
+    ),
+)

@@ -1,0 +1,27 @@
+"""soft-gripper study health: how many faults are found and named, how soon, and how often one is named without any."""
+
+import argparse
+from dataclasses import astuple
+
+from soft_gripper.extras.health.study import health_figure, health_rows, health_runs
+from soft_gripper.files.output import lock_folder
+from soft_gripper.files.row_table import print_table
+from soft_gripper.pictures.style import save_figure
+from soft_gripper.runs.executor import open_executor
+
+TABLE, RUNS, FIGURE = "health.csv", "health_runs.csv", "health"
+_TITLES = ("found [%]", "named right [%]", "false alarms [%]", "median delay [s]", "90 % within [s]")
+
+
+def run(options: argparse.Namespace) -> None:
+    """Runs the command."""
+    executor, out, console = open_executor(options.jobs, options.scheduler), lock_folder(options.out), options.console
+    with console.jobs(2 * options.runs, "runs", "nothing is written until the last run") as ended, executor as opened:
+        runs = health_runs(options.runs, options.seed, opened, lambda key: ended())
+    rows = health_rows(runs)
+    console.table("runs", runs, out / RUNS)
+    console.table("health", rows, out / TABLE)
+    save_figure(health_figure(runs), out / FIGURE)
+    columns = {"stiffness (declared)": "", "fault": "", "runs": "d", **dict.fromkeys(_TITLES, ".3g")}
+    print_table(columns, map(astuple, rows))
+    console.wrote(*(out / file for file in (TABLE, RUNS, f"{FIGURE}.png", f"{FIGURE}.svg")))
