@@ -32,7 +32,10 @@ class WarmSensor(LeafSystem):
             values.set_value(i, value)
 
 
-station = sg.make_station(sg.load_scenario("obstructed_inside", ["pressure.hold_samples=10"]), make_sensor=WarmSensor)
-recording = sg.run_station(station)
-signals = ("temperature", "drift", "saturated", "pose_error")
-figure = recording.plot(*(f"left_finger.{signal}" for signal in signals))
+if __name__ == "__main__":
+    station = sg.make_station(
+        sg.load_scenario("obstructed_inside", ["pressure.hold_samples=10"]), make_sensor=WarmSensor
+    )
+    recording = sg.run_station(station)
+    signals = ("temperature", "drift", "saturated", "pose_error")
+    figure = recording.plot(*(f"left_finger.{signal}" for signal in signals))
