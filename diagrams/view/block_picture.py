@@ -8,10 +8,10 @@ from pydrake.systems.framework import Diagram, InputPort, OutputPort, System
 
 from soft_gripper.errors import InputError
 
-_LEFT_OUT = ("logs", "scene_graph", "meshcat", "illustration", "estimate_visualizer")
+_LEFT_OUT = ("logs", "drake/systems/VectorLogSink", "scene_graph", "meshcat", "illustration", "estimate_visualizer")
 _NAMELESS = ("y0", "y", "delayed_u")  # uninformative names of ports of Drake's primitives
 _STYLE = {
-    "graph": {"rankdir": "TB", "bgcolor": "white", "nodesep": "0.3", "ranksep": "0.4", "size": "8,12"},  # inches at most
+    "graph": {"rankdir": "TB", "bgcolor": "white", "nodesep": "0.3", "ranksep": "0.4", "size": "8,12"},  # inches
     "node": {"shape": "box", "style": "rounded,filled", "fontname": "Helvetica", "fontsize": "12", "color": "#888888"},
     "edge": {"fontname": "Helvetica", "fontsize": "9", "color": "#666666", "fontcolor": "#333333"},
 }

@@ -27,7 +27,8 @@ def success_criteria(scenario: Scenario) -> list[str]:
     Raises:
         InputError: if a criterion names a measure that runs of the scenario do not have.
     """
-    return [criterion.text for criterion in (*_of_task(scenario), *_of_scenario(scenario))]
+    of_task = [criterion.text for criterion in _of_task(scenario)]
+    return of_task + [criterion.text for criterion in _of_scenario(scenario)]
 
 
 def success_rows(station: Station, recording: Recording) -> list[CriterionRow]:

@@ -258,8 +258,9 @@ def _pressed(run: TaskRun) -> str:
 
 def _squeezed(run: TaskRun) -> str:
     limit = run.task.squeeze_limit
-    exceeds = limit is not None and run.squeeze > limit
-    return f"squeezed by {1e3 * run.squeeze:.2f} mm, above {1e3 * limit:g} mm" if exceeds else ""
+    if limit is None or not run.squeeze > limit:
+        return ""
+    return f"squeezed by {1e3 * run.squeeze:.2f} mm, above {1e3 * limit:g} mm"
 
 
 def _slipped(run: TaskRun) -> str:
