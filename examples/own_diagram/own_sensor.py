@@ -33,9 +33,7 @@ class WarmSensor(LeafSystem):
 
 
 if __name__ == "__main__":
-    station = sg.make_station(
-        sg.load_scenario("obstructed_inside", ["pressure.hold_samples=10"]), make_sensor=WarmSensor
-    )
-    recording = sg.run_station(station)
+    scenario = sg.load_scenario("obstructed_inside", ["pressure.hold_samples=10"])
+    recording = sg.run_station(sg.make_station(scenario, make_sensor=WarmSensor))
     signals = ("temperature", "drift", "saturated", "pose_error")
     figure = recording.plot(*(f"left_finger.{signal}" for signal in signals))
