@@ -16,7 +16,8 @@ _ALL = """\
 # Scenarios
 
 Every scenario that is shipped, with its command, its signals, and the criteria by which a run of it is a success. A
-scenario of your own begins as a copy of one of these files.
+scenario of your own begins as a copy of one of these files; its `success` lists criteria such as `grasp is held` or
+`slid_mm at most 1`, of the measures of a [sweep](sweeps.md), and `run` compares them with what it measures.
 
 {cards}
 
