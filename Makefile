@@ -142,17 +142,21 @@ verification-soft: $(READY)
 	PYTHONPATH=tests/helpers $(BIN)/python benchmarks/verify_soft.py
 
 # The site, in build/docs/html: pages and notebooks of the repository, and pages generated from the code.
-# NOTEBOOKS=off shows notebooks without running them, in a third of the time.
-.PHONY: docs docs-links
-NOTEBOOKS ?= force
+.PHONY: docs docs-links notebooks scenarios
 SPHINX = $(BIN)/sphinx-build -c docs/site -d build/docs/doctrees -j 2 -W --keep-going
 docs: .venv/docs
 	$(BIN)/python docs/site/stage.py build/docs/source
-	PYTHONPATH=$(abspath examples) $(SPHINX) -q -D nb_execution_mode=$(NOTEBOOKS) build/docs/source build/docs/html
+	$(SPHINX) -q build/docs/source build/docs/html
+
+# After a change of a notebook, its outputs, and after one of a shipped scenario, what its page shows: a few minutes.
+notebooks: .venv/docs
+	$(BIN)/python docs/site/store_outputs.py
+scenarios: $(READY)
+	$(BIN)/python docs/site/store_scenarios.py
 
 # External links, which need a network; after `make docs`.
 docs-links: .venv/docs
-	$(SPHINX) -b linkcheck -D nb_execution_mode=off build/docs/source build/docs/links
+	$(SPHINX) -b linkcheck build/docs/source build/docs/links
 
 clean:
 	rm -rf .venv .venv-older build dist results *.egg-info

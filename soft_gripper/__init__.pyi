@@ -25,6 +25,7 @@ from .diagrams.station import make_station as make_station
 from .diagrams.station_parts import Station as Station
 from .diagrams.view.block_diagram import graphviz as graphviz
 from .diagrams.view.block_diagram import save_block_diagram as save_block_diagram
+from .diagrams.view.block_picture import block_picture as block_picture
 from .diagrams.wiring.drive import add_pressure_drive as add_pressure_drive
 from .diagrams.wiring.estimation import add_estimation as add_estimation
 from .diagrams.wiring.grip_control import add_grip_control as add_grip_control

@@ -15,9 +15,7 @@ source_suffix = {".md": "myst-nb", ".ipynb": "myst-nb"}
 
 myst_enable_extensions = ["colon_fence", "dollarmath"]
 myst_heading_anchors = 3
-nb_execution_mode = "force"
-nb_execution_timeout = 240  # s, of a cell
-nb_execution_raise_on_error = True
+nb_execution_mode = "off"  # notebooks have their outputs with them
 nb_merge_streams = True
 
 autodoc_default_options = {"members": True, "member-order": "bysource"}
@@ -30,8 +28,13 @@ highlight_language = "none"  # what is indented is output, a diagram or a comman
 default_role = "py:obj"  # docstrings name things in single backticks
 
 html_theme = "furo"
-html_title = "soft-gripper"
+html_title = f"soft-gripper {version}"
+html_logo = html_favicon = "static/logo.svg"
 html_math_renderer = "mathml"
+html_theme_options = {
+    f"{scheme}_css_variables": {f"color-brand-{part}": color for part in ("primary", "content", "visited")}
+    for scheme, color in (("light", "#0b7a7a"), ("dark", "#4fd1c5"))
+}
 html_static_path = ["static"]
 html_css_files = ["site.css"]
 html_copy_source = False

@@ -37,11 +37,16 @@ def blocks_page() -> str:
 
 def signals_page(scenario: str = "pick_and_place_box") -> str:
     """Markdown, with a table of all signals of a scenario."""
+    return f"{_SIGNALS.format(scenario=scenario)}\n{signals_table(scenario)}"
+
+
+def signals_table(scenario: str) -> str:
+    """The signals of a recording of a scenario; of several fingers, those of the first."""
     built = station(scenario)
     other = tuple(f"{finger.name}." for finger in built.fingers[1:])
     ports = {name: port for name, port in built.parts.signals.items() if not name.startswith(other)}
     rows = [(code(name), *_cells(port.size(), signal_of(port))) for name, port in sorted(ports.items())]
-    return f"{_SIGNALS.format(scenario=scenario)}\n{table(('signal', 'size', 'unit', 'axes'), rows)}"
+    return table(("signal", "size", "unit", "axes"), rows)
 
 
 def ports_table(placed: Placed) -> str:

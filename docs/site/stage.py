@@ -20,9 +20,11 @@ from block_diagrams import save_diagrams
 from links import PICTURES, ROOT, linked_path, links, on_site, site_path
 from overview import blocks, namespaces
 from port_tables import blocks_page, signals_page
+from scenario_pages import scenario_pages
 from schema_page import schema_page
 
 _LANGUAGES = {".py": "python", ".yaml": "yaml", ".urdf": "xml"}
+_STATIC = "docs/site/static/"  # Sphinx copies it
 _SHOWN = re.compile(r"\]\(\.\./files/(.+?)\.md\)")  # links of pages that are made from the code
 
 
@@ -39,6 +41,7 @@ def made_pages() -> Iterator[tuple[str, str]]:
     yield "reference/scenario.md", schema_page()
     yield "reference/blocks.md", blocks_page()
     yield "reference/signals.md", signals_page()
+    yield from scenario_pages()
     yield from api_pages()
 
 
@@ -60,7 +63,7 @@ def stage(folder: Path) -> None:
         _write(folder / path, text)
     for path in shown_files(pages, made):
         _write(folder / site_path(path), _file_page(path))
-    for path in (path for ending in PICTURES for path in _files("docs", ending)):
+    for path in (path for ending in PICTURES for path in _files("docs", ending) if not path.startswith(_STATIC)):
         shutil.copy(ROOT / path, folder / site_path(path))
     (folder / "diagrams").mkdir()
     save_diagrams(folder / "diagrams")

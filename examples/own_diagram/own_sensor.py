@@ -32,7 +32,8 @@ class WarmSensor(LeafSystem):
             values.set_value(i, value)
 
 
-station = sg.make_station(sg.load_scenario("obstructed_inside", ["pressure.hold_samples=10"]), make_sensor=WarmSensor)
-recording = sg.run_station(station)
-signals = ("temperature", "drift", "saturated", "pose_error")
-figure = recording.plot(*(f"left_finger.{signal}" for signal in signals))
+if __name__ == "__main__":
+    scenario = sg.load_scenario("obstructed_inside", ["pressure.hold_samples=10"])
+    recording = sg.run_station(sg.make_station(scenario, make_sensor=WarmSensor))
+    signals = ("temperature", "drift", "saturated", "pose_error")
+    figure = recording.plot(*(f"left_finger.{signal}" for signal in signals))

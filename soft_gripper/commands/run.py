@@ -36,6 +36,7 @@ from soft_gripper.runs.scores.recorded_grasps import ObjectGrasp, ObjectGrip, re
 from soft_gripper.runs.scores.recorded_slips import recorded_slips
 from soft_gripper.runs.scores.recorded_task import TaskRun, judged
 from soft_gripper.runs.scores.steps import outcome, phase_table, step_table
+from soft_gripper.runs.success import success_criteria, success_rows
 from soft_gripper.scenario.nominal_model import read_nominal_model
 from soft_gripper.scenario.scenario_file import dump_scenario, files_read
 from soft_gripper.scenario.schema import Scenario
@@ -48,6 +49,7 @@ def run(options: argparse.Namespace) -> int:
     name, station = Path(options.scenario).stem, chosen_station(options)
     scenario = station.scenario
     check_closed(station)
+    success_criteria(scenario)  # a wrong one is reported before the run
     out = run_folder(options.out, name, scenario)
     read = files_read(options.scenario, scenario)
     _check_files(options, read)
@@ -155,6 +157,7 @@ def _write(out: Path, name: str, station: Station, recording: Recording, console
         *_write_scores(out, name, station, recording, grasps, console),
         *_write_forces(out, station, recording, console),
         *_write_grasps(out, station, recording, grasps, grips, console),
+        *_write_success(out, station, recording, console),
     ]
     return ["recording.nc", "scenario.yaml", *files]
 
@@ -189,6 +192,18 @@ def _write_grasps(
     print_grasps(grasps, grips, touched_instead(station, recording))
     print_slips(slips)
     return [f"{table}.csv" for table in tables]
+
+
+def _write_success(out: Path, station: Station, recording: Recording, console: Console) -> list[str]:
+    """Writes and prints whether the run meets each criterion of success, if the whole ground truth is there."""
+    rows = success_rows(station, recording) if station.scenario.record.truth == "all" else []
+    if not rows:
+        return []
+    console.table("success", rows, out / "success.csv")
+    print(f"\nCriteria of success: {sum(row.met for row in rows)} of {len(rows)} met")
+    for row in rows:
+        print(f"  {'yes' if row.met else 'NO '}  {row.criterion}{row.measured and f' ({row.measured})'}")
+    return ["success.csv"]
 
 
 def _not_held(station: Station, grasps: Sequence[ObjectGrasp]) -> list[str]:

@@ -23,6 +23,7 @@ from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.fingers.finger_links import SPRINGS
 from soft_gripper.quantity import Misfit, Rule, like, quantity, valid
 from soft_gripper.registry import registered, with_added_fields
+from soft_gripper.scenario.criterion import FORM, read_criterion
 from soft_gripper.scenario.drake_values import ByValue
 from soft_gripper.scenario.shipped import PRESETS
 from soft_gripper.sensors.path_sensors import LAYOUTS, STEEPEST
@@ -508,6 +509,9 @@ class Scenario(ByValue):
     """
 
     description: str = ""
+    # Criteria of success, of the measures of a sweep, as "grasp is held" or "slid_mm at most 1". A task that holds an
+    # object has further ones.
+    success: list[str] = field(default_factory=list)
     # Drake's model directives, added before the models, which can be welded to what they add, see docs/drake_users.md
     directives: list[ModelDirective] = field(default_factory=list)
     models: list[ModelConfig] = quantity([], filled=True)
@@ -540,6 +544,9 @@ class Scenario(ByValue):
     def misfits(self) -> Iterator[Misfit]:
         if self.contact_points not in (2, 4, 8):
             yield "contact_points", self.contact_points, "must be 2, 4 or 8"
+        for i, text in enumerate(self.success):
+            if read_criterion(text) is None:
+                yield f"success[{i}]", text, f"must be {FORM}"
         for i, directive in enumerate(self.directives):
             kinds = [each.name for each in ModelDirective.__fields__]
             given = [kind for kind in kinds if getattr(directive, kind) is not None]

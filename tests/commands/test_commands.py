@@ -121,7 +121,8 @@ def test_run_writes_scenario_recording_and_tables() -> None:
     run = soft_gripper("run", "free_bending", *short())
     assert run.code == 0
     folder = "results/free_bending"
-    assert files() == [f"{folder}/{name}" for name in ("forces.csv", "metrics.csv", "recording.nc", "scenario.yaml")]
+    tables = [f"{table}.csv" for table in ("forces", "metrics")]
+    assert files() == [f"{folder}/{name}" for name in (*tables, "recording.nc", "scenario.yaml", "success.csv")]
     assert folder in run.out
     assert soft_gripper("show", f"{folder}/scenario.yaml").out == Path(f"{folder}/scenario.yaml").read_text()
     recording = Recording.load(f"{folder}/recording.nc")

@@ -1,5 +1,6 @@
 """The ground truth of a task's result, from its recording: what the task achieved, and why it failed."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -12,6 +13,7 @@ from soft_gripper.control.task import Outcome
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.runs.scores.slip import recorded_poses, slip
+from soft_gripper.scenario.schema import TaskConfig
 
 Flags = NDArray[np.bool_]
 MAX_PLACED_ERROR = 10.0  # mm from the goal, within which an object counts as placed
@@ -58,7 +60,7 @@ class TaskRun:
         """`station` has a task and contact detection; `recording` is the recording of its run."""
         assert station.task is not None
         assert station.scenario.task is not None
-        self._task = station.scenario.task
+        self.task = station.scenario.task
         self._station, self._recording = station, recording
         self._phases = station.task.phases
         self._time = recording["time"].values
@@ -66,8 +68,6 @@ class TaskRun:
         outcomes = recording["task.outcome"].values.astype(int)
         self.outcome = Outcome(outcomes[-1])
         self.outcomes = np.append(outcomes[1:], outcomes[-1])  # outcome after each sample
-        self.force_limit = self._task.force_limit  # N; None: no limit
-        self.squeeze_limit = self._task.squeeze_limit  # m; None: no limit
 
     def when(self, sample: int) -> str:
         """The time and the phase of a sample, as text."""
@@ -89,11 +89,11 @@ class TaskRun:
     @cached_property
     def final_pose(self) -> RigidTransform:
         """Final pose of the object frame in the world."""
-        return recorded_poses(self._recording, str(self._task.object), [-1])[0]
+        return recorded_poses(self._recording, str(self.task.object), [-1])[0]
 
     @property
     def _goal_pose(self) -> RigidTransform:
-        return self._task.X_WGoal.GetDeterministicValue()
+        return self.task.X_WGoal.GetDeterministicValue()
 
     @cached_property
     def dropped(self) -> int | None:
@@ -111,7 +111,7 @@ class TaskRun:
     @cached_property
     def squeeze(self) -> float:
         """Largest squeeze of a soft object while a finger touches it, m; NaN of a rigid one."""
-        signal = f"{self._task.object}.squeeze"
+        signal = f"{self.task.object}.squeeze"
         if signal not in self._recording:
             return NAN
         touched = np.any([self._of(finger, "normal_force") > 0 for finger in self._fingers], axis=0)
@@ -123,7 +123,7 @@ class TaskRun:
         carrying = self._holding[:-1] or self._holding
         samples = np.flatnonzero(np.isin(self._phase, carrying))
         slips = np.full(len(self._phase), NAN)
-        slips[samples] = slip(self._station, self._recording, str(self._task.object), samples)
+        slips[samples] = slip(self._station, self._recording, str(self.task.object), samples)
         return slips
 
     @cached_property
@@ -212,32 +212,79 @@ def judged(station: Station, recording: Recording) -> Judged:
 
 
 def failure(run: TaskRun) -> str:
-    """The cause of a failure, as a phrase; empty for a success. The likely root cause comes first."""
-    limit, squeezed, placed_error = run.force_limit, run.squeeze_limit, 1e3 * float(np.linalg.norm(run.placed))
-    placed_angle = float(np.degrees(angle(run.turned)))
-    if run.dropped is not None:
-        return f"dropped {run.when(run.dropped)}"
+    """The cause of a failure, as a phrase; empty for a success."""
+    return next((cause for criterion in task_criteria(run.task) if (cause := criterion.failure(run))), "")
+
+
+@dataclass(frozen=True)
+class TaskCriterion:
+    """A condition for the success of a task, and how a run fails it: a phrase, empty if it does not."""
+
+    text: str
+    failure: Callable[[TaskRun], str]
+
+
+def task_criteria(task: TaskConfig) -> list[TaskCriterion]:
+    """The conditions for the success of a task. The likely root cause of a failure comes first."""
+    limits = []
+    if task.force_limit is not None:
+        limits.append(TaskCriterion(f"no finger presses with more than {task.force_limit:g} N", _pressed))
+    if task.squeeze_limit is not None:
+        limits.append(TaskCriterion(f"squeezed by at most {1e3 * task.squeeze_limit:g} mm", _squeezed))
+    return [
+        TaskCriterion("never dropped", _dropped),
+        TaskCriterion("the task is done, as it estimates itself", _unfinished),
+        TaskCriterion("no contact is detected where there is none", lambda run: run.false_alarm),
+        TaskCriterion("every contact is detected", _undetected),
+        *limits,
+        TaskCriterion(f"slips by at most {MAX_SLIP:g} mm while it is lifted and carried", _slipped),
+        TaskCriterion(f"placed within {MAX_PLACED_ERROR:g} mm of the goal", _misplaced),
+        TaskCriterion(f"turned within {MAX_PLACED_ANGLE:g} degrees of the goal", _misturned),
+    ]
+
+
+def _dropped(run: TaskRun) -> str:
+    return "" if run.dropped is None else f"dropped {run.when(run.dropped)}"
+
+
+def _unfinished(run: TaskRun) -> str:
     if run.outcome == Outcome.RUNNING:
         return f"not over {run.when(-1)}"
-    if run.outcome != Outcome.DONE:
-        words = Outcome(run.outcome).words
-        return f"{words} {run.when(int(np.argmax(run.outcomes != Outcome.RUNNING)))}"
-    if run.false_alarm:
-        return run.false_alarm
-    if np.isinf(run.detection_delay):
-        return "contact not detected"
-    if limit is not None and run.peak_force > limit:
-        return f"force of {run.peak_force:.2f} N, above {limit:g} N"
-    if squeezed is not None and run.squeeze > squeezed:
-        return f"squeezed by {1e3 * run.squeeze:.2f} mm, above {1e3 * squeezed:g} mm"
-    if not 1e3 * run.slip <= MAX_SLIP:
-        return f"slip of {1e3 * run.slip:.2f} mm, above {MAX_SLIP:g} mm"
-    if not placed_error <= MAX_PLACED_ERROR:
-        return f"placed {placed_error:.1f} mm from the goal, above {MAX_PLACED_ERROR:g} mm"
-    if not placed_angle <= MAX_PLACED_ANGLE:
-        tilted, most = float(np.degrees(tilt(run.turned))), MAX_PLACED_ANGLE
-        return f"placed {placed_angle:.1f} degrees from the goal, tilted by {tilted:.1f}, above {most:g} degrees"
-    return ""
+    ended = run.when(int(np.argmax(run.outcomes != Outcome.RUNNING)))
+    return "" if run.outcome == Outcome.DONE else f"{run.outcome.words} {ended}"
+
+
+def _undetected(run: TaskRun) -> str:
+    return "contact not detected" if np.isinf(run.detection_delay) else ""
+
+
+def _pressed(run: TaskRun) -> str:
+    limit = run.task.force_limit
+    return f"force of {run.peak_force:.2f} N, above {limit:g} N" if limit is not None and run.peak_force > limit else ""
+
+
+def _squeezed(run: TaskRun) -> str:
+    limit = run.task.squeeze_limit
+    if limit is None or not run.squeeze > limit:
+        return ""
+    return f"squeezed by {1e3 * run.squeeze:.2f} mm, above {1e3 * limit:g} mm"
+
+
+def _slipped(run: TaskRun) -> str:
+    slip_mm = 1e3 * run.slip
+    return "" if slip_mm <= MAX_SLIP else f"slip of {slip_mm:.2f} mm, above {MAX_SLIP:g} mm"
+
+
+def _misplaced(run: TaskRun) -> str:
+    error = 1e3 * float(np.linalg.norm(run.placed))
+    return "" if error <= MAX_PLACED_ERROR else f"placed {error:.1f} mm from the goal, above {MAX_PLACED_ERROR:g} mm"
+
+
+def _misturned(run: TaskRun) -> str:
+    turned, tilted = (float(np.degrees(found)) for found in (angle(run.turned), tilt(run.turned)))
+    most = MAX_PLACED_ANGLE
+    ends = f"tilted by {tilted:.1f}, above {most:g} degrees"
+    return "" if turned <= most else f"placed {turned:.1f} degrees from the goal, {ends}"
 
 
 def angle(R_GO: RotationMatrix) -> float:

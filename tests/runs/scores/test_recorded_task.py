@@ -10,6 +10,7 @@ from pydrake.math import RigidTransform, RollPitchYaw
 from soft_gripper.control.task import Outcome
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.runs.scores.recorded_task import Judged, detection_delay, false_alarm, judged
+from soft_gripper.runs.success import success_criteria, success_rows
 
 IN_PHASE = 10  # samples
 NAMES = ["approach", "descend", "close", "lift", "carry", "lower", "release", "retreat", "return"]
@@ -146,6 +147,13 @@ def test_the_largest_force_of_either_finger_is_compared_with_what_the_object_bea
     scenario = replace(station.scenario, task=task)
     delicate = replace(station, parts=replace(station.parts, scenario=scenario))
     assert row(delicate, signals).cause == "force of 2.60 N, above 2.5 N"
+    compared = success_rows(delicate, box_recording(delicate, signals))
+    assert [criterion.criterion for criterion in compared] == success_criteria(scenario)
+    (missed,) = (criterion for criterion in compared if not criterion.met)
+    assert (missed.criterion, missed.measured) == (
+        "no finger presses with more than 2.5 N",
+        "force of 2.60 N, above 2.5 N",
+    )
 
 
 def test_the_delay_is_that_of_the_slower_finger(station):

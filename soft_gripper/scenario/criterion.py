@@ -1,0 +1,40 @@
+"""A criterion of success of a scenario, as text: "slid_mm at most 1", "grasp is held"."""
+
+import math
+import re
+from typing import Any, NamedTuple
+
+FORM = "MEASURE at most NUMBER, MEASURE at least NUMBER, or MEASURE is TEXT, with a measure of a sweep"
+_TEXT = re.compile(r"(\w+) (at most|at least|is) (\S.*)")
+
+
+class Criterion(NamedTuple):
+    """What a measure of a run must be."""
+
+    text: str
+    measure: str
+    relation: str  # "at most", "at least" or "is"
+    value: str
+
+    def is_met(self, measured: Any) -> bool:
+        """Whether a run with this value of the measure meets it; nothing that is NaN does."""
+        if self.relation == "is":
+            return str(measured) == self.value
+        bound = float(self.value)
+        return bool(measured <= bound if self.relation == "at most" else measured >= bound)
+
+
+def read_criterion(text: str) -> Criterion | None:
+    """Parses a criterion; None if it has another form than FORM."""
+    match = _TEXT.fullmatch(text)
+    if match is None:
+        return None
+    found = Criterion(text, *match.groups())
+    return found if found.relation == "is" or math.isfinite(_number(found.value)) else None
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan
