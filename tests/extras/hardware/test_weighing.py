@@ -26,6 +26,7 @@ from soft_gripper.fingers.cross_section import CrossSection
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import TipLoad
 from soft_gripper.fingers.paths import Tendon
+from soft_gripper.runs.executor import open_executor
 from soft_gripper.scenario.model_files import model_path
 
 SECTION = CrossSection(0.03, 0.03, 6e5, 600.0)
@@ -251,7 +252,8 @@ def test_the_published_trunk_with_dc_motors():
     files = [str(folder / f"observations_{mass}g.csv") for mass in (200, 400)]
     finger = read_finger(model_path(load_description("trunk_dc").finger))
     states = [settled_states(recording, finger) for recording in find_recordings(files, "trunk_dc")]
-    found = identify_states(finger, [*PUBLISHED_FREE, "delay", "dry_friction"], states, [], HereExecutor())
+    with open_executor(None, None) as executor:
+        found = identify_states(finger, [*PUBLISHED_FREE, "delay", "dry_friction"], states, [], executor)
     mean = {(row.recording, row.role, row.family): row.mean_mm for row in found.scores if row.marker == "3"}
     left_out = [mean[of.name, "left out", "all"] for of in states]
     assert np.mean(left_out) < 15
