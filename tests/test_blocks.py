@@ -13,8 +13,12 @@ from pydrake.systems.framework import Diagram, PortDataType
 import soft_gripper
 from soft_gripper.array_block import ArrayBlock
 from soft_gripper.diagrams.station import make_private_station, make_station
+from soft_gripper.estimators.calibration_range import CalibrationRange
 from soft_gripper.estimators.finger_shape import FingerShape
 from soft_gripper.scenario.scenario_file import load_scenario
+from soft_gripper.sensors.calibrated_states import CalibratedStates
+from soft_gripper.sensors.fitted_states import FittedStates, Widths
+from soft_gripper.sensors.sensor_layout import SensorLayout
 from soft_gripper.signals import signal_of
 
 PERIOD, SAMPLES = 0.01, 12  # s
@@ -68,7 +72,11 @@ def examples(tmp_path_factory):
     dead = load_scenario("tip_distance_steps", ["sensor.faults=[{finger: left_finger}]", "estimator.type=gaussian"])
     stations.append(make_private_station(dead))
     found = [block for station in stations for block in blocks(station.diagram)]
-    found.append(FingerShape(stations[0].fingers[0].finger))
+    finger = stations[0].fingers[0].finger
+    found.append(FingerShape(finger))
+    states = FittedStates(np.zeros((1, 7)), np.full(7, 0.02))
+    calibrated = CalibratedStates(states, Widths(np.array([1e-3]), 1e-3), 2.0, sections=2)
+    found.append(CalibrationRange(SensorLayout(finger, 2), calibrated, np.array([0.0, 0.0, -9.81])))
     distinct = {(type(block), block.period, *block.outputs, *ports(block).items()): block for block in found}
     yield {kind: [block for block in distinct.values() if type(block) is kind] for kind in map(type, found)}
     del stations

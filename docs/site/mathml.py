@@ -42,7 +42,6 @@ def to_mathml(tex: str, as_block: bool = False) -> str:
     Raises:
         MathError: docutils cannot read it.
     """
-    ET.register_namespace("", _MATHML)
     tree = ET.fromstring(tex2mathml(tex, as_block=as_block).replace("&ApplyFunction;", "\u2061"))
     for element in tree.iter(f"{{{_MATHML}}}munderover"):
         if _is_accent(element[2]):
@@ -51,6 +50,9 @@ def to_mathml(tex: str, as_block: bool = False) -> str:
     for opening, closing in zip(bars[::2], bars[1::2], strict=False):  # else spaced as relations are
         opening.set("form", "prefix")
         closing.set("form", "postfix")
+    for element in tree.iter():
+        element.tag = element.tag.removeprefix(f"{{{_MATHML}}}")  # the empty prefix is one for all writers of XML
+    tree.set("xmlns", _MATHML)
     return ET.tostring(tree, encoding="unicode")
 
 

@@ -53,7 +53,7 @@ def test_what_is_lost_without_sliding_says_so_and_what_is_held_says_nothing(caps
 
 
 def test_a_grasp_is_printed_without_nan(capsys):
-    known = {"slip_ratio": 7.0, "normal_force_n": 0.06, "needed_force_n": 0.41, "pump_energy_mj": 180.0}
+    known = {"slip_ratio": 7.0, "normal_force_n": 0.06, "least_force_n": 0.41, "pump_energy_mj": 180.0}
     grasp = ObjectGrasp("cup", **vars(replace(UNKNOWN, grasp="dropped", **known)))
     print_grasps([grasp], [ObjectGrip("cup", "left", 0.058, 0.075, 1.1, math.nan, 1.6, 78.5)])
     out = capsys.readouterr().out

@@ -31,4 +31,9 @@ def test_run_writes_the_table_of_steps(tmp_path):
         rows = list(csv.DictReader(file))
     assert ",".join(rows[0]) == COLUMNS
     assert [float(row["to_mm"]) for row in rows] == pytest.approx([80, 60])
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["recording.nc", "scenario.yaml", "steps.csv"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == [
+        "recording.nc",
+        "scenario.yaml",
+        "steps.csv",
+        "success.csv",
+    ]
