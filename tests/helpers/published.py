@@ -81,7 +81,7 @@ def _errors_by_sections(column: str) -> Callable[[Written], list[Numbers]]:
 
 
 def _errors_by_estimator(w: Written) -> list[Numbers]:
-    return [[w.mean(s, n, POSE, name) for n in (1, 2, 4)] for s in SCENARIOS for name in ESTIMATORS]
+    return [[w.mean(s, n, POSE, name) for n in (1, 2, 4)] for s in CONTACT for name in ESTIMATORS]
 
 
 def _contacts(w: Written) -> list[Numbers]:

@@ -11,7 +11,7 @@ from page_session import follow
 import soft_gripper as sg
 
 DOCS = Path(__file__).parents[3] / "docs"
-PAGES = [*sorted((DOCS / "howto").glob("*.md")), DOCS / "start.md", DOCS / "site" / "concepts.md"]
+PAGES = [*sorted((DOCS / "howto").glob("*.md")), DOCS / "start.md", DOCS / "sweeps.md", DOCS / "site" / "concepts.md"]
 
 
 @pytest.mark.slow

@@ -41,7 +41,7 @@ def test_tests_that_a_page_names_are_there_and_run_as_it_says(page):
     [
         ("docs/finger.md", "finger.md"),
         ("docs/site/index.md", "index.md"),
-        ("docs/howto/sweep.md", "howto/sweep.md"),
+        ("docs/howto/slip.md", "howto/slip.md"),
         ("docs/peers.png", "peers.png"),
         ("notebooks/03_force.ipynb", "notebooks/03_force.ipynb"),
         ("CHANGELOG.md", "changelog.md"),
