@@ -11,11 +11,14 @@ from pydrake.systems.framework import Diagram, System
 import soft_gripper as sg
 from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.diagrams.station_parts import Station
+from soft_gripper.estimators.calibration_range import CalibrationRange
 from soft_gripper.estimators.finger_shape import FingerShape
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.extras.bench.bench import Bench, Measured
 from soft_gripper.extras.hardware.replay.arm_estimation import ArmEstimation, LogSource, NominalArm, RigidParts
 from soft_gripper.extras.hardware.replay.wire_lengths import WireGeometry
+from soft_gripper.sensors.calibrated_states import CalibratedStates
+from soft_gripper.sensors.fitted_states import FittedStates, Widths
 
 _SCENARIOS = {
     "pick_and_place_delicate": ["estimator.alongside=[arcs, gaussian]", "sensor.pressure_errors={noise: 20}"],
@@ -67,7 +70,10 @@ def _all_systems() -> Iterator[Placed]:
     yield from _inside(Placed(make_private_station(sg.load_scenario("tip_distance_steps")).diagram))
     yield from _inside(Placed(Bench(sg.load_scenario("tip_distance_steps")).diagram))
     yield Placed(Measured(0.01, 8, "1"))
-    yield Placed(FingerShape(station("tip_distance_steps").fingers[0].finger))
+    finger = station("tip_distance_steps").fingers[0].finger
+    yield Placed(FingerShape(finger))
+    states = CalibratedStates(FittedStates(np.zeros((1, 11)), np.ones(11)), Widths(np.zeros(1), 0.0), 1.0, sections=4)
+    yield Placed(CalibrationRange(sg.sensors.SensorLayout(finger, 4), states, np.zeros(3)))
     yield from _inside(Placed(sg.make_station(sg.load_scenario("tip_distance_steps", _FORCE_LIMITED)).diagram))
     yield from _inside(Placed(_arm_estimation()))
     yield Placed(LogSource("strain", np.zeros((2, 8)), 0.01, "1", path=("inner", "outer"), section=range(4)))

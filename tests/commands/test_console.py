@@ -75,7 +75,7 @@ def test_a_run_as_a_document_says_what_its_tables_do(tmp_path):
     text, document, quiet = (soft_gripper(*arguments, *more) for more in ([], ["--json"], ["-q"]))
     found = json.loads(document.out)
     assert found["written"] == [
-        str(tmp_path / name) for name in ("recording.nc", "scenario.yaml", "metrics.csv", "forces.csv")
+        str(tmp_path / name) for name in ("recording.nc", "scenario.yaml", "metrics.csv", "forces.csv", "success.csv")
     ]
     assert [row["pressure_kpa"] for row in found["poses"]] == pytest.approx([0, 60, 0, 60])
     for row in found["poses"]:

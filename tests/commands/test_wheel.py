@@ -102,7 +102,7 @@ def test_lists_the_scenarios(fresh_venv: Path, tmp_path: Path) -> None:
 def test_runs_a_scenario_in_an_empty_folder(fresh_venv: Path, tmp_path: Path) -> None:
     run(fresh_venv / "soft-gripper", "run", "free_bending", *short(), cwd=tmp_path)
     written = {file.name for file in (tmp_path / "results" / "free_bending").iterdir()}
-    assert written == {"scenario.yaml", "recording.nc", "metrics.csv", "forces.csv"}
+    assert written == {"scenario.yaml", "recording.nc", "metrics.csv", "forces.csv", "success.csv"}
 
 
 @pytest.fixture(params=["editable", "wheel"])

@@ -51,6 +51,7 @@ def test_there_are_notebooks() -> None:
 @pytest.mark.slow
 def test_runs_from_top_to_bottom(notebook: NotebookNode, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("SOFT_GRIPPER_DATA", raising=False)  # outputs are those of a reader without recordings
+    monkeypatch.delenv("MPLBACKEND", raising=False)  # which commands set that other tests call
     stored = shown(notebook)
     monkeypatch.setenv("PYTHONPATH", str(NOTEBOOKS[0].parents[1] / "examples"))  # ../examples, were it run at its place
     # Without folders to search there is no kernel but the one of the Python that runs the tests.

@@ -154,7 +154,7 @@ def trunk(tmp_path_factory):
     return folder
 
 
-@pytest.mark.slow
+@pytest.mark.published
 def test_the_shape_of_a_trunk(trunk, monkeypatch):
     monkeypatch.setattr(ours_recorded, "_OF_SHAPE", 4)
     unloaded = {"0 g": (Part("soft_trunk/random_0g.csv", 0.85),)}
@@ -171,7 +171,7 @@ def test_the_load_of_a_window_is_that_which_agrees_best():
         assert found[5:] == pytest.approx(u, abs=1e-12)
 
 
-@pytest.mark.slow
+@pytest.mark.published
 def test_the_load_of_a_trunk_is_weighed(trunk, monkeypatch):
     monkeypatch.setattr(ours_recorded, "_OF_LOAD", 6)
     monkeypatch.setattr(ours_recorded, "_WEIGHED", 2)

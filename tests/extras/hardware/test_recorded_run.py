@@ -45,7 +45,7 @@ def placed(file):
 
 def calibrated(file):
     found = calibrate_recordings([file]).fingers.values()
-    return [astuple(finger)[4:] for finger in found]
+    return [(*astuple(finger)[4:-1], *(astuple(finger.fitted)[1:5] if finger.fitted else ())) for finger in found]
 
 
 @pytest.mark.slow

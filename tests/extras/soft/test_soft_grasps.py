@@ -11,7 +11,7 @@ from pictures.soft_grasps import OBJECTS, run_grasp
 PAGE = (Path(__file__).parents[3] / "docs/extras/soft/soft_objects.md").read_text(encoding="utf-8")
 
 
-@pytest.mark.slow
+@pytest.mark.published
 @pytest.mark.parametrize("name", OBJECTS[:2])
 def test_numbers_of_the_page(name: str) -> None:
     (printed,) = re.findall(rf"^\| {name} \| [^|]* \| (.*) \|$", PAGE, re.MULTILINE)
