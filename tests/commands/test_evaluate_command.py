@@ -75,6 +75,7 @@ def evaluated(tmp_path_factory: pytest.TempPathFactory) -> Evaluated:
     return Evaluated(soft_gripper("evaluate", "--out", folder), folder)
 
 
+@pytest.mark.published
 def test_writes_tables_figures_and_a_folder_for_every_scenario(evaluated: Evaluated) -> None:
     assert evaluated.outcome.code == 0
     written = {path.name for path in evaluated.folder.iterdir()}
@@ -86,6 +87,7 @@ def test_writes_tables_figures_and_a_folder_for_every_scenario(evaluated: Evalua
     assert {path.name for path in (evaluated.folder / TASK).iterdir()} >= {"phases.csv", "phases.png", "recording.nc"}
 
 
+@pytest.mark.published
 def test_fingers_are_touched_in_contact_and_not_in_free_bending(evaluated: Evaluated) -> None:
     """A peg bends a finger both ways, and so does the irregular body, which is touched over a third of a finger."""
     free, *contact = contact_summary(read_csv(evaluated.folder / "contact.csv", ContactRow))
@@ -98,10 +100,12 @@ def test_fingers_are_touched_in_contact_and_not_in_free_bending(evaluated: Evalu
     assert wrapped.contact_length_mm >= 40
 
 
+@pytest.mark.published
 def test_the_box_is_put_down(evaluated: Evaluated) -> None:
     assert "Outcome, as estimated: <b>done</b>" in (evaluated.folder / "report.html").read_text()
 
 
+@pytest.mark.published
 def test_every_file_that_is_named_is_there(evaluated: Evaluated) -> None:
     words = [word.strip(",") for word in evaluated.outcome.out.splitlines()[-1].split()]
     names = [word for word in words if word.endswith((".csv", ".html", ".svg", ".png"))]
@@ -109,6 +113,7 @@ def test_every_file_that_is_named_is_there(evaluated: Evaluated) -> None:
     assert [name for name in names if not (evaluated.folder / name).is_file()] == []
 
 
+@pytest.mark.published
 def test_a_row_for_every_finger_number_of_sensors_and_held_step(evaluated: Evaluated) -> None:
     with (evaluated.folder / "metrics.csv").open(newline="") as file:
         header, *records = csv.reader(file)
@@ -130,6 +135,7 @@ def test_a_row_for_every_finger_number_of_sensors_and_held_step(evaluated: Evalu
     assert [(*record[:5], float(record[5])) for record in records] == expected
 
 
+@pytest.mark.published
 def test_prints_every_claim_and_all_hold(evaluated: Evaluated) -> None:
     out = evaluated.outcome.out
     assert out.count(" holds: ") >= 12
@@ -138,6 +144,7 @@ def test_prints_every_claim_and_all_hold(evaluated: Evaluated) -> None:
     assert all(scenario in out for scenario in SCENARIOS)
 
 
+@pytest.mark.published
 def test_documents_print_what_was_written(evaluated: Evaluated) -> None:
     """Every table and sentence, to the last digit that is printed."""
     written, problems = Written(evaluated.folder), []
@@ -148,12 +155,14 @@ def test_documents_print_what_was_written(evaluated: Evaluated) -> None:
     assert problems == []
 
 
+@pytest.mark.published
 def test_one_sensor_is_enough_for_free_bending(evaluated: Evaluated) -> None:
     assert max(evaluated.errors(1, [FREE])) < 3
     assert max(evaluated.errors(4, [FREE])) < 0.25
     assert max(row.bend_angle_deg for row in evaluated.rows if row.scenario == FREE) >= 125
 
 
+@pytest.mark.published
 def test_more_sensors_are_never_worse_than_one(evaluated: Evaluated) -> None:
     same = 5e-3  # mm; as long as nothing is touched, one sensor is as good as four
     for sections in SECTIONS[1:]:
@@ -161,6 +170,7 @@ def test_more_sensors_are_never_worse_than_one(evaluated: Evaluated) -> None:
             assert more <= one + same
 
 
+@pytest.mark.published
 def test_one_sensor_is_not_enough_in_contact(evaluated: Evaluated) -> None:
     of_free_bending = np.mean(evaluated.errors(1, [FREE]))
     assert min(np.mean(evaluated.errors(1, [scenario])) for scenario in CONTACT) >= 2.5 * of_free_bending
@@ -263,6 +273,7 @@ def test_resume_runs_what_is_missing_or_was_another_scenario(started: list[str],
     assert set(started) == {missing, changed}
 
 
+@pytest.mark.published
 def test_report_opens_offline_with_its_figures_and_animations(evaluated: Evaluated, tmp_path: Path) -> None:
     driver = open_offline(evaluated.folder / "report.html", tmp_path / "profile")
     try:

@@ -88,7 +88,7 @@ def write_guess(file):
     file.write_text(re.sub('segments="[0-9]+"', 'segments="4"', text))
 
 
-@pytest.mark.slow
+@pytest.mark.published
 def test_every_claim_holds(run):
     claims = csv_rows(run.out / "claims.csv")
     assert [row["text"] for row in claims if row["holds"] != "True"] == []
@@ -96,7 +96,7 @@ def test_every_claim_holds(run):
     assert run.outcome.out.count(" holds: ") == 25
 
 
-@pytest.mark.slow
+@pytest.mark.published
 def test_all_that_is_named_was_written(run):
     names, suffixes = ("clamped_beam", "pneumatic_segment"), (".csv", ".urdf", ".setup.yaml")
     of_fingers = {f"{name}{suffix}" for name in names for suffix in suffixes}
@@ -105,7 +105,7 @@ def test_all_that_is_named_was_written(run):
     assert all(f"/{name}" in run.outcome.out for name in written)
 
 
-@pytest.mark.slow
+@pytest.mark.published
 def test_the_beam_is_the_true_one(run):
     beam = read_finger(run.out / "clamped_beam.urdf")
     assert beam.base.youngs_modulus == pytest.approx(BEAM.youngs_modulus, rel=0.02)
@@ -113,7 +113,7 @@ def test_the_beam_is_the_true_one(run):
     assert sum(branch.share for branch in beam.creep) == pytest.approx(sum(dict(BEAM.creep)), abs=0.04)
 
 
-@pytest.mark.slow
+@pytest.mark.published
 def test_the_segment_is_the_true_one(run):
     """Its compliance under every pressure that it was fitted to, how fast it fills, and where it is mounted."""
     segment = read_finger(run.out / "pneumatic_segment.urdf")
