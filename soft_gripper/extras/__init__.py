@@ -27,7 +27,8 @@ def command_modules() -> list[Any]:
 def added(name: str) -> list[Any]:
     """Collects what extras add to the core under a name of their modules `adds`; see docs/howto/own_extra.md.
 
-    These modules are imported whenever a scenario is read, and so import nothing that takes long.
+    These modules are imported whenever a scenario is read, after the packages that they are in: both import nothing
+    that takes long, or that an installation may lack.
     """
     adding = (extra for extra in names() if Path(__path__[0], extra, "adds.py").is_file())
     modules = (import_module(f"{__name__}.{extra}.adds") for extra in adding)
