@@ -58,5 +58,5 @@ def test_the_text_of_a_task_has_the_limits_that_it_is_judged_by():
         load_scenario("pick_and_place_box", ["task.force_limit=0.75", "task.squeeze_limit=0.0015"])
     )
     assert "no finger presses with more than 0.75 N" in texts
-    assert "squeezed by at most 1.5 mm" in texts
+    assert "the object is squeezed by at most 1.5 mm" in texts
     assert not any("squeezed" in text for text in success_criteria(load_scenario("pick_and_place_box")))

@@ -230,16 +230,16 @@ def task_criteria(task: TaskConfig) -> list[TaskCriterion]:
     if task.force_limit is not None:
         limits.append(TaskCriterion(f"no finger presses with more than {task.force_limit:g} N", _pressed))
     if task.squeeze_limit is not None:
-        limits.append(TaskCriterion(f"squeezed by at most {1e3 * task.squeeze_limit:g} mm", _squeezed))
+        limits.append(TaskCriterion(f"the object is squeezed by at most {1e3 * task.squeeze_limit:g} mm", _squeezed))
     return [
-        TaskCriterion("never dropped", _dropped),
-        TaskCriterion("the task is done, as it estimates itself", _unfinished),
+        TaskCriterion("the object is never dropped", _dropped),
+        TaskCriterion("the task reports that it is done", _unfinished),
         TaskCriterion("no contact is detected where there is none", lambda run: run.false_alarm),
         TaskCriterion("every contact is detected", _undetected),
         *limits,
-        TaskCriterion(f"slips by at most {MAX_SLIP:g} mm while it is lifted and carried", _slipped),
-        TaskCriterion(f"placed within {MAX_PLACED_ERROR:g} mm of the goal", _misplaced),
-        TaskCriterion(f"turned within {MAX_PLACED_ANGLE:g} degrees of the goal", _misturned),
+        TaskCriterion(f"the object slips by at most {MAX_SLIP:g} mm while it is lifted and carried", _slipped),
+        TaskCriterion(f"the object is placed within {MAX_PLACED_ERROR:g} mm of the goal", _misplaced),
+        TaskCriterion(f"the object is turned to within {MAX_PLACED_ANGLE:g} degrees of the goal", _misturned),
     ]
 
 
