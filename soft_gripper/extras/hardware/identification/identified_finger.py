@@ -275,8 +275,8 @@ def identify_figure(found: Tested) -> Figure:
                 column[1].plot(motion.time, np.degrees(turned(markers, motion.reference)), **style)
             column[0].set_title(f"{motion.name}\n{_TITLES[role]}")
             column[1].set_xlabel("time [s]")
-        axes[0, 0].set_ylabel("displacement of the tip [mm]")
-        axes[1, 0].set_ylabel("turn of the tip [degrees]")
+        axes[0, 0].set_ylabel("tip displaced by [mm]")
+        axes[1, 0].set_ylabel("tip turned by [degrees]")
         axes[0, 0].legend(frameon=False)
     plt.close(figure)
     return figure
