@@ -26,7 +26,7 @@ from gentle_grasp.learn import learn, load_learned, save_learned
 from gentle_grasp.policies import GentleGrasp, HandTuned
 
 GENERATIONS, POPULATION, EPISODES, SEED = 9, 8, 8, 1
-UNSEEN = range(100)  # seeds of the objects that both are tested on
+UNSEEN = range(200)  # seeds of the objects that both are tested on
 
 
 def write_episodes(file: Path, policies: dict[str, list[Episode]]) -> None:
