@@ -245,7 +245,7 @@ class Mechanics:
         return Away(of_drive / self._strain_per_pressure, of_sections / np.abs(self.layout.sensitivity).max(axis=0))
 
     def of_scale(self, q: Array) -> Array | float:
-        """Covariance of the common scale of finger and sensors, at the angles `q`, (..., D, D); 0: it is not calibrated."""
+        """Covariance of the common scale of finger and sensors, at angles `q`, (..., D, D); 0 if not calibrated."""
         states = self.layout.calibrated
         return 0.0 if states is None else outer(states.bend_std * q)
 

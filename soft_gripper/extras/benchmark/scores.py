@@ -52,7 +52,7 @@ class Score:
 
 
 def answers(task: Task, name: str, estimator: Estimator, train: Sequence[Recorded], tested: Tested) -> Answers:
-    """Statements of an estimator about every region; raises an `InputError` for one that fails or breaks the protocol."""
+    """Statements about every region; raises an `InputError` for an estimator that fails or breaks the protocol."""
     predict = _called(name, task, estimator, task.question, train)
     if not callable(predict):
         raise InputError(name, "returned", type(predict).__name__, "must be a function predict(inputs)")
