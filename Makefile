@@ -143,12 +143,16 @@ verification: $(READY)
 verification-soft: $(READY)
 	PYTHONPATH=tests/helpers $(BIN)/python benchmarks/verify_soft.py
 
-# The site, in build/docs/html: pages and notebooks of the repository, and pages generated from the code.
+# The site, in build/docs/html: pages and notebooks of the repository, and pages generated from the code. Every version
+# has a folder there, as 0.2, beside those of earlier versions that are copied into it.
 .PHONY: docs docs-links notebooks scenarios
+SERIES = $(shell sed -n 's/^version = "\(.*\)\..*"/\1/p' pyproject.toml)
 SPHINX = $(BIN)/sphinx-build -c docs/site -d build/docs/doctrees -j 2 -W --keep-going
 docs: .venv/docs
 	$(BIN)/python docs/site/stage.py build/docs/source
-	$(SPHINX) -q build/docs/source build/docs/html
+	$(SPHINX) -q build/docs/source build/docs/html/$(SERIES)
+	rm -rf build/docs/html/jupyter_execute
+	$(BIN)/python docs/site/list_versions.py build/docs/html
 
 # After a change of a notebook, its outputs, and after one of a shipped scenario, what its page shows: a few minutes.
 notebooks: .venv/docs

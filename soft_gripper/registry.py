@@ -29,7 +29,7 @@ _IN_USE = "_soft_gripper_in_use"  # attribute of a block that is part of a diagr
 
 
 class Registry(dict[str, _T]):
-    """What this project registers, by name; a user's own is found beside it."""
+    """Names of a kind that this project registers; a user's own is found beside them."""
 
     def __init__(self, field: str, known: Mapping[str, _T] = MappingProxyType({})):
         """`field` is the field of a scenario, or the option of a command, that gives a name."""
@@ -37,7 +37,7 @@ class Registry(dict[str, _T]):
         self._field = field
 
     def find(self, name: str, field: str | None = None, where: object = "scenario") -> _T:
-        """What is registered under a name, or a user's own.
+        """The value that is registered under a name, or a user's own.
 
         Args:
             name: as the user gives it.
@@ -77,7 +77,7 @@ OWN = Registry[Callable[..., Any]]("function")  # where nothing is registered: a
 
 
 def registered(kind: str) -> dict[str, Callable[..., Any]]:
-    """What extras register under a kind, by name; each is imported when it is called.
+    """Functions that extras register under a kind, by name; each is imported when it is called.
 
     An extra declares it in its module `adds` as {name: "module:function"}, see docs/howto/own_extra.md.
     """
@@ -165,7 +165,7 @@ def make_block(field: str, name: str, make: Callable[..., "System"], *arguments:
 
 
 def _named(name: str) -> Any:
-    """What "module:name" or "file.py:name" names."""
+    """The object that "module:name" or "file.py:name" names."""
     module, function = _imported(module_of(name)), name.rpartition(":")[2]
     try:
         return getattr(module, function)

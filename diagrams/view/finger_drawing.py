@@ -1,4 +1,4 @@
-"""What is drawn of an estimated finger: points, frames of links, and the force, computed once for every back end.
+"""Drawing an estimated finger: points, frames of links, and the force, computed once for every back end.
 
 Meshcat draws a sample of it, Foxglove a recording, and figures what they need; so leading axes are free. The corners of
 a finger are its base, N joints and tip, (..., N + 2, 3) m in B. Links are straight from corner to corner, without

@@ -37,5 +37,6 @@ html_theme_options = {
 }
 html_static_path = ["static"]
 html_css_files = ["site.css"]
+html_js_files = [("version_menu.js", {"defer": "defer"})]
 html_copy_source = False
 templates_path: list[str] = []

@@ -78,7 +78,7 @@ class Console:
                 raise
 
     def seconds(self, total: float, of: str) -> "tqdm[None]":
-        """The same of simulated seconds."""
+        """A progress bar of simulated seconds."""
         if sys.stderr.isatty():
             form = f"{{desc}} {{bar}} {SIMULATED}"
             return tqdm(total=total, desc=of, bar_format=form, dynamic_ncols=True, disable=self.quiet)

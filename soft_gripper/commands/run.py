@@ -29,7 +29,13 @@ from soft_gripper.files.row_table import print_rows
 from soft_gripper.pictures.phases import phases_figure
 from soft_gripper.pictures.video import check_video, write_video
 from soft_gripper.registry import registered
-from soft_gripper.runs.scores.contact_forces import contact_rows, end_of_hold, estimator_of_forces, has_forces
+from soft_gripper.runs.scores.contact_forces import (
+    contact_rows,
+    drawn_forces,
+    end_of_hold,
+    estimator_of_forces,
+    has_forces,
+)
 from soft_gripper.runs.scores.grasp import DROPPED, NEVER_TOUCHED, SLIPPING
 from soft_gripper.runs.scores.poses import recorded_pose_table
 from soft_gripper.runs.scores.recorded_grasps import ObjectGrasp, ObjectGrip, recorded_grasps, touched_instead
@@ -227,7 +233,8 @@ def _write_scores(
         is_true = station.scenario.record.truth == "all"
         slips = TaskRun(station, recording).slips if is_true and station.scenario.task.object else None
         with atomic_file(out / "phases.png") as partial:
-            phases_figure(station.scenario, recording, station.task.phases, slips).savefig(partial, format="png")
+            shown = slips, drawn_forces(station, recording)
+            phases_figure(station.scenario, recording, station.task.phases, *shown).savefig(partial, format="png")
         print_phases(phases, outcome(recording), station.scenario.task, _not_held(station, grasps))
         console.table("phases", phases, out / "phases.csv")
         console.document["outcome"] = outcome(recording).words

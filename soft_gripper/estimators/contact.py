@@ -620,7 +620,7 @@ class ContactShape:
 
     @property
     def zeroing(self) -> Zeroing | None:
-        """What follows the zeros of the sensors; see GaussianShape."""
+        """The block that follows the zeros of the sensors; see GaussianShape."""
         return self._gaussian.zeroing
 
     def _in_parts(

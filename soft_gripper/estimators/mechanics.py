@@ -245,13 +245,13 @@ class Mechanics:
         return Away(of_drive / self._strain_per_pressure, of_sections / np.abs(self.layout.sensitivity).max(axis=0))
 
     def of_scale(self, q: Array) -> Array | float:
-        """What readings and pressure do not say of a calibrated finger that bends by `q`, (..., D, D); 0: it is not."""
+        """Covariance of the common scale of finger and sensors, at angles `q`, (..., D, D); 0 if not calibrated."""
         states = self.layout.calibrated
         return 0.0 if states is None else outer(states.bend_std * q)
 
     @cached_property
     def _strain_per_pressure(self) -> float:
-        """Of the sensor that the pressure moves most, at the straight finger, 1/Pa."""
+        """Change of the reading that the pressure moves most, at the straight finger, 1/Pa."""
         return float(np.abs(self.layout.jacobian @ (self._compliance_if_linear * self.pressure_gain)).max())
 
     def compliance(self, q: Array) -> Array:

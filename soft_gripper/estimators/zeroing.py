@@ -27,7 +27,7 @@ _REPETITIONS, _BALANCED = 30, 1e-7  # turns, at most, and rad, for a finger in b
 
 
 class Zeros(NamedTuple):
-    """What is known of the zeros after a sample."""
+    """State of the zeros after a sample."""
 
     offset: Array  # (..., R) of the quantity that is read
     mean: Array  # (..., R) by which the readings are off, since the finger rests freely

@@ -118,7 +118,7 @@ def check_document(
 
 
 def _kinds_of_documents() -> dict[str, str]:
-    """What a document is that has a key, by this key: a scenario, and those that extras declare in `DOCUMENTS`."""
+    """Kinds of documents, by a key that only they have: a scenario, and those that extras declare in `DOCUMENTS`."""
     return {"models": "a scenario"} | {key: what for declared in added("DOCUMENTS") for key, what in declared.items()}
 
 

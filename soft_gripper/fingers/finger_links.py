@@ -19,6 +19,7 @@ from soft_gripper.fingers.finger_parts import AXES, SLIDES, TipLoad
 
 _COLOR = "0.93 0.55 0.36 1"
 _JOINT_LINK_MASS_SHARE = 1e-6  # mass of a link between two joints of a segment over that of the link before
+_NARROWER = 0.994  # width of a knuckle over that of its link
 _STEEL = 7850.0  # kg/m^3
 _STEEL_COLOR = "0.6 0.62 0.65 1"
 
@@ -130,7 +131,7 @@ def _link(finger: Finger, index: int, visuals: bool, points: int | None) -> ET.E
     block = _Block.of(finger, index, index)
     seen = [_element("visual", *block.box(), _material(finger))]
     if index:
-        seen.append(_knuckle(finger, block.width, block.begin))
+        seen += _knuckles(finger, block.width, block.begin)
     if finger.tip_load is not None and index == finger.segments:
         seen.append(_ball(finger.tip_load, block.length))
     return _element(
@@ -203,23 +204,26 @@ def _ball(load: TipLoad, length: float) -> ET.Element:
     )
 
 
-def _knuckle(finger: Finger, width: float, s: float) -> ET.Element:
-    """A visual cylinder at the joint, in the middle of the section: it fills the wedge that opens on the outer side.
+def _knuckles(finger: Finger, width: float, s: float) -> list[ET.Element]:
+    """Visual cylinders at a joint, across the section: they fill the wedge that opens at the outer side.
 
-    It is a little narrower than the link, so that no two surfaces coincide and flicker. Where it would protrude at the
-    base or the tip, a block that fits replaces it.
+    One is as thick as the section; where it would protrude at the base or the tip, several are thinner, and overlap.
+    They are hardly narrower than the link: a step shows as a line, and surfaces that coincide flicker.
     """
     section, room = finger.section(s), min(s, finger.length - s)
-    thickness = float(section.thickness)
-    solid = _element("cylinder", radius=_text(thickness / 2), length=_text(0.97 * width))
-    if room < thickness / 2:
-        solid = _element("box", size=_text(thickness, 2 * room, 0.97 * width))
-    return _element(
-        "visual",
-        _element("origin", xyz=_text(-float(section.neutral_axis), 0, 0), rpy=_text(np.pi / 2, 0, 0)),
-        _element("geometry", solid),
-        _material(finger),
-    )
+    half = float(section.thickness) / 2
+    radius = half / math.ceil(half / room)
+    middles = np.linspace(radius - half, half - radius, 2 * round(half / radius) - 1) - section.neutral_axis
+    size = {"radius": _text(radius), "length": _text(_NARROWER * width)}
+    return [
+        _element(
+            "visual",
+            _element("origin", xyz=_text(x, 0, 0), rpy=_text(np.pi / 2, 0, 0)),
+            _element("geometry", _element("cylinder", **size)),
+            _material(finger),
+        )
+        for x in middles
+    ]
 
 
 def _material(finger: Finger) -> ET.Element:

@@ -13,6 +13,7 @@ from pydrake.math import RigidTransform
 
 from soft_gripper.arrays import Array
 from soft_gripper.control.task import Phase
+from soft_gripper.diagrams.contact_forces import ContactForces
 from soft_gripper.diagrams.recording import Recording, Span, phase_spans
 from soft_gripper.diagrams.view.torque_colors import add_torque_bar, recorded_limit
 from soft_gripper.pictures.rendering import Camera, SceneRenderer, framing_camera
@@ -21,15 +22,16 @@ from soft_gripper.scenario.schema import Scenario
 MEASURED: dict[str, Any] = {"color": "#33608c", "lw": 1.4}
 WANTED: dict[str, Any] = {"color": "0.35", "lw": 0.9, "ls": (0, (4, 2))}
 THRESHOLD: dict[str, Any] = {"color": "0.35", "lw": 0.9, "ls": (0, (1, 1.5))}
+BAND: dict[str, Any] = {"color": "#33608c", "alpha": 0.2, "lw": 0}
 SHADES = ("0.93", "0.98")
 _CHARACTER = 0.053  # inches per character of a phase name
+_BEYOND = 0.3  # of the range of the forces, on either side of it
 _LEAST_SLIP = 1.0  # mm, of the axis: less is creep, not to be magnified
 
 
-def recorded_plots(recording: Recording, slips: Array | None = None) -> list[str]:
+def recorded_plots(recording: Recording, slips: Array | None = None, forces: ContactForces | None = None) -> list[str]:
     """The plots with something to show: forces, slip, opening and torque of a commanded gripper, and the drive."""
-    touched = any(recording[name].values.any() for name in _of_fingers(recording, "normal_force"))
-    force = ["force"] if touched else []
+    force = [] if forces is None else ["force"]
     slip = ["slip"] if slips is not None and np.isfinite(slips).any() else []
     drive = "pressure" if _of_fingers(recording, "pressure") else "tension"
     return [*force, *slip, *(["opening", "torque"] if "grip.opening" in recording.data else []), drive]
@@ -45,17 +47,18 @@ def draw_grip_plots(
     recording: Recording,
     spans: Sequence[Span],
     slips: Array | None = None,
+    forces: ContactForces | None = None,
 ) -> None:
     """The plots of `recorded_plots`, one below the other, with legends on the right and phase names above."""
     draw = {
-        "force": _draw_force,
+        "force": lambda axes, *_: _draw_force(axes, forces),
         "slip": lambda axes, *_: _draw_slip(axes, recording, slips),
         "opening": _draw_opening,
         "torque": _draw_torque,
         "pressure": _draw_pressure,
         "tension": _draw_tension,
     }
-    for axes, name in zip(plots, recorded_plots(recording, slips), strict=True):
+    for axes, name in zip(plots, recorded_plots(recording, slips, forces), strict=True):
         draw[name](axes, scenario, recording)
     plots[-1].set_xlabel("time [s]", labelpad=1)
     for axes in plots:
@@ -68,12 +71,18 @@ def draw_grip_plots(
     _name_spans(plots[0], spans)
 
 
-def _draw_force(axes: Axes, scenario: Scenario, recording: Recording) -> None:
-    """The contact force of each finger, true and, with an estimator of it, estimated."""
-    for i, name in enumerate(_of_fingers(recording, "normal_force")):
-        _plot(axes, recording, 1.0, name, "" if i else "true, of a finger", WANTED)
-    for i, name in enumerate(_of_fingers(recording, "contact_force")):
-        _plot(axes, recording, 1.0, name, "" if i else "estimated", MEASURED)
+def _draw_force(axes: Axes, forces: ContactForces | None) -> None:
+    """The contact force of each finger, true and estimated with its band, which may end beyond the plot."""
+    assert forces is not None
+    data = forces.data
+    for i, finger in enumerate(data["finger"].values):
+        of, time = data.sel(finger=finger), data["time"]
+        axes.fill_between(time, of["least"], of["most"], label="" if i else "95 % band", **BAND)
+        axes.plot(time, of["true"], label="" if i else "true, of a finger", **WANTED)
+        axes.plot(time, of["estimated"], label="" if i else "estimated", **MEASURED)
+    shown = np.concatenate([data[name].values.ravel() for name in ("true", "estimated")])
+    least, most = np.nanmin(shown), np.nanmax(shown)
+    axes.set_ylim(least - _BEYOND * (most - least), most + _BEYOND * (most - least))
     axes.set_ylabel("force\n[N]")
 
 
@@ -166,13 +175,16 @@ Place = tuple[float, float, float, float]  # left, top, width and height, inches
 
 
 def phases_figure(
-    scenario: Scenario, recording: Recording, phases: Sequence[Phase], slips: Array | None = None
+    scenario: Scenario,
+    recording: Recording,
+    phases: Sequence[Phase],
+    slips: Array | None = None,
+    forces: ContactForces | None = None,
 ) -> Figure:
     """The scene with the path of the object, a close-up at the end of each phase, and the grip signals below.
 
     The strip omits the motions to the arm's home posture. The fingers are coloured by the true external torque; opening
-    and torque in the plots are estimates, and are omitted if the task does not command the gripper. Forces are
-    shown if their truth was recorded and a finger touches anything.
+    and torque in the plots are estimates, and are omitted if the task does not command the gripper.
 
     Args:
         scenario: a scenario with a task.
@@ -180,6 +192,7 @@ def phases_figure(
         phases: the phases of the task, as numbered by the TaskMachine.
         slips: how far the object has slid in the fingers at every sample, m, NaN where they do not hold it; None: it is
             not shown.
+        forces: of the fingers at every sample; None: they are not shown.
     """
     spans = phase_spans(recording, phases)
     numbered = list(enumerate(spans, 1))
@@ -188,7 +201,7 @@ def phases_figure(
     strip = [shown[len(shown) * row // count : len(shown) * (row + 1) // count] for row in range(count)]
     strip_height = len(strip) * (TITLE + PANEL_HEIGHT)
     plots_top = strip_height + NAMES
-    limit, rows = recorded_limit(recording), len(recorded_plots(recording, slips))
+    limit, rows = recorded_limit(recording), len(recorded_plots(recording, slips, forces))
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(WIDTH, plots_top + rows * PLOT_HEIGHT + (rows - 1) * PLOT_GAP + TIME), dpi=DPI)
         overview = (0.0, TITLE, STRIP_LEFT - GAP, strip_height - TITLE)
@@ -199,7 +212,7 @@ def phases_figure(
         add_torque_bar(figure, limit, cax=bar)
         tops = plots_top + (PLOT_HEIGHT + PLOT_GAP) * np.arange(rows)
         plots = [_axes(figure, (LEFT, top, WIDTH - LEFT - RIGHT - LEGENDS, PLOT_HEIGHT)) for top in tops]
-        draw_grip_plots(plots, scenario, recording, spans, slips)
+        draw_grip_plots(plots, scenario, recording, spans, slips, forces)
         figure.align_ylabels(plots)
     return figure
 

@@ -55,7 +55,7 @@ def _shown(value: Any) -> str:
 
 
 def _of_task(scenario: Scenario) -> list[TaskCriterion]:
-    """Those of the task, if it is one of those that are judged."""
+    """Criteria of the task, if it is one of those that are judged."""
     return task_criteria(scenario.task) if scenario.task is not None and Judged in kind_of(scenario) else []
 
 

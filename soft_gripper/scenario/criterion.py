@@ -9,7 +9,7 @@ _TEXT = re.compile(r"(\w+) (at most|at least|is) (\S.*)")
 
 
 class Criterion(NamedTuple):
-    """What a measure of a run must be."""
+    """A condition on a measure of a run."""
 
     text: str
     measure: str

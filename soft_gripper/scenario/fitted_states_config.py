@@ -53,7 +53,7 @@ def kept_states(
     noise: float = 0.0,
     disagreement: float = float("inf"),
 ) -> FittedStatesConfig:
-    """What a file keeps; an infinite disagreement is not known."""
+    """Fields of a file; an infinite disagreement is not known."""
     thinned = fitted.thinned(_MOST)
     growth, noise, apart = _rounded([widths.growth, noise, disagreement if np.isfinite(disagreement) else 0.0])
     return FittedStatesConfig(

@@ -197,5 +197,5 @@ def _index(place: Any, name: str) -> int:
         return names.index(name)
     if name.isdecimal() and int(name) < len(place):
         return int(name)
-    named = f", nor is it named so; {meant(name, names)}" if names else ""
-    raise LookupError(f"'{name}' is none of the entries 0 to {len(place) - 1}{named}")
+    named = f", or a name; {meant(name, names)}" if names else ""
+    raise LookupError(f"there is no entry '{name}': give a number from 0 to {len(place) - 1}{named}")

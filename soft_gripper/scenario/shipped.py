@@ -25,6 +25,8 @@ def scenario_path(name_or_path: str) -> Path:
     """
     if name_or_path.endswith((".yaml", ".yml")):
         return Path(name_or_path)
+    if Path(name_or_path).is_file():
+        raise InputError("scenario", "file", name_or_path, "must be a YAML file, *.yaml")
     if name_or_path not in scenario_names():
         raise InputError("scenario", "name", name_or_path, f"not shipped; {meant(name_or_path, scenario_names())}")
     return _files()[name_or_path]

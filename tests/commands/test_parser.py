@@ -10,6 +10,7 @@ from importlib import import_module
 from pathlib import Path
 
 import pytest
+from command_line import complaint, help_of
 
 from soft_gripper.commands.options import Group, number, whole
 from soft_gripper.commands.parser import command_parser, commands, parsed
@@ -18,12 +19,6 @@ from soft_gripper.runs.sweep.run_sweep import METHODS
 
 HELP = command_parser().format_help()
 NAMES = [command.name for command in commands()]
-
-
-def help_of(command, capsys):
-    with pytest.raises(SystemExit):
-        command_parser().parse_args([*command.split(), "--help"])
-    return capsys.readouterr().out
 
 
 def test_help_lists_every_command_once_by_what_it_is_for():
@@ -36,14 +31,14 @@ def test_help_lists_every_command_once_by_what_it_is_for():
 
 
 @pytest.mark.parametrize("command", ["", *NAMES])
-def test_help_fits_a_hundred_columns_of_a_wider_terminal(command, capsys, monkeypatch):
+def test_help_fits_a_hundred_columns_of_a_wider_terminal(command, monkeypatch):
     monkeypatch.setenv("COLUMNS", "300")
-    assert [line for line in help_of(command, capsys).splitlines() if len(line) > 100] == []
+    assert [line for line in help_of(command).splitlines() if len(line) > 100] == []
 
 
 @pytest.mark.parametrize("command", NAMES)
-def test_examples_are_understood_as_they_are_pasted(command, capsys):
-    text = help_of(command, capsys).partition("examples:")[2]
+def test_examples_are_understood_as_they_are_pasted(command):
+    text = help_of(command).partition("examples:")[2]
     lines = [line for line in text.replace("\\\n", "").splitlines() if line and not line.startswith("  # ")]
     assert lines
     for line in lines:
@@ -130,13 +125,8 @@ BY_ARGPARSE = ["", "run", "run box_grasp --frob", "sweep x --sample few", "sweep
 @pytest.mark.parametrize(
     "line", [*BY_ARGPARSE, f"evaluate --trials {'y' * 50_000} \x1b[2J"], ids=lambda line: line[:20]
 )
-def test_mistakes_that_argparse_finds_are_one_line(line, capsys):
-    with pytest.raises(SystemExit) as caught:
-        parsed(line.split())
-    assert caught.value.code == 2
-    said = capsys.readouterr().err
-    assert said.startswith("soft-gripper: ")
-    assert said.count("\n") == 1
+def test_mistakes_that_argparse_finds_are_one_line(line):
+    said = complaint(line)
     assert len(said) < 2000
     assert "\x1b" not in said
 

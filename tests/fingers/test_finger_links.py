@@ -144,7 +144,7 @@ def test_what_is_seen_of_a_straight_finger_stays_in_the_finger(shipped_finger):
             corners.append((X_WBox @ (signs * box.half_width()[:, None])).T)
     x, _, z = np.concatenate(corners).T
     base, rounding = shipped_finger.base, 1e-9
-    assert len(corners) == 13 + 12
+    assert len(corners) == 13 + 10 + 2 * 3  # links; joints; of which the outermost have three cylinders
     assert (z.min(), z.max()) == (pytest.approx(0, abs=rounding), pytest.approx(0.12, abs=rounding))
     assert float(base.outer_face) - rounding < x.min() < x.max() < float(base.inner_face) + rounding
 

@@ -2,10 +2,14 @@
 
 import io
 import sys
+from collections.abc import Callable
 from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass
 
+import pytest
+
 from soft_gripper.commands import main
+from soft_gripper.commands.parser import command_parser, parsed
 
 # The command line in a process of its own, which hears Ctrl-C even where the tests run in the background and do not.
 LISTENING = [
@@ -39,6 +43,28 @@ def soft_gripper(*arguments: object, terminal: bool = False) -> Outcome:
     with redirect_stdout(out), redirect_stderr(err):
         code = main([str(argument) for argument in arguments])
     return Outcome(code, out.getvalue(), err.getvalue())
+
+
+def help_of(command: str) -> str:
+    """What `soft-gripper COMMAND --help` prints."""
+    return _ended([*command.split(), "--help"], command_parser().parse_args)[1]
+
+
+def complaint(line: str) -> str:
+    """The one line by which a mistake that argparse finds is answered."""
+    code, said = _ended(line.split(), parsed)
+    assert code == 2
+    assert said.startswith("soft-gripper: ")
+    assert said.count("\n") == 1
+    return said
+
+
+def _ended(arguments: list[str], parse: Callable[[list[str]], object]) -> tuple[object, str]:
+    """The exit code and the words with which reading a command line ends a process."""
+    words = io.StringIO()
+    with redirect_stdout(words), redirect_stderr(words), pytest.raises(SystemExit) as caught:
+        parse(arguments)
+    return caught.value.code, words.getvalue()
 
 
 def short(*overrides: str) -> list[str]:

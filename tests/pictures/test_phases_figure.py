@@ -10,6 +10,7 @@ from pydrake.trajectories import PiecewisePolynomial
 from scenes import Scene
 
 from soft_gripper.control.task import Phase
+from soft_gripper.diagrams.contact_forces import contact_forces
 from soft_gripper.diagrams.recording import Recording, phase_spans
 from soft_gripper.pictures import phases as module
 from soft_gripper.pictures.phases import CloseUp, draw_grip_plots, phases_figure, recorded_plots
@@ -117,17 +118,20 @@ def test_a_task_without_openings_has_the_plot_of_the_pressure_alone(run: Run) ->
 def test_forces_and_slip_are_shown_where_a_finger_touches(run: Run) -> None:
     """Slips below a millimetre are not magnified."""
     scene, recording, phases = run
-    force = ("time", np.array([0.0, 0, 1, 2, 2, 1, 0, 0]))
-    signals = {f"left_finger.{name}": force for name in ("normal_force", "contact_force")}
-    touching, slips = (
-        Recording(recording.data.assign(signals)),
-        1e-4 * np.array([np.nan, np.nan, 0, 1, 2, 2, 2, np.nan]),
+    force, slips = np.array([0.0, 0, 1, 2, 2, 1, 0, np.nan]), 1e-4 * np.array([np.nan, np.nan, 0, 1, 2, 2, 2, np.nan])
+    signals = {"true_contact_force": force, "contact_force": force + 0.1, "contact_force_std": 0 * force + 10}
+    forces = contact_forces(
+        recording.data[["time"]].assign({f"left_finger.{name}": ("time", values) for name, values in signals.items()})
     )
     assert recorded_plots(recording) == ["opening", "torque", "pressure"]
-    assert recorded_plots(touching, slips)[:2] == ["force", "slip"]
+    assert recorded_plots(recording, slips, forces)[:2] == ["force", "slip"]
     plots = Figure().subplots(5)
-    draw_grip_plots(plots, scene.scenario, touching, phase_spans(touching, phases), slips)
-    assert [line.get_label() for line in plots[0].lines] == ["true, of a finger", "estimated"]
+    draw_grip_plots(plots, scene.scenario, recording, phase_spans(recording, phases), slips, forces)
+    true, estimated = plots[0].lines
+    np.testing.assert_array_equal([true.get_ydata(), estimated.get_ydata()], [force, force + 0.1])
+    (band,) = plots[0].collections
+    assert band.get_paths()[0].get_extents().ymax == pytest.approx(2.1 + 1.96 * 10)
+    assert plots[0].get_ylim()[1] < 3, "the band ends beyond the plot"
     np.testing.assert_allclose(plots[1].lines[0].get_ydata(), 1e3 * slips)
     assert plots[1].get_ylim() == (0, 1)
 

@@ -103,7 +103,7 @@ BROKEN = {
         "sensor.section=3": "sensor.section = 3: no such key; did you mean 'sections'?",
         "control.maximum=3": "no such key; did you mean 'pressure.maximum' or 'tendons.maximum'?",
         "sensor.initial_position=3": "no such key; did you mean 'models.NAME.initial_position'?",
-        "models.right_fingr.mass=1": "nor is it named so; did you mean 'right_finger'?",
+        "models.right_fingr.mass=1": "or a name; did you mean 'right_finger'?",
         "models.0.X_PC.rotation=!Rpz {deg: [0, 0, 0]}": "no such tag here; known: !Rpy",
         "pressure.minimum=210001": "pressure.minimum = 210001.0: must be at most the maximum, 210000 Pa",
         "pressure.steps.all=[0, -50001]": "pressure.steps.all[1] = -50001.0: must be within",

@@ -39,6 +39,7 @@ from soft_gripper.pictures.phases import phases_figure
 from soft_gripper.pictures.scenes_figure import scenes_figure, section_figure
 from soft_gripper.pictures.shape_figure import shape_figure
 from soft_gripper.pictures.style import save_figure
+from soft_gripper.runs.scores.contact_forces import drawn_forces
 from soft_gripper.runs.scores.poses import PoseRow, of_estimator
 from soft_gripper.runs.scores.recorded_task import TaskRun
 from soft_gripper.runs.scores.steps import PhaseRow, outcome, phase_table
@@ -114,8 +115,8 @@ def run_task(name: str, folder: Path) -> None:
     with atomic_folder(folder) as partial:
         recording.save(partial / "recording.nc")
         write_csv(partial / "phases.csv", phase_table(station, recording))
-        slips = TaskRun(station, recording).slips
-        phases_figure(scenario, recording, station.task.phases, slips).savefig(partial / "phases.png")
+        shown = TaskRun(station, recording).slips, drawn_forces(station, recording)
+        phases_figure(scenario, recording, station.task.phases, *shown).savefig(partial / "phases.png")
         (partial / "scenario.yaml").write_text(dump_scenario(scenario), encoding="utf-8")
 
 

@@ -49,7 +49,7 @@ class Part:
 
 @dataclass(frozen=True)
 class Question:
-    """What an estimator is asked."""
+    """A task as an estimator sees it."""
 
     name: str
     inputs: tuple[Channel, ...]
@@ -79,7 +79,7 @@ class Task:
 
     @property
     def question(self) -> Question:
-        """What an estimator is asked."""
+        """The task as an estimator sees it."""
         return Question(self.name, self.inputs, self.outputs, self.period, self.recognition)
 
     def with_kept_back(self, folder: Path) -> "Task":

@@ -36,5 +36,5 @@ _OURS: dict[str, dict[str, Estimator]] = {
 
 
 def ours(task: Task) -> dict[str, Estimator]:
-    """Those of a task; of measured forces, whatever the finger, `contact`."""
+    """The estimators of a task; of measured forces, whatever the finger, `contact`."""
     return _OURS.get(task.name, {"contact": measured_force})

@@ -18,7 +18,7 @@ _SET = 0.95  # of the probability, that a set of answers holds
 
 @dataclass(frozen=True)
 class Estimated:
-    """What an estimator states of the samples of a test recording."""
+    """Statements of an estimator about the samples of a test recording."""
 
     mean: Array  # (T, m)
     std: Array | None  # (T, m); None: it states no band
@@ -52,7 +52,7 @@ class Score:
 
 
 def answers(task: Task, name: str, estimator: Estimator, train: Sequence[Recorded], tested: Tested) -> Answers:
-    """What an estimator states of every region; raises an `InputError` for one that fails or breaks the protocol."""
+    """Statements about every region; raises an `InputError` for an estimator that fails or breaks the protocol."""
     predict = _called(name, task, estimator, task.question, train)
     if not callable(predict):
         raise InputError(name, "returned", type(predict).__name__, "must be a function predict(inputs)")
@@ -150,7 +150,7 @@ def _checked(name: str, task: Task, predict: Predict, inputs: Array) -> Estimate
 
 
 def checked(name: str, task: Task, samples: int, mean: object, std: object) -> Estimated:
-    """What is stated of a number of samples; `name` is who states it.
+    """Checked statements about a number of samples; `name` is who states them.
 
     Raises:
         InputError: if it has another shape, is not finite, or a standard deviation is negative.

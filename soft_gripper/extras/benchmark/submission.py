@@ -28,7 +28,7 @@ class Submission:
     tasks: Mapping[str, Any]  # their contents, by name
 
     def answers(self, task: Task, tested: Tested) -> Answers:
-        """What it states of a task; it may lack regions of recordings that were kept back.
+        """Its statements about a task, which may lack regions of recordings that were kept back.
 
         Raises:
             InputError: if it is of other data, or of other samples.

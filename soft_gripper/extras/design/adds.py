@@ -1,3 +1,3 @@
-"""What this extra adds: a kind of documents, by a key that they have."""
+"""Additions of this extra: a kind of documents, by a key that they have."""
 
 DOCUMENTS = {"vary": "a study for `soft-gripper design`"}

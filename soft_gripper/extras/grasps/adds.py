@@ -1,4 +1,4 @@
-"""What this extra adds to scenarios: what is random in trials of a task."""
+"""Additions of this extra to scenarios: the random draws of trials of a task."""
 
 import math
 from dataclasses import dataclass, field

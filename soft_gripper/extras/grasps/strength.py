@@ -140,7 +140,7 @@ def held_object(scenario: Scenario, name: str | None) -> str:
     """
     free = [model.name for model in scenario.models if model.free]
     if name is None and not free:
-        raise InputError("grasp strength", "models", None, "has no free model to grasp; name another one by --object")
+        raise InputError("grasp strength", "free models", 0, "must be 1 or more; or name the object by --object")
     if name is not None and name not in (names := [model.name for model in scenario.models]):
         raise InputError("grasp strength", "--object", name, f"no such model; known: {', '.join(names)}")
     task = scenario.task

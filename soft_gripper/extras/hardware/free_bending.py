@@ -164,7 +164,7 @@ class _Fitted(NamedTuple):
     known: NDArray[np.bool_]  # (M, R + 2) what is measured
 
     def left(self, moved: Array) -> Array:
-        """What is left of the strains if the unknowns move, (M, R), NaN where nothing is read."""
+        """Residuals of the strains if the unknowns move, (M, R), NaN where nothing is read."""
         count, left = len(self.scale), np.full(self.known.shape, np.nan)
         left[self.known] = (self.residuals + self.slopes @ moved)[:count] / self.scale
         return left[:, :-2]
@@ -234,7 +234,7 @@ def _noise(by_recording: Sequence[Array], holds: Sequence[NDArray[np.int_]], pat
 
 
 def _drive(finger: Finger, recording: FreeBending) -> Array:
-    """What drives a finger at rest: torque at the first joint, N m, and gravity along x and z, m/s^2, (T, 3)."""
+    """Drive of a finger at rest: torque at the first joint, N m, and gravity along x and z, m/s^2, (T, 3)."""
     q, pull = resting_angles(finger, recording.pressure, recording.gravity), recording.gravity
     torque = finger.elastic_torque(q) - gravity_torque(finger, q, pull[:, None])
     return np.column_stack([torque[:, 0], pull.imag, pull.real])

@@ -1,4 +1,4 @@
-"""What this extra adds to scenarios: a monitor of fingers and sensors before their estimator."""
+"""Additions of this extra to scenarios: a monitor of fingers and sensors before their estimator."""
 
 from dataclasses import dataclass
 

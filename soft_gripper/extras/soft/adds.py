@@ -1,4 +1,4 @@
-"""What this extra adds to scenarios: soft objects, by fields of a mesh."""
+"""Additions of this extra to scenarios: soft objects, by fields of a mesh."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""The contact forces of a run where they count: at the end of each step of pressure, or of each phase of a task.
+"""The contact forces of a run, over time or where they count: at the end of each step of pressure or phase of a task.
 
 Where the estimator of the scenario gives no contact force, `contact` estimates it from the readings that were recorded.
 """
@@ -11,7 +11,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.contact_forces import FingerForce, contact_forces
+from soft_gripper.diagrams.contact_forces import ContactForces, FingerForce, contact_forces
 from soft_gripper.diagrams.recording import Recording, phase_spans
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.estimators.contact import ContactShape
@@ -27,6 +27,7 @@ from soft_gripper.scenario.sensor_presets import uncertainty
 from soft_gripper.truth.contact import touches
 
 ESTIMATOR = "contact"
+_DRAWN = 200
 
 
 def has_forces(station: Station, recording: Recording) -> bool:
@@ -41,14 +42,25 @@ def contact_rows(station: Station, recording: Recording) -> list[FingerForce]:
     """A row for each step or phase, at its end, and finger."""
     times = recording["time"].values
     rows = np.searchsorted(times, _ends(station, recording) + station.scenario.sensor.period / 2) - 1
-    now = recording.data.isel(time=rows)
-    again = [_estimated(station, recording, finger, rows) for finger in _without_estimate(station, recording)]
-    forces = contact_forces(now.assign({name: found for each in again for name, found in each.items()}))
+    forces = forces_at(station, recording, rows)
     return [row for time in times[rows] for row in forces.at(time)]
 
 
+def forces_at(station: Station, recording: Recording, rows: NDArray[np.int_]) -> ContactForces:
+    """The contact forces of all fingers at some samples of a recording, (M)."""
+    now = recording.data.isel(time=rows)
+    again = [_estimated(station, recording, finger, rows) for finger in _without_estimate(station, recording)]
+    return contact_forces(now.assign({name: found for each in again for name, found in each.items()}))
+
+
+def drawn_forces(station: Station, recording: Recording) -> ContactForces | None:
+    """The contact forces at as many samples as a plot shows, evenly spaced; None if there are none to report."""
+    rows = np.linspace(0, recording.data.sizes["time"] - 1, _DRAWN).astype(int)
+    return forces_at(station, recording, rows) if has_forces(station, recording) else None
+
+
 def estimator_of_forces(station: Station, recording: Recording) -> str:
-    """The estimator of the forces of `contact_rows`."""
+    """The estimator of the forces of `forces_at`."""
     return ESTIMATOR if _without_estimate(station, recording) else station.parts.estimator
 
 

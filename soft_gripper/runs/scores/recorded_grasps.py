@@ -68,7 +68,7 @@ def recorded_grasps(station: Station, recording: Recording) -> tuple[list[Object
 
 
 def touched_instead(station: Station, recording: Recording) -> str:
-    """What fingers touch that is no free object, as a phrase; "" if they touch nothing else.
+    """Bodies that fingers touch and that are no free objects, as a phrase; "" if there are none.
 
     It has a name if only one other body can be touched: forces are recorded of fingers, and of fingers on objects.
     """

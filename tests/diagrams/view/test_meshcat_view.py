@@ -82,7 +82,7 @@ def test_all_that_is_colored_is_there_to_be_colored(animation: tuple[Meshcat, st
     objects = {path for kind, path in messages if kind == b"set_object"}
     colored = {path for kind, path in messages if kind == b"set_property" and path.endswith(b"/<object>")}
     links = {path.removesuffix(b"/<object>") for path in colored if path.startswith(b"/drake/visualizer")}
-    assert len(links) == 2 * (13 + 12), "a box for every link, and a knuckle for all but the first of a finger"
+    assert len(links) == 2 * (13 + 10 + 2 * 3), "a box for every link, a knuckle at every joint, three at both ends"
     assert links <= objects
 
 

@@ -1,6 +1,7 @@
 """README and the pages, read as GitHub reads them (CommonMark): no markup is left in what a reader sees."""
 
 import re
+from itertools import takewhile
 
 import pytest
 from links import ROOT
@@ -10,6 +11,8 @@ from stage import repository_pages
 PAGES = {path: text for path, text in repository_pages().items() if path.endswith(".md")}
 PAGES["README.md"] = (ROOT / "README.md").read_text(encoding="utf-8")
 MARKUP = re.compile(r"\*\*|`|\]\(|^#+ |^[-|] ", re.MULTILINE)
+# Pages without pictures and commands: decisions, and what not to rely on.
+IN_WORDS = {"docs/limitations.md", *(page for page in PAGES if page.startswith("docs/decisions/"))}
 UNSEEN = re.compile(r"<!--.*?-->|</?[a-z][^>]*>", re.DOTALL)  # comments and tags
 
 
@@ -45,3 +48,11 @@ def test_a_page_shows_no_markup(page):
 )
 def test_markup_that_is_left_is_found(text, count):
     assert len(stray(text)) == count
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if page.startswith("docs/") and page not in IN_WORDS])
+def test_a_page_begins_with_a_picture_or_a_command(page):
+    """After two or three lines that say what it is for."""
+    _, *lines = PAGES[page].splitlines()
+    before = takewhile(lambda line: not re.match(r"!\[| {4}\S|```|:::|\|", line), lines)
+    assert len(" ".join(before).split()) <= 75

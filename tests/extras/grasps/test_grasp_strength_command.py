@@ -58,5 +58,5 @@ def test_objects_and_limits_that_do_not_exist(tmp_path, monkeypatch):
     assert "--object = 'cup': no such model; known: gripper, table, box" in refusal(
         "grasp-strength", "box_grasp", "--object", "cup"
     )
-    assert "has no free model" in refusal("grasp-strength", "free_bending")
+    assert "free models = 0" in refusal("grasp-strength", "free_bending")
     assert "slid = 0.0" in refusal("grasp-strength", "box_grasp", "--slid", "0")

@@ -350,7 +350,7 @@ def with_finger(path: Path, finger: Finger) -> str:
 
 
 def fit_remarks(confidence: Confidence) -> list[str]:
-    """What the file of a fit's set-up says of the fit."""
+    """The fit that the file of a set-up describes."""
     return [f"Fitted: {', '.join(confidence.names)}", *map(str, confidence.undetermined)]
 
 
