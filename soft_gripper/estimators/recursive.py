@@ -10,7 +10,7 @@ A Kalman filter (Kalman 1960, doi 10.1115/1.3662552), extended for the gain of t
 
 All but the load are slow: next to constant, the offsets drift, steadily or not, and the bend does as far as the finger
 may creep in a way that its model does not know (`creep`). Gains and bend walk a little as well, but become no more
-uncertain than in a minute of it. They are learnt in free motion alone. Whether the finger is free is seen from what the
+uncertain than they are declared to be. They are learnt in free motion alone. Whether the finger is free is seen from what the
 readings differ from those of the free finger, averaged over some samples: as long as it is no more than noise and the
 uncertainty of the slow states explain, the slow states are corrected, and cautiously, for errors of sensors are not
 white. While the finger is loaded they are kept as they are, with their uncertainty counted (Schmidt 1966, doi
@@ -87,6 +87,7 @@ _SLOW_GAIN, _SLOW_BEND = 1e-3, 1e-3  # 1/sqrt(s), random walks of c and of r
 _BLIND_SAMPLES = 5  # samples without a reading of a bend after which a load can no longer be ruled out
 _OUTLIER = 6.0  # standard deviations
 _MISSING_VARIANCE = 1e6  # variance of an omitted reading
+_NO_VARIANCE = 1e-30  # of what is declared exact
 _CHANCE = 1e-3  # that noise exceeds the limit of an innovation
 _REMAINING = 0.3  # of the noise of one sample, in a value's change by the load
 _LEAST_SLOPE = 1e-3  # of the largest slope of the readings by a bend: less is not seen at all
@@ -358,11 +359,16 @@ class RecursiveShape:
 
     @cached_property
     def _most(self) -> Array:
-        """Variances above which no state rises, (n,): of gains and bend, those after a minute's walk."""
-        most, M, readings = np.full(self._states, np.inf), self._modes, self.layout.readings
-        bounded = [*([] if self.uncertainty.creep else [M]), *range(M + 2, M + 2 + readings)]
-        most[bounded] = (self._before + self._walks * (MINUTE / self.period))[bounded]
+        """Variances above which no state rises, (n,): of gains and bend, those before the first sample."""
+        most = np.full(self._states, np.inf)
+        most[self._bounded] = np.maximum(self._before[self._bounded], _NO_VARIANCE)
         return most
+
+    @cached_property
+    def _bounded(self) -> list[int]:
+        """The states that are never less known than before the first sample: the gains and, without creep, the bend."""
+        M, readings = self._modes, self.layout.readings
+        return [*([] if self.uncertainty.creep else [M]), *range(M + 2, M + 2 + readings)]
 
     @cached_property
     def _moved(self) -> Array:
