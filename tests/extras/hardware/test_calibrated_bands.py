@@ -10,6 +10,7 @@ from soft_gripper.estimators.calibration_range import DISAGREEMENT, DISTANCE, FA
 from soft_gripper.estimators.contact import ContactShape
 from soft_gripper.estimators.finger_shape import position_std
 from soft_gripper.estimators.gaussian import GaussianShape
+from soft_gripper.estimators.recursive import RecursiveShape
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.extras.hardware.free_bending import FreeBending, calibrate
 from soft_gripper.fingers.kinematics import forward_kinematics
@@ -97,6 +98,24 @@ def test_a_finger_that_stiffens_is_hardly_taken_for_touched(layout, nominal):
     }
     assert touched[True] < touched[False] / 2
     assert touched[False] > 0.4
+
+
+def test_recursive_takes_no_finger_for_touched_that_is_beyond_its_calibration(layout, nominal):
+    """Nor is it loaded as often as without the states; its tip is in its band throughout."""
+    model = nominal(0.15, 1)
+    q, recording = bent(layout, (*LEVELS, *BEYOND), 0.15, 1)
+    given, beyond, found = inputs(model, recording), recording.pressure > 90e3, {}
+    for states in (model.calibrated, None):
+        shape = RecursiveShape(replace(model, calibrated=states), KNOWN, PERIOD)
+        known = shape.over_time(*given)
+        estimate = shape.estimate(known, given[1])
+        std = position_std(model.finger, estimate.q, estimate.covariance)[:, -1]
+        within = np.abs(tips(model.finger, estimate.q) - tips(model.finger, q)) <= 1.96 * std
+        touched = estimate.contact.force[beyond] != 0
+        found[states is not None] = within.mean(), known.loaded[beyond].mean(), touched.mean()
+    assert found[True][0] > 0.93
+    assert found[True][1] < 2 / 3 * found[False][1]
+    assert found[True][2] < 0.05 < 0.5 < found[False][2]
 
 
 def test_readings_of_a_sensor_that_was_set_anew_disagree_with_the_drive(layout, nominal):
