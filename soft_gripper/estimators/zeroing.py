@@ -42,6 +42,12 @@ class Zeroing:
     mechanics: Mechanics
     period: float  # s, between samples
 
+    @classmethod
+    def of(cls, mechanics: Mechanics, period: float) -> "Zeroing | None":
+        """The zeros of sensors that drift, or are zeroed while the finger is free; None of others."""
+        follows = mechanics.uncertainty.drift > 0 or mechanics.uncertainty.free_pressure > 0
+        return cls(mechanics, period) if follows else None
+
     def begin(self, shape: tuple[int, ...] = ()) -> Zeros:
         """Before the first sample, with leading axes."""
         return Zeros(*np.zeros((4, *shape, self.mechanics.layout.readings)))

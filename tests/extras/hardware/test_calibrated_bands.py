@@ -5,11 +5,15 @@ from functools import cache
 
 import numpy as np
 import pytest
+from pydrake.systems.analysis import Simulator
 
+from soft_gripper.array_block import ArrayBlock
+from soft_gripper.diagrams.wiring.estimation import FingerEstimation
 from soft_gripper.estimators.calibration_range import DISAGREEMENT, DISTANCE, FAR, CalibrationRange
 from soft_gripper.estimators.contact import ContactShape
 from soft_gripper.estimators.finger_shape import position_std
 from soft_gripper.estimators.gaussian import GaussianShape
+from soft_gripper.estimators.named_estimators import find_estimator
 from soft_gripper.estimators.recursive import RecursiveShape
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.extras.hardware.free_bending import FreeBending, calibrate
@@ -23,6 +27,7 @@ from soft_gripper.sensors.strain_errors import StrainErrors, disturb, draw
 LEVELS = 0, 20, 40, 60, 80, 60, 40, 20, 0, 40, 80, 40, 0  # kPa, calibrated
 BEYOND = 100, 120, 140, 150, 120, 100, 0
 HELD, PERIOD, GRAVITY = 12, 0.05, 9.81j
+DOWN_X = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])  # x of B along -z of the world
 ERRORS = StrainErrors(hysteresis=0.01, gain_error=0.03, offset=0.005, noise=2e-3)
 KNOWN = Uncertainty(reading=2e-3, gain=0.01, bend_per_pressure=0.01)
 
@@ -136,16 +141,39 @@ def test_the_block_says_what_the_states_say(layout, nominal):
     context = block.CreateDefaultContext()
     _, recording = bent(layout, (140,), 0.15, 1)
     readings, driving, _ = (each[-1] for each in inputs(model, recording))
-    turned = np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])  # -z of the world along x of B
-    given = {"strain": readings, "driving_torque": driving, "X_WB": np.column_stack([turned, np.zeros(3)]).ravel()}
+    given = {"strain": readings, "driving_torque": driving, "X_WB": np.column_stack([DOWN_X, np.zeros(3)]).ravel()}
     for name, value in given.items():
         block.GetInputPort(name).FixValue(context, value)
-    gravity = turned.T @ [0.0, 0.0, -9.81]
+    gravity = DOWN_X.T @ [0.0, 0.0, -9.81]
     found = model.calibrated.distances(model.measured(readings), driving, gravity)
     out = {name: block.GetOutputPort(name).Eval(context) for name in (DISTANCE, FAR, DISAGREEMENT)}
     np.testing.assert_allclose(out[DISTANCE], [found.drive, *found.sections])
     assert out[FAR] == [1.0]
     assert np.isnan(out[DISAGREEMENT]), "no drive as large was calibrated"
+
+
+def test_distances_are_those_of_the_readings_that_are_used(layout, nominal):
+    """Sensors of an open finger that read too much are far from the calibration until they are zeroed, or rejected."""
+    model, gravity = nominal(0.0, 2), np.array([0.0, 0.0, -9.81])
+    readings = bent(layout, (0,), 0.0, 2)[1].ratios[-1]
+    X_WB = np.column_stack([DOWN_X, np.zeros(3)]).ravel()
+    given = {"strain": model.response.curve.reading(readings) + 0.05, "pressure": [0.0], "X_WB": X_WB}
+
+    def distances(free_pressure, monitor=None):
+        estimator = find_estimator("gaussian", replace(KNOWN, free_pressure=free_pressure))(model, gravity, PERIOD)
+        estimation = FingerEstimation(estimator, model, gravity, PERIOD, monitor=monitor)
+        simulator = Simulator(estimation)
+        for name, value in given.items():
+            estimation.GetInputPort(name).FixValue(simulator.get_mutable_context(), value)
+        simulator.AdvanceTo(2.0)
+        return estimation.GetOutputPort(DISTANCE).Eval(simulator.get_context())[1:]
+
+    rejecting = ArrayBlock()
+    rejecting.take("strain", layout.readings)
+    rejecting.put_out("usable_strain", lambda readings: np.nan * readings, "strain", sensor=range(layout.readings))
+    assert distances(0.0).min() > 1
+    assert distances(2e3).max() < 0.3
+    np.testing.assert_array_equal(distances(0.0, rejecting), 0.0)
 
 
 def test_a_section_that_is_not_read_is_not_away(layout, nominal):
