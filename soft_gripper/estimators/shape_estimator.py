@@ -102,9 +102,9 @@ class ShapeEstimator(ArrayBlock):
     `strain` holds the readings, and is called after what the sensors measure; `X_WB` is the known pose of the finger's
     base. There is an output for every way in which the finger yields as far as the sensors see,
     `estimated_stretch_lengths` (N) m among them, and an input such as `sideways_driving_torque` (N) N m for every other
-    way in which it is driven. `zeroed_strain` is there if sensors are zeroed in free motion (`Uncertainty.
-    free_pressure`). Covariance, contact, curve and torque are there if the function gives them, and the
-    contact's posterior if it has a method `posterior` of the same inputs. `position_std` is that of the distance from
+    way in which it is driven. `zeroed_strain` is there with a `free_pressure`, below which sensors are zeroed.
+    Covariance, contact, curve and torque are there if the function gives them, and the contact's posterior if it has a
+    method `posterior` of the same inputs. `position_std` is that of the distance from
     the estimated place, in all directions; `contact_force` is the part across the finger in the bending plane. Of the
     ports as of FingerShape, `joint_positions` and `tip_pose` are the shape as seen in the bending plane, and `arcs` has
     its bends in the plane. If the function gives a curve, they are of that: an arc a section, by where and in which
