@@ -16,6 +16,7 @@ from soft_gripper.estimators.driving_torque import DRIVING_TORQUE, DrivingTorque
 from soft_gripper.estimators.finger_shape import ANGLES, FingerShape
 from soft_gripper.estimators.named_estimators import MakeEstimator, find_estimator
 from soft_gripper.estimators.recursive import EFFECTIVE_DRIVING_TORQUE
+from soft_gripper.estimators.shape_estimator import zeroed
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.load.contact_detector import ContactDetector
 from soft_gripper.load.force_estimator import ForceEstimator
@@ -38,7 +39,8 @@ class FingerEstimation(Diagram):
                                                             contact, if detected <---- ContactDetector
         strain, X_WB, driving torque --> CalibrationRange --> distance from the states of a calibration, if there is one
 
-    With a monitor, its `usable_strain` takes the place of the readings (`make_monitor`).
+    With a monitor, its `usable_strain` takes the place of the readings (`make_monitor`); the distance is that of the
+    readings as the estimator uses them, zeroed if it does so.
 
     FingerShape is present if the estimator does not output the pose itself; if it outputs `external_torque`, that
     replaces the output of the ForceEstimator. The driving torque also goes to the ForceEstimator. With recorded signals
@@ -79,7 +81,10 @@ class FingerEstimation(Diagram):
         else:
             del wires.outputs["torque_tolerance"]  # used by the detector only
         if layout.calibrated is not None:
-            wires.add("calibration_range", CalibrationRange(layout, layout.calibrated, gravity))
+            names = zeroed(layout.quantity), usable(layout.quantity)
+            used = next((name for name in names if name in wires.outputs), layout.quantity)
+            states = CalibrationRange(layout, layout.calibrated, gravity)
+            wires.add("calibration_range", states, {layout.quantity: used})
         wires.build_into(self)
 
 

@@ -116,17 +116,6 @@ def points_on_arcs(
     return points if offset is None else points + rotated(in_plane(offset, 0.0), heading + theta)
 
 
-def sites_on_arcs(arcs: Arcs, s: Array, offset: Array | float | None = None) -> tuple[Planar, Array]:
-    """Points at arc lengths (M,) m of the arcs of one curve, m in B, and the headings there, rad, each (M,).
-
-    Beyond its end on the last arc; `offset` is as for `points_on_arcs`.
-    """
-    ends = arcs.length.cumsum()
-    section = np.minimum(np.searchsorted(ends, s), len(ends) - 1)
-    fraction = (s - (ends - arcs.length)[section]) / arcs.length[section]
-    return points_on_arcs(arcs, section, fraction, offset), arcs.heading[section] + fraction * arcs.theta[section]
-
-
 def arcs_from_readings(layout: SensorLayout, readings: Array) -> Arcs:
     """The arcs of a finger, (..., S), from its sensor readings, (..., paths * S).
 

@@ -18,7 +18,7 @@ from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array
 from soft_gripper.estimators.estimate import ShapeFunction
 from soft_gripper.estimators.finger_shape import ANGLES
-from soft_gripper.estimators.free_motion import recorded_lag
+from soft_gripper.estimators.recorded_inputs import recorded_inputs
 from soft_gripper.fingers.creep import advance, memory_torque
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import SLIDES
@@ -94,11 +94,9 @@ def recorded_driving(
         period: of the samples, s.
         pull: gravity less the acceleration of the base, likewise; None: the base is at rest.
     """
-    gravity = np.broadcast_to(gravity, (*pressure.shape, 3))
     driving, settled = finger.pressure_torque(pressure), not finger.creep
     while not settled:
-        lag = recorded_lag(function, driving, gravity, gravity if pull is None else pull)
-        q, before = function(readings, driving, gravity, *lag).q, driving
+        q, before = function(*recorded_inputs(function, readings, driving, gravity, pull)).q, driving
         driving = driving_torques(finger, q, pressure, period)
         settled = np.allclose(driving, before, rtol=0, atol=_SETTLED, equal_nan=True)
     return driving

@@ -77,12 +77,16 @@ class ShapeFunction(Protocol):
 def estimates_at(function: ShapeFunction, rows: NDArray[np.int_], *samples: Any) -> ShapeEstimate:
     """Estimates at some samples of a recording, by increasing indices; a filter takes all samples before them.
 
-    `samples` are the arguments of the function at all samples, (T, ...), or tuples of arrays.
+    `samples` are the arguments of the function at all samples, as of `recorded_inputs`.
     """
     if hasattr(function, "at"):
         found: ShapeEstimate = function.at(rows, *samples)
         return found
-    chosen: list[Any] = [
+    return function(*samples_at(rows, *samples))
+
+
+def samples_at(rows: NDArray[np.int_], *samples: Any) -> tuple[Any, ...]:
+    """Some samples of arrays, (T, ...), or of tuples of arrays."""
+    return tuple(
         type(each)(*(part[rows] for part in each)) if isinstance(each, tuple) else each[rows] for each in samples
-    ]
-    return function(*chosen)
+    )

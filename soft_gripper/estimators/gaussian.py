@@ -111,9 +111,8 @@ class GaussianShape:
 
     @cached_property
     def zeroing(self) -> Zeroing | None:
-        """The filter of the zeros of sensors that drift, or are zeroed while the finger is free; else None."""
-        follows = self.uncertainty.drift > 0 or self.uncertainty.free_pressure > 0
-        return Zeroing(self.mechanics, self.period) if follows else None
+        """The filter of the zeros of the sensors; see `Zeroing.of`."""
+        return Zeroing.of(self.mechanics, self.period)
 
     @cached_property
     def mechanics(self) -> Mechanics:

@@ -47,7 +47,7 @@ SHAPE_FUNCTIONS = Registry[Callable[..., ShapeFunction]](
         "constant_curvature": lambda layout, uncertainty, period=0.01: (
             ConstantCurvatureShape(strain_sensors(layout, "estimator constant_curvature"))
             if layout.ways == ("bending",)
-            else SpatialCurvatureShape(layout, uncertainty)
+            else SpatialCurvatureShape(layout, uncertainty, period)
         ),
     },
 )

@@ -10,10 +10,10 @@ A Kalman filter (Kalman 1960, doi 10.1115/1.3662552), extended for the gain of t
 
 All but the load are slow: next to constant, the offsets drift, steadily or not, and the bend does as far as the finger
 may creep in a way that its model does not know (`creep`). Gains and bend walk a little as well, but become no more
-uncertain than in a minute of it. They are learnt in free motion alone. Whether the finger is free is seen from what the
-readings differ from those of the free finger, averaged over some samples: as long as it is no more than noise and the
-uncertainty of the slow states explain, the slow states are corrected, and cautiously, for errors of sensors are not
-white. While the finger is loaded they are kept as they are, with their uncertainty counted (Schmidt 1966, doi
+uncertain than they are declared to be. They are learnt in free motion alone. Whether the finger is free is seen from
+what the readings differ from those of the free finger, averaged over some samples: as long as it is no more than noise
+and the uncertainty of the slow states explain, the slow states are corrected, and cautiously, for errors of sensors are
+not white. While the finger is loaded they are kept as they are, with their uncertainty counted (Schmidt 1966, doi
 10.1016/B978-1-4831-6716-9.50011-4): else a load that lasts would pass for an offset. The shape of a sample has the r
 and d that its readings ask for beside the load, though nothing is learnt from them; else a finger that is not as stiff
 as assumed would not have the shape that is read. What cannot be seen is a load that begins before anything is learnt
@@ -25,6 +25,10 @@ over the limit that noise exceeds in one of 1000 samples (Bar-Shalom, Li and Kir
 
 A reading that is NaN is left out, and one that no load explains is taken for an outlier: both widen the covariance.
 While the bend of a section is hardly read nothing is learnt, and when that lasts the finger counts as loaded.
+
+Away from the states of a calibration (`Mechanics.away`) errors of drive and readings last as long as the finger stays
+there. They are never averaged: a free finger may differ from the predicted one by as much, little is learnt of it, and
+shape and contact are as much less certain.
 
 V follows the bent chain where it leaves its plane, and as that couples the ways in which its joints yield, readings
 are linearized about the finger under the load that is known; what the load adds to the readings is the difference
@@ -67,13 +71,13 @@ from scipy.special import chdtri
 
 from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array
-from soft_gripper.estimators.batches import in_parts
+from soft_gripper.estimators.batches import in_parts, shared
 from soft_gripper.estimators.contact import SurfaceContact, Unexplained
 from soft_gripper.estimators.estimate import ShapeEstimate
 from soft_gripper.estimators.force_posterior import ContactPosterior
-from soft_gripper.estimators.mechanics import Mechanics, outer
+from soft_gripper.estimators.gaussian import gain_of
+from soft_gripper.estimators.mechanics import Away, Mechanics, outer
 from soft_gripper.estimators.uncertainty import Uncertainty
-from soft_gripper.sensors.calibrated_states import NORMAL_95, by_distance
 from soft_gripper.sensors.measurement import MeasurementModel
 from soft_gripper.sensors.strain_errors import MINUTE
 
@@ -87,6 +91,7 @@ _SLOW_GAIN, _SLOW_BEND = 1e-3, 1e-3  # 1/sqrt(s), random walks of c and of r
 _BLIND_SAMPLES = 5  # samples without a reading of a bend after which a load can no longer be ruled out
 _OUTLIER = 6.0  # standard deviations
 _MISSING_VARIANCE = 1e6  # variance of an omitted reading
+_NO_VARIANCE = 1e-30  # of what is declared exact
 _CHANCE = 1e-3  # that noise exceeds the limit of an innovation
 _REMAINING = 0.3  # of the noise of one sample, in a value's change by the load
 _LEAST_SLOPE = 1e-3  # of the largest slope of the readings by a bend: less is not seen at all
@@ -115,6 +120,7 @@ class Filter(NamedTuple):
     innovation: Array  # (...) squared and normalised, 1 where noise leaves more in 1 of 1000 samples
     drive: Array  # (..., 2) r and d of this sample
     q: Array  # (..., D) rad, and m where joints slide
+    away: Array  # (..., 1 + S) the standard deviations of `Away`; 0 of a finger that is not calibrated
 
 
 @dataclass(frozen=True)
@@ -155,6 +161,7 @@ class RecursiveShape:
         return Filter(
             *(np.zeros((*shape, states)), covariance, nothing, np.zeros(shape, bool)),
             *(np.zeros(shape), np.zeros((*shape, 2)), np.zeros((*shape, len(self.layout.straight)))),
+            np.zeros((*shape, 1 + self._values)),
         )
 
     def step(self, before: Filter, readings: Array, driving: Array, gravity: Array) -> Filter:
@@ -167,51 +174,79 @@ class RecursiveShape:
         difference: Array = layout.measured(readings) - (1 + self._gains(mean)) * strain - self._offsets(mean)
         read = np.isfinite(difference)
         difference = np.where(read, difference, 0.0)
-        noise = np.where(read, self._reading_variance(readings, driving, gravity), _MISSING_VARIANCE)
-        innovation = self._innovation(difference - by_load, noise, covariance, by_state)
+        noise, away = np.where(read, self.uncertainty.reading**2, _MISSING_VARIANCE), before.away
+        if layout.calibrated is not None:
+            away = _row(shared(Mechanics.away, mechanics, readings, driving, gravity))
+        lasting = self._lasting(away, by_state)
+        innovation = self._innovation(difference - by_load, noise, covariance, by_state, lasting)
         jumped = innovation > _limits(noise.shape[-1])[0]
         covariance = covariance + jumped[..., None, None] * np.diag(_LOAD_JUMP**2 * self._before * ~self._is_slow)
-        noise = np.where(self._is_outlier(difference - by_load, noise, covariance, by_state), _MISSING_VARIANCE, noise)
+        outlier = self._is_outlier(difference - by_load, noise, covariance, by_state, lasting)
+        noise = np.where(outlier, _MISSING_VARIANCE, noise)
         average = before.difference + _AVERAGE * (difference - before.difference) * (noise < _MISSING_VARIANCE)
-        loaded = self._is_loaded(before, average, difference, covariance, by_state, noise)
+        loaded = self._is_loaded(before, average, difference, covariance, by_state, noise, lasting)
         blind = self._is_blind(noise < _MISSING_VARIANCE)
         loaded |= blind & (covariance[..., 0, 0] > _BLIND_SAMPLES * self._walks[0])
         left = difference - by_load * (loaded | blind)[..., None]
-        mean, covariance, drive = self._update(mean, covariance, left, by_state, noise, loaded, blind & ~loaded)
+        known = mean, covariance, left, by_state, noise, lasting
+        mean, covariance, drive = self._update(*known, loaded, blind & ~loaded)
         q = mechanics.free(self.effective_driving(drive, driving) + weight + self._torque(modes, mean))
         limit = chdtri(np.maximum(read.sum(axis=-1), 1), _CHANCE)
-        return Filter(mean, covariance, average, loaded, innovation / limit, drive, q)
+        return Filter(mean, covariance, average, loaded, innovation / limit, drive, q, away)
 
-    def _reading_variance(self, readings: Array, driving: Array, gravity: Array) -> Array:
-        """Variance of the readings, (..., R) or one for all: larger away from where the finger was calibrated."""
-        variance, states = np.array(self.uncertainty.reading**2), self.layout.calibrated
-        if states is None:
-            return variance
-        distances = states.distances(self.layout.measured(readings), driving, gravity)
-        found: Array = variance + (states.widths.growth / NORMAL_95 * by_distance(distances, states.paths)) ** 2
-        return found
+    def _lasting(self, away: Array, by_state: Array) -> Array:
+        """Covariance of the errors of the readings away from a calibration, (..., R, R)."""
+        of_drive = by_state[..., self._modes + 1] * away[..., :1]
+        of_readings = np.abs(self.layout.sensitivity) * away[..., None, 1:]
+        each = of_readings.reshape(*of_drive.shape) ** 2
+        return outer(of_drive) + each[..., None] * np.eye(each.shape[-1])
 
     def estimate(self, known: Filter, driving: Array) -> ShapeEstimate:
         """The shape and the contact after a sample at a driving torque, (..., D)."""
-        found: ShapeEstimate = in_parts(self._estimate, known.q, known.mean, known.covariance, driving)
+        found: ShapeEstimate = in_parts(self._estimate, *self._parts(known), known.loaded.astype(float), driving)
         return found
 
     def posterior(self, known: Filter, driving: Array) -> ContactPosterior:
         """Posterior of one contact after a sample at a driving torque, (..., D)."""
-        found: ContactPosterior = in_parts(self._posterior, known.q, known.mean, known.covariance, driving)
+        found: ContactPosterior = in_parts(self._posterior, *self._parts(known), driving)
         return found
 
-    def _estimate(self, q: Array, mean: Array, covariance: Array, driving: Array) -> ShapeEstimate:
-        left, by_joint = self._unexplained(q, mean, covariance, driving)
+    @staticmethod
+    def _parts(known: Filter) -> tuple[Array, ...]:
+        return known.q, known.mean, known.covariance, known.away
+
+    def _estimate(
+        self, q: Array, mean: Array, covariance: Array, away: Array, loaded: Array, driving: Array
+    ) -> ShapeEstimate:
+        left, by_joint = self._unexplained(q, mean, covariance, away, driving)
         contact, _ = self.contact.stated(self.contact.explain(left))
         of_joints = by_joint @ covariance @ np.swapaxes(by_joint, -1, -2) + self.mechanics.deviations
-        return ShapeEstimate(q, of_joints + self.mechanics.of_scale(q), contact)
+        if self.layout.calibrated is not None:
+            of_joints = of_joints + self._away_from_states(left, away, loaded) + self.mechanics.of_scale(q)
+        return ShapeEstimate(q, of_joints, contact)
 
-    def _posterior(self, q: Array, mean: Array, covariance: Array, driving: Array) -> ContactPosterior:
-        left, _ = self._unexplained(q, mean, covariance, driving)
+    def _posterior(self, q: Array, mean: Array, covariance: Array, away: Array, driving: Array) -> ContactPosterior:
+        left, _ = self._unexplained(q, mean, covariance, away, driving)
         return self.contact.posterior(self.contact.explain(left))
 
-    def _unexplained(self, q: Array, mean: Array, covariance: Array, driving: Array) -> tuple[Unexplained, Array]:
+    def _away_from_states(self, left: Unexplained, away: Array, loaded: Array) -> Array:
+        """Covariance of the joints, (..., D, D), due to errors away from a calibration.
+
+        A free finger is where its drive takes it, and a loaded one where its readings are explained.
+        """
+        gain, _ = gain_of(left.slopes, self.mechanics.of_load(left.at, left.q), self._noise)
+        gain, of_drive = gain * loaded[..., None, None], self._moved_by_drive(left.q, away)
+        of_values = gain * away[..., None, 1:]
+        of_drive = of_drive - (gain @ (left.slopes @ of_drive[..., None]))[..., 0]
+        return outer(of_drive) + of_values @ np.swapaxes(of_values, -1, -2)
+
+    def _moved_by_drive(self, q: Array, away: Array) -> Array:
+        """Standard deviation of the joints by errors of the drive away from a calibration, common to all, (..., D)."""
+        return np.asarray(self.mechanics.compliance(q) * self.mechanics.pressure_gain * away[..., :1])
+
+    def _unexplained(
+        self, q: Array, mean: Array, covariance: Array, away: Array, driving: Array
+    ) -> tuple[Unexplained, Array]:
         """The change of the values by the load, and the Jacobian of the joints with respect to the states.
 
         The stiffness may be as wrong as the bend per driving torque still is: then a share of all values is.
@@ -222,17 +257,25 @@ class RecursiveShape:
         of_load = by_load @ covariance[..., :M, :M] @ np.swapaxes(by_load, -1, -2)
         of_load = of_load + A @ self.mechanics.deviations @ np.swapaxes(A, -1, -2)
         stiffness = np.sqrt(covariance[..., M, M])[..., None] * values
-        spread = of_load + np.diag(self._remaining)
+        spread = of_load + np.diag(_REMAINING**2 * self._noise)
         explained = np.trace(np.linalg.solve(spread, of_load), axis1=-2, axis2=-1)
         residual = (by_load @ mean[..., :M, None])[..., 0]
         read = np.maximum(explained, self.contact.fewest)
-        return Unexplained(q, at, A, read, residual, spread + outer(stiffness)), by_joint
+        spread = spread + outer(stiffness)
+        if self.layout.calibrated is not None:
+            of_drive = (A @ self._moved_by_drive(q, away)[..., None])[..., 0]
+            spread = spread + outer(of_drive) + away[..., None, 1:] ** 2 * np.eye(self._values)
+        return Unexplained(q, at, A, read, residual, spread), by_joint
 
     @cached_property
-    def _remaining(self) -> Array:
-        """Variance of the noise in the change of the values by the load, (S,)."""
-        straight = self.layout.read(self.layout.straight)
-        return self.layout.values(straight, _REMAINING * self.uncertainty.reading).variance
+    def _noise(self) -> Array:
+        """Variance of the noise of the values in one sample, (S,)."""
+        return self.layout.values(self.layout.read(self.layout.straight), self.uncertainty.reading).variance
+
+    @cached_property
+    def _values(self) -> int:
+        """S."""
+        return self.layout.sensitivity.shape[-1]
 
     def changes(self, known: Filter) -> Changes:
         """How far finger and sensors have moved, as learnt in free motion."""
@@ -358,11 +401,16 @@ class RecursiveShape:
 
     @cached_property
     def _most(self) -> Array:
-        """Variances above which no state rises, (n,): of gains and bend, those after a minute's walk."""
-        most, M, readings = np.full(self._states, np.inf), self._modes, self.layout.readings
-        bounded = [*([] if self.uncertainty.creep else [M]), *range(M + 2, M + 2 + readings)]
-        most[bounded] = (self._before + self._walks * (MINUTE / self.period))[bounded]
+        """Variances above which no state rises, (n,): of gains and bend, those before the first sample."""
+        most = np.full(self._states, np.inf)
+        most[self._bounded] = np.maximum(self._before[self._bounded], _NO_VARIANCE)
         return most
+
+    @cached_property
+    def _bounded(self) -> list[int]:
+        """The states that are never less known than before the first sample: the gains and, without creep, the bend."""
+        M, readings = self._modes, self.layout.readings
+        return [*([] if self.uncertainty.creep else [M]), *range(M + 2, M + 2 + readings)]
 
     @cached_property
     def _moved(self) -> Array:
@@ -397,23 +445,33 @@ class RecursiveShape:
         by_load = (1 + self._gains(mean)) * (loaded - strain)
         return strain, by_load, self._by_state(bent, loaded, H, mean, driving, modes)
 
-    def _innovation(self, left: Array, noise: Array, covariance: Array, by_state: Array) -> Array:
+    def _innovation(self, left: Array, noise: Array, covariance: Array, by_state: Array, lasting: Array) -> Array:
         """The squared innovation, normalised by its covariance, (...)."""
-        spread = by_state @ covariance @ np.swapaxes(by_state, -1, -2) + noise[..., None] * np.eye(noise.shape[-1])
-        return _size(left, spread)
+        spread = by_state @ covariance @ np.swapaxes(by_state, -1, -2) + lasting
+        return _size(left, spread + noise[..., None] * np.eye(noise.shape[-1]))
 
-    def _is_outlier(self, left: Array, noise: Array, covariance: Array, by_state: Array) -> NDArray[np.bool_]:
+    def _is_outlier(
+        self, left: Array, noise: Array, covariance: Array, by_state: Array, lasting: Array
+    ) -> NDArray[np.bool_]:
         """Readings that no change of the load can explain."""
         variance = ((by_state @ covariance) * by_state).sum(axis=-1) + noise
+        variance = variance + np.diagonal(lasting, axis1=-2, axis2=-1)
         outlier: NDArray[np.bool_] = np.abs(left) > _OUTLIER * np.sqrt(variance)
         return outlier
 
     def _is_loaded(
-        self, before: Filter, average: Array, difference: Array, covariance: Array, by_state: Array, noise: Array
+        self,
+        before: Filter,
+        average: Array,
+        difference: Array,
+        covariance: Array,
+        by_state: Array,
+        noise: Array,
+        lasting: Array,
     ) -> NDArray[np.bool_]:
-        """Whether noise and slow states cannot explain the readings, recently or suddenly."""
+        """Whether noise, slow states and lasting errors cannot explain the readings, recently or suddenly."""
         slow, identity = by_state * self._is_slow, np.eye(noise.shape[-1])
-        spread = slow @ covariance @ np.swapaxes(slow, -1, -2)
+        spread = slow @ covariance @ np.swapaxes(slow, -1, -2) + lasting
         noises = noise[..., None] * identity
         of_late = _size(average, spread + _AVERAGE / (2 - _AVERAGE) * noises)
         begin, end, at_once = _limits(noise.shape[-1])
@@ -442,6 +500,7 @@ class RecursiveShape:
         left: Array,
         by_state: Array,
         noise: Array,
+        lasting: Array,
         loaded: NDArray[np.bool_],
         blind: NDArray[np.bool_],
     ) -> tuple[Array, Array, Array]:
@@ -453,15 +512,16 @@ class RecursiveShape:
         mean = mean * loads
         covariance = covariance * (loads[..., :, None] & loads[..., None, :])
         noise = np.where(loaded[..., None], noise, self._caution * noise)
+        noises = noise[..., None] * np.eye(noise.shape[-1]) + lasting * ~loaded[..., None, None]
         crossed = covariance @ np.swapaxes(by_state, -1, -2)
-        spread = by_state @ crossed + noise[..., None] * np.eye(noise.shape[-1])
+        spread = by_state @ crossed + noises
         gain = np.swapaxes(np.linalg.solve(spread, np.swapaxes(crossed, -1, -2)), -1, -2)
         gain = gain * ~blind[..., None, None]
         drive = self._drive(mean + (gain @ left[..., None])[..., 0])
         gain = gain * (loaded[..., None] != self._is_slow)[..., None]
         keep = np.eye(self._states) - gain @ by_state
         covariance = keep @ covariance @ np.swapaxes(keep, -1, -2)
-        covariance = covariance + (gain * noise[..., None, :]) @ np.swapaxes(gain, -1, -2)
+        covariance = covariance + gain @ noises @ np.swapaxes(gain, -1, -2)
         return mean + (gain @ left[..., None])[..., 0], covariance, drive
 
 
@@ -469,6 +529,12 @@ def _size(difference: Array, spread: Array) -> Array:
     """Normalised squared difference, (...)."""
     size: Array = (difference * np.linalg.solve(spread, difference[..., None])[..., 0]).sum(axis=-1)
     return size
+
+
+def _row(away: Away | None) -> Array:
+    """The standard deviations in a row, (..., 1 + S)."""
+    assert away is not None
+    return np.concatenate([away.pressure[..., None], away.values], axis=-1)
 
 
 @cache

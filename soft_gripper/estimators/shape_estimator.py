@@ -94,6 +94,7 @@ class ShapeEstimator(ArrayBlock):
                                     |                |                                  2 here, 3 not known
                                     |                | ---> contact_force_interval      (3) N
                                     |                | ---> contact_force_set ...       as of ContactPosterior
+                                    |                | ---> zeroed_strain               (R) readings, as they are used
                                     |                | ---> theta                       (S) rad, bend of each section
                                     |                | ---> kappa                       (S) 1/m, its curvature
                                     +----------------+ ---> external_torque             (N) N m
@@ -101,8 +102,9 @@ class ShapeEstimator(ArrayBlock):
     `strain` holds the readings, and is called after what the sensors measure; `X_WB` is the known pose of the finger's
     base. There is an output for every way in which the finger yields as far as the sensors see,
     `estimated_stretch_lengths` (N) m among them, and an input such as `sideways_driving_torque` (N) N m for every other
-    way in which it is driven. Covariance, contact, curve and torque are there if the function gives them, and the
-    contact's posterior if it has a method `posterior` of the same inputs. `position_std` is that of the distance from
+    way in which it is driven. `zeroed_strain` is there with a `free_pressure`, below which sensors are zeroed.
+    Covariance, contact, curve and torque are there if the function gives them, and the contact's posterior if it has a
+    method `posterior` of the same inputs. `position_std` is that of the distance from
     the estimated place, in all directions; `contact_force` is the part across the finger in the bending plane. Of the
     ports as of FingerShape, `joint_positions` and `tip_pose` are the shape as seen in the bending plane, and `arcs` has
     its bends in the plane. If the function gives a curve, they are of that: an arc a section, by where and in which
@@ -204,6 +206,8 @@ class ShapeEstimator(ArrayBlock):
             over_time=partial(zeroing.over_time, first=1),
         )
         self.derive("zeroed", zeroing.corrected, "zeros", layout.quantity)
+        if zeroing.mechanics.uncertainty.free_pressure > 0:
+            self.put_out(zeroed(layout.quantity), lambda readings: readings, "zeroed", unit=layout.unit, **layout.axes)
         self.derive("std", zeroing.std, "zeros", layout.quantity)
         return "zeroed", "std"
 
@@ -276,6 +280,11 @@ class ShapeEstimator(ArrayBlock):
         for field, (unit, axes) in POSTERIOR.items():
             meanings = ANSWERS if field == "answer" else ()
             self.put_out(f"contact_{field}", _field(field), "posterior", unit=unit, meanings=meanings, **axes)
+
+
+def zeroed(quantity: str) -> str:
+    """Name of the port with the readings of sensors that are zeroed while the finger is free."""
+    return f"zeroed_{quantity}"
 
 
 def _rows(rows: slice) -> Callable[[Array], Array]:

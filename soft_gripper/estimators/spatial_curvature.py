@@ -15,7 +15,9 @@ import numpy as np
 from soft_gripper.arrays import Array
 from soft_gripper.estimators.estimate import ShapeEstimate
 from soft_gripper.estimators.gaussian import condition
+from soft_gripper.estimators.mechanics import Mechanics
 from soft_gripper.estimators.uncertainty import Uncertainty
+from soft_gripper.estimators.zeroing import Zeroing
 from soft_gripper.sensors.measurement import UNKNOWN, MeasurementModel
 from soft_gripper.sensors.observability import shared_equally, weak_prior
 
@@ -28,13 +30,18 @@ class SpatialCurvatureShape:
 
     layout: MeasurementModel
     uncertainty: Uncertainty = field(default_factory=Uncertainty)
+    period: float = 0.01  # s, between samples of sensors whose zeros are followed
 
-    def __call__(self, readings: Array, driving: Array, gravity: Array) -> ShapeEstimate:
-        """The joint positions, and their covariance within what is assumed; driving torque and gravity are ignored."""
+    def __call__(self, readings: Array, driving: Array, gravity: Array, std: Array | None = None) -> ShapeEstimate:
+        """The joint positions, and their covariance within what is assumed; driving torque and gravity are ignored.
+
+        For `std` see GaussianShape.
+        """
         layout, shared = self.layout, self._shared
         measured = layout.measured(readings)
         read, sections = np.isfinite(measured), np.zeros((*readings.shape[:-1], shared.shape[-1]))
-        variance = np.where(read, self.uncertainty.any_reading() ** 2, UNKNOWN)
+        noise = self.uncertainty.any_reading() if std is None else std
+        variance = np.where(read, noise**2, UNKNOWN)
         for _ in range(_PASSES):
             q = sections @ shared.T
             seen = layout.slopes(q) @ shared
@@ -42,6 +49,11 @@ class SpatialCurvatureShape:
             left = np.where(read, measured - layout.predict(q), 0.0) + (seen @ sections[..., None])[..., 0]
             sections = (gain @ left[..., None])[..., 0]
         return ShapeEstimate(sections @ shared.T, shared @ covariance @ shared.T)
+
+    @cached_property
+    def zeroing(self) -> Zeroing | None:
+        """What follows the zeros of the sensors; see `Zeroing.of`."""
+        return Zeroing.of(Mechanics(self.layout, self.uncertainty), self.period)
 
     @cached_property
     def _shared(self) -> Array:

@@ -2,8 +2,9 @@
 
 What a scenario does not give follows from the errors of its sensors: an estimator that trusts noisy readings reports
 bands that are far too narrow. Hysteresis and creep count as a share of the strain, as a gain error does, since a
-straight finger shows none. A drift, which is steady, counts as a random walk that comes as far in a minute where the
-offsets are followed (`recursive`), and in proportion to the time since the zeros were found elsewhere (`zeroing`).
+straight finger shows none. A drift, which is steady, counts in proportion to the time since the zeros were found
+(`zeroing`); where the offsets are followed (`recursive`), as their rates, and beside these as a random walk that comes
+as far in a minute, since not all drift is steady.
 """
 
 import math

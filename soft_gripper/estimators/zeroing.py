@@ -31,7 +31,7 @@ class Zeros(NamedTuple):
 
     offset: Array  # (..., R) of the quantity that is read
     mean: Array  # (..., R) by which the readings are off, since the finger rests freely
-    free: Array  # (..., R) s for which the finger has been free
+    free: Array  # (..., R) s, a period for each of the latest samples at which the finger was free
     age: Array  # (..., R) s since the zeros were found
 
 
@@ -42,6 +42,12 @@ class Zeroing:
     mechanics: Mechanics
     period: float  # s, between samples
 
+    @classmethod
+    def of(cls, mechanics: Mechanics, period: float) -> "Zeroing | None":
+        """The zeros of sensors that drift, or are zeroed while the finger is free; None of others."""
+        follows = mechanics.uncertainty.drift > 0 or mechanics.uncertainty.free_pressure > 0
+        return cls(mechanics, period) if follows else None
+
     def begin(self, shape: tuple[int, ...] = ()) -> Zeros:
         """Before the first sample, with leading axes."""
         return Zeros(*np.zeros((4, *shape, self.mechanics.layout.readings)))
@@ -50,13 +56,13 @@ class Zeroing:
         """The zeros at a sample; see ShapeFunction for the inputs."""
         known_free = (self._pressure(driving) < self.mechanics.uncertainty.free_pressure)[..., None]
         free = np.where(known_free, before.free + self.period, 0.0)
-        age, resting = before.age + self.period, free - _SETTLING
+        age, resting = before.age + self.period, free - self.period - _SETTLING  # free since the first such sample
         if not (resting > 0).any():
             return before._replace(free=free, age=age)
         layout = self.mechanics.layout
         off = layout.measured(readings) - layout.measured(free_readings(self.mechanics, driving, gravity))
         read = np.isfinite(off) & (resting > 0)
-        weight = self.period / np.clip(resting, self.period, _AVERAGED)
+        weight = self.period / np.clip(resting, self.period, max(_AVERAGED, self.period))
         mean = np.where(read, before.mean + weight * (off - before.mean), before.mean)
         found = read & (resting >= _LEAST)
         return Zeros(np.where(found, mean, before.offset), mean, free, np.where(found, 0.0, age))

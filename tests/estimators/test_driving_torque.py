@@ -163,6 +163,24 @@ def test_a_recording_at_once_is_the_block_sample_for_sample(creeping, kind):
     assert np.abs(found - creeping.pressure_torque(pressure)).max() > 1e-3
 
 
+def test_a_recording_remembers_shapes_of_zeroed_sensors_as_the_block_does(creeping):
+    """Sensors that read too much are zeroed after 0.7 s in which the gripper is open."""
+    layout, uncertainty = SensorLayout(creeping, 4), Uncertainty(free_pressure=2e3)
+    pressure = np.repeat([0.0, PRESSURE], [80, 40])
+    q = creeping.angle(creeping.pressure_torque(pressure))
+    strain = layout.response.reading(extension_ratios(layout, q) + 0.02)
+    block = Sampled(
+        FingerEstimation(find_estimator("gaussian", uncertainty)(layout, GRAVITY, PERIOD), layout, GRAVITY, PERIOD)
+    )
+    sampled = [
+        block.sample("driving_torque", strain=read, pressure=[p], X_WB=UPRIGHT)
+        for read, p in zip(strain, pressure, strict=True)
+    ]
+    function = SHAPE_FUNCTIONS["gaussian"](layout, uncertainty, PERIOD)
+    found = recorded_driving(function, creeping, strain, pressure, in_space(np.array(IN_PLANE)), PERIOD)
+    np.testing.assert_allclose(found, sampled, rtol=0, atol=1e-7)
+
+
 def test_recordings_side_by_side_are_as_one_by_one(creeping, bent):
     layout, pressure = SensorLayout(creeping, 3), PRESSURE * bent(20, 2)
     strain, gravity = (

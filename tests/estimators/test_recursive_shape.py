@@ -299,10 +299,22 @@ def test_a_free_sample_corrects_what_is_slow_as_least_squares_do_with_30_times_t
 
 def test_what_is_slow_goes_astray_as_it_is_believed_to(layout: SensorLayout) -> None:
     """Of states that are known at first, and of which a sample says next to nothing, the walk of a period is left."""
-    assumed = Uncertainty(reading=1.0, bend_per_pressure=0.0, drift=2e-3)
-    known = stepped(learner_of(layout, assumed), np.zeros(layout.readings))
+    learner = learner_of(layout, Uncertainty(reading=1.0, gain=0.01, drift=2e-3))
+    begin = learner.shape.begin()
+    known = stepped(learner, np.zeros(layout.readings), begin._replace(covariance=0 * begin.covariance))
     expected = np.array([1e-3, 0.0] + [1e-3] * layout.readings + [2e-3] * layout.readings) ** 2 * PERIOD
     np.testing.assert_allclose(np.diagonal(known.covariance)[SLOW], expected, rtol=1e-3)
+
+
+def test_gains_and_bend_are_never_less_known_than_declared(layout: SensorLayout) -> None:
+    """After ten minutes in which nothing is read, whose walks alone would come as far as 2.4 %."""
+    shape = RecursiveShape(layout, Uncertainty(gain=0.01, bend_per_pressure=0.005), period=6.0)
+    known, nothing = shape.begin(), np.full(layout.readings, np.nan)
+    for _ in range(100):
+        known = shape.step(known, nothing, layout.straight, np.zeros(3))
+    changes = shape.changes(known)
+    assert float(changes.bend_change_std) == pytest.approx(0.005)
+    np.testing.assert_allclose(changes.gain_changes_std, 0.01)
 
 
 def test_a_load_is_estimated_with_what_is_slow_counted_and_kept(learner: Learner) -> None:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from soft_gripper.estimators.finger_shape import Places
+from soft_gripper.estimators.recorded_inputs import recorded_inputs
 from soft_gripper.estimators.spatial_curvature import SpatialCurvatureShape
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.scenario.schema import SensorConfig
@@ -63,3 +64,17 @@ def test_what_is_not_seen_is_uncertain(spatial):
     lost = layout.read(np.zeros(36))
     lost[:] = np.nan
     assert np.isfinite(estimate(layout, lost).q).all()
+
+
+def test_sensors_that_drift_are_zeroed_and_less_certain_with_time(spatial):
+    """Readings of a finger that is open for ten minutes; it may be known to be."""
+    layout = sensor_layout(spatial, SensorConfig(layout="four_faces_and_diagonal", sections=2))
+    driving, gravity = np.zeros((20, 36)), np.zeros((20, 3))
+    readings = np.broadcast_to(layout.read(layout.straight) + 0.01, (20, layout.readings))
+    uncertainty = Uncertainty(drift=1e-3)
+    for free_pressure in (2e3, 0.0):
+        shape = SpatialCurvatureShape(layout, replace(uncertainty, free_pressure=free_pressure), 30.0)
+        found = shape(*recorded_inputs(shape, readings, driving, gravity))
+        grown = np.trace(found.covariance[-1]) / np.trace(found.covariance[0])
+        assert (grown > 5) == (free_pressure == 0)
+        assert (np.abs(found.q[-1]).max() < 1e-6) == (free_pressure > 0)

@@ -1,6 +1,6 @@
 """Bench: the estimators and the grip controller of a station, without its plant, one sample at a time."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, field
 from time import monotonic, thread_time
@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
+from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
 from pydrake.systems.primitives import PassThrough
 
 from soft_gripper.array_block import ArrayBlock
@@ -161,7 +161,14 @@ class Bench:
 
     def restart_control(self) -> None:
         """Lets the grip controller begin anew, after others have commanded the fingers."""
-        for system in self._controllers:
+        self._restart(self._controllers)
+
+    def restart_estimation(self) -> None:
+        """Lets the estimators begin anew, after their sensors were zeroed: what they learned was of other readings."""
+        self._restart([system for system in self.diagram.GetSystems() if system.get_name().endswith(".estimation")])
+
+    def _restart(self, systems: Iterable[System]) -> None:
+        for system in systems:
             system.SetDefaultContext(system.GetMyMutableContextFromRoot(self._context))
 
     def read(self, signals: Sequence[str]) -> dict[str, Array]:

@@ -202,6 +202,7 @@ class BenchDriver(Driver):
             number = np.isfinite(found).sum(axis=0)
             # A sensor that was never read stays as it is.
             self._offsets[name] = self._offsets.get(name, 0.0) + np.nansum(found, axis=0) / np.maximum(number, 1)
+        self._bench.restart_estimation()
         self.calibration.zeroed()
 
     @property

@@ -77,7 +77,7 @@ def sensed_fingers(scenario: Scenario) -> dict[str, SensedFinger]:
 
     Raises:
         InputError: if the scenario cannot be built, or the estimate depends on the past: because a finger creeps
-            or the estimator filters; or a finger has tendons.
+            or the estimator filters or zeroes its sensors; or a finger has tendons.
     """
     return {finger.name: _sensed(finger, scenario) for finger in make_station(scenario).fingers}
 
@@ -89,6 +89,9 @@ def _sensed(finger: PlantFinger, scenario: Scenario) -> SensedFinger:
     if isinstance(function, RecursiveShape):
         expected = "depends on all samples before: choose arcs, spline, gaussian, contact or constant_curvature"
         raise InputError("sensed finger", "estimator.type", scenario.estimator.type, expected)
+    if known.free_pressure > 0:
+        expected = "zeroes sensors by the samples before: set it to 0"
+        raise InputError("sensed finger", "estimator.uncertainty.free_pressure", known.free_pressure, expected)
     for part, has in (
         ("creep", "creeps, and remembers how it was bent"),
         ("tendons", "has them; give one with chambers"),

@@ -4,7 +4,6 @@ Where the estimator of the scenario gives no contact force, `contact` estimates 
 """
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -16,10 +15,11 @@ from soft_gripper.diagrams.recording import Recording, phase_spans
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.estimators.contact import ContactShape
 from soft_gripper.estimators.driving_torque import driving_port
-from soft_gripper.estimators.free_motion import Lag, base_acceleration, recorded_lag
+from soft_gripper.estimators.estimate import samples_at
+from soft_gripper.estimators.free_motion import base_acceleration
 from soft_gripper.estimators.named_estimators import estimator_function
 from soft_gripper.estimators.plane import in_base
-from soft_gripper.estimators.zeroing import recorded_zeros
+from soft_gripper.estimators.recorded_inputs import recorded_inputs
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.runs.scores.recorded_grasps import before_put_down
 from soft_gripper.scenario.nominal_model import read_nominal_model
@@ -113,11 +113,8 @@ def _estimated(
     gravity_W = np.array(scenario.gravity) * scenario.estimator.compensate_gravity
     gravity, driving = in_base(X_WB, gravity_W), np.concatenate(torques, axis=-1)
     pull = in_base(X_WB, gravity_W - base_acceleration(X_WB, finger.finger.length, period))
-    lag = recorded_lag(function, driving, gravity, pull)
-    at = np.maximum(rows - 1, 0)
-    readings, std = recorded_zeros(function, signal(layout.quantity).reshape(len(driving), -1), driving, gravity)
-    moved = (Lag(*(part[at] for part in each)) for each in lag)
-    given: tuple[Any, ...] = readings[at], driving[at], gravity[at], *moved, *(each[at] for each in std)
+    readings = signal(layout.quantity).reshape(len(driving), -1)
+    given = samples_at(np.maximum(rows - 1, 0), *recorded_inputs(function, readings, driving, gravity, pull))
     contact, posterior = function(*given).contact, function.posterior(*given)
     assert contact is not None
     found = {

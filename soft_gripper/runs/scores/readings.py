@@ -13,11 +13,11 @@ from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.estimators.driving_torque import recorded_driving
 from soft_gripper.estimators.estimate import ShapeEstimate, ShapeFunction, estimates_at
-from soft_gripper.estimators.free_motion import base_acceleration, recorded_lag
+from soft_gripper.estimators.free_motion import base_acceleration
 from soft_gripper.estimators.named_estimators import estimator_function
 from soft_gripper.estimators.plane import in_base
+from soft_gripper.estimators.recorded_inputs import recorded_inputs
 from soft_gripper.estimators.uncertainty import Uncertainty
-from soft_gripper.estimators.zeroing import recorded_zeros
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.load.force_estimator import SAMPLES, Motion, TorqueBalance, windows
 from soft_gripper.scenario.nominal_model import read_nominal_model
@@ -39,11 +39,10 @@ class ReadAgain:
 
     def shape(self, estimator: str = "arcs", samples: NDArray[np.int_] | None = None) -> ShapeEstimate:
         """The estimate of a built-in estimator from the readings, at some samples (M), or at all T."""
-        function, driving, gravity = self._function(estimator), self._driving(estimator), self.gravity[1:]
-        lag = recorded_lag(function, driving, gravity, self.pull[1:])
+        function, driving = self._function(estimator), self._driving(estimator)
         rows, number = np.unique(self._rows if samples is None else self._rows[samples], return_inverse=True)
-        readings, std = recorded_zeros(function, self.readings[1:], driving, gravity)
-        return estimates_at(function, rows, readings, driving, gravity, *lag, *std).at(number)
+        known = recorded_inputs(function, self.readings[1:], driving, self.gravity[1:], self.pull[1:])
+        return estimates_at(function, rows, *known).at(number)
 
     def driving(self, estimator: str = "arcs") -> Array:
         """The driving torque of the finger, with creep computed from an estimator's shapes, N m, (T, N)."""

@@ -283,6 +283,33 @@ def test_zeroing_removes_offsets(messages, offline):
     assert errors[1] < 1e-4
 
 
+@pytest.mark.parametrize("estimator", ["gaussian", "recursive"])
+def test_zeroed_sensors_are_known_as_well_as_at_first(estimator):
+    """Sensors of a free finger have drifted for 200 s, of which `recursive` has learned a part."""
+    errors = "sensor.errors={drift: 0.01, noise: 0.002}", "sensor.period=4.0"
+    bench, results = Bench(load_scenario("free_bending", [f"estimator.type={estimator}", *errors])), []
+    config, source = described(bench.inputs, "test"), SimpleNamespace(receive=lambda timeout: [], is_over=False)
+    driver = BenchDriver(bench, config, source, lambda _, found: results.append(found), is_live=False)
+    bench.step({name: np.zeros(size) for name, size in bench.inputs.items()})
+    free = bench.free_readings()
+
+    def feed(samples, shift):
+        for _ in range(samples):
+            values = {name: free.get(name, np.zeros(size)) for name, size in bench.inputs.items()}
+            read = {name: value + shift * (name in free) for name, value in values.items()}
+            driver._take(encoded({"count": float(len(results)), "time": 0.0} | read, "json"), 0.0)
+        return {name: results[-1][name].copy() for name in (TIP, STD)}
+
+    first = feed(2, 0.0)
+    feed(50, 0.02)
+    driver.zero(60.0)
+    feed(3, 0.02)
+    driver.zeroed()
+    again = feed(2, 0.02)
+    np.testing.assert_allclose(again[STD], first[STD], rtol=1e-3)
+    np.testing.assert_allclose(again[TIP], first[TIP], atol=2e-4)
+
+
 def test_a_sensor_that_is_never_read_is_not_zeroed(messages):
     live = made(lambda timeout: [])
     live.driver.zero(60.0)

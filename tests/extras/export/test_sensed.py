@@ -85,6 +85,11 @@ def test_weight_acts_as_the_base_is_posed():
     ("name", "overrides", "message"),
     [
         ("free_bending", ["estimator.type=recursive"], "estimator.type = 'recursive': depends on all samples before"),
+        (
+            "free_bending",
+            ["estimator.type=gaussian", "estimator.uncertainty.free_pressure=2e3"],
+            "estimator.uncertainty.free_pressure = 2000.0: zeroes sensors by the samples before",
+        ),
         ("tendon_grasp", [], "tendons = 1: finger 'left_finger' has them"),
     ],
 )

@@ -5,11 +5,16 @@ from functools import cache
 
 import numpy as np
 import pytest
+from pydrake.systems.analysis import Simulator
 
+from soft_gripper.array_block import ArrayBlock
+from soft_gripper.diagrams.wiring.estimation import FingerEstimation
 from soft_gripper.estimators.calibration_range import DISAGREEMENT, DISTANCE, FAR, CalibrationRange
 from soft_gripper.estimators.contact import ContactShape
 from soft_gripper.estimators.finger_shape import position_std
 from soft_gripper.estimators.gaussian import GaussianShape
+from soft_gripper.estimators.named_estimators import find_estimator
+from soft_gripper.estimators.recursive import RecursiveShape
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.extras.hardware.free_bending import FreeBending, calibrate
 from soft_gripper.fingers.kinematics import forward_kinematics
@@ -22,6 +27,7 @@ from soft_gripper.sensors.strain_errors import StrainErrors, disturb, draw
 LEVELS = 0, 20, 40, 60, 80, 60, 40, 20, 0, 40, 80, 40, 0  # kPa, calibrated
 BEYOND = 100, 120, 140, 150, 120, 100, 0
 HELD, PERIOD, GRAVITY = 12, 0.05, 9.81j
+DOWN_X = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])  # x of B along -z of the world
 ERRORS = StrainErrors(hysteresis=0.01, gain_error=0.03, offset=0.005, noise=2e-3)
 KNOWN = Uncertainty(reading=2e-3, gain=0.01, bend_per_pressure=0.01)
 
@@ -99,6 +105,24 @@ def test_a_finger_that_stiffens_is_hardly_taken_for_touched(layout, nominal):
     assert touched[False] > 0.4
 
 
+def test_recursive_takes_no_finger_for_touched_that_is_beyond_its_calibration(layout, nominal):
+    """Nor is it loaded as often as without the states; its tip is in its band throughout."""
+    model = nominal(0.15, 1)
+    q, recording = bent(layout, (*LEVELS, *BEYOND), 0.15, 1)
+    given, beyond, found = inputs(model, recording), recording.pressure > 90e3, {}
+    for states in (model.calibrated, None):
+        shape = RecursiveShape(replace(model, calibrated=states), KNOWN, PERIOD)
+        known = shape.over_time(*given)
+        estimate = shape.estimate(known, given[1])
+        std = position_std(model.finger, estimate.q, estimate.covariance)[:, -1]
+        within = np.abs(tips(model.finger, estimate.q) - tips(model.finger, q)) <= 1.96 * std
+        touched = estimate.contact.force[beyond] != 0
+        found[states is not None] = within.mean(), known.loaded[beyond].mean(), touched.mean()
+    assert found[True][0] > 0.93
+    assert found[True][1] < 2 / 3 * found[False][1]
+    assert found[True][2] < 0.05 < 0.5 < found[False][2]
+
+
 def test_readings_of_a_sensor_that_was_set_anew_disagree_with_the_drive(layout, nominal):
     model = nominal(0.0, 2)
     _, recording = bent(layout, LEVELS, 0.0, 2)
@@ -117,16 +141,39 @@ def test_the_block_says_what_the_states_say(layout, nominal):
     context = block.CreateDefaultContext()
     _, recording = bent(layout, (140,), 0.15, 1)
     readings, driving, _ = (each[-1] for each in inputs(model, recording))
-    turned = np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])  # -z of the world along x of B
-    given = {"strain": readings, "driving_torque": driving, "X_WB": np.column_stack([turned, np.zeros(3)]).ravel()}
+    given = {"strain": readings, "driving_torque": driving, "X_WB": np.column_stack([DOWN_X, np.zeros(3)]).ravel()}
     for name, value in given.items():
         block.GetInputPort(name).FixValue(context, value)
-    gravity = turned.T @ [0.0, 0.0, -9.81]
+    gravity = DOWN_X.T @ [0.0, 0.0, -9.81]
     found = model.calibrated.distances(model.measured(readings), driving, gravity)
     out = {name: block.GetOutputPort(name).Eval(context) for name in (DISTANCE, FAR, DISAGREEMENT)}
     np.testing.assert_allclose(out[DISTANCE], [found.drive, *found.sections])
     assert out[FAR] == [1.0]
     assert np.isnan(out[DISAGREEMENT]), "no drive as large was calibrated"
+
+
+def test_distances_are_those_of_the_readings_that_are_used(layout, nominal):
+    """Sensors of an open finger that read too much are far from the calibration until they are zeroed, or rejected."""
+    model, gravity = nominal(0.0, 2), np.array([0.0, 0.0, -9.81])
+    readings = bent(layout, (0,), 0.0, 2)[1].ratios[-1]
+    X_WB = np.column_stack([DOWN_X, np.zeros(3)]).ravel()
+    given = {"strain": model.response.curve.reading(readings) + 0.05, "pressure": [0.0], "X_WB": X_WB}
+
+    def distances(free_pressure, monitor=None):
+        estimator = find_estimator("gaussian", replace(KNOWN, free_pressure=free_pressure))(model, gravity, PERIOD)
+        estimation = FingerEstimation(estimator, model, gravity, PERIOD, monitor=monitor)
+        simulator = Simulator(estimation)
+        for name, value in given.items():
+            estimation.GetInputPort(name).FixValue(simulator.get_mutable_context(), value)
+        simulator.AdvanceTo(2.0)
+        return estimation.GetOutputPort(DISTANCE).Eval(simulator.get_context())[1:]
+
+    rejecting = ArrayBlock()
+    rejecting.take("strain", layout.readings)
+    rejecting.put_out("usable_strain", lambda readings: np.nan * readings, "strain", sensor=range(layout.readings))
+    assert distances(0.0).min() > 1
+    assert distances(2e3).max() < 0.3
+    np.testing.assert_array_equal(distances(0.0, rejecting), 0.0)
 
 
 def test_a_section_that_is_not_read_is_not_away(layout, nominal):

@@ -1,12 +1,14 @@
 """An hour of drift: what zeroing is worth in a synthetic series, and the study's table, figure and claims."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from command_line import soft_gripper
 from here_executor import HereExecutor
 from loaded_fingers import Push, in_balance
+from published import table_problems
 
 from soft_gripper.extras.studies.commands import drift as command
 from soft_gripper.extras.studies.contacts.contacts import read_finger
@@ -31,6 +33,7 @@ from soft_gripper.extras.studies.drift.study import (
     run_drift,
     summary,
 )
+from soft_gripper.files.row_table import read_csv
 
 HELD, OPEN, PRESSURE = 80, 40, 90e3  # samples of a grasp; Pa
 
@@ -107,6 +110,27 @@ def test_the_study_is_resumed(tmp_path, monkeypatch):
     assert (tmp_path / TABLE).read_text() == table
     assert len((tmp_path / SUMMARY).read_text().splitlines()) == 1 + len(POLICIES) * len(MINUTES)
     assert (tmp_path / f"{FIGURE}.png").stat().st_size > 10_000
+
+
+PAGE = Path(__file__).parents[3] / "docs" / "extras" / "studies" / "drift.md"
+SHOWN = [("never", 5), *((policy, minute) for policy in POLICIES for minute in (30, 60))]
+
+
+@pytest.mark.published
+def test_the_page_shows_what_the_command_writes(tmp_path):
+    """Minutes of two hours, with its defaults."""
+    soft_gripper("study", "drift", "--out", tmp_path)
+    rows, page = read_csv(tmp_path / SUMMARY, PolicyRow), PAGE.read_text(encoding="utf-8")
+    found = {(row.policy, row.minute): row for row in rows}
+    shown = [found[each] for each in SHOWN]
+    of_shape = [[row.minute, row.tip_mm, row.tip_percent, row.shape_covered_percent] for row in shown]
+    of_force = [[row.force_error_n, row.force_width_n, row.force_covered_percent] for row in shown]
+    results = [[*shape, *force] for shape, force in zip(of_shape, of_force, strict=True)]
+    assert table_problems(page, "policy | minute | tip [mm]", results) == []
+    bounds, last = [60, 90, 99], [found[policy, 60] for policy in POLICIES]
+    claims = [[row.shape_covered_percent, row.force_covered_percent] for row in last]
+    claims = [bounds + claims[0], *claims[1:], [2.9, min(row.tip_percent for row in last)]]
+    assert table_problems(page, "claim | | measured", claims) == []
 
 
 @pytest.mark.parametrize(("share", "code"), [(95.0, 0), (99.9, 1)])

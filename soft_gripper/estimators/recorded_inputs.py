@@ -1,0 +1,27 @@
+"""What an estimator takes of a recording: the readings, and what follows from all samples before each."""
+
+from typing import Any
+
+import numpy as np
+
+from soft_gripper.arrays import Array
+from soft_gripper.estimators.free_motion import recorded_lag
+from soft_gripper.estimators.zeroing import recorded_zeros
+
+
+def recorded_inputs(
+    function: object, readings: Array, driving: Array, gravity: Array, pull: Array | None = None
+) -> tuple[Any, ...]:
+    """The arguments of an estimator at all samples of a recording, as `ShapeEstimator` gives them one by one.
+
+    Args:
+        function: the estimator.
+        readings: of its sensors, (T, ..., R).
+        driving: torque, (T, ..., D) N m.
+        gravity: in B, (T, ..., 3) m/s^2.
+        pull: gravity less the acceleration of the base, likewise; None: the base is at rest.
+    """
+    gravity = np.broadcast_to(gravity, (*driving.shape[:-1], 3))
+    lag = recorded_lag(function, driving, gravity, gravity if pull is None else pull)
+    zeroed, std = recorded_zeros(function, readings, driving, gravity)
+    return zeroed, driving, gravity, *lag, *std
