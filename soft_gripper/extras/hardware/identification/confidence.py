@@ -42,12 +42,13 @@ class Undetermined(NamedTuple):
 
 @dataclass(frozen=True)
 class Confidence:
-    """The confidence of the P parameters that are determined."""
+    """The confidence of the P parameters that are determined, of F that were fitted."""
 
     names: list[str]
     std: Array  # (P,) of the vector: of logarithms if these were fitted
     correlation: Array  # (P, P)
-    undetermined: tuple[Undetermined, ...] = ()
+    undetermined: tuple[Undetermined, ...]
+    covariance: Array  # (F, F) of the vector, of all that were fitted: large where something is not determined
 
     def std_of(self, name: str) -> float:
         """Standard deviation of a parameter; NaN if it is not determined."""
@@ -66,6 +67,7 @@ def confidence_of(free: FreeParameters, x: Array, residuals: Array, jacobian: Ar
     """
     names, units, values = free.names, free.units, free.values(x)
     by_changes, left, dropped = jacobian * free.scales, list(range(len(names))), list[Undetermined]()
+    of_all, _ = _covariance(by_changes)
     while True:
         covariance, groups = _covariance(by_changes[:, left])
         if not groups:
@@ -80,7 +82,8 @@ def confidence_of(free: FreeParameters, x: Array, residuals: Array, jacobian: Ar
     variance = np.sum(residuals**2) / max(len(residuals) - len(left), 1) * lasting
     spread = np.sqrt(np.diag(covariance))
     std = np.sqrt(variance) * spread * free.scales[left]
-    return Confidence([names[i] for i in left], std, covariance / np.outer(spread, spread), tuple(dropped))
+    of_all = variance * of_all * np.outer(free.scales, free.scales)
+    return Confidence([names[i] for i in left], std, covariance / np.outer(spread, spread), tuple(dropped), of_all)
 
 
 _Group = tuple[Sequence[int], float]  # indices in their order, and the correlation of a pair
