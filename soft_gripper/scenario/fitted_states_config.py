@@ -64,9 +64,13 @@ def kept_states(
     noise: float = 0.0,
     disagreement: float = float("inf"),
     sizes: Array | None = None,
+    most: int = _MOST,
 ) -> FittedStatesConfig:
-    """What a file keeps; an infinite disagreement is not known. Sizes, (n, K), are those of errors in the states."""
-    kept = fitted.thinned(_MOST)
+    """What a file keeps, of `most` states; an infinite disagreement is not known.
+
+    Sizes, (n, K), are those of the errors in the states.
+    """
+    kept = fitted.thinned(most)
     growth, noise, apart = _rounded([widths.growth, noise, disagreement if np.isfinite(disagreement) else 0.0])
     return FittedStatesConfig(
         names=list(names),

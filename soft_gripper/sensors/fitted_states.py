@@ -81,6 +81,25 @@ class FittedStates:
         """
         return self._centers(most)[1]
 
+    def halves(self, most: int = REGIONS) -> NDArray[np.int_]:
+        """Regions that hold much the same number of states, (n,): halves of halves, across their longest directions.
+
+        Fewer than `most`, a power of 2, if there are fewer different states.
+        """
+        different, of_state = np.unique(self._scaled, axis=0, return_inverse=True)
+        region = np.zeros(len(self._scaled), int)
+        for _ in range(most.bit_length() - 1):
+            halved = 2 * region
+            for number in np.unique(region):
+                own = np.flatnonzero(region == number)
+                centred = different - self._scaled[own].mean(axis=0)
+                longest = np.linalg.svd(centred[of_state[own]], full_matrices=False)[2][0]
+                along = (centred @ longest)[of_state[own]]
+                middle = np.median(along)
+                halved[own] += along > middle if middle < along.max() else along >= middle
+            region = np.unique(halved, return_inverse=True)[1]
+        return region
+
     def thinned(self, most: int) -> list[int]:
         """Which states to keep: at most so many, as far from each other as can be."""
         return self._centers(most)[0]
@@ -132,16 +151,15 @@ class LeftOut(NamedTuple):
 
 
 def regions_left_out(
-    spaces: Sequence[FittedStates], without: Callable[[NDArray[np.bool_]], LeftOut]
+    regions: Sequence[NDArray[np.int_]], without: Callable[[NDArray[np.bool_]], LeftOut]
 ) -> Iterator[LeftOut]:
-    """Leaves out every region of every space of states once.
+    """Leaves out every region of every division of the samples once.
 
     Args:
-        spaces: of the same n samples.
+        regions: of n samples, (n,) each.
         without: errors in the samples that are left out, (n,), of a fit to the others.
     """
-    for space in spaces:
-        region = space.regions()
+    for region in regions:
         for number in range(region.max() + 1) if region.any() else ():
             found = without(region == number)
             if len(found.errors):

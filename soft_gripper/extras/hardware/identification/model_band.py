@@ -2,14 +2,18 @@
 
 A state is what drives the finger: how far its tendons are pulled, or the pressure of its chamber, and the load on its
 tip. The band of a marker is a ball that holds it with a probability of 95 %, and grows with the distance from the
-nearest fitted state, as `fitted_states` says. In motions it is a share of the largest displacement, which grows with
-the drive too; what is fitted to every recording, its events, is taken as found.
+nearest fitted state, as `fitted_states` says. Its growth is the larger of two. Regions that lie apart show how errors
+grow where the finger is driven further; as most states are in one of them, regions of equal numbers of states show how
+they grow in between. Tendons that are pulled far have larger errors, so bands of settled states are in units of the
+errors nearby. In motions they are a share of the largest displacement, which grows with the drive too; what is fitted
+to every recording, its events, is taken as found.
 
 The states and the band are kept beside the finger's file, and read again with it.
 """
 
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
+from operator import attrgetter
 from pathlib import Path
 from typing import Annotated, NamedTuple
 
@@ -42,6 +46,7 @@ from soft_gripper.sensors.fitted_states import (
 )
 
 _LOAD = 0.1  # kg, unit of loads: recordings often have a single one
+_MOST_KEPT = 2000  # states: a dozen tendons make a space in which few states are all far from each other
 _STRIDE = 5  # one sample of a motion in so many counts
 
 
@@ -105,8 +110,10 @@ def learned_band(found: Identified | IdentifiedStates) -> FittedStatesConfig:
 
     fitted, size = FittedStates(states[seen], spread), sizes(seen)
     near = errors(np.zeros(len(fit.x)), seen) / size
-    widths = learned_widths(near, [*regions_left_out([fitted], without)])
-    return kept_states(_names(found.model.finger, states), fitted, widths, sizes=size if learned.is_local else None)
+    each_way = [[*regions_left_out([regions], without)] for regions in (fitted.regions(), fitted.halves())]
+    widths = max((learned_widths(near, left_out) for left_out in each_way), key=attrgetter("growth"))
+    of_states = size if learned.is_local else None
+    return kept_states(_names(found.model.finger, states), fitted, widths, sizes=of_states, most=_MOST_KEPT)
 
 
 def _learned(found: Identified | IdentifiedStates) -> _Learned:
