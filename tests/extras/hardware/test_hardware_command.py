@@ -84,7 +84,7 @@ def write_guess(file):
     """The shipped first guess, with fewer segments; and with the creep of the segment, which is not fitted here."""
     text = (DIRECTORY / "recordings" / file.name).read_text()
     shares, times = (" ".join(map(str, part)) for part in zip(*PUMPED.creep, strict=True))
-    text = text.replace('<creep share="0.1" time="0.8"/>', f'<creep share="{shares}" time="{times}"/>')
+    text = text.replace('<creep share="0.1" time="1.5"/>', f'<creep share="{shares}" time="{times}"/>')
     file.write_text(re.sub('segments="[0-9]+"', 'segments="4"', text))
 
 

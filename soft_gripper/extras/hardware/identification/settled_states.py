@@ -403,7 +403,8 @@ def identify_states(
 def _lasting(errors: Sequence[Array]) -> float:
     """Mean correlation time of the errors of recordings, (R, M, 3) each, in rows, at least 1."""
     columns = [column for error in errors for column in error[in_balance(error)].reshape(-1, error[0].size).T]
-    return max(float(np.mean([correlation_time(column) for column in columns])), 1.0)
+    lasting = [correlation_time(column) for column in columns if np.ptp(column) > 0]
+    return max(float(np.mean(lasting)), 1.0) if lasting else 1.0
 
 
 def compared_states(model: Model, states: Sequence[SettledStates]) -> TestedStates:
