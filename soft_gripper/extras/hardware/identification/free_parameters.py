@@ -24,15 +24,13 @@ from soft_gripper.extras.hardware.identification.simulated_motion import Setup
 from soft_gripper.files.document import require
 from soft_gripper.fingers.cross_section import SIZES
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.fingers.finger_parts import CreepBranch, ElasticLaw, PressureLaw
+from soft_gripper.fingers.finger_parts import CreepBranch, PressureLaw
 from soft_gripper.fingers.paths import Tendon
 
 PRESSURE_LAW = "pressure_law"
 HELD_POSE = "held_pose"  # is fitted to every recording
 _POINTS = 25  # of a pressure law in a file
 _LAW_RANGE = 2.0  # of the highest pressure that was fitted, up to which a law is written at most
-_MOST_BEND = 2.0  # rad, of the whole finger, up to which an elastic law is written; linear beyond
-_DOUBLED = 3.0  # rad, first guess of the bend at which the stiffness has doubled
 MARGINS = (0.01, 10.0)  # of a pressure law
 
 
@@ -202,30 +200,6 @@ def pressure_law_keys(pressures: Sequence[float]) -> dict[str, Key]:
     return gain | margin if len(set(pressures)) > 1 else gain
 
 
-def elastic_law(finger: Finger, doubled: float) -> ElasticLaw:
-    """The law  E I (1 + (bend of the whole finger / doubled)^2) curvature  as points; `doubled`, rad."""
-    bend = _MOST_BEND * np.linspace(-1, 1, 2 * _POINTS + 1)
-    relative = bend * (1 + (bend / doubled) ** 2) / finger.length
-    ends = (float(section.bending_stiffness) for section in (finger.base, finger.tip))
-    base, tip = (tuple((stiffness * relative).tolist()) for stiffness in ends)
-    return ElasticLaw(tuple((bend / finger.length).tolist()), base, tip)
-
-
-def _doubled(model: Model) -> Sequence[float]:
-    """The bend of the whole finger at which its stiffness has doubled, rad, by the end of its elastic law."""
-    finger = model.finger
-    if finger.elastic_law is None:
-        return (_DOUBLED,)
-    curvature, moment = finger.elastic_law.curvature[-1], finger.elastic_law.base_moment[-1]
-    growth = moment / (float(finger.base.bending_stiffness) * curvature) - 1
-    return (curvature * finger.length / np.sqrt(max(growth, SIZES[0])),)
-
-
-def _stiffened_at(model: Model, values: Sequence[float]) -> Model:
-    finger = model.finger
-    return replace(model, finger=replace(finger, elastic_law=elastic_law(finger, values[0])))
-
-
 KEYS = {
     "youngs_modulus": _of_sections("youngs_modulus", "Pa"),
     "density": _of_sections("density", "kg/m^3"),
@@ -235,7 +209,6 @@ KEYS = {
     "relaxation_time": _of_finger("relaxation_time", "s"),
     "length": _of_finger("length", "m"),
     "shear_factor": _of_finger("shear_factor", "1"),
-    "stiffening": Key("rad", _doubled, _stiffened_at, room=(0.2, 30.0)),
     "creep.share": _of_creep("share", "1", (1e-3, 0.6)),
     "creep.time": _of_creep("time", "s", (5e-3, 100.0)),
     "mounting_x": _of_setup("mounting_x", "m", False, 1e-3),

@@ -331,12 +331,6 @@ def with_finger(path: Path, finger: Finger) -> str:
             child.set("y", _text(*tendon.y))
         _set(child, "stiffness", tendon.stiffness, given.stiffness)
         _set(child, "slack", tendon.slack, given.slack)
-    elastic = finger.elastic_law
-    if elastic is not None and elastic != before.elastic_law:
-        child, ds = _child(element, "elastic_law"), finger.length / before.segments
-        child.set("angle", _text(*(ds * curvature for curvature in elastic.curvature)))
-        child.set("base_torque", _text(*elastic.base_moment))
-        child.set("tip_torque", _text(*elastic.tip_moment))
     if finger.creep != before.creep:
         for name in ("share", "time"):
             _child(element, "creep").set(name, _text(*(getattr(branch, name) for branch in finger.creep)))
