@@ -19,7 +19,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.extras.hardware.identification.free_parameters import FreeParameters
 
 _INDISTINGUISHABLE = 0.98  # correlation above which two parameters cannot be distinguished
-_UNOBSERVABLE = 1e-3  # of the strongest: a direction that changes the residuals less is unobservable
+UNOBSERVABLE = 1e-3  # of the strongest: a direction that changes the residuals less is unobservable
 _NOTHING = 1e-12  # if even the strongest change of the residuals is smaller, it is rounding
 _TAKES_PART = 0.2  # of the largest part in an unobservable direction, beyond which a parameter takes part
 
@@ -94,7 +94,7 @@ def _covariance(jacobian: Array) -> tuple[Array, list[_Group]]:
     if not jacobian.shape[1]:
         return np.zeros((0, 0)), []
     _, strengths, directions = np.linalg.svd(jacobian, full_matrices=False)
-    least = max(_UNOBSERVABLE * strengths[0], _NOTHING)
+    least = max(UNOBSERVABLE * strengths[0], _NOTHING)
     covariance = (directions.T / np.maximum(strengths, least) ** 2) @ directions
     spread = np.sqrt(np.diag(covariance))
     correlation = covariance / np.outer(spread, spread)

@@ -22,6 +22,7 @@ import yaml
 from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
+from soft_gripper.extras.hardware.identification.confidence import UNOBSERVABLE
 from soft_gripper.extras.hardware.identification.fit import MotionScore
 from soft_gripper.extras.hardware.identification.identified_finger import Identified, Tested
 from soft_gripper.extras.hardware.identification.settled_states import (
@@ -102,7 +103,8 @@ def learned_band(found: Identified | IdentifiedStates) -> FittedStatesConfig:
     def without(region: NDArray[np.bool_]) -> LeftOut:
         left_out = np.zeros(len(states), bool)
         left_out[np.flatnonzero(seen)[region]] = True
-        moved, kept = moved_without(slopes, residuals, np.repeat(~left_out, count)), seen & ~left_out
+        moved = moved_without(slopes, residuals, np.repeat(~left_out, count), UNOBSERVABLE)
+        kept = seen & ~left_out
         others = FittedStates(states[kept], spread)
         size = sizes(kept)[others.nearest(states[left_out])]
         distance = np.sqrt(others.distance(states[left_out]))[:, None] * np.ones(size.shape[1])
