@@ -107,6 +107,10 @@ class PressureLaw:
         some = np.where(np.abs(pressure) < NO_PRESSURE, NO_PRESSURE, pressure)
         return self.curve(some) / some
 
+    def share_taken(self, pressure: Array | float) -> Array:
+        """The share of the stiffness that pressures (...) Pa take, if that is why the finger bends further."""
+        return 1 - self.softening(0.0) / self.softening(pressure)
+
 
 @dataclass(frozen=True)
 class TipLoad:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from soft_gripper.arrays import Array
 from soft_gripper.quantity import Misfit, quantity
 from soft_gripper.sensors.fitted_states import FittedStates, Widths
 
@@ -21,6 +22,8 @@ class FittedStatesConfig:
     spread: list[float] = quantity([], above=0)  # unit of each number, in which distances are taken
     states: list[list[float]] = quantity([], filled=True)
     floor: list[float] = quantity([], least=0, filled=True)  # half width of the 95 % band of each error near them
+    # Of every state, by which floor and growth of each error are multiplied there; empty: 1
+    sizes: list[list[float]] = quantity([], least=0)
     growth: float = quantity(0.0, least=0)  # of these, by the root of the distance
     noise: float = quantity(0.0, least=0)  # spreads, by which single samples are away from states that are medians
     disagreement: float | None = quantity(
@@ -34,6 +37,8 @@ class FittedStatesConfig:
         for i, state in enumerate(self.states):
             if len(state) != count:
                 yield f"states[{i}]", state, f"must be {count} numbers, one for every name"
+        if self.sizes and [len(sizes) for sizes in self.sizes] != [len(self.floor)] * len(self.states):
+            yield "sizes", f"{len(self.sizes)} rows", f"must be {len(self.floor)} numbers for each of the states"
 
     @property
     def fitted(self) -> FittedStates:
@@ -45,6 +50,12 @@ class FittedStatesConfig:
         """Widths of the bands."""
         return Widths(np.array(self.floor), self.growth)
 
+    def sizes_near(self, states: Array) -> Array:
+        """The sizes of the nearest state, (..., D) -> (..., K)."""
+        if not self.sizes:
+            return np.ones((*np.shape(states)[:-1], len(self.floor)))
+        return np.array(self.sizes)[self.fitted.nearest(states)]
+
 
 def kept_states(
     names: Sequence[str],
@@ -52,15 +63,21 @@ def kept_states(
     widths: Widths,
     noise: float = 0.0,
     disagreement: float = float("inf"),
+    sizes: Array | None = None,
+    most: int = _MOST,
 ) -> FittedStatesConfig:
-    """Fields of a file; an infinite disagreement is not known."""
-    thinned = fitted.thinned(_MOST)
+    """Fields of a file that keeps `most` states; an infinite disagreement is not known.
+
+    Sizes, (n, K), are those of the errors in the states.
+    """
+    kept = fitted.thinned(most)
     growth, noise, apart = _rounded([widths.growth, noise, disagreement if np.isfinite(disagreement) else 0.0])
     return FittedStatesConfig(
         names=list(names),
-        spread=_rounded(thinned.spread),
-        states=[_rounded(state) for state in thinned.states],
+        spread=_rounded(fitted.spread),
+        states=[_rounded(state) for state in fitted.states[kept]],
         floor=_rounded(widths.floor),
+        sizes=[] if sizes is None else [_rounded(size) for size in sizes[kept]],
         growth=growth,
         noise=noise,
         disagreement=apart if np.isfinite(disagreement) else None,

@@ -7,6 +7,9 @@ What a model leaves out is taken to wander from one state to the next as Brownia
 errors grows with the distance. How fast is learned by leaving out regions of states, not recordings, which are often
 alike: the model is fitted without a region, and its errors there are compared with the distances to what was kept.
 
+Errors need not be alike in all fitted states: those of tendons that are pulled far are larger. Then bands are in units
+of the errors in the nearest fitted states (`local_size`), and widen in proportion.
+
 Where the drive is as in a fitted state, but what is read is not, readings and drive disagree.
 
 D numbers of a state; n samples; leading axes are free.
@@ -23,6 +26,7 @@ from scipy.spatial import cKDTree
 
 from soft_gripper.arrays import Array
 
+_NEIGHBOURS = 30  # states over which errors are averaged
 REGIONS = 8  # of states, each of which is left out once
 COVERAGE = 0.95  # of a band
 _LARGEST = 1e12  # growth, of errors where nothing is left out
@@ -53,6 +57,15 @@ class FittedStates:
             return np.asarray(self._tree.query(at)[0])
         return np.sqrt(((at[..., None, :] - self._scaled) ** 2).sum(axis=-1).min(axis=-1))
 
+    def nearest(self, states: Array) -> NDArray[np.int_]:
+        """Which fitted state is the nearest, (..., D) -> (...)."""
+        return np.asarray(self._tree.query(np.asarray(states) / self.spread)[1])
+
+    def local_size(self, errors: Array) -> Array:
+        """Root mean square of errors in some of the nearest states of each, (n, K) -> (n, K)."""
+        near = self._tree.query(self._scaled, np.arange(1, min(_NEIGHBOURS, len(self.states)) + 1))[1]
+        return np.sqrt(np.nanmean(errors[near] ** 2, axis=1))
+
     def without(self, left_out: NDArray[np.bool_]) -> "FittedStates":
         """The states that are kept when some are left out, (n,)."""
         return FittedStates(self.states[~left_out], self.spread)
@@ -68,9 +81,28 @@ class FittedStates:
         """
         return self._centers(most)[1]
 
-    def thinned(self, most: int) -> "FittedStates":
-        """At most so many states, as far from each other as can be."""
-        return FittedStates(self.states[self._centers(most)[0]], self.spread)
+    def halves(self, most: int = REGIONS) -> NDArray[np.int_]:
+        """Regions that hold much the same number of states, (n,): halves of halves, across their longest directions.
+
+        Fewer than `most`, a power of 2, if there are fewer different states.
+        """
+        different, of_state = np.unique(self._scaled, axis=0, return_inverse=True)
+        region = np.zeros(len(self._scaled), int)
+        for _ in range(most.bit_length() - 1):
+            halved = 2 * region
+            for number in np.unique(region):
+                own = np.flatnonzero(region == number)
+                centred = different - self._scaled[own].mean(axis=0)
+                longest = np.linalg.svd(centred[of_state[own]], full_matrices=False)[2][0]
+                along = (centred @ longest)[of_state[own]]
+                middle = np.median(along)
+                halved[own] += along > middle if middle < along.max() else along >= middle
+            region = np.unique(halved, return_inverse=True)[1]
+        return region
+
+    def thinned(self, most: int) -> list[int]:
+        """Which states to keep: at most so many, as far from each other as can be."""
+        return self._centers(most)[0]
 
     def _centers(self, most: int) -> tuple[list[int], NDArray[np.int_]]:
         at = self._scaled
@@ -119,31 +151,31 @@ class LeftOut(NamedTuple):
 
 
 def regions_left_out(
-    spaces: Sequence[FittedStates], without: Callable[[NDArray[np.bool_]], LeftOut]
+    regions: Sequence[NDArray[np.int_]], without: Callable[[NDArray[np.bool_]], LeftOut]
 ) -> Iterator[LeftOut]:
-    """Leaves out every region of every space of states once.
+    """Leaves out every region of every division of the samples once.
 
     Args:
-        spaces: of the same n samples.
+        regions: of n samples, (n,) each.
         without: errors in the samples that are left out, (n,), of a fit to the others.
     """
-    for space in spaces:
-        region = space.regions()
+    for region in regions:
         for number in range(region.max() + 1) if region.any() else ():
             found = without(region == number)
             if len(found.errors):
                 yield found
 
 
-def moved_without(slopes: Array, residuals: Array, kept: NDArray[np.bool_]) -> Array:
+def moved_without(slopes: Array, residuals: Array, kept: NDArray[np.bool_], unobservable: float | None = None) -> Array:
     """How far the P unknowns of a fit move if only some of its residuals count, to the first order, (P,).
 
     Args:
         slopes: of the residuals by the unknowns, where the fit ended, (R, P).
         residuals: those of the prior among them, (R,).
         kept: which count, (R,).
+        unobservable: share of the strongest change of these residuals, up to which unknowns stay; None: rounding.
     """
-    moved: Array = np.linalg.lstsq(slopes[kept], -residuals[kept])[0]
+    moved: Array = np.linalg.lstsq(slopes[kept], -residuals[kept], rcond=unobservable)[0]
     return moved
 
 

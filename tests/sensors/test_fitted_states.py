@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from soft_gripper.sensors.fitted_states import FittedStates, LeftOut, Widths, learned_widths, spread_of
+from soft_gripper.sensors.fitted_states import FittedStates, LeftOut, Widths, learned_widths, moved_without, spread_of
 
 LINE = FittedStates(np.column_stack([np.linspace(0, 1, 101), np.zeros(101)]), np.array([1.0, 2.0]))
 
@@ -20,8 +20,8 @@ def test_a_combination_that_was_never_met_is_far():
     assert cross.distance(np.array([0.9, 0.9])) == pytest.approx(np.hypot(0.1, 0.9))
 
 
-def test_regions_are_equal_pieces_of_a_line():
-    region = LINE.regions(4)
+@pytest.mark.parametrize("region", [LINE.regions(4), LINE.halves(4)])
+def test_regions_are_equal_pieces_of_a_line(region):
     assert set(region) == {0, 1, 2, 3}
     for number in range(4):
         rows = np.flatnonzero(region == number)
@@ -30,9 +30,31 @@ def test_regions_are_equal_pieces_of_a_line():
     assert LINE.without(region == 0).distance(LINE.states[region == 0]).min() > 0
 
 
+def test_a_few_states_that_lie_apart_are_no_halves_of_their_own():
+    cloud = np.random.default_rng(2).normal(size=(800, 3))
+    states = FittedStates(np.concatenate([cloud, [[50.0, 0, 0], [0, 50.0, 0]]]), np.ones(3))
+    assert set(np.bincount(states.halves())) <= {100, 101}
+
+
+def test_states_that_repeat_stay_together():
+    """As of recordings at one pressure each: one of them may have most of the samples."""
+    states = FittedStates(np.repeat([[1.0], [2.0], [3.0]], [3, 5, 22], axis=0), np.ones(1))
+    for region in (states.regions(), states.halves()):
+        np.testing.assert_array_equal(np.sort(np.bincount(region)), [3, 5, 22])
+
+
+def test_local_size_is_that_of_the_errors_nearby():
+    """Errors of 1 on one side of the line, and of 10 on the other."""
+    size = LINE.local_size(np.where(LINE.states[:, :1] < 0.5, 1.0, 10.0))
+    np.testing.assert_allclose(size[[0, -1], 0], [1.0, 10.0])
+    assert 1 < size[50, 0] < 10
+    assert LINE.nearest(np.array([[0.303, 0.0]])) == [30]
+
+
 def test_states_that_are_all_the_same_are_one_region():
     same = FittedStates(np.ones((5, 2)), np.ones(2))
     np.testing.assert_array_equal(same.regions(), 0)
+    np.testing.assert_array_equal(same.halves(), 0)
     assert spread_of(same.states) == 1.0
 
 
@@ -55,6 +77,14 @@ def test_widths_hold_brownian_errors_at_every_distance():
     for d in (0.0, 1.0, 4.0, 12.0):
         errors, by_distance = region(d)
         assert (errors <= widths.band(by_distance)).mean() == pytest.approx(0.95, abs=0.015)
+
+
+def test_an_unknown_that_what_is_left_hardly_shows_stays_where_it_is():
+    """One of two is seen by a millionth in the rows that are kept: it moves by all that they ask, or not at all."""
+    slopes, residuals = np.array([[1.0, 0.0], [0.0, 1e-6], [0.0, 1.0]]), np.array([-0.5, 1e-3, 0.0])
+    kept = np.array([True, True, False])
+    np.testing.assert_allclose(moved_without(slopes, residuals, kept), [0.5, -1000])
+    np.testing.assert_allclose(moved_without(slopes, residuals, kept, 1e-3), [0.5, 0.0], atol=1e-12)
 
 
 def test_a_region_counts_the_same_however_long_it_was_stayed_in():

@@ -210,7 +210,7 @@ def _states(
     apart = fitted_disagreement(_groups(by_recording), spread, R) + np.sqrt(2) * KNOWN_DRIVE
     known = CalibratedStates(FittedStates(states[whole], spread), Widths(np.zeros(1), 0.0), apart, layout.sections)
     fitted = of_all(fit.left(np.zeros(len(x)))[whole])
-    widths = learned_widths(fitted, [*regions_left_out(known.spaces, without)])
+    widths = learned_widths(fitted, [*regions_left_out([space.regions() for space in known.spaces], without)])
     holds_of = [each.hold for each in recordings]
     return replace(known, widths=widths, noise=_noise(by_recording, holds_of, layout.paths) / spread[0])
 

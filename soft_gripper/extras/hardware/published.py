@@ -63,7 +63,7 @@ SEGMENT = Experiment(
         "creep.share",
         "creep.time",
         "fill_time",
-        "swelling",
+        "density",
         "supply_lag",
         "supply_time",
         "mounting_x",

@@ -292,7 +292,8 @@ class RecordingConfig:
         1, least=1
     )  # settled states without labels: spans of equal length, left out of a fit in turn
     gravity: list[float] | None = quantity(None, "m/s^2", length=3)  # in the axes of the recording; None: unknown
-    reference: float = quantity(0.3, "s", above=0)  # initial period in which the finger is straight or held
+    # Initial period in which the finger is straight or held; of a step, as long a one just before it counts
+    reference: float = quantity(0.3, "s", above=0)
     # "release": a hand lets go; "step": a valve opens and closes; both at unknown times. "settled": each row is at rest
     event: str | None = quantity(None, known=("release", "step", "settled"))
     commanded_pressure: list[PressureNameConfig] = field(default_factory=list)  # the first that fits

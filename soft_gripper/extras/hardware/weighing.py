@@ -9,11 +9,20 @@ over all rows of a recording lead to the mass on which it agrees with the marker
 window gives that of the window. The place of the base is not known, so a mean offset is removed from the markers of the
 recording.
 
-The band is the mass's standard deviation times that of 95 % of a normal distribution. Residuals r of an inexact model
-are correlated among markers and in time, so the variance is that of the sum of  J_i . r_i  over N rows i, of which each
-counts as  1 / correlation time  (`correlation_time`; Newey and West, *Econometrica* 55, 1987):
+The band is the mass's standard deviation times that of 95 % of a normal distribution, and has two parts. Residuals r of
+an inexact model are correlated among markers and in time, so the variance is that of the sum of  J_i . r_i  over N rows
+i, of which each counts as  1 / correlation time  (`correlation_time`; Newey and West, *Econometrica* 55, 1987):
 
     std(m) = sqrt(N var(J_i . r_i) correlation time) / (J' J) .
+
+That part widens as the bands of markers do (`model_band`), by the mean over the rows, away from the pulled lengths and
+the loads that were fitted. The other part is what the fit leaves open. With C the covariance of its parameters, and G
+the changes of markers by these,
+
+    std(m)^2 = g' C g ,   g = G' J / (J' J) .
+
+It includes the scale: modulus, density and stiffness of tendons may change in proportion without a change of shape,
+unless a load is known. A single load that is small beside the finger's own weight leaves it open.
 
 With a recording of much the same motion without a load, the errors that the model makes in it where the tendons are
 pulled most alike are taken from those of the loaded one, as a balance is tared: what is wrong in the model for both
@@ -24,7 +33,7 @@ An error that lasts longer than the window, such as a tendon that has slackened 
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -34,14 +43,18 @@ from scipy.spatial import cKDTree
 from soft_gripper.arrays import Array
 from soft_gripper.extras.hardware.identification.confidence import correlation_time
 from soft_gripper.extras.hardware.identification.free_parameters import Model
+from soft_gripper.extras.hardware.identification.kept_confidence import ConfidenceConfig
+from soft_gripper.extras.hardware.identification.model_band import widening
 from soft_gripper.extras.hardware.identification.settled_states import (
     SettledStates,
     in_balance,
+    marker_slopes,
     note_unbalanced,
     state_errors,
 )
 from soft_gripper.files.document import require
 from soft_gripper.pictures.style import ESTIMATOR_COLORS, STYLE
+from soft_gripper.scenario.fitted_states_config import FittedStatesConfig
 
 _NORMAL_95 = 1.96
 _STEP = 0.02  # kg, of the finite differences
@@ -60,10 +73,24 @@ class Weighing:
     rows: int
     load_g: Annotated[float, ".1f"]
     band_g: Annotated[float, ".1f"]  # to either side, 95 %
+    far_percent: Annotated[float, ".0f"]  # of its rows, far from what was fitted; NaN: not known
     named_g: Annotated[float, "g"]  # by the file's name; 0 if it names none
 
 
-def weigh(model: Model, states: SettledStates, window: float, tare: SettledStates | None = None) -> list[Weighing]:
+class Fitted(NamedTuple):
+    """What is kept of the fit of a finger."""
+
+    states: FittedStatesConfig
+    confidence: ConfidenceConfig
+
+
+def weigh(
+    model: Model,
+    states: SettledStates,
+    window: float,
+    tare: SettledStates | None = None,
+    fitted: Fitted | None = None,
+) -> list[Weighing]:
     """Weighs what hangs on the tip in every window of a recording, and in the last row over all of it.
 
     Args:
@@ -71,9 +98,11 @@ def weigh(model: Model, states: SettledStates, window: float, tare: SettledState
         states: of the recording; its own load is not looked at but named in the result.
         window: span of time, s; a rest of the recording that is shorter than half of one belongs to the last.
         tare: states without a load, in which tendons were pulled much as in this recording; None: there are none.
+        fitted: what is kept of the fit; None: the finger is exact, and bands do not widen away from its states.
 
     Raises:
-        InputError: if the rows have no times, or those in which the finger finds a balance are too few for a window.
+        InputError: if the rows have no times, those in which the finger finds a balance are too few for a window, or
+            the fit is that of another finger.
     """
     require(window > 0, states.name, "--window", window, "give a span of time, s")
     offset = np.zeros(states.markers.shape) if tare is None else _errors_alike(model, tare, states)
@@ -83,26 +112,39 @@ def weigh(model: Model, states: SettledStates, window: float, tare: SettledState
     since = states.time - states.time[0]
     count = max(round(float(since[-1]) / window), 1)
     of_window = np.minimum((since / window).astype(int), count - 1)
-    found = []
     note_unbalanced(states, error + slope)
     known = in_balance(error + slope)
+    at = replace(states, load=mass)
+    wider, is_far = (
+        (np.ones(len(known)), np.full(len(known), np.nan)) if fitted is None else widening(fitted.states, at)
+    )
+    left_open = None if fitted is None else _left_open(fitted.confidence, model, at, slope)
+    found = []
     for rows in [*(known & (of_window == i) for i in range(count)), known]:
         expected = f"a window needs at least {_FEWEST_ROWS} rows: make it longer"
         require(int(rows.sum()) >= _FEWEST_ROWS, states.name, "--window", window, expected)
         load, band = _weighed(mass, error[rows], slope[rows])
-        ends = since[rows][[0, -1]]
-        found.append(
-            Weighing(
-                states.name,
-                float(ends[0]),
-                float(ends[1]),
-                int(rows.sum()),
-                1e3 * load,
-                1e3 * band,
-                1e3 * states.load,
-            )
-        )
+        band *= float(wider[rows].mean())
+        if left_open is not None:
+            by_root = left_open[rows].sum(axis=0) / (slope[rows] ** 2).sum()
+            band = float(np.hypot(band, _NORMAL_95 * np.linalg.norm(by_root)))
+        begin, end = since[rows][[0, -1]]
+        span = states.name, float(begin), float(end), int(rows.sum())
+        far = 100 * float(is_far[rows].mean())
+        found.append(Weighing(*span, 1e3 * load, 1e3 * band, far, 1e3 * states.load))
     return found
+
+
+def _left_open(confidence: ConfidenceConfig, model: Model, states: SettledStates, slope: Array) -> Array:
+    """What each row adds to J' G R, (R, P): changes of the weighed mass by P independent unknowns, C = R R'."""
+    free = confidence.free(model)
+    expected = f"the finger has {len(free.names)} numbers of these keys: is it another one's?"
+    require(len(free.names) == len(confidence.std), states.name, "confidence", len(confidence.std), expected)
+    by_keys = marker_slopes(free, free.start, states, np.full(len(states.pulled), True))
+    sizes, directions = np.linalg.eigh(confidence.covariance)
+    by_roots = by_keys @ (directions * np.sqrt(np.maximum(sizes, 0.0)))
+    left_open: Array = np.einsum("rmi,rmip->rp", np.nan_to_num(slope), by_roots.reshape(*slope.shape, -1))
+    return left_open
 
 
 def _errors_alike(model: Model, tare: SettledStates, states: SettledStates) -> Array:

@@ -81,10 +81,11 @@ def run(tmp_path_factory):
 
 
 def write_guess(file):
-    """The shipped first guess, with fewer segments; and with the creep of the segment, which is not fitted here."""
+    """The shipped first guess, with fewer segments; and with creep and damping of the segment, not fitted here."""
     text = (DIRECTORY / "recordings" / file.name).read_text()
     shares, times = (" ".join(map(str, part)) for part in zip(*PUMPED.creep, strict=True))
-    text = text.replace('<creep share="0.1" time="0.8"/>', f'<creep share="{shares}" time="{times}"/>')
+    text = text.replace('<creep share="0.1" time="1.5"/>', f'<creep share="{shares}" time="{times}"/>')
+    text = text.replace('relaxation_time="0.004"', f'relaxation_time="{PUMPED.relaxation_time}"')
     file.write_text(re.sub('segments="[0-9]+"', 'segments="4"', text))
 
 

@@ -30,7 +30,8 @@ from soft_gripper.extras.hardware.identification.simulated_motion import Setup
 from soft_gripper.extras.hardware.identification.tendon_balance import pulled_positions
 from soft_gripper.fingers.spatial_chain import posture, spatial_chain
 
-WRITTEN = {"fitted.urdf", "fitted.setup.yaml", "fitted.states.yaml", "fitted.csv", "fitted.png", "fitted.svg"}
+BESIDE = {f"fitted.{what}.yaml" for what in ("setup", "states", "confidence")}
+WRITTEN = {"fitted.urdf", *BESIDE, "fitted.csv", "fitted.png", "fitted.svg"}
 
 
 @pytest.fixture

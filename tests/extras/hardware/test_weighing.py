@@ -8,8 +8,16 @@ from hardware_files import published
 from here_executor import HereExecutor
 from refusals import refused
 
+from soft_gripper.extras.hardware.identification.confidence import confidence_of
 from soft_gripper.extras.hardware.identification.free_parameters import Model, free_parameters
 from soft_gripper.extras.hardware.identification.identified_finger import read_finger
+from soft_gripper.extras.hardware.identification.kept_confidence import (
+    ConfidenceConfig,
+    confidence_file,
+    confidence_text,
+    kept_confidence,
+    read_confidence,
+)
 from soft_gripper.extras.hardware.identification.settled_states import (
     SettledStates,
     fit_states,
@@ -21,12 +29,13 @@ from soft_gripper.extras.hardware.identification.settled_states import (
 from soft_gripper.extras.hardware.identification.simulated_motion import Setup
 from soft_gripper.extras.hardware.recording_schema import load_description
 from soft_gripper.extras.hardware.recordings import find_recordings
-from soft_gripper.extras.hardware.weighing import weigh, weighing_figure
+from soft_gripper.extras.hardware.weighing import Fitted, weigh, weighing_figure
 from soft_gripper.fingers.cross_section import CrossSection
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import TipLoad
 from soft_gripper.fingers.paths import Tendon
 from soft_gripper.runs.executor import open_executor
+from soft_gripper.scenario.fitted_states_config import FittedStatesConfig
 from soft_gripper.scenario.model_files import model_path
 
 SECTION = CrossSection(0.03, 0.03, 6e5, 600.0)
@@ -140,6 +149,56 @@ def test_a_load_between_two_known_ones_with_tendons_that_lead():
     assert abs(whole.load_g - 300) < 1.5 * whole.band_g < 15
     *_, prompt = weigh(Model(model.finger), late(0.3, 3), WINDOW)
     assert prompt.band_g > 2 * whole.band_g
+
+
+SCALES = ["youngs_modulus", "density", "tendon.stiffness"]  # six numbers: the shape does not change with all of them
+
+
+def kept(states, std, growth=0.0):
+    """What is kept of a fit to states that left the scale of all forces open, by a deviation of its logarithm."""
+    confidence = ConfidenceConfig(SCALES, [std] * 6, np.ones((6, 6)).tolist())
+    at = np.column_stack([states.pulled, np.full(len(states.pulled), states.load)]).tolist()
+    names = [*(f"{i} [m]" for i in range(4)), "load [kg]"]
+    return Fitted(FittedStatesConfig(names, [1e-3] * 4 + [0.1], at, [1.0], growth=growth), confidence)
+
+
+def test_a_scale_that_the_fit_leaves_open_is_in_the_band():
+    """By as much of the load as of the scale; the changes by the six keys cancel but for that, which costs some %."""
+    states = states_of(0.1, 3, rows=20)
+    (*_, exact), (*_, whole) = (weigh(Model(TRUE), states, 60.0, None, fit) for fit in (None, kept(states, 0.2)))
+    assert whole.band_g == pytest.approx(np.hypot(exact.band_g, 1.96 * 0.2 * exact.load_g), rel=0.1)
+    assert (whole.load_g, whole.far_percent) == (exact.load_g, 0.0)
+
+
+def test_bands_widen_away_from_the_loads_that_were_fitted():
+    """The load is a part of the state: 400 g are 3 units of 100 g from the fitted ones, whose root is 1.7."""
+    states = states_of(0.4, 3, rows=20)
+    fit = kept(replace(states, load=0.1), 0.0, growth=2.0)
+    (*_, exact), (*_, whole) = (weigh(Model(TRUE), states, 60.0, None, each) for each in (None, fit))
+    assert whole.band_g == pytest.approx(exact.band_g * np.hypot(1, 2 * np.sqrt(3)), rel=0.01)
+    assert whole.far_percent == 100
+
+
+def test_the_fit_of_another_finger_is_refused():
+    states = states_of(0.1, 3, rows=20)
+    fit = kept(states, 0.2)
+    other = replace(fit.confidence, keys=SCALES[:2])
+    with refused("confidence", 6):
+        weigh(Model(TRUE), states, 60.0, None, fit._replace(confidence=other))
+
+
+def test_the_confidence_beside_a_finger_is_that_of_the_fit(tmp_path):
+    assert read_confidence(tmp_path / "finger.urdf") is None
+    free = free_parameters(TRUE, SCALES, [])
+    random = np.random.default_rng(0)
+    found = confidence_of(free, free.start, random.normal(size=90), random.normal(size=(90, 6)), 1.0)
+    config = kept_confidence(free, found)
+    np.testing.assert_allclose(config.covariance, found.covariance, rtol=1e-3, atol=1e-7)
+    confidence_file(tmp_path / "finger.urdf").write_text(confidence_text(config))
+    assert read_confidence(tmp_path / "finger.urdf") == config
+    confidence_file(tmp_path / "finger.urdf").write_text(confidence_text(replace(config, std=[1.0])))
+    with refused("correlation"):
+        read_confidence(tmp_path / "finger.urdf")
 
 
 @pytest.mark.slow

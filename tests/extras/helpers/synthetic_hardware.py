@@ -91,7 +91,7 @@ class Rod:
             held: share of the weight that a hand bears, by time.
             pressure: in the chamber, by time.
             moment: along the rod, by pressure.
-            softening: by which pressure bends further, by pressure; creep and weight do by its growth.
+            softening: by which pressure bends further, by pressure, as it takes a part of the stiffness.
         """
         K, n, step = self.stiffness, len(self.stiffness), _STEP
         u, v, before = np.zeros(n), np.zeros(n), np.zeros(n)
@@ -103,13 +103,13 @@ class Rod:
             middle = times[-1] + step / 2
             p, at = pressure(middle), u + step / 2 * v
             J, bias, mass = self._terms(at, 1.5 * v - 0.5 * before)
-            further = softening(p) / softening(0.0)
-            forces = _forces(J, self.masses, gravity * further - bias) - held(middle) * weight
-            forces[:3] += moment(p) + K[:3, :3] @ (further * softening(p) * (shares * z).sum(axis=0))
+            remains = softening(0.0) / softening(p)
+            forces = _forces(J, self.masses, gravity - bias) - held(middle) * weight
+            forces[:3] += remains * moment(p) + K[:3, :3] @ ((shares * z).sum(axis=0) + (1 - remains) * at[:3])
             implicit = step / 2 * (step / 2 + self.relaxation_time) * K
             v, before = np.linalg.solve(mass + implicit, (mass - implicit) @ v + step * (forces - K @ u)), v
             u = u + step / 2 * (v + before)
-            z += (1 - np.exp(-step / lasts)) * (u[:3] / softening(p) - z)
+            z += (1 - np.exp(-step / lasts)) * (u[:3] - z)
             times.append(times[-1] + step)
             found.append(self.tip(u))
         places, headings = (np.array(values) for values in zip(*found, strict=True))
@@ -173,9 +173,10 @@ def write_beam(folder: Path, duration: float = 2.0, truth: BeamTruth = BEAM, see
 
 @dataclass(frozen=True)
 class SegmentTruth:
-    """Of a segment of 105 mm, 25 x 25 mm and 1070 kg/m^3, with a chamber of 12 x 8 mm at 6 mm from its middle."""
+    """Of a segment of 105 mm, 25 x 25 mm, with a chamber of 12 x 8 mm at 6 mm from its middle."""
 
     youngs_modulus: float = 2.3e5
+    density: float = 270.0  # of what is mostly hollow
     relaxation_time: float = 0.014
     creep: tuple[tuple[float, float], ...] = ((0.08, 0.1), (0.15, 1.4))
     law: tuple[float, float] = (0.705, 90e3)  # gain of a small pressure, and Pa at which the chamber balloons
@@ -206,7 +207,9 @@ def segment_motion(truth: SegmentTruth, pressure: float, time: Array, opens: flo
     """Tip from the mounting, and heading: the chamber fills through an orifice, dp/dt = k/C sqrt(p0 - p)."""
     area, inertia, moment = hollow(0.025, 0.012, 0.008, -0.006)
     E = truth.youngs_modulus
-    rod = Rod(0.105, E * inertia, np.inf, 1070 * area, 1070 * inertia, truth.relaxation_time, truth.creep)
+    rod = Rod(
+        0.105, E * inertia, np.inf, truth.density * area, truth.density * inertia, truth.relaxation_time, truth.creep
+    )
     within = _filling(truth, pressure)
 
     def drive(p: float) -> float:

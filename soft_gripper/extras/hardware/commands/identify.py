@@ -20,6 +20,11 @@ from soft_gripper.extras.hardware.identification.identified_finger import (
     setup_file,
     write_fitted,
 )
+from soft_gripper.extras.hardware.identification.kept_confidence import (
+    confidence_file,
+    confidence_text,
+    kept_confidence,
+)
 from soft_gripper.extras.hardware.identification.model_band import (
     band_rows,
     learned_band,
@@ -71,9 +76,11 @@ def run(options: argparse.Namespace) -> None:
         options.console.table("bands", bands)
     if options.out:
         _write(found, file, outputs)
-        if kept is not None and options.file:
-            with atomic_file(states_file(options.out)) as partial:
-                partial.write_text(states_text(kept), encoding="utf-8")
+        if kept is not None and isinstance(found, Identified | IdentifiedStates):
+            of_fit = confidence_text(kept_confidence(found.fit.free, found.confidence))
+            for beside, text in ((states_file, states_text(kept)), (confidence_file, of_fit)):
+                with atomic_file(beside(options.out)) as partial:
+                    partial.write_text(text, encoding="utf-8")
     options.console.table("scores", found.scores)
     options.console.wrote(*outputs)
 
@@ -124,7 +131,7 @@ def _progress(options: argparse.Namespace) -> FitProgress:
 def _outputs(out: Path, fits: bool) -> list[Path]:
     """The files that are written: those of a fit, or of a test alone."""
     tables = [out.with_suffix(suffix) for suffix in (".csv", ".png", ".svg")]
-    return [out, setup_file(out), states_file(out), *tables] if fits else tables
+    return [out, setup_file(out), states_file(out), confidence_file(out), *tables] if fits else tables
 
 
 def _write(found: Tested | TestedStates, file: Path, outputs: Sequence[Path]) -> None:

@@ -1,12 +1,15 @@
 """soft-gripper weigh: the load at the tip of an identified finger, from recorded settled states."""
 
 import argparse
+from pathlib import Path
 
 from soft_gripper.extras.hardware.identification.free_parameters import Model
 from soft_gripper.extras.hardware.identification.identified_finger import read_finger, read_setup
+from soft_gripper.extras.hardware.identification.kept_confidence import confidence_file, read_confidence
+from soft_gripper.extras.hardware.identification.model_band import read_states, states_file
 from soft_gripper.extras.hardware.identification.settled_states import SettledStates, settled_states
 from soft_gripper.extras.hardware.recordings import find_recordings, recording_paths
-from soft_gripper.extras.hardware.weighing import weigh, weighing_figure
+from soft_gripper.extras.hardware.weighing import Fitted, weigh, weighing_figure
 from soft_gripper.files.document import require
 from soft_gripper.files.output import lock_folder
 from soft_gripper.files.row_table import print_rows
@@ -28,12 +31,25 @@ def run(options: argparse.Namespace) -> None:
         require(recording.config.event == "settled", recording.name, "event", recording.config.event, expected)
     tare = None if options.tare is None else _tare(finger, options)
     states = [settled_states(recording, finger) for recording in recordings]
-    weighings = [row for of in states for row in weigh(Model(finger, setup), of, options.window, tare)]
+    fitted = _fitted(file)
+    weighings = [row for of in states for row in weigh(Model(finger, setup), of, options.window, tare, fitted)]
     title = "load at the tip, its band of 95 %, and the load in the file's name; last row of a recording: all of it"
     print_rows(weighings, title)
+    if fitted is None:
+        beside = f"{states_file(file).name} and {confidence_file(file).name} are not beside the finger"
+        print(f"WARNING: the bands take the finger for exact: {beside}")
+    for row in {row.recording: row for row in weighings}.values():
+        if row.far_percent > 0:
+            print(f"WARNING: {row.recording}: {row.far_percent:.0f} % of it is far from what was fitted")
     options.console.table("loads", weighings, out / "weigh.csv")
     save_figure(weighing_figure(weighings), out / "weigh")
     options.console.wrote(*(out / f"weigh{suffix}" for suffix in (".csv", ".png", ".svg")))
+
+
+def _fitted(finger: Path) -> Fitted | None:
+    """What is kept of the fit beside a finger's file; None if a part is missing."""
+    states, confidence = read_states(finger), read_confidence(finger)
+    return Fitted(states, confidence) if states is not None and confidence is not None else None
 
 
 def _tare(finger: Finger, options: argparse.Namespace) -> SettledStates:

@@ -19,7 +19,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.extras.hardware.identification.free_parameters import FreeParameters
 
 _INDISTINGUISHABLE = 0.98  # correlation above which two parameters cannot be distinguished
-_UNOBSERVABLE = 1e-3  # of the strongest: a direction that changes the residuals less is unobservable
+UNOBSERVABLE = 1e-3  # of the strongest: a direction that changes the residuals less is unobservable
 _NOTHING = 1e-12  # if even the strongest change of the residuals is smaller, it is rounding
 _TAKES_PART = 0.2  # of the largest part in an unobservable direction, beyond which a parameter takes part
 
@@ -42,12 +42,13 @@ class Undetermined(NamedTuple):
 
 @dataclass(frozen=True)
 class Confidence:
-    """The confidence of the P parameters that are determined."""
+    """The confidence of the P parameters that are determined, of F that were fitted."""
 
     names: list[str]
     std: Array  # (P,) of the vector: of logarithms if these were fitted
     correlation: Array  # (P, P)
-    undetermined: tuple[Undetermined, ...] = ()
+    undetermined: tuple[Undetermined, ...]
+    covariance: Array  # (F, F) of the vector, of all that were fitted: large where something is not determined
 
     def std_of(self, name: str) -> float:
         """Standard deviation of a parameter; NaN if it is not determined."""
@@ -66,6 +67,7 @@ def confidence_of(free: FreeParameters, x: Array, residuals: Array, jacobian: Ar
     """
     names, units, values = free.names, free.units, free.values(x)
     by_changes, left, dropped = jacobian * free.scales, list(range(len(names))), list[Undetermined]()
+    of_all, _ = _covariance(by_changes)
     while True:
         covariance, groups = _covariance(by_changes[:, left])
         if not groups:
@@ -80,7 +82,8 @@ def confidence_of(free: FreeParameters, x: Array, residuals: Array, jacobian: Ar
     variance = np.sum(residuals**2) / max(len(residuals) - len(left), 1) * lasting
     spread = np.sqrt(np.diag(covariance))
     std = np.sqrt(variance) * spread * free.scales[left]
-    return Confidence([names[i] for i in left], std, covariance / np.outer(spread, spread), tuple(dropped))
+    of_all = variance * of_all * np.outer(free.scales, free.scales)
+    return Confidence([names[i] for i in left], std, covariance / np.outer(spread, spread), tuple(dropped), of_all)
 
 
 _Group = tuple[Sequence[int], float]  # indices in their order, and the correlation of a pair
@@ -91,7 +94,7 @@ def _covariance(jacobian: Array) -> tuple[Array, list[_Group]]:
     if not jacobian.shape[1]:
         return np.zeros((0, 0)), []
     _, strengths, directions = np.linalg.svd(jacobian, full_matrices=False)
-    least = max(_UNOBSERVABLE * strengths[0], _NOTHING)
+    least = max(UNOBSERVABLE * strengths[0], _NOTHING)
     covariance = (directions.T / np.maximum(strengths, least) ** 2) @ directions
     spread = np.sqrt(np.diag(covariance))
     correlation = covariance / np.outer(spread, spread)

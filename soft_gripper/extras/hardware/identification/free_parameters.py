@@ -82,7 +82,7 @@ def _of_finger(name: str, unit: str) -> Key:
 
 def _of_setup(name: str, unit: str, positive: bool, scale: float, room: Room = (-np.inf, np.inf)) -> Key:
     def put(model: Model, values: Sequence[float]) -> Model:
-        changed: dict[str, Any] = {name: values[0]}
+        changed: dict[str, Any] = {name: _sizeable(np.array(values[:1]))[0]}
         return replace(model, setup=replace(model.setup, **changed))
 
     return Key(unit, lambda model: (getattr(model.setup, name),), put, positive, scale, room)
@@ -156,7 +156,7 @@ def _stiffened(tendon: Tendon, stiffness: float) -> Tendon:
 
 
 def _sizeable(values: Array) -> tuple[float, ...]:
-    """Values of a finger, 0 where they are too small to be one."""
+    """Values of a finger or its set-up, 0 where they are too small to be one."""
     return tuple(np.where(np.abs(values) < SIZES[0], 0.0, values).tolist())
 
 

@@ -2,14 +2,18 @@
 
 A state is what drives the finger: how far its tendons are pulled, or the pressure of its chamber, and the load on its
 tip. The band of a marker is a ball that holds it with a probability of 95 %, and grows with the distance from the
-nearest fitted state, as `fitted_states` says. In motions it is a share of the largest displacement, which grows with
-the drive too; what is fitted to every recording, its events, is taken as found.
+nearest fitted state, as `fitted_states` says. Its growth is the larger of two. Regions that lie apart show how errors
+grow where the finger is driven further; as most states are in one of them, regions of equal numbers of states show how
+they grow in between. Tendons that are pulled far have larger errors, so bands of settled states are in units of the
+errors nearby. In motions they are a share of the largest displacement, which grows with the drive too; what is fitted
+to every recording, its events, is taken as found.
 
 The states and the band are kept beside the finger's file, and read again with it.
 """
 
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
+from operator import attrgetter
 from pathlib import Path
 from typing import Annotated, NamedTuple
 
@@ -18,6 +22,7 @@ import yaml
 from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
+from soft_gripper.extras.hardware.identification.confidence import UNOBSERVABLE
 from soft_gripper.extras.hardware.identification.fit import MotionScore
 from soft_gripper.extras.hardware.identification.identified_finger import Identified, Tested
 from soft_gripper.extras.hardware.identification.settled_states import (
@@ -42,6 +47,7 @@ from soft_gripper.sensors.fitted_states import (
 )
 
 _LOAD = 0.1  # kg, unit of loads: recordings often have a single one
+_MOST_KEPT = 2000  # states: a dozen tendons make a space in which few states are all far from each other
 _STRIDE = 5  # one sample of a motion in so many counts
 
 
@@ -65,37 +71,65 @@ class _Driven(NamedTuple):
     scale: float  # m, of errors: the largest displacement, or 1
 
 
+class _Learned(NamedTuple):
+    """A fit, as n samples of K errors each."""
+
+    states: Array  # (n, D)
+    errors: Array  # (n, K) m, or shares of the largest displacement; NaN where a sample is not seen
+    weights: Array  # (R,) of the residuals in the fit, as far as they are not in these
+    to_error: Array  # (R,) factors that make errors of weighted residuals
+    parts: int  # residuals of an error
+    is_local: bool  # whether errors differ between the states
+
+
 def learned_band(found: Identified | IdentifiedStates) -> FittedStatesConfig:
     """The states that a finger was fitted to, and the band of its markers."""
-    fit = found.fit
+    fit, learned = found.fit, _learned(found)
+    seen = np.isfinite(learned.errors).all(axis=1)
+    states, count = learned.states, learned.errors.shape[1] * learned.parts
+    spread, slopes = _spreads(states), learned.weights[:, None] * fit.jacobian * fit.free.scales
+    residuals = learned.weights * fit.residuals
+
+    def sizes(rows: NDArray[np.bool_]) -> Array:
+        """Sizes of the errors near some of the samples."""
+        if not learned.is_local:
+            return np.ones((int(rows.sum()), learned.errors.shape[1]))
+        return FittedStates(states[rows], spread).local_size(learned.errors[rows])
+
+    def errors(moved: Array, rows: NDArray[np.bool_]) -> Array:
+        away = ((residuals + slopes @ moved) * learned.to_error).reshape(*learned.errors.shape, learned.parts)
+        return np.linalg.norm(away, axis=-1)[rows]
+
+    def without(region: NDArray[np.bool_]) -> LeftOut:
+        left_out = np.zeros(len(states), bool)
+        left_out[np.flatnonzero(seen)[region]] = True
+        moved = moved_without(slopes, residuals, np.repeat(~left_out, count), UNOBSERVABLE)
+        kept = seen & ~left_out
+        others = FittedStates(states[kept], spread)
+        size = sizes(kept)[others.nearest(states[left_out])]
+        distance = np.sqrt(others.distance(states[left_out]))[:, None] * np.ones(size.shape[1])
+        return LeftOut(errors(moved, left_out) / size, distance)
+
+    fitted, size = FittedStates(states[seen], spread), sizes(seen)
+    near = errors(np.zeros(len(fit.x)), seen) / size
+    each_way = [[*regions_left_out([regions], without)] for regions in (fitted.regions(), fitted.halves())]
+    widths = max((learned_widths(near, left_out) for left_out in each_way), key=attrgetter("growth"))
+    of_states = size if learned.is_local else None
+    return kept_states(_names(found.model.finger, states), fitted, widths, sizes=of_states, most=_MOST_KEPT)
+
+
+def _learned(found: Identified | IdentifiedStates) -> _Learned:
     if isinstance(found, IdentifiedStates):
         count = len(found.left_out)
         recordings = [*_of_states(TestedStates(found.model, found.states[:count], found.errors[:count], ()))]
-        parts, to_error = 3, np.ones(1)
-    else:
-        assert isinstance(found, Identified)
-        recordings = [*_of_motions(Tested(found.model, found.fit.motions, ()), every=1)]
-        parts = 2
-        sizes = [each.errors.size for each in recordings]
-        to_error = np.concatenate([np.full(2 * size, np.sqrt(size)) for size in sizes]) / found.fit.weights
+        states, errors = (np.concatenate(each) for each in zip(*(one[1:3] for one in recordings), strict=True))
+        return _Learned(states, errors, found.fit.weights, 1 / found.fit.weights, 3, is_local=True)
+    recordings = [*_of_motions(Tested(found.model, found.fit.motions, ()), every=1)]
     states = np.concatenate([np.repeat(each.states, each.errors.shape[1], axis=0) for each in recordings])
-    seen = np.concatenate([np.isfinite(each.errors).ravel() for each in recordings])
-    fitted = FittedStates(states, _spreads(states))
-    slopes = fit.jacobian * fit.free.scales
-
-    def errors(moved: Array, rows: NDArray[np.bool_]) -> Array:
-        away = ((fit.residuals + slopes @ moved) * to_error).reshape(-1, parts)
-        size: Array = np.linalg.norm(away, axis=-1)[rows & seen, None]
-        return size
-
-    def without(region: NDArray[np.bool_]) -> LeftOut:
-        moved = moved_without(slopes, fit.residuals, np.repeat(~region, parts))
-        distance = fitted.without(region).distance(states[region & seen])
-        return LeftOut(errors(moved, region), np.sqrt(distance)[:, None])
-
-    everything = np.ones(len(states), bool)
-    widths = learned_widths(errors(np.zeros(len(fit.x)), everything), [*regions_left_out([fitted], without)])
-    return kept_states(_names(found.model.finger, states), fitted, widths)
+    errors = np.concatenate([(each.errors / each.scale).reshape(-1, 1) for each in recordings])
+    sizes = [each.errors.size for each in recordings]
+    to_error = np.concatenate([np.full(2 * size, np.sqrt(size)) for size in sizes]) / found.fit.weights
+    return _Learned(states, errors, np.ones(len(to_error)), to_error, 2, is_local=False)
 
 
 def _names(finger: Finger, states: Array) -> list[str]:
@@ -117,8 +151,12 @@ def band_rows(kept: FittedStatesConfig, found: Tested | TestedStates) -> list[Ba
     for each in recordings:
         expected = f"its states have {each.states.shape[-1]} numbers: is it of another finger?"
         require(len(kept.spread) == each.states.shape[-1], each.name, "states", len(kept.spread), expected)
+        markers = each.errors.shape[1]
+        expected = f"its recording has {markers} markers: is it of another finger?"
+        require(len(kept.floor) in (1, markers), each.name, "floor", len(kept.floor), expected)
         by_distance = np.sqrt(fitted.distance(each.states))[:, None]
-        band, seen = each.scale * widths.band(by_distance), np.isfinite(each.errors)
+        band = each.scale * kept.sizes_near(each.states) * widths.band(by_distance)
+        seen = np.isfinite(each.errors)
         within = 100 * float((each.errors <= band)[seen].mean())
         far = 100 * float(widths.is_far(by_distance).mean())
         rows.append(BandRow(each.name, roles[each.name], within, 1e3 * float(band.mean()), far))
@@ -127,22 +165,34 @@ def band_rows(kept: FittedStatesConfig, found: Tested | TestedStates) -> list[Ba
 
 def _left_out_rows(kept: FittedStatesConfig, found: IdentifiedStates) -> list[BandRow]:
     """How the markers of fitted rows lie in their bands, each by a fit without its family, and away from the others."""
-    states, count = np.concatenate([_pulled(each) for each in found.states[: len(found.left_out)]]), 0
+    fitted = found.states[: len(found.left_out)]
+    states, count = np.concatenate([_pulled(each) for each in fitted]), 0
+    size = np.linalg.norm(np.concatenate(found.errors[: len(fitted)]), axis=-1)
     rows = []
-    for each, errors in zip(found.states, found.left_out, strict=False):
+    for each, errors in zip(fitted, found.left_out, strict=True):
         own, count = np.arange(count, count + len(errors)), count + len(errors)
-        distances = []
+        within, bands, far = [], [], []
         for family in sorted({*each.families} - {""}):
             of_family = own[each.families == family]
-            others = FittedStates(np.delete(states, of_family, axis=0), kept.fitted.spread)
-            distances.append((of_family - own[0], np.sqrt(others.distance(states[of_family]))[:, None]))
-        if not distances:
-            continue
-        at, by_distance = (np.concatenate(part) for part in zip(*distances, strict=True))
-        band, size = kept.widths.band(by_distance), np.linalg.norm(errors[at], axis=-1)
-        within, far = 100 * float((size <= band).mean()), 100 * float(kept.widths.is_far(by_distance).mean())
-        rows.append(BandRow(each.name, LEFT_OUT, within, 1e3 * float(band.mean()), far))
+            kept_rows = np.setdiff1d(np.flatnonzero(np.isfinite(size).all(axis=1)), of_family)
+            others = FittedStates(states[kept_rows], kept.fitted.spread)
+            by_distance = np.sqrt(others.distance(states[of_family]))[:, None]
+            near = others.local_size(size[kept_rows])[others.nearest(states[of_family])]
+            bands.append(near * kept.widths.band(by_distance))
+            within.append(np.linalg.norm(errors[of_family - own[0]], axis=-1) <= bands[-1])
+            far.append(kept.widths.is_far(by_distance))
+        if bands:
+            shares = (100 * float(np.concatenate(part).mean()) for part in (within, far))
+            inside, beyond = shares
+            band = 1e3 * float(np.concatenate(bands).mean())
+            rows.append(BandRow(each.name, LEFT_OUT, inside, band, beyond))
     return rows
+
+
+def widening(kept: FittedStatesConfig, states: SettledStates) -> tuple[Array, NDArray[np.bool_]]:
+    """How many times as wide bands are in rows as where the finger was fitted, (R,), and which are far."""
+    by_distance, widths = np.sqrt(kept.fitted.distance(_pulled(states)))[:, None], kept.widths
+    return (widths.band(by_distance) / widths.floor).mean(axis=1), widths.is_far(by_distance).any(axis=1)
 
 
 def extrapolations(rows: Sequence[BandRow]) -> list[str]:

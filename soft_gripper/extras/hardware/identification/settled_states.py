@@ -218,6 +218,13 @@ class StatesFit:
         """The fitted finger in its set-up."""
         return self.free.at(self.x)
 
+    @property
+    def weights(self) -> Array:
+        """Weights of the residuals with which ordinary least squares have the same minimum, (K,)."""
+        far = self.residuals / (_HUBER_DISTANCE * self.model.finger.length)
+        weights: Array = (1 + far**2) ** -0.25
+        return weights
+
 
 Rows = Sequence[NDArray[np.bool_]]  # (R,) each: which rows of the recordings are fitted
 
@@ -256,7 +263,7 @@ def fit_states(
         count, error = count + 1, errors(x)
         seen = np.isfinite(error).all(axis=-1)
         report(Progress(count, root_mean_square(error[seen]) / length, free.at(x), int((~seen).sum())))
-        return np.concatenate([_slopes(free, x, *each) for each in zip(recordings, rows, strict=True)])
+        return np.concatenate([marker_slopes(free, x, *each) for each in zip(recordings, rows, strict=True)])
 
     fitted = sum(int(keep.sum()) * of.markers.shape[1] for of, keep in zip(recordings, rows, strict=True))
     found = least_squares(
@@ -278,7 +285,7 @@ def fit_states(
     return StatesFit(free, found.x, at_end, jacobian(found.x), float(found.cost), bool(found.success))
 
 
-def _slopes(free: FreeParameters, x: Array, states: SettledStates, rows: NDArray[np.bool_]) -> Array:
+def marker_slopes(free: FreeParameters, x: Array, states: SettledStates, rows: NDArray[np.bool_]) -> Array:
     """Derivatives of the residuals of one recording by the free parameters, (K, P); 0 in rows without a balance."""
     model = free.at(x)
     q = resting_positions(model, states)
@@ -381,8 +388,7 @@ def identify_states(
         free.starts(starts, seed, _JITTER),
     )
     own, others = _compared(best.model, fitted, FITTED), compared_states(best.model, tested)
-    lasting = float(np.mean([correlation_time(error[in_balance(error)].ravel()) for error in own.errors]))
-    known = confidence_of(free, best.x, best.residuals, best.jacobian, lasting)
+    known = confidence_of(free, best.x, best.residuals, best.jacobian, _lasting(own.errors))
     left_out = _left_out(best, names, [each.name for each in known.undetermined], fitted, executor)
     scores = list(own.scores)
     for of, error in zip(fitted, left_out, strict=True):
@@ -392,6 +398,13 @@ def identify_states(
         scores += _scores(of, LEFT_OUT, _ALL, error[of.families != ""]) if families else []
     states, errors = own.states + others.states, own.errors + others.errors
     return IdentifiedStates(best.model, states, errors, (*scores, *others.scores), left_out, best, known)
+
+
+def _lasting(errors: Sequence[Array]) -> float:
+    """Mean correlation time of the errors of recordings, (R, M, 3) each, in rows, at least 1."""
+    columns = [column for error in errors for column in error[in_balance(error)].reshape(-1, error[0].size).T]
+    lasting = [correlation_time(column) for column in columns if np.ptp(column) > 0]
+    return max(float(np.mean(lasting)), 1.0) if lasting else 1.0
 
 
 def compared_states(model: Model, states: Sequence[SettledStates]) -> TestedStates:

@@ -2,14 +2,21 @@
 
 A chamber fills through an orifice, because a first-order lag behind the valve cannot rise within 70 ms at 15 kPa and
 within 190 ms at 35 kPa. A pressure law  P(p) = g p / (1 - p / c)  is what a stiffness k leaves of which pressure takes
-a part, k (1 - p / c): so pressure multiplies all else that bends the finger, its weight and what it remembers of
-creep, by the same growth  1 / (1 - p / c) . Recordings of the pneumatic segment require both: with a law for pressure
-alone its tip turned about the same point at every pressure, whereas that point moves by 6 mm toward the tip, since a
-segment that hangs is held straight by its weight most at its base; and the share of creep was the same at every
-pressure, whereas it doubles from 15 to 45 kPa. The plant of a station multiplies neither.
+a part, as an axial force takes of a column's:
+
+    inertia + damping + k (1 - p / c) q = g' p + weight + sum of  share_i k z_i ,   dz_i/dt = (q - z_i) / time_i .
+
+So it is simulated. Pressure then multiplies all that bends the finger, its weight and what it remembers of creep, by
+1 / (1 - p / c) , and the finger swings and rises more slowly the higher the pressure. Recordings of the pneumatic
+segment require this: with a law for the driving torque alone the tip turned about the same point at every pressure,
+whereas that point moves by 6 mm toward the tip, since a segment that hangs is held straight by its weight most at its
+base; the share of creep was the same at every pressure, whereas it doubles from 15 to 45 kPa; and a finger that was
+emptied remembered a part of what the recordings show, since what its branches hold is its bend, not the stress.
+The plant of a station multiplies the driving torque alone.
 """
 
 import xml.etree.ElementTree as ET
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -20,9 +27,8 @@ from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import JacobianWrtVariable
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.controllers import InverseDynamics
 from pydrake.systems.framework import DiagramBuilder, OutputPort
-from pydrake.systems.primitives import LogVectorOutput, MatrixGain, Multiplexer, TrajectorySource
+from pydrake.systems.primitives import LogVectorOutput, MatrixGain, TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 
 from soft_gripper.arrays import Array, Planar
@@ -34,7 +40,7 @@ from soft_gripper.fingers.cross_section import SIZES
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_element import FingerElement
 from soft_gripper.fingers.finger_links import finger_to_urdf
-from soft_gripper.fingers.finger_parts import PressureLaw, TipLoad
+from soft_gripper.fingers.finger_parts import TipLoad
 from soft_gripper.fingers.kinematics import as_planar, forward_kinematics, in_plane, rotated
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.quantity import quantity
@@ -43,6 +49,7 @@ from soft_gripper.scenario.schema import PressureConfig
 _TIP = "tip"
 _ABOVE_NOISE = 0.1  # share of the largest displacement that only an event can cause
 _REACHED = 0.5  # share of the largest displacement that identifies the rise and fall of the event
+_BEFORE_EVENT = 0.05  # s, by which an event may be earlier than it is detected
 _STILL_HELD = 0.97  # of the displacement before the valve closes
 _LETTING_GO = 0.03  # s, initial guess of the time that a hand takes
 _SETTLED_TIME = 0.2  # s, averaging period of settled values
@@ -115,11 +122,24 @@ def measured_motion(recording: HardwareRecording) -> MeasuredMotion:
     reference = as_planar(np.stack([recording.reference[name][[0, 2]] for name in names]))
     away = np.abs(np.nanmean(markers - reference, axis=1))
     events = _release(recording, away) if config.event == "release" else _steps(recording, away)
+    if config.event == "step":
+        reference = _just_before(recording, markers, events[0])
     gravity = np.zeros(3) if recording.gravity is None else recording.gravity
     pressure = recording.commanded_pressure if config.event == "step" else None
     return MeasuredMotion(
         recording.name, recording.time, markers, reference, gravity, pressure, _load(recording), events
     )
+
+
+def _just_before(recording: HardwareRecording, markers: Planar, begin: float) -> Planar:
+    """Mean of markers, (T, M), over a reference period that ends just before an event, (M,): the finger is at rest.
+
+    Motion capture may need a moment to settle: by a tenth of a degree in the first 0.2 s of the recorded segment.
+    """
+    end = begin - _BEFORE_EVENT
+    span = (recording.time > end - recording.config.reference) & (recording.time <= end)
+    mean: Planar = np.nanmean(markers[span if span.any() else recording.time < begin], axis=0)
+    return mean
 
 
 def _load(recording: HardwareRecording) -> TipLoad | None:
@@ -202,7 +222,7 @@ class Setup:
     marker_mass: float = quantity(0.0, "kg", least=0)  # of the markers on the tip, all together
     # In which a chamber that does not swell fills from a supply of 10 kPa
     fill_time: float = quantity(0.06, "s", above=0)
-    swelling: float = quantity(2.0, least=0)  # growth of the chamber's compliance per growth of the bend per pressure
+    swelling: float = quantity(1.0, least=0)  # growth of the chamber's compliance per growth of the bend per pressure
     # Pressure that the supply lacks when the valve opens, and the time in which that decays by 63 %
     supply_lag: float = quantity(0.0, "Pa", least=0)
     supply_time: float = quantity(1.0, "s", above=0)
@@ -237,7 +257,8 @@ def simulated_markers(finger: Finger, setup: Setup, motion: MeasuredMotion) -> P
 
 def tip_motion(finger: Finger, setup: Setup, motion: MeasuredMotion) -> TipMotion:
     """Simulates a finger from the first event on, at rest before it: straight, or as a hand holds it."""
-    loaded = replace(finger, tip_load=_at_tip(finger, setup, motion))
+    law, loaded = finger.pressure_law, replace(finger, tip_load=_at_tip(finger, setup, motion), pressure_law=None)
+    gain = 1.0 if law is None else float(law.softening(0.0))
     duration = float(motion.time[-1] - motion.events[0]) + _PERIOD
     step = min(_TIME_STEP, _STABLE_STEP_SHARE * loaded.stable_time_step())
     step = _PERIOD / np.ceil(_PERIOD / step)  # so that the log falls on steps
@@ -245,18 +266,19 @@ def tip_motion(finger: Finger, setup: Setup, motion: MeasuredMotion) -> TipMotio
     gravity = RotationMatrix.MakeYRotation(-setup.mounting_angle) @ motion.gravity
     in_plant = _add_finger(builder, loaded, gravity, step)
     pressure = motion.pressure or 0.0
-    limits = PressureConfig(minimum=min(pressure, 0.0), maximum=max(pressure, 1.0), time_constant=0.0)
+    highest = gain * pressure
+    limits = PressureConfig(minimum=min(highest, 0.0), maximum=max(highest, 1.0), time_constant=0.0)
     command = add_pressure_drive(builder, [in_plant], limits).commands[in_plant.name]
     held = _held(in_plant, motion.hold)
     in_chamber = _pressure(finger, setup, motion, duration)
-    source = builder.AddSystem(TrajectorySource(in_chamber))
+    source = builder.AddSystem(TrajectorySource(_over_time(in_chamber, lambda pressure: gain * pressure)))
     builder.Connect(source.get_output_port(), command)
     applied = in_plant.plant.get_applied_generalized_force_input_port()
     if motion.pressure is None:
         hand = builder.AddSystem(TrajectorySource(_hand(held.force, motion)))
         builder.Connect(hand.get_output_port(), applied)
-    elif finger.pressure_law is not None:
-        builder.Connect(_add_softening(builder, in_plant, _further(finger.pressure_law, in_chamber)), applied)
+    elif law is not None:
+        builder.Connect(_add_softening(builder, in_plant, _over_time(in_chamber, law.share_taken)), applied)
     log = LogVectorOutput(in_plant.plant.get_state_output_port(), builder, _PERIOD)
     simulator = Simulator(builder.Build())
     _hold(in_plant, held, simulator)
@@ -289,31 +311,26 @@ def _add_finger(builder: DiagramBuilder, finger: Finger, gravity: Array, time_st
     return PlantFinger(finger, plant, model)
 
 
-def _further(law: PressureLaw, pressure: PiecewisePolynomial) -> PiecewisePolynomial:
-    """By how much further a torque bends the finger than without pressure, relative, over the time of a pressure."""
+def _over_time(pressure: PiecewisePolynomial, function: Callable[[Array], Array]) -> PiecewisePolynomial:
+    """A function of a pressure, (T,) Pa -> (T,), over its time."""
     time = np.array(pressure.get_segment_times())
-    softening = law.softening(np.array([pressure.value(t).item() for t in time]))
-    return PiecewisePolynomial.FirstOrderHold(time, softening[None] / float(law.softening(0.0)) - 1)
+    values = np.array([pressure.value(t).item() for t in time])
+    return PiecewisePolynomial.FirstOrderHold(time, function(values)[None])
 
 
-def _add_softening(builder: DiagramBuilder, finger: PlantFinger, further: PiecewisePolynomial) -> OutputPort:
-    """The generalized forces of weight and of the memory of creep, times a number that changes in time."""
+def _add_softening(builder: DiagramBuilder, finger: PlantFinger, taken: PiecewisePolynomial) -> OutputPort:
+    """The generalized force of the share of its stiffness that a finger lacks."""
     plant, count = finger.plant, finger.plant.num_velocities()
-    upheld = builder.AddSystem(InverseDynamics(plant, InverseDynamics.InverseDynamicsMode.kGravityCompensation))
-    builder.Connect(plant.get_state_output_port(), upheld.GetInputPort("estimated_state"))
-    torques, of_joints = [upheld.get_output_port()], [-np.eye(count)]
-    if finger.finger.creep:
-        torques.append(builder.GetSubsystemByName(f"{finger.name}.softened").get_output_port())
-        of_joints.append(plant.MakeActuationMatrix())
-    both = builder.AddSystem(Multiplexer([matrix.shape[1] for matrix in of_joints]))
-    total = builder.AddSystem(MatrixGain(np.hstack(of_joints)))
-    times = builder.AddSystem(TrajectorySource(further))
+    stiffness = np.zeros((count, plant.num_multibody_states()))
+    stiffness[[joint.velocity_start() for joint in finger.joints]] = (
+        finger.finger.stiffness[:, None] * finger.position_selector()
+    )
+    of_joints = builder.AddSystem(MatrixGain(stiffness))
+    share = builder.AddSystem(TrajectorySource(taken))
     product = builder.AddSystem(Softened(count, divides=False))
-    for i, torque in enumerate(torques):
-        builder.Connect(torque, both.get_input_port(i))
-    builder.Connect(both.get_output_port(), total.get_input_port())
-    builder.Connect(total.get_output_port(), product.GetInputPort("factor"))
-    builder.Connect(times.get_output_port(), product.GetInputPort("softening"))
+    builder.Connect(plant.get_state_output_port(), of_joints.get_input_port())
+    builder.Connect(of_joints.get_output_port(), product.GetInputPort("factor"))
+    builder.Connect(share.get_output_port(), product.GetInputPort("softening"))
     return product.get_output_port()
 
 

@@ -79,7 +79,7 @@ def learn_band(geometry: FittedGeometry, recordings: Sequence[ArmRecording], fin
 
     errors = np.concatenate([_errors(geometry, one, finger) for one in recordings])
     fitted = errors[np.isfinite(errors).all(axis=-1)]
-    widths = learned_widths(fitted, [*regions_left_out(sections, without)])
+    widths = learned_widths(fitted, [*regions_left_out([section.regions() for section in sections], without)])
     disagreed = [
         fitted_disagreement([states[section] for states in by_recording], of.spread, _SHAPE)
         for section, of in enumerate(sections)

@@ -50,7 +50,7 @@ def found(finger):
     x = np.linalg.lstsq(slopes, measured)[0]
     errors = (slopes @ x - measured).reshape(-1, 1, 3)
     free = SimpleNamespace(scales=np.ones(len(x)))
-    fit = SimpleNamespace(free=free, x=x, residuals=errors.ravel(), jacobian=slopes)
+    fit = SimpleNamespace(free=free, x=x, residuals=errors.ravel(), jacobian=slopes, weights=np.ones(errors.size))
     states, score = states_of("fitted", pulled)
     return IdentifiedStates(Model(finger), (states,), (errors,), (score,), (errors,), fit, None)
 
@@ -75,6 +75,27 @@ def test_markers_are_in_their_bands_where_the_finger_was_fitted_and_beyond(found
     assert extrapolations([near, beyond]) == ["both: 100 % of it is far from what was fitted"]
 
 
+def test_bands_are_wide_where_errors_were_large_in_the_fit(finger):
+    """Noise that is ten times as large where the tendons are pulled in, and never in between."""
+    rng = np.random.default_rng(3)
+    pulled = np.concatenate([rng.uniform(0, 1e-3, (100, 2)), rng.uniform(9e-3, 1e-2, (100, 2))])
+    errors = rng.normal(0, NOISE, (200, 1, 3)) * np.repeat([1, 10], 100)[:, None, None]
+    fit = SimpleNamespace(
+        free=SimpleNamespace(scales=np.ones(1)),
+        x=np.zeros(1),
+        residuals=errors.ravel(),
+        jacobian=np.ones((600, 1)),
+        weights=np.ones(600),
+    )
+    states, score = states_of("fitted", pulled)
+    kept = learned_band(IdentifiedStates(Model(finger), (states,), (errors,), (score,), (errors,), fit, None))
+    for rows, noise in ((slice(100), NOISE), (slice(100, None), 10 * NOISE)):
+        part, score = states_of("part", pulled[rows])
+        (row,) = band_rows(kept, Compared(Model(finger), (part,), (errors[rows],), (score,)))
+        assert 85 < row.within_band_percent <= 100
+        assert 2 * noise < 1e-3 * row.band_mm < 5 * noise
+
+
 def test_the_states_beside_a_finger_are_those_that_were_kept(found, tmp_path):
     assert read_states(tmp_path / "finger.urdf") is None
     kept = learned_band(found)
@@ -94,7 +115,7 @@ def test_states_of_another_finger_are_refused(found):
 def test_impossible_states_are_refused(found, tmp_path):
     file = states_file(tmp_path / "finger.urdf")
     document = yaml.safe_load(states_text(learned_band(found)))
-    for field, value in (("growth", float("nan")), ("spread", [1.0]), ("states", [])):
+    for field, value in (("growth", float("nan")), ("spread", [1.0]), ("states", []), ("sizes", [[1.0]])):
         file.write_text(yaml.safe_dump(document | {field: value}))
         with refused(field):
             read_states(tmp_path / "finger.urdf")

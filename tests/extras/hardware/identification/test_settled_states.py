@@ -118,7 +118,7 @@ def test_slopes_are_those_of_the_errors(monkeypatch):
     free = free_parameters(TRUE.finger, ["tendon.angle", "tendon.slack", "tendon.stiffness", "length"], [])
     keep = np.arange(8) > 1
     monkeypatch.setattr(module, "_DIFFERENCE_STEP", 1e-3)
-    slopes = module._slopes(free, free.start, states, keep)
+    slopes = module.marker_slopes(free, free.start, states, keep)
     for column, step in zip(slopes.T, np.diag(1e-3 * free.scales), strict=True):
         ends = [state_errors(free.at(free.start + sign * step), states, keep)[keep] for sign in (1, -1)]
         np.testing.assert_allclose(

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hardware_files import published
 from identified import CLOSES, LET_GO, OPENS, REFERENCE, RELEASE, release, step
+from scipy.signal import find_peaks
 
 from soft_gripper.extras.hardware.identification.identified_finger import read_finger
 from soft_gripper.extras.hardware.identification.simulated_motion import (
@@ -39,6 +40,35 @@ def test_held_pressure_comes_to_rest_in_balance(hollow):
     q = resting_angles(damped, 3e4, 9.81j)
     at_end = np.searchsorted(tip.time, 2.5)
     assert tip.heading[at_end] == pytest.approx(q.sum(), rel=1e-3)
+
+
+def test_pressure_takes_a_part_of_the_stiffness():
+    """Three quarters of it: the finger swings half as fast as one that is driven as far without a law."""
+    taking, alike = (PressureLaw((0.0, 1.0, 3e4), (0.0, first, 3e4)) for first in (0.25, 1.0))
+    assert taking.share_taken(3e4) == pytest.approx(0.75)
+    np.testing.assert_allclose(alike.share_taken(np.array([1e3, 3e4])), 0.0, atol=1e-12)
+
+
+def test_a_finger_swings_more_slowly_under_pressure(hollow):
+    light = replace(hollow, relaxation_time=2e-3, creep=())
+    motion = replace(step(3e4, 1.2), gravity=np.zeros(3), events=(OPENS, 1.1))
+    periods = []
+    for first in (0.25, 1.0):
+        law = PressureLaw((0.0, 1.0, 3e4), (0.0, first, 3e4))
+        tip = tip_motion(replace(light, pressure_law=law), Setup(fill_time=5e-3, swelling=0.0), motion)
+        peaks, _ = find_peaks(tip.heading[tip.time < 0.7])
+        periods.append(float(np.diff(tip.time[peaks]).mean()))
+    assert periods[0] == pytest.approx(2 * periods[1], rel=0.1)
+
+
+def test_an_emptied_finger_remembers_how_far_it_was_bent(hollow):
+    """Its branch of creep rests on the share of its bend, which fades by exp(-(1 - share) t / time)."""
+    law, share, time = PressureLaw((0.0, 1.0, 3e4), (0.0, 0.5, 3e4)), 0.2, 0.6
+    creeping = replace(hollow, relaxation_time=0.01, pressure_law=law, creep=(CreepBranch(share, time),))
+    motion = replace(step(3e4, 4.5), gravity=np.zeros(3), events=(OPENS, OPENS + 3.5))
+    tip = tip_motion(creeping, Setup(fill_time=5e-3, swelling=0.0), motion)
+    held, late = tip.heading[np.searchsorted(tip.time, [3.45, 3.8])]
+    assert late == pytest.approx(share * held * np.exp(-(1 - share) * 0.3 / time), rel=0.1)
 
 
 @pytest.mark.parametrize("share", [0.0, 0.1])

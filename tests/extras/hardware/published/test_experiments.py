@@ -62,21 +62,21 @@ def test_what_is_fitted_and_what_tests_go_where_they_belong(tmp_path, monkeypatc
 
 @pytest.mark.published
 def test_the_segment_is_fitted_as_well_as_the_documentation_says():
-    """By the documented fit: bend and creep at pressures that were not fitted hold, two times are too short.
+    """By the documented fit: bend, tip and creep at pressures that were not fitted hold.
 
-    The bend that is left without pressure is a miss, too.
+    A time is too short, and the bend that is left without pressure is a miss at 15, 35 and 40 kPa.
     """
     data, errors = published("pneumatic_segment").parent, []
     recordings = {name: experiments._find("pneumatic_segment", name, data) for name in SEGMENT.fitted + SEGMENT.tested}
     with open_executor(None, None) as executor:
         found = identify_published(SEGMENT, recordings, executor, lambda step: errors.append(step.error))
-    assert 100 * errors[-1] == pytest.approx(4.85, abs=0.05)
-    assert [dropped.name for dropped in found.confidence.undetermined] == ["swelling"]
+    assert 100 * errors[-1] == pytest.approx(4.11, abs=0.05)
+    assert found.confidence.undetermined == ()
     rows = [row for row in found.scores if row.role == "test"]
     assert [row.recording for row in rows] == list(SEGMENT.tested)
-    off = {"settled_turn_deg": (-5, -1, -5, -6), "creep_deg": (-5, 6, -8, -11), "recovery_deg": (-27, -37, -44, -64)}
-    off |= {"t50_ms": (-3, -7, 10, -23), "t63_ms": (0, -1, -35, -9)}
+    off = {"settled_turn_deg": (3, 8, 1, -2), "creep_deg": (-16, -11, -20, -20), "recovery_deg": (-17, -13, 36, -48)}
+    off |= {"t50_ms": (-13, -15, 4, 1), "t63_ms": (-15, -12, -27, 7)}
     for name, expected in off.items():
         found_off = [100 * (getattr(row, f"simulated_{name}") / getattr(row, name) - 1) for row in rows]
         np.testing.assert_allclose(found_off, expected, atol=4, err_msg=name)
-    np.testing.assert_allclose([row.tip_error_percent for row in rows], [1.5, 1.8, 4.4, 5.2], atol=0.2)
+    np.testing.assert_allclose([row.tip_error_percent for row in rows], [1.0, 1.5, 2.9, 3.3], atol=0.2)

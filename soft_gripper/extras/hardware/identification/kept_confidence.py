@@ -1,0 +1,81 @@
+"""The confidence of fitted parameters, kept beside the file of an identified finger and read again with it.
+
+What is estimated with the finger is as uncertain as its parameters: by their covariance C, and the change g of the
+estimate by each, its variance is  g^T C g . Parameters that recordings do not determine take part with their large
+variance, so that an estimate that depends on them says so.
+"""
+
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+import yaml
+
+from soft_gripper.arrays import Array
+from soft_gripper.extras.hardware.identification.confidence import Confidence
+from soft_gripper.extras.hardware.identification.free_parameters import FreeParameters, Model, free_parameters
+from soft_gripper.files.document import load_config
+from soft_gripper.files.yaml_text import read_yaml
+from soft_gripper.quantity import Misfit, quantity
+
+_DIGITS = 5
+_NOTHING = 1e-9  # smaller numbers are rounding
+
+
+@dataclass
+class ConfidenceConfig:
+    """Standard deviations and correlations of P fitted numbers."""
+
+    keys: list[str] = quantity([], filled=True)  # that were free
+    std: list[float] = quantity([], least=0, filled=True)  # of every number; of logarithms where these were fitted
+    correlation: list[list[float]] = quantity([], least=-1.001, most=1.001, filled=True)
+
+    def misfits(self) -> Iterator[Misfit]:
+        count = len(self.std)
+        if [len(row) for row in self.correlation] != [count] * count:
+            shape = f"{len(self.correlation)} rows"
+            yield "correlation", shape, f"must be {count} rows of {count} numbers, one for every deviation"
+
+    @property
+    def covariance(self) -> Array:
+        """Of the vector of the free parameters, (P, P)."""
+        return np.array(self.correlation) * np.outer(self.std, self.std)
+
+    def free(self, model: Model) -> FreeParameters:
+        """The parameters of a finger in its set-up whose confidence this is."""
+        return free_parameters(model.finger, self.keys, [], model.setup)
+
+
+def kept_confidence(free: FreeParameters, confidence: Confidence) -> ConfidenceConfig:
+    """What a file keeps of a fit."""
+    std = np.sqrt(np.diag(confidence.covariance))
+    unit = np.where(std > 0, std, 1.0)
+    rounded = [[_rounded(value) for value in row] for row in confidence.covariance / np.outer(unit, unit)]
+    return ConfidenceConfig(list(free.keys), [_rounded(value) for value in std], rounded)
+
+
+def confidence_file(finger: Path) -> Path:
+    """Where the confidence of a fit is kept, beside the finger's file."""
+    return finger.with_suffix(".confidence.yaml")
+
+
+def confidence_text(kept: ConfidenceConfig) -> str:
+    """The text of that file."""
+    head = "# How well the fitted numbers of a finger are known, for `soft-gripper weigh`\n"
+    text: str = yaml.safe_dump(asdict(kept), sort_keys=False, default_flow_style=None, width=120)
+    return head + text
+
+
+def read_confidence(finger: Path) -> ConfidenceConfig | None:
+    """The confidence beside a finger's file; None if there is none.
+
+    Raises:
+        InputError: if it cannot be read, or a number is impossible.
+    """
+    file = confidence_file(finger)
+    return load_config(file, read_yaml(file), ConfidenceConfig) if file.exists() else None
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.{_DIGITS}g}") if abs(value) > _NOTHING else 0.0
