@@ -98,3 +98,26 @@ def test_uses_public_names_only(notebook: NotebookNode) -> None:
     for node in nodes:
         if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("soft_gripper"):
             assert {alias.name for alias in node.names} <= set(import_module(node.module or "").__all__)
+
+
+@pytest.mark.parametrize(
+    ("stem", "sentence", "printed"),
+    [
+        ("01_free_bending", "at 210 kPa 0.5 mm at the fingertip", "fingertip, estimated: 0.5 mm off at 210 kPa"),
+        (
+            "02_contact_and_shape",
+            "locate the joints within 1.7 mm, four within 0.4 mm",
+            "2: 1.7 mm, 3: 0.8 mm, 4: 0.4 mm",
+        ),
+        ("04_grip_control", "of which full vacuum reaches 128 mm", "reached: 128 mm"),
+        ("04_grip_control", "recovers at once instead of 1.6 s late", "later without: 1.6 s"),
+        ("07_estimators", "from 1.5 mm down to 0.0004 mm", "at the end: arcs 1.5 mm, contact 0.0004 mm"),
+    ],
+)
+def test_numbers_of_a_text_are_printed_by_its_code(stem: str, sentence: str, printed: str) -> None:
+    (path,) = (path for path in NOTEBOOKS if path.stem == stem)
+    notebook = nbformat.read(path, as_version=4)
+    texts = " ".join(" ".join(cell.source.split()) for cell in notebook.cells if cell.cell_type == "markdown")
+    outputs = "".join(o.text for cell in code_cells(notebook) for o in cell.outputs if o.get("name") == "stdout")
+    assert sentence in texts
+    assert printed in outputs
