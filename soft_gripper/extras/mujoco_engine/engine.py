@@ -6,7 +6,7 @@ when they are read, as after a run in Drake.
 
 import math
 from collections import OrderedDict
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from copy import deepcopy
 from dataclasses import replace
 from functools import cache, partial
@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
+from pydrake.systems.framework import Context, Diagram
 
 from soft_gripper.arrays import Array
 from soft_gripper.cached import kept
@@ -62,7 +63,8 @@ def run_many(scenarios: Sequence[Scenario], described: bool = True) -> Iterator[
     if find_spec("mujoco") is None or find_spec("mujoco.batch") is None:
         raise InputError("scenario", "engine", "mujoco", "needs MuJoCo 3.17: pip install 'soft-gripper[mujoco]'")
     content_of = cache(content)  # files do not change while this runs
-    served = [_serve(scenario, content_of) for scenario in scenarios]
+    context_of = cache(Diagram.CreateDefaultContext)
+    served = [_serve(scenario, content_of, context_of) for scenario in scenarios]
     groups: dict[Any, list[int]] = {}
     for i, each in enumerate(served):
         if isinstance(each, Served):
@@ -84,7 +86,7 @@ class Served(NamedTuple):
     of: Variation  # how the objects of the run differ from those in the plant of the station
 
 
-def _serve(scenario: Scenario, content_of: Content) -> Served | Exception:
+def _serve(scenario: Scenario, content_of: Content, context_of: Callable[[Diagram], Context]) -> Served | Exception:
     """The station that serves a scenario."""
     try:
         scenario = checked_scenario("scenario", scenario)
@@ -94,16 +96,15 @@ def _serve(scenario: Scenario, content_of: Content) -> Served | Exception:
         station = build() if key is None else kept(_stations, key, build, _MOST)
         of = variation(scenario, station.scenario)
         if of.poses:
-            _check_begin(station, of)
+            _check_begin(station, of, context_of(station.diagram))
     except InputError as error:
         return error
     parts = replace(station.parts, scenario=scenario, masses=of.masses, frictions=of.frictions)
     return Served(replace(station, parts=parts), of)
 
 
-def _check_begin(station: Station, of: Variation) -> None:
+def _check_begin(station: Station, of: Variation, context: Context) -> None:
     """Checks that objects begin outside of others, as a station that is built checks for itself."""
-    context = station.diagram.CreateDefaultContext()
     station.plant.SetPositions(station.plant.GetMyMutableContextFromRoot(context), begin(station.plant, of))
     check_starts_apart(station.diagram, station.parts.scene_graph, context)
 
