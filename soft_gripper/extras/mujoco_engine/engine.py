@@ -20,7 +20,7 @@ from pydrake.systems.framework import Context, Diagram
 from soft_gripper.arrays import Array
 from soft_gripper.cached import kept
 from soft_gripper.diagrams.recording import make_recording
-from soft_gripper.diagrams.scene import check_starts_apart
+from soft_gripper.diagrams.scene import check_starts_apart, first_body
 from soft_gripper.diagrams.simulation import Run, check_closed, content
 from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.diagrams.station_parts import Station
@@ -45,6 +45,8 @@ from soft_gripper.truth.contact import COLUMNS
 
 LONGEST_STEP, SHORTEST_STEP = 0.005, 0.001  # s, of MuJoCo
 _SMALL_SHIFT, _SMALL_SHARE = 5e-5, 5e-3  # m, and share of a force, that half the step may change
+_SMALL_SLIP = 2e-4  # m, by which half the step may move a carried object in the gripper
+_REACH = 0.03  # m, from the middle of an object to points that move as it turns
 _FORCE = 0.1  # N, of which that share is taken if a force is less
 _LAST = 50  # samples at the end
 _MEMORY = 2**28  # bytes that the logs of runs that are made together may take
@@ -159,16 +161,21 @@ class Change(NamedTuple):
 
     tip: float  # m, the largest of all fingers, in the median run
     force: float  # share of the contact force of a finger
+    slip: float  # m, of the object of a task in the gripper
 
     @property
     def is_small(self) -> bool:
         """Whether the step is short enough."""
-        return self.tip <= _SMALL_SHIFT and self.force <= _SMALL_SHARE
+        return self.tip <= _SMALL_SHIFT and self.force <= _SMALL_SHARE and self.slip <= _SMALL_SLIP
 
     @property
     def words(self) -> str:
         """For users."""
-        return f"half of it moves tips by {1e3 * self.tip:.3f} mm and changes forces by {self.force:.2%}"
+        tips, slip = (
+            f"half of it moves tips by {1e3 * self.tip:.3f} mm",
+            f"a carried object by {1e3 * self.slip:.3f} mm",
+        )
+        return f"{tips}, {slip}, and changes forces by {self.force:.2%}"
 
 
 def _chosen_step(served: Sequence[Served], models: "_Models") -> tuple[float, Change]:
@@ -195,7 +202,8 @@ def _change(ends: "Sequence[_End]", with_half: "Sequence[_End]") -> Change:
         largest = np.maximum(one.forces, other.forces)
         share = np.abs(one.forces - other.forces) / np.maximum(largest, _FORCE)
         shift = np.linalg.norm(one.tips - other.tips, axis=-1)
-        found.append((float(shift.max()), float(share.max())))
+        slip = np.linalg.norm(one.object - other.object, axis=-1)
+        found.append((float(shift.max()), float(share.max()), float(slip.max())))
     return Change(*np.median(found, axis=0).tolist())
 
 
@@ -204,6 +212,7 @@ class _End(NamedTuple):
 
     tips: Array  # (F, 3) m in their bases
     forces: Array  # (F,) N, the mean over the last samples; 0 if contact is not recorded
+    object: Array  # (P, 3) m, points of the object of a task in the gripper where it is last held; 0 if it never is
 
 
 def _end(station: Station, logs: Logs, environment: int, samples: int) -> _End:
@@ -220,7 +229,22 @@ def _end(station: Station, logs: Logs, environment: int, samples: int) -> _End:
     rows = np.concatenate([np.empty((0, COLUMNS)), *(table for table in tables if table.shape[1])])
     size = np.linalg.norm(rows[:, 10:13], axis=1)
     forces = np.bincount(rows[:, 0].astype(int), size, len(station.fingers)) / max(1, len(tables))
-    return _End(np.array(tips).reshape(-1, 3), forces)
+    return _End(np.array(tips).reshape(-1, 3), forces, _carried(station, logs, environment))
+
+
+def _carried(station: Station, logs: Logs, environment: int) -> Array:
+    """Points of the object of a task where it is last held, see `_End`."""
+    points, task = np.concatenate([np.zeros((3, 1)), _REACH * np.eye(3)], axis=1), station.scenario.task
+    phases = () if station.task is None else station.task.phases
+    holding = [number for number, phase in enumerate(phases) if phase.holds]
+    held = np.flatnonzero(np.isin(logs.phases[:, environment], holding))
+    if task is None or task.object is None or not len(held):
+        return np.zeros_like(points.T)
+    plant = station.plant
+    context = plant.CreateDefaultContext()
+    plant.SetPositionsAndVelocities(context, logs.states[held[-1], environment])
+    X_BO = first_body(plant, task.object).body_frame().CalcPose(context, station.fingers[0].base.body_frame())
+    return np.asarray((X_BO @ points).T)
 
 
 class _Models:

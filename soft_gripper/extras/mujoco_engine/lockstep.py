@@ -19,7 +19,7 @@ class Logs:
         self.samples, self._station, self._network = samples, station, network
         self._vectors: dict[int, Array] = {}  # by number of the input of the logs
         self.states = np.empty((samples, network.count, network.plants.state.shape[1]))
-        self.phases = np.empty((samples, network.count), int)  # of tasks
+        self.phases = np.full((samples, network.count), -1)  # of tasks; -1 after they are over
         self.patches: list[tuple[Array, NDArray[np.int_]]] = []
 
     def take(self, sample: int) -> None:
