@@ -41,6 +41,22 @@ def zeros_of(layout, uncertainty, readings, driving, gravity):
     return GaussianShape(layout, uncertainty, PERIOD).zeroing.over_time(readings, driving, gravity)
 
 
+@pytest.mark.parametrize("first", [0, 1])
+def test_all_samples_at_once_are_one_after_the_other(layout, grasp, first):
+    """Some readings are missing; the finger is open, pressed, and open again."""
+    readings, driving, gravity = (np.concatenate([each, each[: OPEN // 2]]) for each in grasp)
+    readings = readings + 1e-3 * np.random.default_rng(2).normal(size=readings.shape)
+    readings[::7, 0] = np.nan
+    zeroing = GaussianShape(layout, ZEROED, PERIOD).zeroing
+    found = zeroing.over_time(readings, driving, gravity, first)
+    zeros = zeroing.begin()
+    for i, sample in enumerate(zip(readings, driving, gravity, strict=True)):
+        zeros = zeroing.step(zeros if i > first else zeroing.begin(), *sample)
+        for part, expected in zip(found, zeros, strict=True):
+            np.testing.assert_array_equal(part[i], expected)
+    assert found.offset.any()
+
+
 def test_bands_widen_as_sensors_drift():
     """Of 4000 sensors, the standard deviation over an hour is that which is assumed of such an age, to 5 %."""
     ratios = np.ones((61, 1, 4000))

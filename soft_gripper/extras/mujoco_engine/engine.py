@@ -6,7 +6,7 @@ when they are read, as after a run in Drake.
 
 import math
 from collections import OrderedDict
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from copy import deepcopy
 from dataclasses import replace
 from functools import cache, partial
@@ -14,13 +14,13 @@ from importlib.util import find_spec
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.multibody.plant import MultibodyPlant
+from pydrake.systems.framework import Context, Diagram
 
 from soft_gripper.arrays import Array
 from soft_gripper.cached import kept
 from soft_gripper.diagrams.recording import make_recording
-from soft_gripper.diagrams.scene import check_starts_apart
+from soft_gripper.diagrams.scene import check_starts_apart, first_body
 from soft_gripper.diagrams.simulation import Run, check_closed, content
 from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.diagrams.station_parts import Station
@@ -45,6 +45,8 @@ from soft_gripper.truth.contact import COLUMNS
 
 LONGEST_STEP, SHORTEST_STEP = 0.005, 0.001  # s, of MuJoCo
 _SMALL_SHIFT, _SMALL_SHARE = 5e-5, 5e-3  # m, and share of a force, that half the step may change
+_SMALL_SLIP = 2e-4  # m, by which half the step may move a carried object in the gripper
+_REACH = 0.03  # m, from the middle of an object to points that move as it turns
 _FORCE = 0.1  # N, of which that share is taken if a force is less
 _LAST = 50  # samples at the end
 _MEMORY = 2**28  # bytes that the logs of runs that are made together may take
@@ -63,7 +65,8 @@ def run_many(scenarios: Sequence[Scenario], described: bool = True) -> Iterator[
     if find_spec("mujoco") is None or find_spec("mujoco.batch") is None:
         raise InputError("scenario", "engine", "mujoco", "needs MuJoCo 3.17: pip install 'soft-gripper[mujoco]'")
     content_of = cache(content)  # files do not change while this runs
-    served = [_serve(scenario, content_of) for scenario in scenarios]
+    context_of = cache(Diagram.CreateDefaultContext)
+    served = [_serve(scenario, content_of, context_of) for scenario in scenarios]
     groups: dict[Any, list[int]] = {}
     for i, each in enumerate(served):
         if isinstance(each, Served):
@@ -85,7 +88,7 @@ class Served(NamedTuple):
     of: Variation  # how the objects of the run differ from those in the plant of the station
 
 
-def _serve(scenario: Scenario, content_of: Content) -> Served | Exception:
+def _serve(scenario: Scenario, content_of: Content, context_of: Callable[[Diagram], Context]) -> Served | Exception:
     """The station that serves a scenario."""
     try:
         scenario = checked_scenario("scenario", scenario)
@@ -95,16 +98,15 @@ def _serve(scenario: Scenario, content_of: Content) -> Served | Exception:
         station = build() if key is None else kept(_stations, key, build, _MOST)
         of = variation(scenario, station.scenario)
         if of.poses:
-            _check_begin(station, of)
+            _check_begin(station, of, context_of(station.diagram))
     except InputError as error:
         return error
     parts = replace(station.parts, scenario=scenario, masses=of.masses, frictions=of.frictions)
     return Served(replace(station, parts=parts), of)
 
 
-def _check_begin(station: Station, of: Variation) -> None:
+def _check_begin(station: Station, of: Variation, context: Context) -> None:
     """Checks that objects begin outside of others, as a station that is built checks for itself."""
-    context = station.diagram.CreateDefaultContext()
     station.plant.SetPositions(station.plant.GetMyMutableContextFromRoot(context), begin(station.plant, of))
     check_starts_apart(station.diagram, station.parts.scene_graph, context)
 
@@ -135,21 +137,10 @@ def _at_once(station: Station) -> int:
 
 
 def _run_alike(served: Sequence[Served], described: bool) -> Iterator[Run | Exception]:
-    """Runs stations of one structure together.
-
-    Some of the runs are made with half the step as well: if that changes where they end, all are repeated with it.
-    """
-    stations = [each.station for each in served]
-    plant_step, twins = stations[0].plant.time_step(), _evenly(len(served))
-    step = plant_step / math.ceil(plant_step / LONGEST_STEP - 1e-9)
-    while True:
-        all_runs = [*stations, *(stations[i] for i in twins)]
-        network = Network(all_runs, _plants(served, step, twins), stations[0].logs)
-        logs, lengths, failed = simulated(stations[0], network)
-        change = _changes(stations, logs, lengths, twins)
-        if change.is_small or step / 2 < SHORTEST_STEP:
-            break
-        step /= 2
+    """Runs stations of one structure together, with the step that suits some of them."""
+    stations, models = [each.station for each in served], _Models(served)
+    step, change = _chosen_step([served[i] for i in _evenly(len(served))], models)
+    logs, lengths, failed = simulated(stations[0], Network(stations, models.plants(served, [step]), stations[0].logs))
     times = np.arange(logs.samples) * stations[0].scenario.sensor.period
     for i, station in enumerate(stations):
         if i in failed:
@@ -170,27 +161,49 @@ class Change(NamedTuple):
 
     tip: float  # m, the largest of all fingers, in the median run
     force: float  # share of the contact force of a finger
+    slip: float  # m, of the object of a task in the gripper
 
     @property
     def is_small(self) -> bool:
         """Whether the step is short enough."""
-        return self.tip <= _SMALL_SHIFT and self.force <= _SMALL_SHARE
+        return self.tip <= _SMALL_SHIFT and self.force <= _SMALL_SHARE and self.slip <= _SMALL_SLIP
 
     @property
     def words(self) -> str:
         """For users."""
-        return f"half of it moves tips by {1e3 * self.tip:.3f} mm and changes forces by {self.force:.2%}"
+        tips, slip = (
+            f"half of it moves tips by {1e3 * self.tip:.3f} mm",
+            f"a carried object by {1e3 * self.slip:.3f} mm",
+        )
+        return f"{tips}, {slip}, and changes forces by {self.force:.2%}"
 
 
-def _changes(stations: Sequence[Station], logs: Logs, lengths: NDArray[np.int_], twins: Sequence[int]) -> Change:
+def _chosen_step(served: Sequence[Served], models: "_Models") -> tuple[float, Change]:
+    """The longest step of which half changes where some runs end by little, and by how much; the runs log nothing."""
+    plant_step = served[0].station.plant.time_step()
+    step = plant_step / math.ceil(plant_step / LONGEST_STEP - 1e-9)
+    known: list[list[_End]] = []  # of all runs with each step
+    while True:
+        steps = [step, step / 2][len(known) :]
+        stations = [each.station for each in served] * len(steps)
+        logs, lengths, _ = simulated(stations[0], Network(stations, models.plants(served, steps)))
+        ends = [_end(station, logs, i, lengths[i]) for i, station in enumerate(stations)]
+        known += [ends[first : first + len(served)] for first in range(0, len(ends), len(served))]
+        change = _change(*known)
+        if change.is_small or step / 2 < SHORTEST_STEP:
+            return step, change
+        step, known = step / 2, known[1:]
+
+
+def _change(ends: "Sequence[_End]", with_half: "Sequence[_End]") -> Change:
     """The change by half the step, in the median of some runs."""
     found = []
-    for number, i in enumerate(twins):
-        one, other = (_ends(stations[i], logs, e, lengths[e]) for e in (i, len(stations) + number))
+    for one, other in zip(ends, with_half, strict=True):
         largest = np.maximum(one.forces, other.forces)
         share = np.abs(one.forces - other.forces) / np.maximum(largest, _FORCE)
         shift = np.linalg.norm(one.tips - other.tips, axis=-1)
-        found.append((float(shift.max()), float(share.max())))
+        slip = np.linalg.norm(one.object - other.object, axis=-1)
+        found.append((float(shift.max()), float(share.max()), float(slip.max())))
     return Change(*np.median(found, axis=0).tolist())
 
 
@@ -199,9 +212,10 @@ class _End(NamedTuple):
 
     tips: Array  # (F, 3) m in their bases
     forces: Array  # (F,) N, the mean over the last samples; 0 if contact is not recorded
+    object: Array  # (P, 3) m, points of the object of a task in the gripper where it is last held; 0 if it never is
 
 
-def _ends(station: Station, logs: Logs, environment: int, samples: int) -> _End:
+def _end(station: Station, logs: Logs, environment: int, samples: int) -> _End:
     """Where a run ends, or of a task where the first phase ends that holds an object: there the fingers are at rest."""
     if station.task is not None:
         holding = [number for number, phase in enumerate(station.task.phases) if phase.holds]
@@ -215,20 +229,46 @@ def _ends(station: Station, logs: Logs, environment: int, samples: int) -> _End:
     rows = np.concatenate([np.empty((0, COLUMNS)), *(table for table in tables if table.shape[1])])
     size = np.linalg.norm(rows[:, 10:13], axis=1)
     forces = np.bincount(rows[:, 0].astype(int), size, len(station.fingers)) / max(1, len(tables))
-    return _End(np.array(tips).reshape(-1, 3), forces)
+    return _End(np.array(tips).reshape(-1, 3), forces, _carried(station, logs, environment))
 
 
-def _plants(served: Sequence[Served], step: float, twins: Sequence[int]) -> Plants:
-    """The plants of runs, some of which share a plant of Drake and differ from it, and of twins with half the step."""
-    listed = frozenset().union(*(each.of.touched for each in served))
-    exported: dict[tuple[MultibodyPlant, float], Exported] = {}
-    models, begins = [], []
-    for (station, of), own_step in [*((each, step) for each in served), *((served[i], step / 2) for i in twins)]:
-        key = station.plant, own_step
-        if key not in exported:
-            exported[key] = in_mujoco(station, own_step, listed)
-        found = exported[key]
-        models.append(varied(found.model, found.file, station.plant, of, station.scenario.contact_points))
-        begins.append(begin(station.plant, of))
-    first = served[0].station
-    return Plants(first, exported[first.plant, step].touching, models, np.array(begins))
+def _carried(station: Station, logs: Logs, environment: int) -> Array:
+    """Points of the object of a task where it is last held, see `_End`."""
+    points, task = np.concatenate([np.zeros((3, 1)), _REACH * np.eye(3)], axis=1), station.scenario.task
+    phases = () if station.task is None else station.task.phases
+    holding = [number for number, phase in enumerate(phases) if phase.holds]
+    held = np.flatnonzero(np.isin(logs.phases[:, environment], holding))
+    if task is None or task.object is None or not len(held):
+        return np.zeros_like(points.T)
+    plant = station.plant
+    context = plant.CreateDefaultContext()
+    plant.SetPositionsAndVelocities(context, logs.states[held[-1], environment])
+    X_BO = first_body(plant, task.object).body_frame().CalcPose(context, station.fingers[0].base.body_frame())
+    return np.asarray((X_BO @ points).T)
+
+
+class _Models:
+    """The models of runs in MuJoCo, some of which share a plant of Drake and differ from it."""
+
+    def __init__(self, served: Sequence[Served]):
+        """`served` are all runs."""
+        self._listed = frozenset().union(*(each.of.touched for each in served))
+        self._exported: dict[tuple[MultibodyPlant, float], Exported] = {}
+
+    def plants(self, served: Sequence[Served], steps: Sequence[float]) -> Plants:
+        """The plants of some runs with one step of MuJoCo after the other, s."""
+        runs = [(each, step) for step in steps for each in served]
+        exported = [self._of(each.station, step) for each, step in runs]
+        models = [
+            varied(found.model, found.file, each.station.plant, each.of, each.station.scenario.contact_points)
+            for (each, _), found in zip(runs, exported, strict=True)
+        ]
+        begins = np.array([begin(each.station.plant, each.of) for each, _ in runs])
+        is_one = all(each is exported[0] for each in exported)
+        return Plants(served[0].station, exported[0].touching, models, begins, of_one_file=is_one)
+
+    def _of(self, station: Station, step: float) -> Exported:
+        key = station.plant, step
+        if key not in self._exported:
+            self._exported[key] = in_mujoco(station, step, self._listed)
+        return self._exported[key]

@@ -5,6 +5,7 @@ import pytest
 
 from soft_gripper.diagrams.simulation import run_many, simulate
 from soft_gripper.errors import InputError
+from soft_gripper.extras.mujoco_engine.engine import _change, _End
 from soft_gripper.runs.sweep.run_sweep import measured_runs
 from soft_gripper.scenario.scenario_file import changed_scenario
 
@@ -37,6 +38,13 @@ def test_the_same_runs_are_the_same_to_the_bit_and_differ_by_their_objects():
     assert str(both) == str(measured_runs("box_grasp", [light, heavy]))
     assert [each["grasp"] for each in both] == ["held", "resting"]
     assert both[1]["slip_ratio"] > 3 * both[0]["slip_ratio"]
+
+
+def test_a_step_is_too_long_if_half_of_it_turns_a_carried_object_otherwise():
+    end = _End(np.zeros((2, 3)), np.ones(2), np.zeros((4, 3)))
+    turned = end._replace(object=np.array([[0, 0, 0], [0, 3e-4, 0], [-3e-4, 0, 0], [0, 0, 0]]))
+    assert _change([end] * 3, [end, end, turned]).is_small
+    assert not _change([end] * 3, [end, turned, turned]).is_small
 
 
 def test_what_fails_has_its_error_and_ends_no_other():
