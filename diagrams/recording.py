@@ -443,12 +443,18 @@ class _Computed(BackendArray):
         return indexing.NumpyIndexingAdapter, (self._samples[self._name].reshape(self.shape),)
 
 
-class Labels(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Labels:
     """The axes of a signal in a recording."""
 
     axes: Mapping[str, Sequence[Any]]  # labels by the names of the axes, without time
     coords: Mapping[str, tuple[str, Array, Mapping[str, str]]]  # of these axes
     attributes: Mapping[str, Any]
+
+    @cached_property
+    def indexed(self) -> xr.Coordinates:
+        """The same, made once for all recordings that have this signal."""
+        return xr.Dataset(coords=self.coords).coords
 
 
 def labels_of(signals: Mapping[str, Signal]) -> dict[str, Labels]:
@@ -492,14 +498,22 @@ class _OfSamples(Recording):
     def __contains__(self, signal: str) -> bool:
         if "data" in self.__dict__:
             return signal in self.data
-        return signal in self._labels or signal in self._read or signal in self.data
+        return (
+            signal in self._labels
+            or signal in self._read
+            or any(signal in each.coords for each in self._labels.values())
+        )
 
     def __getitem__(self, signal: str) -> xr.DataArray:
-        if "data" in self.__dict__ or signal not in {**self._labels, **self._read}:
+        if "data" in self.__dict__ or not (signal in self._labels or signal in self._read):
             return super().__getitem__(signal)
         if signal not in self._read:
-            coords = {_TIME: self._time, **self._labels[signal].coords}
-            self._read[signal] = xr.DataArray(self._variable(signal), coords, name=signal)
+            own, time = self._labels[signal].indexed, self._read[_TIME]
+            coords, indexes = {**time.coords.variables, **own.variables}, {**time.xindexes, **own.xindexes}
+            # What is known to fit is not checked again, which takes a third of the time to judge a short run.
+            self._read[signal] = xr.DataArray(
+                self._variable(signal), coords, None, signal, None, indexes, fastpath=True
+            )
         return self._read[signal]
 
     def __reduce__(self) -> Any:

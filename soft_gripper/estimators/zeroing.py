@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
 from soft_gripper.estimators.mechanics import Mechanics
@@ -48,26 +49,49 @@ class Zeroing:
 
     def step(self, before: Zeros, readings: Array, driving: Array, gravity: Array) -> Zeros:
         """The zeros at a sample; see ShapeFunction for the inputs."""
-        known_free = (self._pressure(driving) < self.mechanics.uncertainty.free_pressure)[..., None]
-        free = np.where(known_free, before.free + self.period, 0.0)
-        age, resting = before.age + self.period, free - _SETTLING
-        if not (resting > 0).any():
+        free = np.where(self._known_free(driving)[..., None], before.free + self.period, 0.0)
+        age = before.age + self.period
+        if not (free > _SETTLING).any():
             return before._replace(free=free, age=age)
-        layout = self.mechanics.layout
+        offset, mean, found = self._found(before.offset, before.mean, free, (readings, driving, gravity))
+        return Zeros(offset, mean, free, np.where(found, 0.0, age))
+
+    def _found(
+        self, offset: Array, mean: Array, free: Array, given: tuple[Array, Array, Array]
+    ) -> tuple[Array, Array, NDArray[np.bool_]]:
+        """Offset and mean at a sample at which a finger rests, and which zeros were found, from those before it."""
+        readings, driving, gravity = given
+        layout, resting = self.mechanics.layout, free - _SETTLING
         off = layout.measured(readings) - layout.measured(free_readings(self.mechanics, driving, gravity))
         read = np.isfinite(off) & (resting > 0)
         weight = self.period / np.clip(resting, self.period, _AVERAGED)
-        mean = np.where(read, before.mean + weight * (off - before.mean), before.mean)
+        mean = np.where(read, mean + weight * (off - mean), mean)
         found = read & (resting >= _LEAST)
-        return Zeros(np.where(found, mean, before.offset), mean, free, np.where(found, 0.0, age))
+        return np.where(found, mean, offset), mean, found
 
     def over_time(self, readings: Array, driving: Array, gravity: Array, first: int = 0) -> Zeros:
-        """The zeros at all samples of a recording, (T, ...); those before the `first` one leave no trace."""
-        begin, zeros = self.begin(readings.shape[1:-1]), list[Zeros]()
+        """The zeros at all samples of a recording, (T, ...), by `step`; those before the `first` leave no trace."""
         gravity = np.broadcast_to(gravity, (*driving.shape[:-1], 3))
-        for i, sample in enumerate(zip(readings, driving, gravity, strict=True)):
-            zeros.append(self.step(zeros[-1] if i > first else begin, *sample))
-        return Zeros(*(np.array(part) for part in zip(*zeros, strict=True)))
+        parts = [self._over_time(*(each[part] for each in (readings, driving, gravity))) for part in _split(first)]
+        return Zeros(*(np.concatenate(part) for part in zip(*parts, strict=True)))
+
+    def _over_time(self, readings: Array, driving: Array, gravity: Array) -> Zeros:
+        if not len(readings):
+            return self.begin(readings.shape[:-1])
+        shape, is_free = (*readings.shape[:-1], self.mechanics.layout.readings), self._known_free(driving)[..., None]
+        free = self._elapsed(np.broadcast_to(~is_free, shape))
+        offset, mean, found = np.zeros(shape), np.zeros(shape), np.zeros(shape, bool)
+        for i in np.flatnonzero((free > _SETTLING).reshape(len(free), -1).any(axis=1)):
+            given = readings[i], driving[i], gravity[i]
+            offset[i:], mean[i:], found[i] = self._found(offset[i], mean[i], free[i], given)
+        return Zeros(offset, mean, free, self._elapsed(found))
+
+    def _elapsed(self, ends: NDArray[np.bool_]) -> Array:
+        """The time since the last sample at which something `ends`, (T, ...) s, or since a period before the first."""
+        number = np.arange(len(ends)).reshape(-1, *[1] * (ends.ndim - 1))
+        last = np.maximum.accumulate(np.where(ends, number, -1))
+        since: Array = np.cumsum(np.append(0.0, np.full(len(ends), self.period)))[number - last]
+        return since
 
     def corrected(self, zeros: Zeros, readings: Array) -> Array:
         """The readings without what they are off, (..., R)."""
@@ -79,10 +103,15 @@ class Zeroing:
         age = np.where(np.isfinite(readings), zeros.age, 0.0).max(axis=-1, keepdims=True)
         return np.asarray(self.mechanics.uncertainty.any_reading(age))
 
-    def _pressure(self, driving: Array) -> Array:
-        """The pressure of which a driving torque, (..., D), could come, absolute, (...) Pa."""
+    def _known_free(self, driving: Array) -> NDArray[np.bool_]:
+        """Whether the pressure of which a driving torque, (..., D), could come is so low that nothing is touched."""
         gain = self.mechanics.pressure_gain
-        return np.abs(driving @ gain) / (gain @ gain)
+        found: NDArray[np.bool_] = np.abs(driving @ gain) / (gain @ gain) < self.mechanics.uncertainty.free_pressure
+        return found
+
+
+def _split(first: int) -> tuple[slice, slice]:
+    return slice(first), slice(first, None)
 
 
 def free_readings(mechanics: Mechanics, driving: Array, gravity: Array) -> Array:

@@ -150,9 +150,9 @@ class _Gripper:
         assert learning.object is not None
         self._name, self._body = handled.object, learning.object
         self._exported: Exported = in_mujoco(station, self._plant_step / float(substeps), [self._name], {})
-        self._models = [self._exported.model] * len(slots)
+        models = [self._exported.model] * len(slots)
         begins = np.tile(begin(station.plant, Variation()), (len(slots), 1))
-        self._plants = Plants(station, self._exported.touching, self._models, begins, threads)
+        self._plants = Plants(station, self._exported.touching, models, begins, threads)
         functions = {Observation: lambda block: block.observe}
         self._network = Network([station] * len(slots), self._plants, None, ["observation"], functions)
         self.resting = resting_action(config.action, home(learning.parts))
@@ -188,10 +188,9 @@ class _Gripper:
         drawn = [draw(each, self._config.variation) for each in random]
         variations = [self._variation(each) for each in drawn]
         plant, points = self._station.plant, self._station.scenario.contact_points
-        for row, of in zip(rows, variations, strict=True):
-            self._models[row] = varied(self._exported.model, self._exported.file, plant, of, points)
+        models = [varied(self._exported.model, self._exported.file, plant, of, points) for of in variations]
         begins = np.array([begin(plant, of) for of in variations])
-        self._plants.reset(rows, self._models, begins)
+        self._plants.reset(rows, models, begins)
         self._actions[rows] = self.resting
         self._network.give("action", self._actions)
         self._network.begin(rows, [each.sensor_seed for each in drawn])

@@ -6,7 +6,7 @@ when they are read, as after a run in Drake.
 
 import math
 from collections import OrderedDict
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from copy import deepcopy
 from dataclasses import replace
 from functools import cache, partial
@@ -14,8 +14,8 @@ from importlib.util import find_spec
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.multibody.plant import MultibodyPlant
+from pydrake.systems.framework import Context, Diagram
 
 from soft_gripper.arrays import Array
 from soft_gripper.cached import kept
@@ -63,7 +63,8 @@ def run_many(scenarios: Sequence[Scenario], described: bool = True) -> Iterator[
     if find_spec("mujoco") is None or find_spec("mujoco.batch") is None:
         raise InputError("scenario", "engine", "mujoco", "needs MuJoCo 3.17: pip install 'soft-gripper[mujoco]'")
     content_of = cache(content)  # files do not change while this runs
-    served = [_serve(scenario, content_of) for scenario in scenarios]
+    context_of = cache(Diagram.CreateDefaultContext)
+    served = [_serve(scenario, content_of, context_of) for scenario in scenarios]
     groups: dict[Any, list[int]] = {}
     for i, each in enumerate(served):
         if isinstance(each, Served):
@@ -85,7 +86,7 @@ class Served(NamedTuple):
     of: Variation  # how the objects of the run differ from those in the plant of the station
 
 
-def _serve(scenario: Scenario, content_of: Content) -> Served | Exception:
+def _serve(scenario: Scenario, content_of: Content, context_of: Callable[[Diagram], Context]) -> Served | Exception:
     """The station that serves a scenario."""
     try:
         scenario = checked_scenario("scenario", scenario)
@@ -95,16 +96,15 @@ def _serve(scenario: Scenario, content_of: Content) -> Served | Exception:
         station = build() if key is None else kept(_stations, key, build, _MOST)
         of = variation(scenario, station.scenario)
         if of.poses:
-            _check_begin(station, of)
+            _check_begin(station, of, context_of(station.diagram))
     except InputError as error:
         return error
     parts = replace(station.parts, scenario=scenario, masses=of.masses, frictions=of.frictions)
     return Served(replace(station, parts=parts), of)
 
 
-def _check_begin(station: Station, of: Variation) -> None:
+def _check_begin(station: Station, of: Variation, context: Context) -> None:
     """Checks that objects begin outside of others, as a station that is built checks for itself."""
-    context = station.diagram.CreateDefaultContext()
     station.plant.SetPositions(station.plant.GetMyMutableContextFromRoot(context), begin(station.plant, of))
     check_starts_apart(station.diagram, station.parts.scene_graph, context)
 
@@ -135,21 +135,10 @@ def _at_once(station: Station) -> int:
 
 
 def _run_alike(served: Sequence[Served], described: bool) -> Iterator[Run | Exception]:
-    """Runs stations of one structure together.
-
-    Some of the runs are made with half the step as well: if that changes where they end, all are repeated with it.
-    """
-    stations = [each.station for each in served]
-    plant_step, twins = stations[0].plant.time_step(), _evenly(len(served))
-    step = plant_step / math.ceil(plant_step / LONGEST_STEP - 1e-9)
-    while True:
-        all_runs = [*stations, *(stations[i] for i in twins)]
-        network = Network(all_runs, _plants(served, step, twins), stations[0].logs)
-        logs, lengths, failed = simulated(stations[0], network)
-        change = _changes(stations, logs, lengths, twins)
-        if change.is_small or step / 2 < SHORTEST_STEP:
-            break
-        step /= 2
+    """Runs stations of one structure together, with the step that suits some of them."""
+    stations, models = [each.station for each in served], _Models(served)
+    step, change = _chosen_step([served[i] for i in _evenly(len(served))], models)
+    logs, lengths, failed = simulated(stations[0], Network(stations, models.plants(served, [step]), stations[0].logs))
     times = np.arange(logs.samples) * stations[0].scenario.sensor.period
     for i, station in enumerate(stations):
         if i in failed:
@@ -182,11 +171,27 @@ class Change(NamedTuple):
         return f"half of it moves tips by {1e3 * self.tip:.3f} mm and changes forces by {self.force:.2%}"
 
 
-def _changes(stations: Sequence[Station], logs: Logs, lengths: NDArray[np.int_], twins: Sequence[int]) -> Change:
+def _chosen_step(served: Sequence[Served], models: "_Models") -> tuple[float, Change]:
+    """The longest step of which half changes where some runs end by little, and by how much; the runs log nothing."""
+    plant_step = served[0].station.plant.time_step()
+    step = plant_step / math.ceil(plant_step / LONGEST_STEP - 1e-9)
+    known: list[list[_End]] = []  # of all runs with each step
+    while True:
+        steps = [step, step / 2][len(known) :]
+        stations = [each.station for each in served] * len(steps)
+        logs, lengths, _ = simulated(stations[0], Network(stations, models.plants(served, steps)))
+        ends = [_end(station, logs, i, lengths[i]) for i, station in enumerate(stations)]
+        known += [ends[first : first + len(served)] for first in range(0, len(ends), len(served))]
+        change = _change(*known)
+        if change.is_small or step / 2 < SHORTEST_STEP:
+            return step, change
+        step, known = step / 2, known[1:]
+
+
+def _change(ends: "Sequence[_End]", with_half: "Sequence[_End]") -> Change:
     """The change by half the step, in the median of some runs."""
     found = []
-    for number, i in enumerate(twins):
-        one, other = (_ends(stations[i], logs, e, lengths[e]) for e in (i, len(stations) + number))
+    for one, other in zip(ends, with_half, strict=True):
         largest = np.maximum(one.forces, other.forces)
         share = np.abs(one.forces - other.forces) / np.maximum(largest, _FORCE)
         shift = np.linalg.norm(one.tips - other.tips, axis=-1)
@@ -201,7 +206,7 @@ class _End(NamedTuple):
     forces: Array  # (F,) N, the mean over the last samples; 0 if contact is not recorded
 
 
-def _ends(station: Station, logs: Logs, environment: int, samples: int) -> _End:
+def _end(station: Station, logs: Logs, environment: int, samples: int) -> _End:
     """Where a run ends, or of a task where the first phase ends that holds an object: there the fingers are at rest."""
     if station.task is not None:
         holding = [number for number, phase in enumerate(station.task.phases) if phase.holds]
@@ -218,17 +223,28 @@ def _ends(station: Station, logs: Logs, environment: int, samples: int) -> _End:
     return _End(np.array(tips).reshape(-1, 3), forces)
 
 
-def _plants(served: Sequence[Served], step: float, twins: Sequence[int]) -> Plants:
-    """The plants of runs, some of which share a plant of Drake and differ from it, and of twins with half the step."""
-    listed = frozenset().union(*(each.of.touched for each in served))
-    exported: dict[tuple[MultibodyPlant, float], Exported] = {}
-    models, begins = [], []
-    for (station, of), own_step in [*((each, step) for each in served), *((served[i], step / 2) for i in twins)]:
-        key = station.plant, own_step
-        if key not in exported:
-            exported[key] = in_mujoco(station, own_step, listed)
-        found = exported[key]
-        models.append(varied(found.model, found.file, station.plant, of, station.scenario.contact_points))
-        begins.append(begin(station.plant, of))
-    first = served[0].station
-    return Plants(first, exported[first.plant, step].touching, models, np.array(begins))
+class _Models:
+    """The models of runs in MuJoCo, some of which share a plant of Drake and differ from it."""
+
+    def __init__(self, served: Sequence[Served]):
+        """`served` are all runs."""
+        self._listed = frozenset().union(*(each.of.touched for each in served))
+        self._exported: dict[tuple[MultibodyPlant, float], Exported] = {}
+
+    def plants(self, served: Sequence[Served], steps: Sequence[float]) -> Plants:
+        """The plants of some runs with one step of MuJoCo after the other, s."""
+        runs = [(each, step) for step in steps for each in served]
+        exported = [self._of(each.station, step) for each, step in runs]
+        models = [
+            varied(found.model, found.file, each.station.plant, each.of, each.station.scenario.contact_points)
+            for (each, _), found in zip(runs, exported, strict=True)
+        ]
+        begins = np.array([begin(each.station.plant, each.of) for each, _ in runs])
+        is_one = all(each is exported[0] for each in exported)
+        return Plants(served[0].station, exported[0].touching, models, begins, of_one_file=is_one)
+
+    def _of(self, station: Station, step: float) -> Exported:
+        key = station.plant, step
+        if key not in self._exported:
+            self._exported[key] = in_mujoco(station, step, self._listed)
+        return self._exported[key]

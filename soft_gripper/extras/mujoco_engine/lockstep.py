@@ -17,7 +17,7 @@ class Logs:
 
     def __init__(self, station: Station, network: Network, samples: int):
         self.samples, self._station, self._network = samples, station, network
-        self._vectors: dict[int, Array] = {}
+        self._vectors: dict[int, Array] = {}  # by number of the input of the logs
         self.states = np.empty((samples, network.count, network.plants.state.shape[1]))
         self.phases = np.empty((samples, network.count), int)  # of tasks
         self.patches: list[tuple[Array, NDArray[np.int_]]] = []
@@ -28,11 +28,9 @@ class Logs:
         self.states[sample] = self._network.plants.state
         if self._network.tasks is not None:
             self.phases[sample] = self._network.tasks.phases
-        for i, value in enumerate(self._network.logged()):
-            if value is None:
-                is_due = every is not None and sample % every == 0
-                self.patches.append(self._network.plants.patches() if is_due else _LEFT_OUT)
-                continue
+        is_due = every is not None and sample % every == 0
+        self.patches.append(self._network.plants.patches() if is_due else _LEFT_OUT)
+        for i, value in self._network.logged():
             if i not in self._vectors:
                 self._vectors[i] = np.empty((self.samples, self._network.count, value.shape[1]))
             self._vectors[i][sample] = value
@@ -43,8 +41,7 @@ class Logs:
         found: dict[int, Any] = {
             logged[i]: np.ascontiguousarray(value[:samples, environment]) for i, value in self._vectors.items()
         }
-        if self.patches:
-            number = next(number for i, number in enumerate(logged) if i not in self._vectors)
+        for number in (number for i, number in enumerate(logged) if i not in self._vectors):
             found[number] = [rows_of(*patches, environment) for patches in self.patches[:samples]]
         return found
 

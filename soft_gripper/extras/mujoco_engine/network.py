@@ -14,9 +14,8 @@ from numpy.typing import NDArray
 from pydrake.common import RandomDistribution
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import BodyIndex, ModelInstanceIndex
-from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem, System
-from pydrake.systems.primitives import AffineSystem, Demultiplexer, RandomSource, TrajectorySource, VectorLogSink
+from pydrake.systems.primitives import AffineSystem, Demultiplexer, RandomSource, TrajectorySource
 
 from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array
@@ -334,11 +333,12 @@ class Network:
         """Takes on the updates of the drive."""
         self._commit(self._by_step)
 
-    def logged(self) -> Iterator[Array | None]:
-        """Values that the logs take, (E, size) each, or (1, size); None for the patches of contact."""
-        for output in self._logged:
+    def logged(self) -> Iterator[tuple[int, Array]]:
+        """Values that the logs take but patches, (E, size) or (1, size), by the number of their input."""
+        for number, output in enumerate(self._logged):
             assert output is not None
-            yield None if isinstance(output[0], TrueContact) else self._value(output)
+            if not isinstance(output[0], TrueContact):
+                yield number, self._value(output)
 
     def sample(self) -> None:
         """Takes all samples and updates of a time, once the plants have made their first step from it."""
@@ -399,23 +399,27 @@ def _given(diagram: Diagram) -> Iterator[tuple[tuple[System, int], str]]:
 
 
 def _streams(diagram: Diagram, scenario: Scenario, seeds: Sequence[int]) -> dict[str, Array]:
-    """Draws of the random sources of a diagram, (T, E, size), by name, in a run of its scenario with each seed."""
-    builder, sinks, period = DiagramBuilder(), {}, scenario.sensor.period
-    for source in diagram.GetSystems():
-        if isinstance(source, RandomSource):
-            alike = RandomSource(RandomDistribution.kGaussian, source.get_output_port().size(), period)
-            builder.AddNamedSystem(source.get_name(), alike)
-            sink = builder.AddSystem(VectorLogSink(alike.get_output_port().size(), period))
-            sinks[source.get_name()] = sink
-            builder.Connect(alike.get_output_port(), sink.get_input_port())
-    if not sinks:
+    """Draws of the random sources of a diagram, (T, E, size), by name, in a run of its scenario with each seed.
+
+    A source draws one number after the other, so that one with T times as many draws those of T samples at once.
+    """
+    builder, samples = DiagramBuilder(), round(scenario.duration / scenario.sensor.period) + 3
+    sources = {
+        each.get_name(): builder.AddNamedSystem(each.get_name(), _over_time(each, samples))
+        for each in diagram.GetSystems()
+        if isinstance(each, RandomSource)
+    }
+    if not sources:
         return {}
     drawing = builder.Build()
-    found: dict[str, list[Array]] = {name: [] for name in sinks}
+    context, found = drawing.CreateDefaultContext(), {name: list[Array]() for name in sources}
     for seed in seeds:
-        simulator = Simulator(drawing)
-        seed_random_sources(drawing, simulator.get_mutable_context(), seed)
-        simulator.AdvanceTo(scenario.duration + 2 * period)
-        for name, sink in sinks.items():
-            found[name].append(sink.FindLog(simulator.get_context()).data().T.copy())
+        seed_random_sources(drawing, context, seed)
+        for name, source in sources.items():
+            drawn = source.get_output_port().Eval(source.GetMyContextFromRoot(context))
+            found[name].append(drawn.reshape(samples, -1))
     return {name: np.stack(each, axis=1) for name, each in found.items()}
+
+
+def _over_time(source: RandomSource, samples: int) -> RandomSource:
+    return RandomSource(RandomDistribution.kGaussian, samples * source.get_output_port().size(), 1.0)

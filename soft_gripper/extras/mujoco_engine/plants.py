@@ -83,6 +83,12 @@ def _rotated(quaternion: Array, vector: Array) -> Array:
     return vector + 2 * (w * across + np.cross(axis, across))
 
 
+def _value(model: "mujoco.MjModel", name: str) -> Array:
+    """A field of a model, or of its options, by its name in a batch."""
+    owner, _, option = name.rpartition(".")
+    return np.asarray(getattr(model.opt if owner else model, option))
+
+
 def actuators(plant: MultibodyPlant, model: ModelInstanceIndex) -> list[JointActuator]:
     """The actuators of a model, in their order."""
     return [plant.get_joint_actuator(index) for index in plant.GetJointActuatorIndices(model)]
@@ -153,6 +159,7 @@ class Plants:
         models: "Sequence[mujoco.MjModel]",
         begins: Array,
         threads: int = 1,
+        of_one_file: bool = True,
     ):
         """
         Args:
@@ -161,14 +168,18 @@ class Plants:
             models: of all stations, in MuJoCo, with steps that divide those of Drake's plant.
             begins: positions in which the runs begin, (E, nq).
             threads: that step them.
+            of_one_file: whether the models were read from one file, and numbers were changed, see `varied`.
         """
         from mujoco.batch import Batch
 
+        self._own = set[str]()  # fields of the model of which environments have their own
         self._substeps = np.array([round(station.plant.time_step() / model.opt.timestep) for model in models])
         self.station, self.touching = station, touching
         self.plant, self.layout, self._model = station.plant, Layout(station.plant, models[0]), models[0]
         self.batch = Batch(models[0], len(models), threads)
-        if any(model is not models[0] for model in models):
+        if of_one_file:
+            self._set_models(np.arange(len(models)), models)
+        else:
             self.batch.set_models(models)
         self._qpos, self._qvel = self.batch.bind("qpos"), self.batch.bind("qvel")
         self._applied, self._ctrl = self.batch.bind("qfrc_applied"), self.batch.bind("ctrl")
@@ -181,12 +192,28 @@ class Plants:
         self.state = self.layout.state(self._qpos, self._qvel)
 
     def reset(self, rows: Rows, models: "Sequence[mujoco.MjModel]", begins: Array) -> None:
-        """Lets some environments begin anew, with models of all, (E,), and the positions of those, (rows, nq)."""
-        self.batch.set_models(models)
+        """Lets some environments begin anew, with their models, (rows,), and positions, (rows, nq)."""
+        self._set_models(rows, models)
         self.batch.reset(rows, stage=_NOTHING)
         places = np.ix_(rows, self.layout.qpos)
         self._qpos[places] = begins
         self.batch.forward(rows)
+
+    def _set_models(self, rows: Rows, models: "Sequence[mujoco.MjModel]") -> None:
+        """Lets some environments have models of their own; what alone differs takes less memory than whole models."""
+        for row, model in zip(rows, models, strict=True):
+            for name, usual in self._usual.items():
+                value = _value(model, name)
+                if name in self._own or value.tobytes() != usual:
+                    self._own.add(name)
+                    self.batch.expand(name)[row] = value
+
+    @cached_property
+    def _usual(self) -> dict[str, bytes]:
+        """The fields of the model of the batch that an environment may have for itself."""
+        from mujoco.batch import MODEL_FIELDS
+
+        return {name: _value(self._model, name).tobytes() for name in MODEL_FIELDS}
 
     @cached_property
     def _arm(self) -> _Arm | None:

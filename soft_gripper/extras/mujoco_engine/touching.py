@@ -83,8 +83,10 @@ class TouchSensors:
         if not self.links:
             return np.empty((0, COLUMNS)), np.zeros(len(sensed) + 1, int)
         all_contacts = sensed.reshape(len(sensed), len(self.links), len(self.objects) + 1, self._most, _SIZE)
-        environment, link, other, slot = np.nonzero(all_contacts[..., _FOUND] > 0)
-        found = all_contacts[environment, link, other, slot]
+        cells = np.nonzero(all_contacts[..., 0, _FOUND])  # sensors that report any: most report none
+        reported = all_contacts[cells]
+        number, slot = np.nonzero(reported[..., _FOUND] > 0)
+        found, (environment, link, other) = reported[number, slot], (each[number] for each in cells)
         kept = self._once(environment * len(self.links) + link, other, found[:, _PLACE])
         environment, link, other, found = environment[kept], link[kept], other[kept], found[kept]
         rows = np.empty((len(found), COLUMNS))

@@ -87,11 +87,12 @@ def variation(scenario: Scenario, base: Scenario) -> Variation:
 
 def begin(plant: MultibodyPlant, of: Variation) -> Array:
     """The positions in which a run begins, (nq,)."""
-    context = plant.CreateDefaultContext()
+    q = np.array(plant.GetDefaultPositions())
     for name, X_WB in of.poses.items():
         first = plant.get_body(plant.GetBodyIndices(plant.GetModelInstanceByName(name))[0])
-        plant.SetFreeBodyPose(context, first, X_WB)
-    return np.array(plant.GetPositions(context))
+        place = first.floating_positions_start()
+        q[place : place + 7] = [*X_WB.rotation().ToQuaternion().wxyz(), *X_WB.translation()]
+    return q
 
 
 def varied(

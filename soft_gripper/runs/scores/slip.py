@@ -96,7 +96,8 @@ def recorded_poses(recording: Recording, name: str, samples: Sequence[int] | NDA
 
 def grip_at(context: Context, finger: PlantFinger, X_WO: RigidTransform, p_WC: Array) -> Grip:
     """The grip of a finger on an object at a point in the world, on the link with the nearest centre."""
-    points = np.array([link.EvalPoseInWorld(context).inverse() @ p_WC for link in finger.links])
+    X_WL = np.array([link.EvalPoseInWorld(context).GetAsMatrix34() for link in finger.links])
+    points = ((p_WC - X_WL[..., 3])[:, None] @ X_WL[..., :3])[:, 0]
     middles = np.diff(finger.finger.link_ends) / 2
     nearest = int(np.argmin(np.linalg.norm(points - np.outer(middles, [0.0, 0.0, 1.0]), axis=1)))
     return Grip(finger.links[nearest], points[nearest], X_WO.inverse() @ p_WC)
