@@ -128,6 +128,7 @@ bench-export: $(READY)
 	$(BIN)/python benchmarks/export_trials.py --time-step 0.002
 
 scaling: $(READY)
+	$(BIN)/python -m pip install -q -c constraints.txt -e .[mujoco]
 	$(BIN)/python benchmarks/scaling.py
 	$(BIN)/python benchmarks/many_runs.py
 

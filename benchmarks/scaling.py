@@ -1,7 +1,8 @@
-"""How the cost grows with segments, fingers, objects and sections: a table, and docs/scaling.png and .svg.
+"""How the cost grows with segments, fingers, objects, sections and runs: a table, and docs/scaling.png and .svg.
 
 Two free fingers through one step of pressure; one thing is varied at a time. CPU time of a simulated second, of the
-plant with its drive alone and with sensing and estimation, logs included; medians of alternating runs.
+plant with its drive alone and with sensing and estimation, logs included; of runs in MuJoCo, whole runs. Medians of
+alternating runs.
 """
 
 import os
@@ -16,8 +17,8 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
-from peers.ours import make_run
-from peers.task import Task
+from peers import engine_peer, ours
+from peers.task import Run, Task
 
 from soft_gripper import ModelConfig, Scenario, load_scenario
 from soft_gripper.pictures.style import STYLE, estimator_style, save_figure
@@ -64,44 +65,64 @@ VARIED: dict[str, tuple[Callable[[Scenario, int], None], tuple[int, ...]]] = {
     "objects on a table": (with_objects, (0, 1, 2, 4, 8)),
     "sections of a side": (with_sections, (1, 2, 3, 4, 6, 12)),
 }
+AT_ONCE = "runs at once, in MuJoCo"
+RUNS = (1, 4, 16, 64, 256)
 Costs = dict[str, np.ndarray]  # by what is varied, (values, 2) s for a simulated second: plant alone, with sensing
 
 
 def main() -> None:
     """Prints the table and draws the figure."""
-    costs = {name: measure(*varied) for name, varied in VARIED.items()}
+    costs = {name: measured(values, in_drake(vary)) for name, (vary, values) in VARIED.items()}
+    costs[AT_ONCE] = measured(RUNS, in_mujoco)
     print("| varied | | plant and drive [ms] | with sensing [ms] |\n|---|---:|---:|---:|")
     for name, seconds in costs.items():
-        for value, (bare, sensed) in zip(VARIED[name][1], 1e3 * seconds, strict=True):
+        for value, (bare, sensed) in zip(values_of(name), 1e3 * seconds, strict=True):
             print(f"| {name} | {value} | {bare:.1f} | {sensed:.1f} |")
     draw(costs)
 
 
-def measure(vary: Callable[[Scenario, int], None], values: tuple[int, ...]) -> np.ndarray:
+def in_drake(vary: Callable[[Scenario, int], None]) -> Callable[[int, bool], Run]:
+    """Makes the runs of a value of what is varied, without sensing or with it."""
+
+    def make(value: int, sensed: bool) -> Run:
+        scenario = load_scenario("free_bending", OVERRIDES)
+        vary(scenario, value)
+        return ours.make_run(Task(scenario, sensed), {})
+
+    return make
+
+
+def in_mujoco(number: int, sensed: bool) -> Run:
+    """Makes a number of runs at once, whose estimates are computed if they are read."""
+    return engine_peer.make_run(Task(load_scenario("free_bending", OVERRIDES), sensed), {"runs": number})
+
+
+def measured(values: tuple[int, ...], make: Callable[[int, bool], Run]) -> np.ndarray:
     """CPU time of a simulated second, (values, 2) s."""
-    runs = [make_run(Task(_scenario(vary, value), sensed), {}) for value in values for sensed in (False, True)]
+    runs = [make(value, sensed) for value in values for sensed in (False, True)]
     seconds = np.median([[run().seconds for run in runs] for _ in range(ROUNDS)], axis=0)
-    return seconds.reshape(-1, 2) / _scenario(vary, values[0]).duration
+    return seconds.reshape(-1, 2) / load_scenario("free_bending", OVERRIDES).duration
 
 
-def _scenario(vary: Callable[[Scenario, int], None], value: int) -> Scenario:
-    scenario = load_scenario("free_bending", OVERRIDES)
-    vary(scenario, value)
-    return scenario
+def values_of(name: str) -> tuple[int, ...]:
+    """The values of what is varied."""
+    return RUNS if name == AT_ONCE else VARIED[name][1]
 
 
 def draw(costs: Costs) -> None:
     """A panel for each varied quantity."""
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(10, 2.8), layout="constrained")
+        figure = Figure(figsize=(12, 2.8), layout="constrained")
         for axes, (name, seconds) in zip(figure.subplots(1, len(costs), sharey=True), costs.items(), strict=True):
-            values = VARIED[name][1]
+            values = values_of(name)
             for place, label in enumerate(("plant and drive", "with sensing")):
                 axes.plot(values, 1e3 * seconds[:, place], **estimator_style(place + 1, label))
             axes.set(xlabel=name, yscale="log")
             if name.startswith("segments"):
-                axes.set(xscale="log", ylabel="computing time of a\nsimulated second [ms]")
+                axes.set(ylabel="computing time of a\nsimulated second [ms]")
                 axes.legend(frameon=False)
+            if name.startswith("segments") or name == AT_ONCE:
+                axes.set(xscale="log")
             axes.set_xticks(values, labels=map(str, values))
             axes.xaxis.set_minor_locator(NullLocator())
         save_figure(figure, FIGURE)

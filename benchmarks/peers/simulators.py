@@ -7,7 +7,13 @@ from peers.task import Run, Setting, Task
 
 MakeRun = Callable[[Task, Setting], Run]
 OURS = "soft-gripper"
-_MODULES = {OURS: "ours", "MuJoCo": "mujoco_peer", "PyBullet": "bullet_peer", "PyElastica": "elastica_peer"}
+_MODULES = {
+    OURS: "ours",
+    "soft-gripper, engine mujoco": "engine_peer",
+    "MuJoCo": "mujoco_peer",
+    "PyBullet": "bullet_peer",
+    "PyElastica": "elastica_peer",
+}
 
 
 def find_simulator(name: str) -> MakeRun:

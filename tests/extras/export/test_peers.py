@@ -14,7 +14,8 @@ from peers.task import Trial, load_task
 from soft_gripper.extras.export.mjcf import to_mjcf
 
 ROOT = Path(__file__).parents[3]
-MODULES = {"MuJoCo": "mujoco", "PyBullet": "pybullet", "PyElastica": "elastica"}
+ENGINE = "soft-gripper, engine mujoco"
+MODULES = {ENGINE: "mujoco", "MuJoCo": "mujoco", "PyBullet": "pybullet", "PyElastica": "elastica"}
 MOMENT = ("pressure.settle=0.2", "pressure.hold_samples=10")
 FREE = {"scenario": "free_bending", "overrides": ["pressure.steps.all=[60e3]", *MOMENT]}
 
@@ -63,6 +64,11 @@ def test_what_is_touched_stays_in_place(simulator, task):
     assert holds(load_task(spec), trial)
 
 
+def test_the_second_engine_ends_where_ours_does(ours):
+    late = run(ENGINE, FREE | {"sensed": True}, {"runs": 2})
+    assert np.abs(late.tips[1:] - ours.tips[:-1]).max() < 5e-3  # its long steps damp motion
+
+
 def test_mujoco_runs_what_is_exported():
     needs("MuJoCo")
     from peers.mujoco_model import make_model
@@ -98,7 +104,7 @@ def test_every_step_divides_the_period_and_every_task_is_known():
         for task, tried in of_simulator.items():
             assert task in config["tasks"]
             for setting in [tried["reference"], *tried["settings"]]:
-                ratio = 0.01 / setting.get("step", setting.get("time_step"))
+                ratio = 0.01 / setting.get("step", setting.get("time_step", 0.005))
                 assert ratio == pytest.approx(round(ratio))
 
 
