@@ -170,7 +170,7 @@ def test_the_object_is_that_of_the_task_or_the_first_free_one():
     assert held_object(load_scenario("bottle_grasp"), "table") == "table"
     with refused("--object", "cup"):
         held_object(load_scenario("bottle_grasp"), "cup")
-    with refused("models"):
+    with refused("free models"):
         held_object(load_scenario("free_bending"), None)
 
 
