@@ -287,10 +287,8 @@ def seen_of(parts):
 
 
 def test_fingers_are_seen_only_where_something_can_look_at_them():
-    scenario, every = (
-        load_scenario("free_bending"),
-        13 + 10 + 2 * 3,
-    )  # links, and the wedges between: three parts at both ends
+    scenario = load_scenario("free_bending")
+    every = 13 + 10 + 2 * 3  # links, and the wedges between them, of three parts at both ends
     assert seen_of(make_station(scenario).parts) == 0
     assert seen_of(make_station(scenario, Meshcat()).parts) == every
     assert seen_of(add_station(DiagramBuilder(), scenario)) == every
