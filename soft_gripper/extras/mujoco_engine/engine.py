@@ -34,6 +34,7 @@ from soft_gripper.extras.mujoco_engine.variation import (
     Variation,
     begin,
     blocks_key,
+    plain_objects,
     station_key,
     variation,
     varied,
@@ -94,7 +95,7 @@ def _serve(scenario: Scenario, content_of: Content, context_of: Callable[[Diagra
         scenario = checked_scenario("scenario", scenario)
         _check_carried_over(scenario)
         key = station_key(scenario, content_of)
-        build = partial(_built, deepcopy(scenario))  # the caller may change it
+        build = partial(_built, deepcopy(plain_objects(scenario)))  # the caller may change it
         station = build() if key is None else kept(_stations, key, build, _MOST)
         of = variation(scenario, station.scenario)
         if of.poses:

@@ -34,9 +34,19 @@ Content = Callable[[Path], str | None]
 
 def station_key(scenario: Scenario, content_of: Content = content) -> Key | None:
     """Equal for scenarios that one station serves; None: it serves no other, see `built_of`."""
-    is_planned = scenario.task is not None
-    models = [_plain(model, with_pose=is_planned) if model.free else model for model in scenario.models]
-    return built_of(replace(scenario, description="", models=models), content_of)
+    plain = plain_objects(scenario)
+    if scenario.task is None:
+        plain.models = [replace(each, X_PC=Transform()) if each.free else each for each in plain.models]
+    return built_of(replace(plain, description=""), content_of)
+
+
+def plain_objects(scenario: Scenario) -> Scenario:
+    """The scenario of a station that serves a scenario: given masses and frictions of free objects are set in MuJoCo.
+
+    They are 1, so that a run does not depend, not even in its rounding, on the one that a station was first made for.
+    """
+    models = [_plain(model) if model.free else model for model in scenario.models]
+    return replace(scenario, models=models)
 
 
 def blocks_key(scenario: Scenario, content_of: Content = content) -> Key | None:
@@ -48,10 +58,9 @@ def blocks_key(scenario: Scenario, content_of: Content = content) -> Key | None:
     return built_of(replace(scenario, description="", models=models, task=task), content_of)
 
 
-def _plain(model: ModelConfig, with_pose: bool) -> ModelConfig:
-    """A model without what can be changed in MuJoCo."""
+def _plain(model: ModelConfig) -> ModelConfig:
     mass, friction = (None if given is None else 1.0 for given in (model.mass, model.friction))
-    return replace(model, X_PC=model.X_PC if with_pose else Transform(), mass=mass, friction=friction)
+    return replace(model, mass=mass, friction=friction)
 
 
 @dataclass(frozen=True)

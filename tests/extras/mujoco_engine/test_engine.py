@@ -5,6 +5,7 @@ import pytest
 
 from soft_gripper.diagrams.simulation import run_many, simulate
 from soft_gripper.errors import InputError
+from soft_gripper.extras.mujoco_engine import engine
 from soft_gripper.extras.mujoco_engine.engine import _change, _End
 from soft_gripper.runs.sweep.run_sweep import measured_runs
 from soft_gripper.scenario.scenario_file import changed_scenario
@@ -17,7 +18,7 @@ RAMP = {"pressure.steps": {"all": [40e3, 80e3, 120e3]}, "pressure.settle": 0.5, 
 
 def test_a_free_finger_bends_as_in_drake():
     changes = {"pressure.steps": {"all": [60e3, 150e3]}, "pressure.settle": 1.5}
-    one, other = (simulate(changed_scenario("free_bending", changes | engine)) for engine in (ENGINE, {}))
+    one, other = (simulate(changed_scenario("free_bending", changes | added)) for added in (ENGINE, {}))
     assert set(one.data) == set(other.data)
     tips = [each["left_finger.true_tip_position"].values[-1] for each in (one, other)]
     assert np.linalg.norm(tips[0] - tips[1]) < 5e-6
@@ -27,7 +28,7 @@ def test_a_free_finger_bends_as_in_drake():
 
 
 def test_a_held_box_is_held_as_hard_as_in_drake():
-    one, other = (measured_runs("box_grasp", [RAMP | engine])[0] for engine in (ENGINE, {}))
+    one, other = (measured_runs("box_grasp", [RAMP | added])[0] for added in (ENGINE, {}))
     assert one["grasp"] == other["grasp"] == "held"
     assert one["normal_force_n"] == pytest.approx(other["normal_force_n"], rel=0.05)
 
@@ -38,6 +39,20 @@ def test_the_same_runs_are_the_same_to_the_bit_and_differ_by_their_objects():
     assert str(both) == str(measured_runs("box_grasp", [light, heavy]))
     assert [each["grasp"] for each in both] == ["held", "resting"]
     assert both[1]["slip_ratio"] > 3 * both[0]["slip_ratio"]
+
+
+def test_a_run_does_not_depend_on_the_one_that_its_station_was_made_for():
+    objects = (
+        {"models.box.mass": 0.07, "models.box.friction": 0.9},
+        {"models.box.mass": 0.19, "models.box.friction": 0.6},
+    )
+    light, heavy = (each | RAMP | ENGINE for each in objects)
+    found = []
+    for first in (heavy, light):
+        engine._stations.clear()
+        measured_runs("box_grasp", [first])
+        found.append(str(measured_runs("box_grasp", [heavy])))
+    assert found[0] == found[1]
 
 
 def test_a_step_is_too_long_if_half_of_it_turns_a_carried_object_otherwise():
