@@ -3,6 +3,7 @@
 from copy import deepcopy
 from time import process_time
 
+import mujoco  # noqa: F401  or the engine is left out
 import numpy as np
 
 from peers.task import Run, Setting, Task, Trial

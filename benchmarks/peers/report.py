@@ -13,6 +13,7 @@ from peers.comparison import Result, chosen, ours_as_good
 from peers.simulators import OURS
 from soft_gripper.pictures.style import STYLE, estimator_style, save_figure
 
+_WIDE = 1e4  # ratio of the ends of an axis with a label at each decade alone: others may be less than a decade long
 _HEADING = (
     "| task | simulator | setting | times real time | tip error [mm] | creep [mm/s] | time ÷ ours | as good"
     " | time ÷ ours, if ours must be as good |",
@@ -96,6 +97,7 @@ def _draw_panel(axes: Axes, task: str, results: list[Result], simulators: list[s
     axes.set(title=task, xscale="log", yscale="log", xlabel="times faster than real time")
     axes.set_ylabel("creep [mm/s]" if held else "error of the tips [mm]")
     for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_locator(LogLocator(subs=(1, 2, 5)))  # a panel may be less than a decade wide
+        least, most = axis.get_view_interval()
+        axis.set_major_locator(LogLocator(subs=(1, 2, 5) if most < _WIDE * least else (1,)))
         axis.set_major_formatter("{x:g}")
         axis.set_minor_formatter(NullFormatter())
