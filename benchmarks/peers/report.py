@@ -83,7 +83,7 @@ def draw(results: dict[str, list[Result]], stem: Path) -> None:
             _draw_panel(panel, task, of_task, simulators)
         for panel in panels[len(results) :]:
             panel.axis("off")
-        figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=4, frameon=False)
+        figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=5, frameon=False)
         save_figure(figure, stem)
 
 
