@@ -112,7 +112,7 @@ class CalibratedStates:
 
 
 def by_distance(distances: StateDistances, paths: int) -> Array:
-    """Distances of the readings under a growth of 1, (..., R)."""
+    """Standard deviations of the readings by their distances, for a growth of 1, (..., R)."""
     of_sections = np.sqrt(distances.drive[..., None] + distances.sections)
     return np.concatenate([of_sections] * paths, axis=-1)
 

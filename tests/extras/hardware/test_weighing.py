@@ -12,11 +12,9 @@ from soft_gripper.extras.hardware.identification.confidence import confidence_of
 from soft_gripper.extras.hardware.identification.free_parameters import Model, free_parameters
 from soft_gripper.extras.hardware.identification.identified_finger import read_finger
 from soft_gripper.extras.hardware.identification.kept_confidence import (
+    CONFIDENCE,
     ConfidenceConfig,
-    confidence_file,
-    confidence_text,
     kept_confidence,
-    read_confidence,
 )
 from soft_gripper.extras.hardware.identification.settled_states import (
     SettledStates,
@@ -188,17 +186,17 @@ def test_the_fit_of_another_finger_is_refused():
 
 
 def test_the_confidence_beside_a_finger_is_that_of_the_fit(tmp_path):
-    assert read_confidence(tmp_path / "finger.urdf") is None
+    assert CONFIDENCE.read(tmp_path / "finger.urdf") is None
     free = free_parameters(TRUE, SCALES, [])
     random = np.random.default_rng(0)
     found = confidence_of(free, free.start, random.normal(size=90), random.normal(size=(90, 6)), 1.0)
     config = kept_confidence(free, found)
     np.testing.assert_allclose(config.covariance, found.covariance, rtol=1e-3, atol=1e-7)
-    confidence_file(tmp_path / "finger.urdf").write_text(confidence_text(config))
-    assert read_confidence(tmp_path / "finger.urdf") == config
-    confidence_file(tmp_path / "finger.urdf").write_text(confidence_text(replace(config, std=[1.0])))
+    CONFIDENCE.write(tmp_path / "finger.urdf", config)
+    assert CONFIDENCE.read(tmp_path / "finger.urdf") == config
+    CONFIDENCE.write(tmp_path / "finger.urdf", replace(config, std=[1.0]))
     with refused("correlation"):
-        read_confidence(tmp_path / "finger.urdf")
+        CONFIDENCE.read(tmp_path / "finger.urdf")
 
 
 @pytest.mark.slow

@@ -20,17 +20,11 @@ from soft_gripper.extras.hardware.identification.identified_finger import (
     setup_file,
     write_fitted,
 )
-from soft_gripper.extras.hardware.identification.kept_confidence import (
-    confidence_file,
-    confidence_text,
-    kept_confidence,
-)
+from soft_gripper.extras.hardware.identification.kept_confidence import CONFIDENCE, kept_confidence
 from soft_gripper.extras.hardware.identification.model_band import (
+    STATES,
     band_rows,
     learned_band,
-    read_states,
-    states_file,
-    states_text,
 )
 from soft_gripper.extras.hardware.identification.settled_states import (
     IdentifiedStates,
@@ -43,7 +37,7 @@ from soft_gripper.extras.hardware.identification.settled_states import (
 from soft_gripper.extras.hardware.identification.simulated_motion import measured_motion
 from soft_gripper.extras.hardware.recordings import HardwareRecording, find_recordings, recording_paths
 from soft_gripper.files.document import require
-from soft_gripper.files.output import atomic_file, check_file
+from soft_gripper.files.output import check_file
 from soft_gripper.files.row_table import write_csv
 from soft_gripper.pictures.style import save_figure
 from soft_gripper.runs.executor import open_executor
@@ -69,7 +63,7 @@ def run(options: argparse.Namespace) -> None:
         print_identified_states(found)
     else:
         print_identified(found)
-    kept = learned_band(found) if isinstance(found, Identified | IdentifiedStates) else read_states(file)
+    kept = learned_band(found) if isinstance(found, Identified | IdentifiedStates) else STATES.read(file)
     if kept is not None:
         bands = band_rows(kept, found)
         print_bands(bands)
@@ -77,10 +71,8 @@ def run(options: argparse.Namespace) -> None:
     if options.out:
         _write(found, file, outputs)
         if kept is not None and isinstance(found, Identified | IdentifiedStates):
-            of_fit = confidence_text(kept_confidence(found.fit.free, found.confidence))
-            for beside, text in ((states_file, states_text(kept)), (confidence_file, of_fit)):
-                with atomic_file(beside(options.out)) as partial:
-                    partial.write_text(text, encoding="utf-8")
+            STATES.write(options.out, kept)
+            CONFIDENCE.write(options.out, kept_confidence(found.fit.free, found.confidence))
     options.console.table("scores", found.scores)
     options.console.wrote(*outputs)
 
@@ -131,7 +123,7 @@ def _progress(options: argparse.Namespace) -> FitProgress:
 def _outputs(out: Path, fits: bool) -> list[Path]:
     """The files that are written: those of a fit, or of a test alone."""
     tables = [out.with_suffix(suffix) for suffix in (".csv", ".png", ".svg")]
-    return [out, setup_file(out), states_file(out), confidence_file(out), *tables] if fits else tables
+    return [out, setup_file(out), STATES.file(out), CONFIDENCE.file(out), *tables] if fits else tables
 
 
 def _write(found: Tested | TestedStates, file: Path, outputs: Sequence[Path]) -> None:

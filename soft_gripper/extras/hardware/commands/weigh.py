@@ -5,8 +5,8 @@ from pathlib import Path
 
 from soft_gripper.extras.hardware.identification.free_parameters import Model
 from soft_gripper.extras.hardware.identification.identified_finger import read_finger, read_setup
-from soft_gripper.extras.hardware.identification.kept_confidence import confidence_file, read_confidence
-from soft_gripper.extras.hardware.identification.model_band import read_states, states_file
+from soft_gripper.extras.hardware.identification.kept_confidence import CONFIDENCE
+from soft_gripper.extras.hardware.identification.model_band import STATES
 from soft_gripper.extras.hardware.identification.settled_states import SettledStates, settled_states
 from soft_gripper.extras.hardware.recordings import find_recordings, recording_paths
 from soft_gripper.extras.hardware.weighing import Fitted, weigh, weighing_figure
@@ -36,7 +36,7 @@ def run(options: argparse.Namespace) -> None:
     title = "load at the tip, its band of 95 %, and the load in the file's name; last row of a recording: all of it"
     print_rows(weighings, title)
     if fitted is None:
-        beside = f"{states_file(file).name} and {confidence_file(file).name} are not beside the finger"
+        beside = f"{STATES.file(file).name} and {CONFIDENCE.file(file).name} are not beside the finger"
         print(f"WARNING: the bands take the finger for exact: {beside}")
     for row in {row.recording: row for row in weighings}.values():
         if row.far_percent > 0:
@@ -48,7 +48,7 @@ def run(options: argparse.Namespace) -> None:
 
 def _fitted(finger: Path) -> Fitted | None:
     """What is kept of the fit beside a finger's file; None if a part is missing."""
-    states, confidence = read_states(finger), read_confidence(finger)
+    states, confidence = STATES.read(finger), CONFIDENCE.read(finger)
     return Fitted(states, confidence) if states is not None and confidence is not None else None
 
 

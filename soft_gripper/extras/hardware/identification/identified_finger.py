@@ -350,7 +350,7 @@ def with_finger(path: Path, finger: Finger) -> str:
 
 
 def fit_remarks(confidence: Confidence) -> list[str]:
-    """The fit that the file of a set-up describes."""
+    """Remarks on a fit, for the file of its set-up."""
     return [f"Fitted: {', '.join(confidence.names)}", *map(str, confidence.undetermined)]
 
 

@@ -6,17 +6,14 @@ variance, so that an estimate that depends on them says so.
 """
 
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
-from pathlib import Path
+from dataclasses import dataclass
 
 import numpy as np
-import yaml
 
 from soft_gripper.arrays import Array
+from soft_gripper.extras.hardware.identification.beside_finger import BesideFinger
 from soft_gripper.extras.hardware.identification.confidence import Confidence
 from soft_gripper.extras.hardware.identification.free_parameters import FreeParameters, Model, free_parameters
-from soft_gripper.files.document import load_config
-from soft_gripper.files.yaml_text import read_yaml
 from soft_gripper.quantity import Misfit, quantity
 
 _DIGITS = 5
@@ -47,34 +44,17 @@ class ConfidenceConfig:
         return free_parameters(model.finger, self.keys, [], model.setup)
 
 
+CONFIDENCE = BesideFinger(
+    ".confidence.yaml", "How well the fitted numbers of a finger are known, for `soft-gripper weigh`", ConfidenceConfig
+)
+
+
 def kept_confidence(free: FreeParameters, confidence: Confidence) -> ConfidenceConfig:
-    """What a file keeps of a fit."""
+    """The confidence of a fit, as its file has it."""
     std = np.sqrt(np.diag(confidence.covariance))
     unit = np.where(std > 0, std, 1.0)
     rounded = [[_rounded(value) for value in row] for row in confidence.covariance / np.outer(unit, unit)]
     return ConfidenceConfig(list(free.keys), [_rounded(value) for value in std], rounded)
-
-
-def confidence_file(finger: Path) -> Path:
-    """Where the confidence of a fit is kept, beside the finger's file."""
-    return finger.with_suffix(".confidence.yaml")
-
-
-def confidence_text(kept: ConfidenceConfig) -> str:
-    """The text of that file."""
-    head = "# How well the fitted numbers of a finger are known, for `soft-gripper weigh`\n"
-    text: str = yaml.safe_dump(asdict(kept), sort_keys=False, default_flow_style=None, width=120)
-    return head + text
-
-
-def read_confidence(finger: Path) -> ConfidenceConfig | None:
-    """The confidence beside a finger's file; None if there is none.
-
-    Raises:
-        InputError: if it cannot be read, or a number is impossible.
-    """
-    file = confidence_file(finger)
-    return load_config(file, read_yaml(file), ConfidenceConfig) if file.exists() else None
 
 
 def _rounded(value: float) -> float:

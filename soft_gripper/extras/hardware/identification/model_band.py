@@ -12,16 +12,15 @@ The states and the band are kept beside the finger's file, and read again with i
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from operator import attrgetter
-from pathlib import Path
 from typing import Annotated, NamedTuple
 
 import numpy as np
-import yaml
 from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
+from soft_gripper.extras.hardware.identification.beside_finger import BesideFinger
 from soft_gripper.extras.hardware.identification.confidence import UNOBSERVABLE
 from soft_gripper.extras.hardware.identification.fit import MotionScore
 from soft_gripper.extras.hardware.identification.identified_finger import Identified, Tested
@@ -33,8 +32,7 @@ from soft_gripper.extras.hardware.identification.settled_states import (
 )
 from soft_gripper.extras.hardware.identification.simulated_motion import MeasuredMotion, simulated_markers
 from soft_gripper.extras.hardware.scoring import LEFT_OUT
-from soft_gripper.files.document import load_config, require
-from soft_gripper.files.yaml_text import read_yaml
+from soft_gripper.files.document import require
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.scenario.fitted_states_config import FittedStatesConfig, kept_states
 from soft_gripper.sensors.fitted_states import (
@@ -46,6 +44,11 @@ from soft_gripper.sensors.fitted_states import (
     spread_of,
 )
 
+STATES = BesideFinger(
+    ".states.yaml",
+    "The states that a finger was fitted to, and how its errors grow away from them, for `--test`",
+    FittedStatesConfig,
+)
 _LOAD = 0.1  # kg, unit of loads: recordings often have a single one
 _MOST_KEPT = 2000  # states: a dozen tendons make a space in which few states are all far from each other
 _STRIDE = 5  # one sample of a motion in so many counts
@@ -224,25 +227,3 @@ def _of_motions(found: Tested, every: int) -> Iterator[_Driven]:
 
 def _driven(motion: MeasuredMotion) -> Array:
     return np.array([motion.pressure or 0.0, motion.load.mass if motion.load else 0.0])
-
-
-def states_file(finger: Path) -> Path:
-    """Where the states that a finger was fitted to are kept, beside its file."""
-    return finger.with_suffix(".states.yaml")
-
-
-def states_text(kept: FittedStatesConfig) -> str:
-    """The text of that file."""
-    head = "# The states that a finger was fitted to, and how its errors grow away from them, for `--test`\n"
-    text: str = yaml.safe_dump(asdict(kept), sort_keys=False, default_flow_style=None, width=120)
-    return head + text
-
-
-def read_states(finger: Path) -> FittedStatesConfig | None:
-    """The states beside a finger's file; None if there are none.
-
-    Raises:
-        InputError: if they cannot be read, or a number is impossible.
-    """
-    file = states_file(finger)
-    return load_config(file, read_yaml(file), FittedStatesConfig) if file.exists() else None

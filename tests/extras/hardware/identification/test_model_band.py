@@ -10,12 +10,10 @@ from refusals import refused
 
 from soft_gripper.extras.hardware.identification.free_parameters import Model
 from soft_gripper.extras.hardware.identification.model_band import (
+    STATES,
     band_rows,
     extrapolations,
     learned_band,
-    read_states,
-    states_file,
-    states_text,
 )
 from soft_gripper.extras.hardware.identification.settled_states import IdentifiedStates, SettledStates, StateScore
 from soft_gripper.extras.hardware.identification.settled_states import TestedStates as Compared
@@ -97,10 +95,10 @@ def test_bands_are_wide_where_errors_were_large_in_the_fit(finger):
 
 
 def test_the_states_beside_a_finger_are_those_that_were_kept(found, tmp_path):
-    assert read_states(tmp_path / "finger.urdf") is None
+    assert STATES.read(tmp_path / "finger.urdf") is None
     kept = learned_band(found)
-    states_file(tmp_path / "finger.urdf").write_text(states_text(kept))
-    assert read_states(tmp_path / "finger.urdf") == kept
+    STATES.write(tmp_path / "finger.urdf", kept)
+    assert STATES.read(tmp_path / "finger.urdf") == kept
     assert kept.names == ["t0 [m]", "t1 [m]", "load [kg]"]
     assert len(kept.states) == 210
 
@@ -113,9 +111,10 @@ def test_states_of_another_finger_are_refused(found):
 
 
 def test_impossible_states_are_refused(found, tmp_path):
-    file = states_file(tmp_path / "finger.urdf")
-    document = yaml.safe_load(states_text(learned_band(found)))
+    file = STATES.file(tmp_path / "finger.urdf")
+    STATES.write(tmp_path / "finger.urdf", learned_band(found))
+    document = yaml.safe_load(file.read_text())
     for field, value in (("growth", float("nan")), ("spread", [1.0]), ("states", []), ("sizes", [[1.0]])):
         file.write_text(yaml.safe_dump(document | {field: value}))
         with refused(field):
-            read_states(tmp_path / "finger.urdf")
+            STATES.read(tmp_path / "finger.urdf")

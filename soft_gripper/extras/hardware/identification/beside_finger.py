@@ -1,0 +1,44 @@
+"""What a fit leaves beside the file of an identified finger, and is read again with it."""
+
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Generic, TypeVar
+
+import yaml
+
+from soft_gripper.files.document import load_config
+from soft_gripper.files.output import atomic_file
+from soft_gripper.files.yaml_text import read_yaml
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+Kept = TypeVar("Kept", bound="DataclassInstance")
+
+
+@dataclass(frozen=True)
+class BesideFinger(Generic[Kept]):
+    """A kind of such files."""
+
+    suffix: str  # in the place of that of the finger's file
+    head: str  # first line
+    schema: type[Kept]
+
+    def file(self, finger: Path) -> Path:
+        """The file beside that of a finger."""
+        return finger.with_suffix(self.suffix)
+
+    def write(self, finger: Path, kept: Kept) -> None:
+        """Writes the file, whole or not at all."""
+        fields = yaml.safe_dump(asdict(kept), sort_keys=False, default_flow_style=None, width=120)
+        with atomic_file(self.file(finger)) as partial:
+            partial.write_text(f"# {self.head}\n{fields}", encoding="utf-8")
+
+    def read(self, finger: Path) -> Kept | None:
+        """The fields of the file; None if there is none.
+
+        Raises:
+            InputError: if it cannot be read, or a field is wrong.
+        """
+        file = self.file(finger)
+        return load_config(file, read_yaml(file), self.schema) if file.exists() else None
