@@ -5,7 +5,8 @@ import pytest
 from fingers_in_space import bent_chain, by_way, sensors, yielding
 from loaded_fingers import Push, torque_of
 
-from soft_gripper.estimators.contact import SurfaceCells, SurfaceContact
+from soft_gripper.estimators.contact import SurfaceContact
+from soft_gripper.estimators.contact_cells import SurfaceCells
 from soft_gripper.estimators.mechanics import Mechanics
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.fingers.spatial_chain import Loads, spatial_chain, torques

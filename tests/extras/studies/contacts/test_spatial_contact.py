@@ -5,7 +5,8 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from soft_gripper.estimators.contact import ContactShape, SurfaceCells, _about_best, _forces
+from soft_gripper.estimators.contact import ContactShape, _about_best, _forces
+from soft_gripper.estimators.contact_cells import SurfaceCells
 from soft_gripper.estimators.force_posterior import HERE, NOTHING
 from soft_gripper.estimators.uncertainty import EXACT, Uncertainty
 from soft_gripper.extras.studies.contacts.contacts import Contacts
