@@ -6,6 +6,7 @@ file, declares its commands, if it has any, and imports neither Drake nor numpy 
 """
 
 import pkgutil
+from functools import cache
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
@@ -30,9 +31,13 @@ def added(name: str) -> list[Any]:
     These modules are imported whenever a scenario is read, after the packages that they are in: both import nothing
     that takes long, or that an installation may lack.
     """
-    adding = (extra for extra in names() if Path(__path__[0], extra, "adds.py").is_file())
-    modules = (import_module(f"{__name__}.{extra}.adds") for extra in adding)
+    modules = (import_module(f"{__name__}.{extra}.adds") for extra in _adding())
     return [getattr(module, name) for module in modules if hasattr(module, name)]
+
+
+@cache  # looking for files takes 1 ms, and every run of a sweep asks several times
+def _adding() -> tuple[str, ...]:
+    return tuple(extra for extra in names() if Path(__path__[0], extra, "adds.py").is_file())
 
 
 __all__ = names()
