@@ -93,7 +93,9 @@ def to_mjcf(scenario: Scenario, time_step: float | None = None) -> Mjcf:
         if is_deformable(model.mesh):
             raise InputError("export", "models", model.name, SOFT)
     models = [replace(model, self_contact=False) for model in scenario.models]
-    found = station_mjcf(make_station(replace(scenario, models=models, contact="points")), time_step)
+    step = time_step or scenario.plant_config.time_step or EXPLICIT_STEP
+    station = make_station(replace(scenario, models=models, contact="points"))
+    found = station_mjcf(station, step, is_explicit=step <= EXPLICIT_STEP)
     idle = [f"{model.name}: self_contact of its fingers" for model in scenario.models if model.self_contact]
     return found._replace(left_out=[*found.left_out, *idle])
 
@@ -106,24 +108,25 @@ class Pair(NamedTuple):
     surfaces: tuple[Surface, Surface]
 
 
-def station_mjcf(station: Station, time_step: float | None = None, listed: Collection[str] = ()) -> Mjcf:
+def station_mjcf(station: Station, step: float, listed: Collection[str] = (), is_explicit: bool = False) -> Mjcf:
     """A station of rigid bodies, whose fingers touch at points and not themselves, as MJCF; see `to_mjcf`.
 
     Args:
         station: made with contact at points.
-        time_step: s; None: that of the scenario.
+        step: s.
         listed: names of models that touch others in pairs only, so that a contact can be changed.
+        is_explicit: the integrator is implicitfast, and not discrete.
     """
-    return _Writer(station, time_step or station.scenario.plant_config.time_step or EXPLICIT_STEP, listed).write()
+    return _Writer(station, step, listed, is_explicit).write()
 
 
 class _Writer:
     """Writes one station."""
 
-    def __init__(self, station: Station, step: float, listed: Collection[str]):
+    def __init__(self, station: Station, step: float, listed: Collection[str], is_explicit: bool):
         self._listed, self._pairs = listed, list[Pair]()
         self._station, self._scenario, self._plant = station, station.scenario, station.plant
-        self._step, self._is_explicit = step, step <= EXPLICIT_STEP
+        self._step, self._is_explicit = step, is_explicit
         self._inspector: SceneGraphInspector = station.parts.scene_graph.model_inspector()
         self._context = self._plant.CreateDefaultContext()
         self._positions = self._plant.GetPositions(self._context)
