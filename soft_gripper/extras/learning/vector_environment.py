@@ -173,7 +173,9 @@ class _Stations:
         variations = [self._variation(each) for each in drawn]
         plant, points = self._station.plant, self._station.scenario.contact_points
         exported = [self._exported[i] for i in rows]
-        models = [varied(*each[:2], plant, of, points) for each, of in zip(exported, variations, strict=True)]
+        models = [
+            varied(each.model, each.file, plant, of, points) for each, of in zip(exported, variations, strict=True)
+        ]
         begins = np.array([begin(plant, of) for of in variations])
         self._plants.reset(rows, models, begins)
         self._actions[rows] = self.resting
