@@ -203,7 +203,8 @@ class _Stations:
         self._network.give("action", self._actions)
         before = self.observed
         every, per_force = round(self._period / self._plant_step), max(1, round(PERIOD / self._plant_step))
-        for i in range(round(self._config.time_step / self._plant_step)):
+        steps = round(self._config.time_step / self._plant_step)
+        for i in range(steps):
             self._network.drive(i * self._plant_step)
             self._plants.begin_step()
             if i % per_force == 0:
@@ -212,7 +213,7 @@ class _Stations:
                 self._network.sample()
             else:
                 self._network.update_drive()
-            self._plants.finish_step()
+            self._plants.finish_step(senses=i == steps - 1)
         self._look_at_forces()
         self._steps += 1
         self.observed = self._network.read("observation")

@@ -68,8 +68,8 @@ class Plants(Protocol):
     def begin_step(self) -> None:
         """Steps as far as is needed to know what follows from the states."""
 
-    def finish_step(self) -> None:
-        """Steps to the end of a step of Drake's plant."""
+    def finish_step(self, senses: bool = False) -> None:
+        """Steps to the end of a step of Drake's plant, where contacts are known if it `senses`."""
 
     def model_ports(self, model: ModelInstanceIndex) -> Mapping[str, Callable[[], Array]]:
         """The output ports of a model, by what follows its name: what computes them."""
