@@ -18,7 +18,7 @@ from pydrake.multibody.tree import Joint, JointActuator, ModelInstanceIndex
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.extras.export.actuation import arm_actuators
-from soft_gripper.extras.export.mjcf import EXPLICIT_STEP, Mjcf, station_mjcf
+from soft_gripper.extras.export.mjcf import Mjcf, station_mjcf
 from soft_gripper.extras.export.tree import scoped_name
 from soft_gripper.extras.mujoco_engine.blocks import Rows
 from soft_gripper.extras.mujoco_engine.touching import TouchSensors
@@ -128,9 +128,7 @@ def in_mujoco(
     """
     import mujoco
 
-    # By the state at the begin of a step, objects turn less in the gripper that carries them; but one that fingers drag
-    # along a table is pressed 8 to 15 % otherwise in steps of 1.25 ms than in half of them.
-    found = station_mjcf(station, step, listed, is_explicit=station.task is not None and step <= EXPLICIT_STEP)
+    found = station_mjcf(station, step, listed)
     root = ET.fromstring(found.text)
     arm = {scoped_name(actuator.joint) for actuator in arm_actuators(station)}
     for part in ("tendon", "keyframe"):
