@@ -39,6 +39,7 @@ from soft_gripper.diagrams.wiring.drive import chambers_turn
 from soft_gripper.errors import InputError
 from soft_gripper.extras.export.actuation import ArmActuator, Commands, arm_actuators, chamber_names, make_commands
 from soft_gripper.extras.export.mjcf_contact import Surface, contacts
+from soft_gripper.extras.export.reach import extent, is_beyond, reaches
 from soft_gripper.extras.export.tree import (
     SOFT,
     axis_of,
@@ -138,6 +139,7 @@ class _Writer:
         self._meshes: dict[str, Path] = {}
         self._geoms: dict[GeometryId, ET.Element] = {}
         self._children = joints_below(self._plant)
+        self._reaches = reaches(self._plant, self._children)
         self._springs = dict(springs(station.fingers))
         self._left_out = [*left_out(station), *self._approximations()]
         driven = {each.joint.index(): (each.stiffness, each.damping) for each in arm_actuators(station)}
@@ -273,6 +275,13 @@ class _Writer:
             for one, other in self._inspector.GetCollisionCandidates()
             if one in numbers and other in numbers
         )
+        fixed = {number for number, body in enumerate(bodies) if self._reaches[body.index()].radius == 0.0}
+        candidates = [
+            (one, other)
+            for one, other in candidates
+            if not (one in fixed and self._is_beyond(other, one))
+            and not (other in fixed and self._is_beyond(one, other))
+        ]
         near = neighbors(self._plant)
         filtered = {(one, other) for one, other in candidates if bodies[other].index() in near[bodies[one].index()]}
         surfaces, models = (
@@ -288,6 +297,16 @@ class _Writer:
             names = {"name": name, "geom1": elements[one].attrib["name"], "geom2": elements[other].attrib["name"]}
             ET.SubElement(contact, "pair", names | settings)
             self._pairs.append(Pair(name, (models[one], models[other]), (surfaces[one], surfaces[other])))
+
+    def _is_beyond(self, number: int, fixed: int) -> bool:
+        """Whether a shape can never touch a fixed one."""
+        geometries, inspector = list(self._geoms), self._inspector
+        (shape, X_BG), (other, X_BF) = (
+            (inspector.GetShape(geometries[i]), inspector.GetPoseInFrame(geometries[i])) for i in (number, fixed)
+        )
+        ball = self._reaches[self._body_of(geometries[number]).index()]
+        X_WF = self._body_of(geometries[fixed]).EvalPoseInWorld(self._context) @ X_BF
+        return is_beyond(ball, extent(shape, X_BG), other, X_WF)
 
     def _surfaces(self) -> list[Surface]:
         """The surfaces of all shapes."""
