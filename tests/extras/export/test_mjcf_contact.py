@@ -123,7 +123,7 @@ def test_shapes_that_touch_the_same_share_a_bit():
 
 
 @pytest.mark.parametrize("name", ["box_grasp", "bottle_grasp"])
-def test_every_candidate_of_drake_touches_in_mujoco_and_nothing_else(name):
+def test_every_candidate_of_drake_that_can_touches_in_mujoco_and_nothing_else(name):
     mujoco = pytest.importorskip("mujoco")
     scenario = load_scenario(name)
     exported = to_mjcf(scenario, 0.002)
@@ -132,7 +132,11 @@ def test_every_candidate_of_drake_touches_in_mujoco_and_nothing_else(name):
     )
     wanted = drake_candidates(scenario)
     assert sum(wanted.values()) > 8 * model.npair > 0
-    assert touching_in(model) == wanted
+    found = touching_in(model)
+    beyond = {pair: count for pair, count in wanted.items() if pair not in found}
+    assert found | beyond == wanted
+    # Fingers that hang above the table, see test_reach.
+    assert all("finger_link" in one and other == "table::top" for one, other in beyond)
 
 
 def drake_candidates(scenario):
