@@ -39,6 +39,7 @@ from soft_gripper.diagrams.wiring.drive import chambers_turn
 from soft_gripper.errors import InputError
 from soft_gripper.extras.export.actuation import ArmActuator, Commands, arm_actuators, chamber_names, make_commands
 from soft_gripper.extras.export.mjcf_contact import Surface, contacts
+from soft_gripper.extras.export.reach import extent, is_beyond, reaches
 from soft_gripper.extras.export.tree import (
     SOFT,
     axis_of,
@@ -93,7 +94,8 @@ def to_mjcf(scenario: Scenario, time_step: float | None = None) -> Mjcf:
         if is_deformable(model.mesh):
             raise InputError("export", "models", model.name, SOFT)
     models = [replace(model, self_contact=False) for model in scenario.models]
-    found = station_mjcf(make_station(replace(scenario, models=models, contact="points")), time_step)
+    step = time_step or scenario.plant_config.time_step or EXPLICIT_STEP
+    found = station_mjcf(make_station(replace(scenario, models=models, contact="points")), step, step <= EXPLICIT_STEP)
     idle = [f"{model.name}: self_contact of its fingers" for model in scenario.models if model.self_contact]
     return found._replace(left_out=[*found.left_out, *idle])
 
@@ -106,24 +108,26 @@ class Pair(NamedTuple):
     surfaces: tuple[Surface, Surface]
 
 
-def station_mjcf(station: Station, time_step: float | None = None, listed: Collection[str] = ()) -> Mjcf:
+def station_mjcf(station: Station, time_step: float, is_explicit: bool, listed: Collection[str] = ()) -> Mjcf:
     """A station of rigid bodies, whose fingers touch at points and not themselves, as MJCF; see `to_mjcf`.
 
     Args:
         station: made with contact at points.
-        time_step: s; None: that of the scenario.
+        time_step: s.
+        is_explicit: for the integrator implicitfast, whose springs pull as they are at the begin of a step; otherwise
+            for discrete, which older versions of MuJoCo and other engines do not have.
         listed: names of models that touch others in pairs only, so that a contact can be changed.
     """
-    return _Writer(station, time_step or station.scenario.plant_config.time_step or EXPLICIT_STEP, listed).write()
+    return _Writer(station, time_step, is_explicit, listed).write()
 
 
 class _Writer:
     """Writes one station."""
 
-    def __init__(self, station: Station, step: float, listed: Collection[str]):
+    def __init__(self, station: Station, step: float, is_explicit: bool, listed: Collection[str]):
         self._listed, self._pairs = listed, list[Pair]()
         self._station, self._scenario, self._plant = station, station.scenario, station.plant
-        self._step, self._is_explicit = step, step <= EXPLICIT_STEP
+        self._step, self._is_explicit = step, is_explicit
         self._inspector: SceneGraphInspector = station.parts.scene_graph.model_inspector()
         self._context = self._plant.CreateDefaultContext()
         self._positions = self._plant.GetPositions(self._context)
@@ -135,6 +139,7 @@ class _Writer:
         self._meshes: dict[str, Path] = {}
         self._geoms: dict[GeometryId, ET.Element] = {}
         self._children = joints_below(self._plant)
+        self._reaches = reaches(self._plant, self._children)
         self._springs = dict(springs(station.fingers))
         self._left_out = [*left_out(station), *self._approximations()]
         driven = {each.joint.index(): (each.stiffness, each.damping) for each in arm_actuators(station)}
@@ -270,6 +275,13 @@ class _Writer:
             for one, other in self._inspector.GetCollisionCandidates()
             if one in numbers and other in numbers
         )
+        fixed = {number for number, body in enumerate(bodies) if self._reaches[body.index()].radius == 0.0}
+        candidates = [
+            (one, other)
+            for one, other in candidates
+            if not (one in fixed and self._is_beyond(other, one))
+            and not (other in fixed and self._is_beyond(one, other))
+        ]
         near = neighbors(self._plant)
         filtered = {(one, other) for one, other in candidates if bodies[other].index() in near[bodies[one].index()]}
         surfaces, models = (
@@ -277,7 +289,7 @@ class _Writer:
             [self._plant.GetModelInstanceName(body.model_instance()) for body in bodies],
         )
         listed = {number for number, model in enumerate(models) if model in self._listed}
-        found = contacts(surfaces, candidates, filtered, self._scenario.contact_points, listed)
+        found = contacts(surfaces, candidates, filtered, self._scenario.contact_points, self._step, listed)
         for element, settings in zip(elements, found.geoms, strict=True):
             element.attrib.update(settings)
         for (one, other), settings in found.pairs.items():
@@ -285,6 +297,16 @@ class _Writer:
             names = {"name": name, "geom1": elements[one].attrib["name"], "geom2": elements[other].attrib["name"]}
             ET.SubElement(contact, "pair", names | settings)
             self._pairs.append(Pair(name, (models[one], models[other]), (surfaces[one], surfaces[other])))
+
+    def _is_beyond(self, number: int, fixed: int) -> bool:
+        """Whether a shape can never touch a fixed one."""
+        geometries, inspector = list(self._geoms), self._inspector
+        (shape, X_BG), (other, X_BF) = (
+            (inspector.GetShape(geometries[i]), inspector.GetPoseInFrame(geometries[i])) for i in (number, fixed)
+        )
+        ball = self._reaches[self._body_of(geometries[number]).index()]
+        X_WF = self._body_of(geometries[fixed]).EvalPoseInWorld(self._context) @ X_BF
+        return is_beyond(ball, extent(shape, X_BG), other, X_WF)
 
     def _surfaces(self) -> list[Surface]:
         """The surfaces of all shapes."""

@@ -15,6 +15,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 from pydrake.math import RigidTransform
+from pydrake.systems.primitives import MatrixGain
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.station_parts import Station
@@ -31,11 +32,12 @@ from soft_gripper.extras.learning.station import (
     resting_action,
 )
 from soft_gripper.extras.learning.tasks import Judgement, grasp_judgement, pick_place_judgement
-from soft_gripper.extras.mujoco_engine.blocks import Rows
+from soft_gripper.extras.mujoco_engine.blocks import Rows, together
 from soft_gripper.extras.mujoco_engine.network import Network
 from soft_gripper.extras.mujoco_engine.plants import Exported, Plants, in_mujoco
 from soft_gripper.extras.mujoco_engine.variation import Variation, begin, varied
 from soft_gripper.scenario.schema import Scenario
+from soft_gripper.sensors.sensor_block import SensorBlock
 
 # s, of MuJoCo: forces and heights are within 1 % of those in Drake.
 LONGEST_STEP = 0.005
@@ -73,16 +75,9 @@ class SoftGripperVectorEnv(VectorEnv[Any, Any, Any]):
             expected = "handles no object; use vectorization_mode='async', whose environments are simulated in Drake"
             raise InputError("vector environment", "environment", environment, expected)
         self.num_envs, self.metadata = num_envs, {"autoreset_mode": AutoresetMode.NEXT_STEP}
-        slots = [np.arange(first, num_envs, config.variation.grippers) for first in range(config.variation.grippers)]
-        scenario = replace(self.environment.scenario, engine="mujoco")
-        self._grippers = [
-            _Gripper(config, varied_fingers(scenario, config.variation, number), of_gripper, threads)
-            for number, of_gripper in enumerate(slots)
-            if len(of_gripper)
-        ]
-        first = self._grippers[0]
-        self.single_action_space = Box(-1.0, 1.0, (len(first.resting),), np.float32)
-        self.single_observation_space = Box(-LARGEST, LARGEST, (first.observe().shape[1],), np.float32)
+        self._stations = _Stations(config, replace(self.environment.scenario, engine="mujoco"), num_envs, threads)
+        self.single_action_space = Box(-1.0, 1.0, (len(self._stations.resting),), np.float32)
+        self.single_observation_space = Box(-LARGEST, LARGEST, (self._stations.observed.shape[1],), np.float32)
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self._random = [np_random(None)[0] for _ in range(num_envs)]
@@ -96,10 +91,9 @@ class SoftGripperVectorEnv(VectorEnv[Any, Any, Any]):
         for i, own in enumerate(seeds or ()):
             if own is not None:
                 self._random[i] = np_random(own)[0]
-        for gripper in self._grippers:
-            gripper.begin(np.arange(len(gripper.slots)), [self._random[i] for i in gripper.slots])
+        self._stations.begin(np.arange(self.num_envs), self._random)
         self._over[:] = False
-        return self._observations(), {}
+        return self._stations.observed.astype(np.float32), {}
 
     def step(
         self, actions: Any
@@ -112,59 +106,53 @@ class SoftGripperVectorEnv(VectorEnv[Any, Any, Any]):
         given, shape = np.asarray(actions, dtype=float), self.action_space.shape
         if given.shape != shape or not np.isfinite(given).all():
             raise InputError("step", "actions", actions, f"give finite numbers of shape {shape}, from -1 to 1")
-        reward, ends = np.zeros(self.num_envs), np.zeros((2, self.num_envs), bool)  # terminated, truncated
-        begun, info = self._over.copy(), dict[str, Any]()
-        for gripper in self._grippers:
-            own = gripper.slots
-            anew = np.flatnonzero(begun[own])
-            judged = gripper.step(np.clip(given[own], -1.0, 1.0), anew, [self._random[i] for i in own[anew]])
-            reward[own], ends[0, own] = judged.reward, judged.terminated
-            ends[1, own] = gripper.is_late | judged.info["diverged"]
-            for name, values in judged.info.items():
-                info.setdefault(name, np.zeros((self.num_envs, *values.shape[1:]), values.dtype))[own] = values
-        reward[begun], ends[:, begun] = 0.0, False
-        info |= {f"_{name}": ~begun for name in info}
-        self._over = ends.any(axis=0)
-        return self._observations(), reward, ends[0], ends[1], info
-
-    def _observations(self) -> NDArray[np.float32]:
-        found = np.empty(self.observation_space.shape or (), np.float32)
-        for gripper in self._grippers:
-            found[gripper.slots] = gripper.observe()
-        return found
+        begun, stations = self._over.copy(), self._stations
+        anew = np.flatnonzero(begun)
+        judged = stations.step(np.clip(given, -1.0, 1.0), anew, [self._random[i] for i in anew])
+        reward = np.where(begun, 0.0, judged.reward)
+        terminated, truncated = judged.terminated & ~begun, (stations.is_late | judged.info["diverged"]) & ~begun
+        info = {**judged.info, **{f"_{name}": ~begun for name in judged.info}}
+        self._over = terminated | truncated
+        return stations.observed.astype(np.float32), reward, terminated, truncated, info
 
 
-class _Gripper:
-    """The environments of one of the grippers."""
+class _Stations:
+    """The stations of all environments, in which grippers take turns."""
 
-    def __init__(self, config: EnvironmentConfig, scenario: Scenario, slots: Rows, threads: int):
-        """`slots` are the numbers of its environments among all."""
-        self.slots, self._config = slots, config
-        self._learning = learning = make_learning_station(config, scenario, composed=False)
-        self._station = station = _station_of(learning)
-        self._period, self._plant_step = scenario.sensor.period, station.plant.time_step()
+    def __init__(self, config: EnvironmentConfig, scenario: Scenario, count: int, threads: int):
+        self._config = config
+        grippers = [varied_fingers(scenario, config.variation, i) for i in range(min(count, config.variation.grippers))]
+        learning = [make_learning_station(config, gripper, composed=False) for gripper in grippers]
+        stations = [*map(_station_of, learning)]
+        self._learning, self._station = learning[0], stations[0]
+        self._period, self._plant_step = scenario.sensor.period, self._station.plant.time_step()
         self._check(scenario)
         substeps = np.ceil(self._plant_step / LONGEST_STEP - 1e-9)
         handled = config.grasp or config.pick_place
         assert handled is not None
-        assert learning.object is not None
-        self._name, self._body = handled.object, learning.object
-        self._exported: Exported = in_mujoco(station, self._plant_step / float(substeps), [self._name], {})
-        models = [self._exported.model] * len(slots)
-        begins = np.tile(begin(station.plant, Variation()), (len(slots), 1))
-        self._plants = Plants(station, self._exported.touching, models, begins, threads)
-        functions = {Observation: lambda block: block.observe}
-        self._network = Network([station] * len(slots), self._plants, None, ["observation"], functions)
-        self.resting = resting_action(config.action, home(learning.parts))
-        self._actions = np.tile(self.resting, (len(slots), 1))
+        assert self._learning.object is not None
+        self._name, self._body = handled.object, self._learning.object
+        exported = [in_mujoco(each, self._plant_step / float(substeps), [self._name], {}) for each in stations]
+        turns = np.arange(count) % len(stations)
+        self._exported: list[Exported] = [exported[i] for i in turns]
+        begins = np.tile(begin(self._station.plant, Variation()), (count, 1))
+        models = [each.model for each in self._exported]
+        self._plants = Plants(self._station, exported[0].touching, models, begins, threads)
+        functions = {Observation: lambda block: lambda *signals: block.observe(together(*signals))}
+        # The neutral axis of a finger, and so what drives and strains it, depends on its modulus.
+        differing = (MatrixGain, SensorBlock) if len(stations) > 1 else ()
+        wired = [stations[i] for i in turns]
+        self._network = Network(wired, self._plants, None, ["observation"], functions, differing)
+        self.resting = resting_action(config.action, home(self._learning.parts))
+        self._actions = np.tile(self.resting, (count, 1))
         self._network.give("action", self._actions)
         self._network.begin()
         self._place = self._body.floating_positions_start() + 4
-        self._steps = np.zeros(len(slots), int)  # of the episodes
-        self._begins, self._goals = begins[:, self._place : self._place + 3], np.zeros(len(slots))
-        self._force = np.zeros((len(slots), len(station.fingers)))
-        self._peak = np.zeros(len(slots))
-        self._observed = self._network.read("observation")
+        self._steps = np.zeros(count, int)  # of the episodes
+        self._begins, self._goals = begins[:, self._place : self._place + 3], np.zeros(count)
+        self._force = np.zeros((count, len(self._station.fingers)))
+        self._peak = np.zeros(count)
+        self.observed = self._network.read("observation")  # (E, k)
 
     def _check(self, scenario: Scenario) -> None:
         for name, of in (("plant_config.time_step", self._plant_step), ("sensor.period", self._period)):
@@ -177,10 +165,6 @@ class _Gripper:
         """Which episodes have lasted as long as they may."""
         return self._steps * self._config.time_step > self._config.duration - 1e-9
 
-    def observe(self) -> Array:
-        """The observations, (E, k)."""
-        return self._observed
-
     def begin(self, rows: Rows, random: Sequence[np.random.Generator]) -> None:
         """Begins episodes in some environments, whose random numbers are given."""
         if not len(rows):
@@ -188,7 +172,10 @@ class _Gripper:
         drawn = [draw(each, self._config.variation) for each in random]
         variations = [self._variation(each) for each in drawn]
         plant, points = self._station.plant, self._station.scenario.contact_points
-        models = [varied(self._exported.model, self._exported.file, plant, of, points) for of in variations]
+        exported = [self._exported[i] for i in rows]
+        models = [
+            varied(each.model, each.file, plant, of, points) for each, of in zip(exported, variations, strict=True)
+        ]
         begins = np.array([begin(plant, of) for of in variations])
         self._plants.reset(rows, models, begins)
         self._actions[rows] = self.resting
@@ -200,7 +187,7 @@ class _Gripper:
             least, most = self._config.pick_place.goal
             self._goals[rows] = [each.uniform(least, most) for each in random]
             self._network.give("goal", self._goals[:, None])
-        self._observed = self._network.read("observation")
+        self.observed = self._network.read("observation")
 
     def _variation(self, drawn: Draw) -> Variation:
         name, X_WO = self._name, self._station.plant.GetDefaultFloatingBaseBodyPose(self._body)
@@ -214,9 +201,10 @@ class _Gripper:
         """Applies actions, (E, n), for a time step; those environments that end an episode begin another instead."""
         self._actions[:] = actions
         self._network.give("action", self._actions)
-        before = self._observed
+        before = self.observed
         every, per_force = round(self._period / self._plant_step), max(1, round(PERIOD / self._plant_step))
-        for i in range(round(self._config.time_step / self._plant_step)):
+        steps = round(self._config.time_step / self._plant_step)
+        for i in range(steps):
             self._network.drive(i * self._plant_step)
             self._plants.begin_step()
             if i % per_force == 0:
@@ -225,15 +213,15 @@ class _Gripper:
                 self._network.sample()
             else:
                 self._network.update_drive()
-            self._plants.finish_step()
+            self._plants.finish_step(senses=i == steps - 1)
         self._look_at_forces()
         self._steps += 1
-        self._observed = self._network.read("observation")
+        self.observed = self._network.read("observation")
         diverged = ~np.isfinite(self._plants.state).all(axis=1)
         judged = self._judged()
         judged.info["diverged"] = diverged
         if diverged.any():
-            self._observed[diverged] = before[diverged]
+            self.observed[diverged] = before[diverged]
             judged = judged._replace(
                 reward=np.where(diverged, 0.0, judged.reward), terminated=judged.terminated & ~diverged
             )
@@ -253,10 +241,10 @@ class _Gripper:
         """The force on each finger along the normals of its contacts, (E, F) N, and the largest so far."""
         rows, begins = self._plants.patches()
         count = len(self._station.fingers)
-        environment = np.repeat(np.arange(len(self.slots)), np.diff(begins))
+        environment = np.repeat(np.arange(len(self._steps)), np.diff(begins))
         pressed = np.abs((rows[:, 10:13] * rows[:, 7:10]).sum(axis=1))
         cell = environment * count + rows[:, 0].astype(int)
-        self._force = np.bincount(cell, pressed, len(self.slots) * count).reshape(-1, count)
+        self._force = np.bincount(cell, pressed, len(self._steps) * count).reshape(-1, count)
         self._peak = np.maximum(self._peak, self._force.max(axis=1))
 
 

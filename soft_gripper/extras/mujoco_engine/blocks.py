@@ -295,6 +295,64 @@ def _of(read: Read, environment: int) -> Read:
     return one
 
 
+class Several:
+    """A block that differs between diagrams: one for all environments of each."""
+
+    def __init__(self, parts: Sequence[tuple[Block, Rows]]):
+        """The blocks, and the environments of each."""
+        self.period, self._parts = parts[0][0].period, parts
+        self._count = sum(len(own) for _, own in parts)
+
+    def forget(self) -> None:
+        """Forgets what followed from the inputs."""
+        for block, _ in self._parts:
+            if isinstance(block, Functions | OneByOne):
+                block.forget()
+
+    def clear(self, rows: Rows) -> None:
+        """See Block."""
+        for block, own in self._parts:
+            block.clear(_places(rows, own))
+
+    def begin(self, read: Read, rows: Rows) -> None:
+        """See Block."""
+        for block, own in self._parts:
+            block.begin(_among(read, own), _places(rows, own))
+
+    def output(self, number: int, read: Read, time: float) -> Array:
+        """See Block."""
+        found = [block.output(number, _among(read, own), time) for block, own in self._parts]
+        values = np.empty((self._count, found[0].shape[1]))
+        for value, (_, own) in zip(found, self._parts, strict=True):
+            values[own] = value
+        return values
+
+    def advance(self, read: Read, time: float, active: Rows) -> None:
+        """See Block."""
+        for block, own in self._parts:
+            block.advance(_among(read, own), time, _places(active, own))
+
+    def commit(self) -> None:
+        """See Block."""
+        for block, _ in self._parts:
+            block.commit()
+
+
+def _places(rows: Rows, own: Rows) -> Rows:
+    """Where some environments are among others."""
+    return np.flatnonzero(np.isin(own, rows))
+
+
+def _among(read: Read, own: Rows) -> Read:
+    """The inputs of some environments."""
+
+    def some(number: int) -> Array:
+        value = read(number)
+        return value if len(value) == 1 else value[own]
+
+    return some
+
+
 class Controllers:
     """A SampledPidController for each environment."""
 
@@ -543,7 +601,8 @@ def _same(value: Array) -> Array:
     return value
 
 
-def _together(*values: Array) -> Array:
+def together(*values: Array) -> Array:
+    """Values side by side, (E, size), of which some may be the same in all environments, (1, size)."""
     count = max(map(len, values))
     return np.concatenate([np.broadcast_to(value, (count, value.shape[1])) for value in values], axis=1)
 
@@ -589,7 +648,7 @@ FUNCTIONS: Functional = {
     GripperOpening: _opening,
     LowSelector: lambda block: _lower,
     MatrixGain: _gain,
-    Multiplexer: lambda block: _together,
+    Multiplexer: lambda block: together,
     PassThrough: lambda block: _same,
     Saturation: _limits,
 }

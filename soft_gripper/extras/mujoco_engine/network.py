@@ -37,6 +37,7 @@ from soft_gripper.extras.mujoco_engine.blocks import (
     OneByOne,
     Parts,
     Rows,
+    Several,
     Sliding,
     Stateless,
     Streams,
@@ -67,8 +68,8 @@ class Plants(Protocol):
     def begin_step(self) -> None:
         """Steps as far as is needed to know what follows from the states."""
 
-    def finish_step(self) -> None:
-        """Steps to the end of a step of Drake's plant."""
+    def finish_step(self, senses: bool = False) -> None:
+        """Steps to the end of a step of Drake's plant, where contacts are known if it `senses`."""
 
     def model_ports(self, model: ModelInstanceIndex) -> Mapping[str, Callable[[], Array]]:
         """The output ports of a model, by what follows its name: what computes them."""
@@ -113,6 +114,7 @@ class Network:
         logs: SignalLogs | None = None,
         outputs: Collection[str] = (),
         functions: Functional = MappingProxyType({}),
+        differing: tuple[type[LeafSystem], ...] = (),
     ):
         """
         Args:
@@ -121,13 +123,13 @@ class Network:
             logs: of the first diagram; None: nothing is logged.
             outputs: of the diagram, which are read.
             functions: what further kinds of blocks without a state compute, as of `FUNCTIONS`.
+            differing: kinds of blocks, other than tasks, of which each diagram has its own.
         """
         self._functions = {**FUNCTIONS, **functions}
         self._first, self.plants, self.count, self._wired = wired[0], plants, len(wired), wired
         diagram = self._first.diagram
         self._root = Level(diagram.connection_map())
-        parts = diagram.GetSystems()
-        self._levels = {leaf: level for part in parts for leaf, level in leaf_systems(part, self._root)}
+        self._levels, self._differing = _levels(diagram), differing
         self._given = dict(_given(diagram))
         self._feeds: dict[Key, list[Output | None]] = {}
         self._blocks: dict[Key, Block] = {}
@@ -181,7 +183,9 @@ class Network:
                 continue
             inputs = range(leaf.num_input_ports())
             self._feeds[leaf] = [self._source(leaf, i, self._levels[leaf]) for i in inputs]
-            self._blocks[leaf] = self._made(leaf)
+            alike = self._alike(leaf) if isinstance(leaf, self._differing) else {}
+            parts = [(self._made(each, len(own)), own) for each, own in alike.items()]
+            self._blocks[leaf] = Several(parts) if parts else self._made(leaf, self.count)
             pending += [fed[0] for fed in self._feeds[leaf] if fed is not None]
 
     def _is_shared(self, leaf: Key) -> bool:
@@ -191,8 +195,15 @@ class Network:
         fed = (self._source(leaf, i, self._levels[leaf]) for i in range(leaf.num_input_ports()))
         return all(source is not None and self._is_shared(source[0]) for source in fed)
 
-    def _made(self, leaf: LeafSystem) -> Block:
-        count = self.count
+    def _alike(self, leaf: LeafSystem) -> dict[LeafSystem, Rows]:
+        """What a block of the first diagram is in each, all of one structure, and the environments of that."""
+        number = list(self._levels).index(leaf)
+        found: dict[Diagram, list[int]] = {}
+        for row, each in enumerate(self._wired):
+            found.setdefault(each.diagram, []).append(row)
+        return {[*_levels(diagram)][number]: np.array(rows) for diagram, rows in found.items()}
+
+    def _made(self, leaf: LeafSystem, count: int) -> Block:
         functions = self._functions
         function = next((functions[kind] for kind in type(leaf).__mro__ if kind in functions), None)
         if function is not None:
@@ -360,7 +371,7 @@ class Network:
         """Blocks of functions keep what they have computed until they are told to forget it."""
         for leaf in leaves:
             block = self._blocks[leaf]
-            if isinstance(block, Functions | OneByOne | Controllers):
+            if isinstance(block, Functions | OneByOne | Controllers | Several):
                 block.forget()
 
     def _advance(self, leaves: Sequence[Key]) -> None:
@@ -389,6 +400,12 @@ class Network:
         for leaf, block in self._blocks.items():
             if isinstance(block, Streams) and not isinstance(leaf, str):
                 block.give(drawn[leaf.get_name()], rows)
+
+
+def _levels(diagram: Diagram) -> dict[LeafSystem, Level]:
+    """The leaf systems of a diagram, and where they are."""
+    root = Level(diagram.connection_map())
+    return {leaf: level for part in diagram.GetSystems() for leaf, level in leaf_systems(part, root)}
 
 
 def _given(diagram: Diagram) -> Iterator[tuple[tuple[System, int], str]]:

@@ -22,6 +22,7 @@ from soft_gripper.extras.export.mjcf import Mjcf, station_mjcf
 from soft_gripper.extras.export.tree import scoped_name
 from soft_gripper.extras.mujoco_engine.blocks import Rows
 from soft_gripper.extras.mujoco_engine.touching import TouchSensors
+from soft_gripper.fingers.spatial_chain import vector_product
 
 if TYPE_CHECKING:  # it is optional
     import mujoco
@@ -79,8 +80,8 @@ def _starts(joint: Any) -> tuple[int, int]:
 def _rotated(quaternion: Array, vector: Array) -> Array:
     """Vectors (E, 3) turned by unit quaternions [w, x, y, z], (E, 4)."""
     w, axis = quaternion[:, :1], quaternion[:, 1:]
-    across = np.cross(axis, vector)
-    return vector + 2 * (w * across + np.cross(axis, across))
+    across = vector_product(axis, vector)
+    return vector + 2 * (w * across + vector_product(axis, across))
 
 
 def _value(model: "mujoco.MjModel", name: str) -> Array:
@@ -95,6 +96,7 @@ def actuators(plant: MultibodyPlant, model: ModelInstanceIndex) -> list[JointAct
 
 
 _NOTHING = 0  # mjSTAGE_NONE: nothing is computed
+_SENSORS = 1 << 13  # mjDSBL_SENSOR
 
 
 class _Arm(NamedTuple):
@@ -126,7 +128,8 @@ def in_mujoco(
     """
     import mujoco
 
-    found = station_mjcf(station, step, listed)
+    # The integrator implicitfast lets slender links that touch chatter, in steps of 0.5 ms too.
+    found = station_mjcf(station, step, False, listed)
     root = ET.fromstring(found.text)
     arm = {scoped_name(actuator.joint) for actuator in arm_actuators(station)}
     for part in ("tendon", "keyframe"):
@@ -138,7 +141,9 @@ def in_mujoco(
     touching.add_to(root)
     assets = {f"meshes/{name}": path.read_bytes() for name, path in found.meshes.items()}
     model = mujoco.MjModel.from_xml_string(ET.tostring(root, encoding="unicode"), assets)
-    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET  # a diverged state is reported, not replaced
+    disabled = mujoco.mjtDisableBit
+    model.opt.disableflags |= disabled.mjDSBL_AUTORESET  # a diverged state is reported, not replaced
+    model.opt.disableflags |= disabled.mjDSBL_ISLAND  # objects that do not touch each other are few: it takes longer
     touching.bind(model)
     return Exported(model, found, touching)
 
@@ -181,6 +186,7 @@ class Plants:
             self._set_models(np.arange(len(models)), models)
         else:
             self.batch.set_models(models)
+        self._flags = self.batch.expand("opt.disableflags") if of_one_file else None
         self._qpos, self._qvel = self.batch.bind("qpos"), self.batch.bind("qvel")
         self._applied, self._ctrl = self.batch.bind("qfrc_applied"), self.batch.bind("ctrl")
         self._contact, self._driven = self.batch.bind("qfrc_constraint"), self.batch.bind("qfrc_actuator")
@@ -240,14 +246,22 @@ class Plants:
 
         What follows from a state is then that of the state before.
         """
+        self._sense(True)
         self.batch.step(self.active, 1)
 
-    def finish_step(self) -> None:
-        """Makes the other steps."""
+    def finish_step(self, senses: bool = False) -> None:
+        """Makes the other steps; contacts are those in the first, or, if it `senses`, those in the last."""
+        self._sense(senses)
         for substeps in np.unique(self._substeps):
             alike = self.active[self._substeps[self.active] == substeps]
             if substeps > 1 and len(alike):
                 self.batch.step(alike, int(substeps) - 1)
+
+    def _sense(self, senses: bool) -> None:
+        """Lets sensors of contact be computed or not, which takes a tenth of a step."""
+        if self._flags is not None:
+            flags = int(self._model.opt.disableflags)
+            self._flags[:] = flags if senses else flags | _SENSORS
 
     def look(self) -> None:
         """Takes the states as they are now."""

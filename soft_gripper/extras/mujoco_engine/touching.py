@@ -15,6 +15,7 @@ from pydrake.geometry import GeometryId
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.station_parts import Station
+from soft_gripper.fingers.spatial_chain import vector_product
 from soft_gripper.truth.contact import COLUMNS, NO_OBJECT, TrueContact
 
 if TYPE_CHECKING:  # it is optional
@@ -93,7 +94,7 @@ class TouchSensors:
         of_link = np.array([(each.finger, each.link, each.begin) for each in self.links])
         rows[:, :3], rows[:, 3] = of_link[link], 1.0
         rows[:, 4:7], rows[:, 7:10] = found[:, _PLACE], found[:, _NORMAL]
-        rows[:, 10:13], rows[:, 13:16] = (-_in_world(found, part) for part in (_FORCE, _TORQUE))
+        rows[:, 10:13], rows[:, 13:16] = np.moveaxis(-_wrenches(found), 1, 0)
         body = self._bodies[link]
         X_WL = np.concatenate([xmat[environment, body].reshape(-1, 3, 3), xpos[environment, body][:, :, None]], axis=2)
         rows[:, 16:28] = X_WL.reshape(-1, 12)
@@ -110,6 +111,8 @@ class TouchSensors:
             place: of the contact, (P, 3) m.
         """
         is_of_all = other == len(self.objects)
+        if not self.objects:
+            return is_of_all
         total, with_object = (
             np.bincount(cell[which], minlength=cell.max(initial=-1) + 1) for which in (is_of_all, ~is_of_all)
         )
@@ -121,10 +124,12 @@ class TouchSensors:
         return kept
 
 
-def _in_world(found: Array, part: slice) -> Array:
-    """A force or torque of contacts on what a link touches, from the frames of the contacts, (P, 3)."""
-    normal, tangent, local = found[:, _NORMAL], found[:, _TANGENT], found[:, part]
-    return local[:, :1] * normal + local[:, 1:2] * tangent + local[:, 2:] * np.cross(normal, tangent)
+def _wrenches(found: Array) -> Array:
+    """Forces and torques of contacts on what a link touches, in the world, (P, 2, 3)."""
+    normal, tangent = found[:, _NORMAL], found[:, _TANGENT]
+    frames = np.stack([normal, tangent, vector_product(normal, tangent)], axis=1)
+    local = np.stack([found[:, _FORCE], found[:, _TORQUE]], axis=1)
+    return np.asarray(local @ frames)
 
 
 def _body(station: Station, geometry: GeometryId) -> str:

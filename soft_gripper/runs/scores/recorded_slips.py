@@ -9,6 +9,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.scene import first_body
 from soft_gripper.diagrams.station_parts import Station
+from soft_gripper.fingers.spatial_chain import vector_product
 from soft_gripper.runs.scores.grasp import NAN, GraspSignals, slip_ratio
 from soft_gripper.runs.scores.recorded_grasps import (
     OfObject,
@@ -17,7 +18,7 @@ from soft_gripper.runs.scores.recorded_grasps import (
     judged_samples,
     objects_of,
 )
-from soft_gripper.runs.scores.slip import grip_at, recorded_poses
+from soft_gripper.runs.scores.slip import link_poses, nearest_link, pose_matrices
 from soft_gripper.runs.scores.slipping import (
     RESTS,
     WILL_HOLD,
@@ -134,14 +135,24 @@ def sliding_speeds(station: Station, recording: Recording, held: str, samples: N
         return speeds
     body, states = first_body(plant, held), recording["plant.state"].values[samples]
     centers = np.stack([recording[f"{each.name}.contact_center"].values[samples] for each in station.fingers], axis=1)
-    for i, X_WO in enumerate(recorded_poses(recording, held, samples)):
-        plant.SetPositionsAndVelocities(context, states[i])
-        V_WO = body.EvalSpatialVelocityInWorld(context)
-        for j in np.flatnonzero(np.isfinite(centers[i]).all(axis=1)):
-            p_WC = centers[i, j]
-            link = grip_at(context, station.fingers[j], X_WO, p_WC).link
-            X_WL, V_WL = link.EvalPoseInWorld(context), link.EvalSpatialVelocityInWorld(context)
-            v_WOc = V_WO.Shift(p_WC - X_WO.translation()).translational()
-            v_WLc = V_WL.Shift(p_WC - X_WL.translation()).translational()
-            speeds[i, j] = np.linalg.norm(v_WOc - v_WLc)
+    p_WO = pose_matrices(recording, held, samples)[..., 3]
+    for j, finger in enumerate(station.fingers):
+        rows = np.flatnonzero(np.isfinite(centers[:, j]).all(axis=1))
+        X_WL, V = np.empty((len(rows), len(finger.links), 3, 4)), np.empty((2, len(rows), 6))
+        for i, row in enumerate(rows):
+            plant.SetPositionsAndVelocities(context, states[row])
+            X_WL[i] = link_poses(context, finger)
+        p_WC = centers[rows, j]
+        nearest, _ = nearest_link(finger, X_WL, p_WC)
+        for i, row in enumerate(rows):
+            plant.SetPositionsAndVelocities(context, states[row])
+            moving = body, finger.links[nearest[i]]
+            V[:, i] = [each.EvalSpatialVelocityInWorld(context).get_coeffs() for each in moving]
+        p_WL = X_WL[np.arange(len(rows)), nearest, :, 3]
+        speeds[rows, j] = np.linalg.norm(_at(V[0], p_WC - p_WO[rows]) - _at(V[1], p_WC - p_WL), axis=1)
     return speeds
+
+
+def _at(V: Array, p: Array) -> Array:
+    """Velocities at points, (K, 3) m/s, from spatial velocities [angular, linear] at origins p away, (K, 6)."""
+    return np.asarray(V[:, 3:] + vector_product(V[:, :3], p))

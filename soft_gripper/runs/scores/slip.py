@@ -96,11 +96,24 @@ def recorded_poses(recording: Recording, name: str, samples: Sequence[int] | NDA
 
 def grip_at(context: Context, finger: PlantFinger, X_WO: RigidTransform, p_WC: Array) -> Grip:
     """The grip of a finger on an object at a point in the world, on the link with the nearest centre."""
-    X_WL = np.array([link.EvalPoseInWorld(context).GetAsMatrix34() for link in finger.links])
-    points = ((p_WC - X_WL[..., 3])[:, None] @ X_WL[..., :3])[:, 0]
+    nearest, on_link = nearest_link(finger, link_poses(context, finger), p_WC)
+    return Grip(finger.links[int(nearest)], on_link, X_WO.inverse() @ p_WC)
+
+
+def link_poses(context: Context, finger: PlantFinger) -> Array:
+    """Poses of the L links of a finger in the world, (L, 3, 4) [R | p]."""
+    return np.array([link.EvalPoseInWorld(context).GetAsMatrix34() for link in finger.links])
+
+
+def nearest_link(finger: PlantFinger, X_WL: Array, p_WC: Array) -> tuple[NDArray[np.int_], Array]:
+    """The number of the link whose centre is nearest to a point, (...), and the point in its frame, (..., 3) m.
+
+    `X_WL` are the poses of all links, (..., L, 3, 4), and `p_WC` the point in the world, (..., 3) m.
+    """
+    points = ((p_WC[..., None, :] - X_WL[..., 3])[..., None, :] @ X_WL[..., :3])[..., 0, :]
     middles = np.diff(finger.finger.link_ends) / 2
-    nearest = int(np.argmin(np.linalg.norm(points - np.outer(middles, [0.0, 0.0, 1.0]), axis=1)))
-    return Grip(finger.links[nearest], points[nearest], X_WO.inverse() @ p_WC)
+    nearest = np.argmin(np.linalg.norm(points - np.outer(middles, [0.0, 0.0, 1.0]), axis=-1), axis=-1)
+    return nearest, np.take_along_axis(points, nearest[..., None, None], axis=-2)[..., 0, :]
 
 
 def shift(context: Context, grip: Grip, X_WO: RigidTransform) -> Array:

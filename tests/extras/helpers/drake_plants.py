@@ -50,7 +50,7 @@ class DrakePlants:
                 self._ports[name, model] = of(model).Eval(self._context)[None].copy()
         self._poses = plant.get_body_poses_output_port().Eval(self._context)
 
-    def finish_step(self):
+    def finish_step(self, senses=False):
         self._steps += 1  # a sum of steps would drift off the times at which the plant steps
         self._simulator.AdvanceTo(self._steps * self._plant.time_step())
 

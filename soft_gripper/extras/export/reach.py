@@ -1,0 +1,86 @@
+"""Which shapes can never touch a fixed one, however the joints of their bodies move."""
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from pydrake.geometry import Box, Capsule, Cylinder, HalfSpace, Shape, Sphere
+from pydrake.math import RigidTransform
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import BodyIndex, Joint, PrismaticJoint, RevoluteJoint, WeldJoint
+
+from soft_gripper.arrays import Array
+
+_MARGIN = 0.01  # m; MuJoCo's limits of joints are soft
+
+
+class Ball(NamedTuple):
+    """Where the origin of a body can be."""
+
+    center: Array  # (3,) m in the world
+    radius: float  # m; infinite for a free body, 0 for one that is fixed
+
+
+def reaches(plant: MultibodyPlant, children: Mapping[BodyIndex, Sequence[Joint]]) -> dict[BodyIndex, Ball]:
+    """Where the origins of all bodies can be; `children` are the joints below each body."""
+    world = plant.world_body()
+    found, pending, context = {world.index(): Ball(np.zeros(3), 0.0)}, [world], plant.CreateDefaultContext()
+    while pending:
+        parent = pending.pop()
+        for joint in children.get(parent.index(), ()):
+            body, pivot = joint.child_body(), joint.frame_on_parent()
+            center, radius = found[parent.index()]
+            if plant.IsAnchored(parent):
+                center = pivot.CalcPoseInWorld(context).translation()
+            else:
+                radius += _length(pivot.GetFixedPoseInBodyFrame())
+            radius += _travel(joint) + _length(joint.frame_on_child().GetFixedPoseInBodyFrame())
+            if plant.IsAnchored(body):
+                center, radius = body.EvalPoseInWorld(context).translation(), 0.0
+            found[body.index()] = Ball(center, radius)
+            pending.append(body)
+    return found
+
+
+def _length(X: RigidTransform) -> float:
+    return float(np.linalg.norm(X.translation()))
+
+
+def _travel(joint: Joint) -> float:
+    """How far a joint can move the origin of its frame, m."""
+    if isinstance(joint, RevoluteJoint | WeldJoint):
+        return 0.0
+    if isinstance(joint, PrismaticJoint):
+        return float(max(abs(joint.position_lower_limit()), abs(joint.position_upper_limit())))
+    return np.inf
+
+
+def extent(shape: Shape, X_BG: RigidTransform) -> float:
+    """Distance of the farthest point of a shape from the origin of its body, m, at most."""
+    return _length(X_BG) + _radius(shape)
+
+
+def _radius(shape: Shape) -> float:
+    if isinstance(shape, Sphere):
+        return float(shape.radius())
+    if isinstance(shape, Box):
+        return float(np.linalg.norm(shape.size()) / 2)
+    if isinstance(shape, Capsule):
+        return float(shape.radius() + shape.length() / 2)
+    if isinstance(shape, Cylinder):
+        return float(np.hypot(shape.radius(), shape.length() / 2))
+    return np.inf
+
+
+def is_beyond(ball: Ball, extent: float, fixed: Shape, X_WG: RigidTransform) -> bool:
+    """Whether a shape, of this extent on a body that stays in a ball, is always off a fixed shape."""
+    return _distance(fixed, X_WG.inverse() @ ball.center) > ball.radius + extent + _MARGIN
+
+
+def _distance(shape: Shape, p_GQ: Array) -> float:
+    """Distance of a point from a box or a half space, m; 0 from other shapes."""
+    if isinstance(shape, HalfSpace):
+        return float(p_GQ[2])
+    if isinstance(shape, Box):
+        return float(np.linalg.norm(np.maximum(np.abs(p_GQ) - shape.size() / 2, 0.0)))
+    return 0.0

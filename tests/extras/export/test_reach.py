@@ -1,0 +1,57 @@
+"""Shapes that can never touch a fixed one."""
+
+import re
+
+import numpy as np
+import pytest
+from pydrake.geometry import Box
+from pydrake.math import RigidTransform
+
+from soft_gripper.diagrams.station import make_private_station
+from soft_gripper.extras.export.mjcf import station_mjcf
+from soft_gripper.extras.export.reach import Ball, is_beyond, reaches
+from soft_gripper.extras.export.tree import joints_below
+from soft_gripper.scenario.scenario_file import changed_scenario
+
+
+def station(name, changes=None):
+    return make_private_station(changed_scenario(name, {"contact": "points"} | (changes or {})))
+
+
+@pytest.mark.parametrize("name", ["box_grasp", "pick_and_place_box"])
+def test_no_joint_moves_a_body_out_of_its_ball(name):
+    plant = station(name).plant
+    balls, context, random = reaches(plant, joints_below(plant)), plant.CreateDefaultContext(), np.random.default_rng(0)
+    begin = plant.GetPositions(context)
+    least, most = (np.clip(each, -3, 3) for each in (plant.GetPositionLowerLimits(), plant.GetPositionUpperLimits()))
+    off = np.full(plant.num_bodies(), -np.inf)
+    for _ in range(40):
+        q = random.uniform(least, most)
+        for body in map(plant.get_body, plant.GetFloatingBaseBodies()):
+            first = body.floating_positions_start()
+            q[first : first + 7] = begin[first : first + 7]
+        plant.SetPositions(context, q)
+        for index, ball in balls.items():
+            place = plant.get_body(index).EvalPoseInWorld(context).translation()
+            off[int(index)] = max(off[int(index)], np.linalg.norm(place - ball.center) - ball.radius)
+    assert off.max() < 1e-9
+    assert np.isfinite(off).sum() > 26  # not all bodies are free
+
+
+def test_a_hanging_gripper_touches_the_table_only_where_it_can_reach_it():
+    def names(changes):
+        text = station_mjcf(station("box_grasp", changes), 0.005, is_explicit=False).text
+        return [line for line in text.splitlines() if "<pair" in line and "table" in line and "link" in line]
+
+    assert not names({})
+    low = names({"models.gripper.X_PC.translation.2": 0.16, "models.box.X_PC.translation.0": 0.3})
+    links = {int(re.search(r"link_(\d+)", line).group(1)) for line in low}
+    assert max(links) == 12
+    assert 0 < min(links) < 12
+
+
+def test_a_shape_is_beyond_a_box_by_its_distance():
+    box, X = Box(1.0, 1.0, 0.1), RigidTransform([0.0, 0.0, -0.05])
+    assert is_beyond(Ball(np.array([0.3, 0.3, 0.2]), 0.15), 0.03, box, X)
+    assert not is_beyond(Ball(np.array([0.3, 0.3, 0.2]), 0.17), 0.03, box, X)
+    assert not is_beyond(Ball(np.zeros(3), np.inf), 0.03, box, X)
