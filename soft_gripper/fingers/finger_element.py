@@ -238,7 +238,11 @@ class _Reader:
         return tuple(map(CreepBranch, shares, times))
 
     def pressure_law(self) -> PressureLaw | None:
-        return None if self.element.find("pressure_law") is None else PressureLaw(*self.columns("pressure_law"))
+        child = self.element.find("pressure_law")
+        if child is None:
+            return None
+        names = [name for name in _CHILDREN["pressure_law"] if name != "stiffness_taken" or child.get(name) is not None]
+        return PressureLaw(*(self.numbers("pressure_law", name) for name in names))
 
     def tip_load(self) -> TipLoad | None:
         if self.element.find("tip_load") is None:

@@ -10,10 +10,9 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput, MatrixGain
 
 from soft_gripper.diagrams.wiring.estimation import FingerEstimation
-from soft_gripper.estimators.driving_torque import DrivingTorque, internal_angles, recorded_driving
+from soft_gripper.estimators.driving_torque import DrivingTorque, driving_torque, later_bend, recorded_driving
 from soft_gripper.estimators.named_estimators import SHAPE_FUNCTIONS, find_estimator
 from soft_gripper.estimators.uncertainty import Uncertainty
-from soft_gripper.fingers.creep import memory_torque
 from soft_gripper.fingers.finger_parts import CreepBranch, PressureLaw
 from soft_gripper.fingers.kinematics import gravity_torque, in_space
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
@@ -130,13 +129,13 @@ def pressed(finger, samples=120):
     """A finger that bends, is pressed after a third of the time, and creeps: joint angles and pressure."""
     pressure = PRESSURE * np.minimum(np.arange(samples) / 30, 1.0)
     force = 0.6 * np.clip((np.arange(samples) - samples / 3) / 20, 0.0, 1.0)
-    q, z, angles = np.zeros(finger.segments), np.zeros((len(finger.creep), finger.segments)), []
+    q, bend, angles = np.zeros(finger.segments), np.zeros((len(finger.creep) + 1, finger.segments)), []
     for p, f in zip(pressure, force, strict=True):
-        known = finger.pressure_torque(p) + memory_torque(finger, z, p)
+        known = driving_torque(finger, p, bend)
         for _ in range(20):
             q = finger.angle(known + torque_of(finger, q, Push(0.09, f)) + gravity_torque(finger, q, IN_PLANE))
         angles.append(q)
-        z = internal_angles(finger, z, q, p, PERIOD)
+        bend = later_bend(finger, bend, q, p, PERIOD)
     return np.array(angles), pressure
 
 

@@ -13,7 +13,6 @@ from scipy.optimize import least_squares
 
 from soft_gripper.arrays import Array
 from soft_gripper.errors import SimulationDivergedError
-from soft_gripper.estimators.driving_torque import driving_torque, internal_angles
 from soft_gripper.estimators.estimate import ShapeEstimate
 from soft_gripper.estimators.named_estimators import estimator_function
 from soft_gripper.estimators.uncertainty import Uncertainty
@@ -39,6 +38,7 @@ from soft_gripper.extras.hardware.replay.arm_estimation import (
 )
 from soft_gripper.extras.hardware.replay.geometry_band import body_band
 from soft_gripper.extras.hardware.replay.held_out import Fitted, fit_arm
+from soft_gripper.fingers.creep import advance, memory_torque
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import TipLoad
 from soft_gripper.fingers.kinematics import as_points, forward_kinematics, gravity_torque, in_space, rotated
@@ -238,8 +238,10 @@ def _crept(finger: Finger, pressures: Array, period: float) -> Array:
     q: Array = np.zeros(finger.segments)
     z: Array = np.zeros((len(finger.creep), finger.segments))
     for row, pressure in zip(found, pressures, strict=True):
-        q = finger.angle(driving_torque(finger, pressure, z) + gravity_torque(finger, q, np.array(abs(_DOWN))))
-        z = internal_angles(finger, z, q, pressure, period)
+        driving = finger.pressure_torque(pressure) + memory_torque(finger, z, pressure)
+        q = finger.angle(driving + gravity_torque(finger, q, np.array(abs(_DOWN))), pressure)
+        held = q / finger.softening(pressure)
+        z = advance(finger.creep, z, held, held, period)
         row[:] = q
     return found
 
