@@ -288,26 +288,34 @@ class _Pulled:
 
 
 def _markers(model: Model, states: SettledStates) -> Array:
-    """Predicted markers in B, (T, M, 3) m.
+    """Predicted markers in B, (T, M, 3) m; where the finger finds no balance, those of the row before.
 
     Raises:
-        SimulationDivergedError: if the finger finds no balance in a row.
+        SimulationDivergedError: if the finger finds no balance in any row.
     """
     markers = predicted_markers(model.finger, states, resting_positions(model, states))[0]
-    if not np.isfinite(markers).all():
+    found = np.isfinite(markers).all(axis=(1, 2))
+    if not found.any():
         raise SimulationDivergedError("the finger finds no shape in balance with its tendons")
-    return markers
+    last = np.maximum.accumulate(np.where(found, np.arange(len(found)), found.argmax()))
+    held: Array = markers[last]
+    return held
 
 
-def _balance(body: _Pulled, keys: Sequence[str], train: Sequence[Recorded], every: int = 1) -> Predict:
-    """Markers predicted by a model whose keys are fitted to every so many rows of the training set."""
+def _balance(
+    body: _Pulled, keys: Sequence[str], train: Sequence[Recorded], every: int = 1, load: float = 0.0
+) -> Predict:
+    """Markers predicted by a model whose keys are fitted to every so many rows of the training set, under a load, kg.
+
+    Of a test it does not know the load, and takes that of the training set.
+    """
     fitted = [Recorded(recorded.inputs[::every], recorded.outputs[::every]) for recorded in train]
-    states = [body.states(recorded.inputs, recorded.outputs) for recorded in fitted]
+    states = [body.states(recorded.inputs, recorded.outputs, load) for recorded in fitted]
     model, base = body.fitted(keys, states)
 
     def mean(inputs: Array) -> Array:
         unseen = np.zeros((len(inputs), states[0].markers[0].size))
-        found: Array = _markers(model, body.states(inputs, unseen)) @ axes_of(body.description).T + base
+        found: Array = _markers(model, body.states(inputs, unseen, load)) @ axes_of(body.description).T + base
         return found.reshape(len(inputs), -1)
 
     return _with_training_errors(mean, fitted)
@@ -323,18 +331,31 @@ def tendons_tip(task: Question, train: Sequence[Recorded]) -> Predict:
 
 
 _TENDONS = ("youngs_modulus", "tendon.lever", "tendon.angle", "tendon.slack", "tendon.stiffness")
-_OF_SHAPE, _OF_LOAD = 120, 240  # of so many rows of the training set one is fitted
+_SHAPES = 100  # how many rows of the training set are fitted
+_OF_LOAD = 240  # of so many rows of the training set one is fitted
 _WEIGHED, _WINDOW = 10, 300  # of so many rows one is weighed; the last so many of them count: 30 s
 
 
-def _trunk() -> _Pulled:
-    motors = tuple(f"phi{motor}" for motor in range(1, 7))
-    return _Pulled(_finger("soft_trunk"), load_description("soft_trunk"), motors)
+def _trunk(description: str = "soft_trunk", motor: str = "phi") -> _Pulled:
+    motors = tuple(f"{motor}{number}" for number in range(1, 7))
+    return _Pulled(_finger(description), load_description(description), motors)
 
 
 def trunk_shape(task: Question, train: Sequence[Recorded]) -> Predict:
     """The balance of the trunk's springs, tendons and weight, as `identify` fits it."""
-    return _balance(_trunk(), _TENDONS, train, _OF_SHAPE)
+    return _balance(_trunk(), _TENDONS, train, _every_shape(train))
+
+
+_TRAINED_LOAD = 0.2  # kg, at the tip of the trunk with other motors
+
+
+def trunk_dc_shape(task: Question, train: Sequence[Recorded]) -> Predict:
+    """The same with other motors and a load, but without the delay of its description, which looks ahead."""
+    return _balance(_trunk("trunk_dc", "u"), _TENDONS, train, _every_shape(train), _TRAINED_LOAD)
+
+
+def _every_shape(train: Sequence[Recorded]) -> int:
+    return max(sum(len(recorded.inputs) for recorded in train) // _SHAPES, 1)
 
 
 def trunk_load(task: Question, train: Sequence[Recorded]) -> Predict:
