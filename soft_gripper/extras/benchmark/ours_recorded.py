@@ -229,7 +229,17 @@ def segment_tip(task: Question, train: Sequence[Recorded]) -> Predict:
     bounds = free.bounds
     start = np.clip(free.start, *bounds)
     model = free.at(least_squares(errors, start, bounds=bounds, x_scale=free.scales, diff_step=1e-3).x).finger
-    return _with_training_errors(lambda inputs: mean(model, inputs), train)
+    by_pressure = sorted(train, key=lambda recorded: float(recorded.inputs.max()))
+    pressures = [float(recorded.inputs.max()) for recorded in by_pressure]
+    away = [mean(model, recorded.inputs) - recorded.outputs for recorded in by_pressure]
+    stds = np.array([np.sqrt((of**2).mean(axis=0)) for of in away])
+
+    def with_band(inputs: Array) -> tuple[Array, Array]:
+        """Errors grow with the pressure: the band is that of the highest so far, between those of the training set."""
+        highest = np.maximum.accumulate(inputs[:, 0])
+        return mean(model, inputs), np.stack([np.interp(highest, pressures, std) for std in stds.T], axis=-1)
+
+    return with_band
 
 
 def _crept(finger: Finger, pressures: Array, period: float) -> Array:
