@@ -6,7 +6,7 @@ What a creeping finger remembers (`fingers.creep`), and what pressure takes of t
 (`fingers.taken_stiffness`), follow from how it was bent, as far as that is estimated: by the estimate of the sample
 before, held for a period. So an estimate asks for what drives the finger, this for the estimates before, and there is
 no loop. Where no angle is estimated they stay as they are: a sensor that fails for a few samples leaves no trace, and a
-finger that is not seen is taken to rest.
+finger that is not seen is taken to rest. Before the first estimate it is taken to bend freely, and not to have crept.
 
 Leading axes are free; T samples, B branches of creep, N joints. A bend is the B internal angles and, last, the joint
 angles, (..., B + 1, N) rad.
@@ -24,6 +24,7 @@ from soft_gripper.estimators.recorded_inputs import recorded_inputs
 from soft_gripper.fingers.creep import advance, memory_torque
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import SLIDES
+from soft_gripper.fingers.statics import free_bending_angles
 from soft_gripper.fingers.taken_stiffness import taken_torque
 
 DRIVING_TORQUE = "driving_torque"
@@ -59,7 +60,22 @@ def driving_torque(finger: Finger, pressure: Array, bend: Array) -> Array:
 
 def torque_of_bend(finger: Finger, pressure: Array | float, bend: Array) -> Array:
     """The part of the driving torque that a bend, (..., B + 1, N) rad, has at a pressure, (...) Pa; (..., N) N m."""
-    return taken_torque(finger, bend[..., -1, :], pressure) + memory_torque(finger, bend[..., :-1, :], pressure)
+    memory = memory_torque(finger, bend[..., :-1, :], pressure)
+    if not finger.takes_stiffness:
+        return memory
+    q = bend[..., -1, :]
+    return memory + taken_torque(finger, np.where(np.isnan(q), free_bending_angles(finger, pressure), q), pressure)
+
+
+def unknown_bend(finger: Finger, shape: Sequence[int] = ()) -> Array:
+    """The bend before anything is estimated, (*shape, B + 1, N) rad: nothing crept, and joint angles not known.
+
+    For these, the finger is taken to bend freely: from straight, an estimator of a finger near ballooning would take
+    what pressure takes of its stiffness for a load, and might not come back.
+    """
+    bend: Array = np.zeros((*shape, len(finger.creep) + 1, finger.segments))
+    bend[..., -1, :] = np.nan
+    return bend
 
 
 def depends_on_bend(finger: Finger) -> bool:
@@ -68,15 +84,15 @@ def depends_on_bend(finger: Finger) -> bool:
 
 
 def driving_torques(finger: Finger, q: Array, pressure: Array, period: float) -> Array:
-    """The driving torque at every sample of a recording, (T, ..., N) N m; the finger begins straight.
+    """The driving torque at every sample of a recording, (T, ..., N) N m.
 
     Args:
-        finger: the nominal one.
+        finger: the nominal one; nothing of it has crept.
         q: joint angles, (T, ..., N) rad, each held for a period.
         pressure: in the chamber, (T, ...) Pa, likewise.
         period: of the samples, s.
     """
-    torques, bend = np.zeros_like(q), np.zeros((*q.shape[1:-1], len(finger.creep) + 1, q.shape[-1]))
+    torques, bend = np.zeros_like(q), unknown_bend(finger, q.shape[1:-1])
     for i, (angles, inside) in enumerate(zip(q, pressure, strict=True)):
         torques[i] = driving_torque(finger, inside, bend)
         bend = later_bend(finger, bend, angles, inside, period)
@@ -131,7 +147,7 @@ class DrivingTorque(ArrayBlock):
     """
 
     def __init__(self, finger: Finger, period: float, others: Sequence[str] = ()):
-        """The nominal finger; it begins straight. `others` are further ways in which it is driven, beside bending."""
+        """The nominal finger; nothing of it has crept. `others` are further ways in which it is driven, beside bending."""
         bends = depends_on_bend(finger)
         super().__init__(period if bends else None)
         joints, sizes = finger.segments, {"pressure": finger.pressures, "tension": len(finger.tendons)}
@@ -152,7 +168,7 @@ class DrivingTorque(ArrayBlock):
             self.take(ANGLES, joints)
             self.remember(
                 *("bend", lambda bend: bend),
-                begin=np.zeros((len(finger.creep) + 1, joints)),
+                begin=unknown_bend(finger),
                 keep=lambda bend, q, *pressure: later_bend(
                     finger, bend, q, _pressure_of_law(finger, *pressure), period
                 ),
