@@ -63,8 +63,9 @@ def torque_of_bend(finger: Finger, pressure: Array | float, bend: Array) -> Arra
     memory = memory_torque(finger, bend[..., :-1, :], pressure)
     if not finger.takes_stiffness:
         return memory
-    q = bend[..., -1, :]
-    return memory + taken_torque(finger, np.where(np.isnan(q), free_bending_angles(finger, pressure), q), pressure)
+    q, free = bend[..., -1, :], free_bending_angles(finger, np.asarray(pressure))
+    torque: Array = memory + taken_torque(finger, np.where(np.isnan(q), free, q), pressure)
+    return torque
 
 
 def unknown_bend(finger: Finger, shape: Sequence[int] = ()) -> Array:
@@ -147,7 +148,7 @@ class DrivingTorque(ArrayBlock):
     """
 
     def __init__(self, finger: Finger, period: float, others: Sequence[str] = ()):
-        """The nominal finger; nothing of it has crept. `others` are further ways in which it is driven, beside bending."""
+        """The nominal finger; nothing of it has crept. `others` are further ways in which it is driven."""
         bends = depends_on_bend(finger)
         super().__init__(period if bends else None)
         joints, sizes = finger.segments, {"pressure": finger.pressures, "tension": len(finger.tendons)}
