@@ -7,7 +7,7 @@ from pydrake.systems.framework import DiagramBuilder, InputPort
 from soft_gripper.diagrams.arm import add_arm_control, add_home, make_arm
 from soft_gripper.diagrams.station_parts import StationParts
 from soft_gripper.diagrams.task_plan import add_task, add_tool_target
-from soft_gripper.diagrams.wiring.drive import Drive, add_steps, check_steps
+from soft_gripper.diagrams.wiring.drive import Drive, add_steps, check_steps, check_stiffness
 from soft_gripper.diagrams.wiring.external import add_external_drive, add_external_joints, add_external_opening
 from soft_gripper.diagrams.wiring.grip_control import Supply, add_grip_control, add_set_points
 from soft_gripper.diagrams.wiring.plant_signals import describe_arm_state
@@ -27,6 +27,7 @@ def add_drive_commands(builder: DiagramBuilder, station: StationParts, drive: Dr
     drives = {"pressure": drive.supplied, "tendons": drive.pulled}
     for part, commands in drives.items():
         check_steps(part, steps[part], commands)
+    check_stiffness(station.fingers, scenario.pressure)
     if "pressure" in scenario.external:
         for commands in drives.values():
             station.leave_open(add_external_drive(builder, commands))

@@ -19,11 +19,12 @@ from pydrake.trajectories import PiecewisePolynomial
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.wiring.named_wires import Ports
 from soft_gripper.errors import InputError, meant
-from soft_gripper.fingers.creep import CreepTorque, PressureSoftening, Softened
+from soft_gripper.fingers.creep import CreepTorque, PressureSoftening, Softened, shares
 from soft_gripper.fingers.path_drive import BentChambers, TendonDrive
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.fingers.pressure_drive import PressureDrive, lag, pressure_torque_map
 from soft_gripper.fingers.statics import elastic_law_block
+from soft_gripper.fingers.taken_stiffness import TakenStiffness
 from soft_gripper.run_begin import RunBegin
 from soft_gripper.scenario.schema import PressureConfig, TendonConfig
 from soft_gripper.signals import describe
@@ -67,8 +68,9 @@ def add_pressure_drive(
     Args:
         builder: builder of a diagram with the fingers' plant. A finger with tendons gets a `{finger}.tendons`, one
             whose chambers run aslant or twist a `{finger}.bent_chambers`, one with an elastic law a
-            `{finger}.elastic_law`, one that creeps a `{finger}.creep`; with a pressure law, this is between
-            `{finger}.unsoftened` and `{finger}.softened`, which `{finger}.softening` feeds.
+            `{finger}.elastic_law`, one of whose stiffness pressure takes a part a `{finger}.taken_stiffness`, one that
+            creeps a `{finger}.creep`; where a chamber widens, this is between `{finger}.unsoftened` and
+            `{finger}.softened`, which `{finger}.softening` feeds.
         fingers: fingers in the finalized plant; all those of a model.
         config: the `pressure` part of a scenario, whose limits and lag are used; None: the defaults.
         tendons: the `tendons` part, likewise.
@@ -93,6 +95,8 @@ def add_pressure_drive(
                 torques.append(_add_tendons(builder, finger, tendons, drive))
             if finger.finger.elastic_law is not None:
                 torques.append(_add_elastic_law(builder, finger))
+            if finger.finger.takes_stiffness:
+                torques.append(_add_taken_stiffness(builder, finger, drive.pressures[finger.name]))
             if finger.finger.creep:
                 torques.append(_add_creep(builder, finger, drive.pressures.get(finger.name)))
         if any(finger.has_implicit_springs for finger in driven):
@@ -102,8 +106,8 @@ def add_pressure_drive(
 
 
 def _check_leaks(fingers: Sequence[PlantFinger], config: PressureConfig) -> None:
-    """Raises an InputError if a finger that leaks is not known, or its chambers turn with it."""
-    known = [finger.name for finger in fingers if finger.finger.pressures and not chambers_turn(finger)]
+    """Raises an InputError if a finger that leaks is not known, or its pressure acts by its shape."""
+    known = [finger.name for finger in fingers if finger.finger.pressures and not _acts_by_shape(finger)]
     for name, share in config.leaks.items():
         if name not in (*known, COMMON):
             raise InputError("pressure.leaks", name, share, f"no such finger that can leak; {meant(name, known)}")
@@ -130,6 +134,11 @@ def _add_chambers(
         describe(pressure, "Pa", **finger.finger.chamber_axis)
     bent = [_add_bent_chambers(builder, finger, drive) for finger in driven if chambers_turn(finger)]
     return [block.GetOutputPort("actuation"), *bent]
+
+
+def _acts_by_shape(finger: PlantFinger) -> bool:
+    """Whether the torque of a pressure depends on the shape of a finger, by the pressure that its sensor reads."""
+    return chambers_turn(finger) or finger.finger.takes_stiffness
 
 
 def chambers_turn(finger: PlantFinger) -> bool:
@@ -232,12 +241,20 @@ def _add_elastic_law(builder: DiagramBuilder, finger: PlantFinger) -> OutputPort
     return spread.get_output_port()
 
 
+def _add_taken_stiffness(builder: DiagramBuilder, finger: PlantFinger, pressure: OutputPort) -> OutputPort:
+    """The torque of what pressure takes of the stiffness of the finger, as actuation of its model."""
+    taken = builder.AddNamedSystem(f"{finger.name}.taken_stiffness", TakenStiffness(finger))
+    builder.Connect(finger.plant.get_state_output_port(), taken.GetInputPort("state"))
+    builder.Connect(pressure, taken.GetInputPort("pressure"))
+    return taken.GetOutputPort("actuation")
+
+
 def _add_creep(builder: DiagramBuilder, finger: PlantFinger, pressure: OutputPort | None) -> OutputPort:
     """The creep (memory) torque of the finger, as actuation of its model."""
     creep, state = CreepTorque(finger), finger.plant.get_state_output_port()
     builder.AddNamedSystem(f"{finger.name}.creep", creep)
     law = finger.finger.pressure_law
-    if law is None or pressure is None:
+    if law is None or pressure is None or not law.widens:
         builder.Connect(state, creep.get_input_port())
         return creep.get_output_port()
     softening = builder.AddNamedSystem(f"{finger.name}.softening", PressureSoftening(law))
@@ -267,7 +284,19 @@ def _actuate(builder: DiagramBuilder, finger: PlantFinger, torques: Sequence[Out
     return describe(total.get_output_port(), "N m", actuator=actuators)
 
 
+def check_stiffness(fingers: Sequence[PlantFinger], config: PressureConfig) -> None:
+    """Raises an InputError if the supply could take all the stiffness of a finger that has crept: it would balloon."""
+    pressures = np.linspace(config.minimum, config.maximum, _LEVELS)
+    for finger in (each for each in fingers if each.finger.takes_stiffness):
+        remains = 1 - shares(finger.finger).sum() - finger.finger.share_taken(pressures)
+        if remains.min() <= 0:
+            least = pressures[remains <= 0].min()
+            expected = f"pressure_law and creep of finger '{finger.name}' leave no stiffness from {least:.3g} Pa on"
+            raise InputError("pressure", "maximum", config.maximum, f"{expected}: give less, what it was fitted to")
+
+
 COMMON, OF = "all", "::"
+_LEVELS = 1001  # of the pressure
 Steps = Mapping[str, Sequence[float]]
 
 

@@ -1,13 +1,15 @@
 """The driving torque of a finger: the torque at its joints that is known before its sensors are read.
 
-    driving torque = torque of the pressure + memory torque of creep
+    driving torque = torque of the pressure + what pressure takes of the stiffness + memory torque of creep
 
-What a creeping finger remembers (`fingers.creep`) follows from how it was bent, as far as that is estimated: the
-internal angles go by the estimate of the sample before, held for a period. So an estimate asks for what drives the
-finger, this for the estimates before, and there is no loop. Where no angle is estimated they stay as they are: a sensor
-that fails for a few samples leaves no trace, and a finger that is not seen is taken to rest.
+What a creeping finger remembers (`fingers.creep`), and what pressure takes of the stiffness of a bent one
+(`fingers.taken_stiffness`), follow from how it was bent, as far as that is estimated: by the estimate of the sample
+before, held for a period. So an estimate asks for what drives the finger, this for the estimates before, and there is
+no loop. Where no angle is estimated they stay as they are: a sensor that fails for a few samples leaves no trace, and a
+finger that is not seen is taken to rest. Before the first estimate it is taken to bend freely, and not to have crept.
 
-Leading axes are free; T samples, B branches of creep, N joints.
+Leading axes are free; T samples, B branches of creep, N joints. A bend is the B internal angles and, last, the joint
+angles, (..., B + 1, N) rad.
 """
 
 from collections.abc import Callable, Sequence
@@ -22,6 +24,8 @@ from soft_gripper.estimators.recorded_inputs import recorded_inputs
 from soft_gripper.fingers.creep import advance, memory_torque
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import SLIDES
+from soft_gripper.fingers.statics import free_bending_angles
+from soft_gripper.fingers.taken_stiffness import taken_torque
 
 DRIVING_TORQUE = "driving_torque"
 
@@ -34,40 +38,65 @@ def driving_port(way: str) -> str:
 _SETTLED = 1e-7  # N m, convergence tolerance of a driving torque
 
 
-def internal_angles(finger: Finger, z: Array, q: Array, pressure: Array | float, period: float) -> Array:
-    """Internal angles of creep a period later, (..., B, N) rad, by estimated joint angles and a pressure that are held.
+def later_bend(finger: Finger, bend: Array, q: Array, pressure: Array | float, period: float) -> Array:
+    """The bend a period later, (..., B + 1, N) rad, by estimated joint angles and a pressure that are held.
 
     Args:
         finger: the nominal one.
-        z: internal angles, (..., B, N) rad.
-        q: joint angles, (..., N) rad; z of those that are not finite stays.
-        pressure: in the chamber, (...) Pa.
+        bend: (..., B + 1, N) rad.
+        q: joint angles, (..., N) rad; the bend of those that are not finite stays.
+        pressure: in the chamber, (...) Pa; without it the bend stays, if there is a pressure law.
         period: s.
     """
     held = q / finger.softening(pressure)[..., None]
-    later = advance(finger.creep, z, held, held, period)
-    return np.where(np.isfinite(q)[..., None, :], later, z)
+    later = np.concatenate([advance(finger.creep, bend[..., :-1, :], held, held, period), q[..., None, :]], axis=-2)
+    return np.where(np.isfinite(held)[..., None, :], later, bend)
 
 
-def driving_torque(finger: Finger, pressure: Array, z: Array) -> Array:
-    """Torque of a chamber's pressure, (...) Pa, and of internal angles of creep, (..., B, N) rad; (..., N) N m."""
-    torque = finger.pressure_torque(pressure)
-    return torque + memory_torque(finger, z, pressure) if finger.creep else torque
+def driving_torque(finger: Finger, pressure: Array, bend: Array) -> Array:
+    """Torque of a chamber's pressure, (...) Pa, on a finger of some bend, (..., B + 1, N) rad; (..., N) N m."""
+    return finger.pressure_torque(pressure) + torque_of_bend(finger, pressure, bend)
+
+
+def torque_of_bend(finger: Finger, pressure: Array | float, bend: Array) -> Array:
+    """The part of the driving torque that a bend, (..., B + 1, N) rad, has at a pressure, (...) Pa; (..., N) N m."""
+    memory = memory_torque(finger, bend[..., :-1, :], pressure)
+    if not finger.takes_stiffness:
+        return memory
+    q, free = bend[..., -1, :], free_bending_angles(finger, np.asarray(pressure))
+    torque: Array = memory + taken_torque(finger, np.where(np.isnan(q), free, q), pressure)
+    return torque
+
+
+def unknown_bend(finger: Finger, shape: Sequence[int] = ()) -> Array:
+    """The bend before anything is estimated, (*shape, B + 1, N) rad: nothing crept, and joint angles not known.
+
+    For these, the finger is taken to bend freely: from straight, an estimator of a finger near ballooning would take
+    what pressure takes of its stiffness for a load, and might not come back.
+    """
+    bend: Array = np.zeros((*shape, len(finger.creep) + 1, finger.segments))
+    bend[..., -1, :] = np.nan
+    return bend
+
+
+def depends_on_bend(finger: Finger) -> bool:
+    """Whether what drives a finger depends on how it was bent."""
+    return bool(finger.creep) or finger.takes_stiffness
 
 
 def driving_torques(finger: Finger, q: Array, pressure: Array, period: float) -> Array:
-    """The driving torque at every sample of a recording, (T, ..., N) N m; the finger begins straight.
+    """The driving torque at every sample of a recording, (T, ..., N) N m.
 
     Args:
-        finger: the nominal one.
+        finger: the nominal one; nothing of it has crept.
         q: joint angles, (T, ..., N) rad, each held for a period.
         pressure: in the chamber, (T, ...) Pa, likewise.
         period: of the samples, s.
     """
-    torques, z = np.zeros_like(q), np.zeros((*q.shape[1:-1], len(finger.creep), q.shape[-1]))
+    torques, bend = np.zeros_like(q), unknown_bend(finger, q.shape[1:-1])
     for i, (angles, inside) in enumerate(zip(q, pressure, strict=True)):
-        torques[i] = driving_torque(finger, inside, z)
-        z = internal_angles(finger, z, angles, inside, period)
+        torques[i] = driving_torque(finger, inside, bend)
+        bend = later_bend(finger, bend, angles, inside, period)
     return torques
 
 
@@ -82,8 +111,8 @@ def recorded_driving(
 ) -> Array:
     """The driving torque over a recording, N m, (T, ..., N), as DrivingTorque computes it next to an estimator.
 
-    Shape and memory are found by turns, all samples at once. A sample depends on those before it alone, and every turn
-    leaves of an error no more than the shares of the branches, so that this ends.
+    Shape and bend are found by turns, all samples at once. A sample depends on those before it alone, and every turn
+    leaves of an error no more than the shares of creep and of pressure, so that this ends.
 
     Args:
         function: the estimator.
@@ -94,7 +123,7 @@ def recorded_driving(
         period: of the samples, s.
         pull: gravity less the acceleration of the base, likewise; None: the base is at rest.
     """
-    driving, settled = finger.pressure_torque(pressure), not finger.creep
+    driving, settled = finger.pressure_torque(pressure), not depends_on_bend(finger)
     while not settled:
         q, before = function(*recorded_inputs(function, readings, driving, gravity, pull)).q, driving
         driving = driving_torques(finger, q, pressure, period)
@@ -112,14 +141,16 @@ class DrivingTorque(ArrayBlock):
         estimated_joint_angles (N) rad ---> +---------------+
 
     and the torques of `others`, such as `sideways_driving_torque` (N) N m, where an estimator in space takes them.
-    C chambers and T tendons, if there are any; of tendons without friction. Only a finger that creeps has its estimated
-    joint angles for an input, and state. They act from the next sample on, so they may be estimated from this very
-    torque. Give it inputs that are sampled together every `period` s, from time 0, in discrete state.
+    C chambers and T tendons, if there are any; of tendons without friction. Only a finger that creeps, or of whose
+    stiffness pressure takes a part, has its estimated joint angles for an input, and state. They act from the next
+    sample on, so they may be estimated from this very torque. Give it inputs that are sampled together every `period`
+    s, from time 0, in discrete state.
     """
 
     def __init__(self, finger: Finger, period: float, others: Sequence[str] = ()):
-        """The nominal finger; it begins straight. `others` are further ways in which it is driven, beside bending."""
-        super().__init__(period if finger.creep else None)
+        """The nominal finger; nothing of it has crept. `others` are further ways in which it is driven."""
+        bends = depends_on_bend(finger)
+        super().__init__(period if bends else None)
         joints, sizes = finger.segments, {"pressure": finger.pressures, "tension": len(finger.tendons)}
         driving = [kind for kind, size in sizes.items() if size]
         for kind in driving:
@@ -130,30 +161,28 @@ class DrivingTorque(ArrayBlock):
         def of(way: str) -> Callable[..., Array]:
             return lambda *efforts: finger.torque_of_drive(way, *chambers, *efforts)
 
-        def with_memory(*found: Array) -> Array:
-            *efforts, z = found
-            memory = memory_torque(finger, z, _softening_pressure(finger, *efforts))
-            return finger.torque_of_drive("bending", *chambers, *efforts) + memory
+        def with_bend(*found: Array) -> Array:
+            *efforts, bend = found
+            return of("bending")(*efforts) + torque_of_bend(finger, _pressure_of_law(finger, *efforts), bend)
 
-        if finger.creep:
+        if bends:
             self.take(ANGLES, joints)
-            softens = driving[:1] if finger.pressure_law is not None else []
             self.remember(
-                *("internal angles", lambda z: z),
-                begin=np.zeros((len(finger.creep), joints)),
-                keep=lambda z, q, *pressure: internal_angles(
-                    finger, z, q, _softening_pressure(finger, *pressure), period
+                *("bend", lambda bend: bend),
+                begin=unknown_bend(finger),
+                keep=lambda bend, q, *pressure: later_bend(
+                    finger, bend, q, _pressure_of_law(finger, *pressure), period
                 ),
-                kept=(ANGLES, *softens),
+                kept=(ANGLES, *(driving[:1] if finger.pressure_law is not None else [])),
             )
-        torque, memories = (with_memory, ["internal angles"]) if finger.creep else (of("bending"), [])
-        self.put_out(DRIVING_TORQUE, torque, *driving, *memories, unit="N m", joint=range(joints))
+        torque, remembered = (with_bend, ["bend"]) if bends else (of("bending"), [])
+        self.put_out(DRIVING_TORQUE, torque, *driving, *remembered, unit="N m", joint=range(joints))
         for way in others:
             self.put_out(
                 driving_port(way), of(way), *driving, unit="N" if way in SLIDES else "N m", joint=range(joints)
             )
 
 
-def _softening_pressure(finger: Finger, *pressure: Array) -> Array | float:
-    """Pressure that the softening of a finger follows, Pa: that of its one chamber, (..., 1), if it has a law."""
+def _pressure_of_law(finger: Finger, *pressure: Array) -> Array | float:
+    """Pressure that a pressure law goes by, Pa: that of the one chamber of a finger, (..., 1), if it has a law."""
     return 0.0 if finger.pressure_law is None else pressure[0][..., 0]

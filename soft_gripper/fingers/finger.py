@@ -93,6 +93,9 @@ class Finger:
         if np.any(self.joint_law.slopes <= sum(shares) * self.stiffness[:, None]):
             expected = "the creep exceeds the smallest slope of the elastic law: give smaller shares"
             yield "creep.share", shares, expected
+        if self.takes_stiffness and (self.elastic_law or self.pressures != 1 or self.yields != ("bending",)):
+            expected = "leave it out: only a linear finger that bends in its plane alone, by one pressure, has it"
+            yield "pressure_law.stiffness_taken", self.pressure_law and self.pressure_law.stiffness_taken, expected
         yield from self._rigid_misfits()
         yield from self._path_misfits()
 
@@ -276,9 +279,11 @@ class Finger:
         """Elastic restoring torque at joint angles (..., N) rad, N m, (..., N)."""
         return self.stiffness * q if self.elastic_law is None else self.joint_law(q)
 
-    def angle(self, torque: Array) -> Array:
-        """Joint angles at which the elastic torque is `torque`, (..., N) N m -> rad."""
-        return torque / self.stiffness if self.elastic_law is None else self.joint_law.inverse()(torque)
+    def angle(self, torque: Array, pressure: Array | float = 0.0) -> Array:
+        """Joint angles, rad, where the elastic torque that a pressure, (...) Pa, leaves is `torque`, (..., N) N m."""
+        if self.elastic_law is not None:
+            return self.joint_law.inverse()(torque)
+        return torque / (self.stiffness * (1 - self.share_taken(pressure)[..., None]))
 
     @cached_property
     def joint_law(self) -> PiecewiseLinear:
@@ -399,7 +404,7 @@ class Finger:
         return torque if tensions is None else torque + tensions @ self.tension_gains[way]
 
     def effective_pressure(self, pressures: Array) -> Array:
-        """With which the chamber law gives the bend, of every chamber, (..., C) Pa -> (..., C) Pa."""
+        """With which the chamber law gives the torque, of every chamber, (..., C) Pa -> (..., C) Pa."""
         if self.pressure_offset:
             pressures = pressures - self.pressure_offset
         if not any(self.laws):
@@ -408,10 +413,21 @@ class Finger:
         return np.stack([p if law is None else law.softening(p) * p for law, p in each], axis=-1)
 
     def softening(self, pressure: Array | float) -> Array:
-        """Ratio of the bend to that without a pressure law, at pressures (...) Pa, (...)."""
+        """Ratio of the torque to that without a pressure law, at pressures (...) Pa, (...)."""
         if self.pressure_law is None:
             return np.ones(np.shape(pressure))
         return self.pressure_law.softening(pressure - self.pressure_offset)
+
+    @property
+    def takes_stiffness(self) -> bool:
+        """Whether pressure takes a part of its stiffness."""
+        return self.pressure_law is not None and bool(self.pressure_law.stiffness_taken)
+
+    def share_taken(self, pressure: Array | float) -> Array:
+        """The share of the bending stiffness that pressures (...) Pa take, (...)."""
+        if self.pressure_law is None:
+            return np.zeros(np.shape(pressure))
+        return self.pressure_law.share_taken(np.asarray(pressure) - self.pressure_offset)
 
     @cached_property
     def link_ends(self) -> Array:
@@ -493,7 +509,8 @@ class Finger:
         dt^2 (K_explicit - K_implicit) - 2 dt D - 4 M is singular. Where the damping is beta times the stiffness, a mode
         of natural frequency w comes there at dt = beta + sqrt(beta^2 + 4 / w^2). Infinite if no step is too long.
         """
-        steepest = self.stiffnesses | {"bending": self.joint_law.slopes.max(axis=-1)}
+        most = 1.0 if self.pressure_law is None else 1 - min(self.pressure_law.taken.y)  # by which pressure stiffens it
+        steepest = self.stiffnesses | {"bending": most * self.joint_law.slopes.max(axis=-1)}
         joints = np.diag(np.concatenate(list(steepest.values())))
         damping = self.relaxation_time * np.diag(np.concatenate(list(self.stiffnesses.values())))
         stiffness = self._tendon_stiffness(list(steepest)) + (-joints if implicit else joints)

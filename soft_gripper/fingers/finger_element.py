@@ -36,6 +36,8 @@ explains the elements; in addition:
   Mech. 33, 1966: 10 (1 + nu) / (12 + 11 nu)).
 - An elastic law gives torque (N m) against the angle (rad) of one joint, for the number of segments in the file; it
   replaces Young's modulus, which then determines damping, creep and shear only.
+- `stiffness_taken` of `pressure_law` (none: pressure takes nothing) is the share of the stiffness that each pressure
+  takes, of a linear finger that one pressure bends in its plane.
 - Each `chamber` has a pressure of its own, and each `tendon` a tension. x and y (from the middle of the section, as
   `chamber_center`), width and thickness are one number, or one for each station `at` (shares of the length, "0 1" if
   left out), linear between: see `paths`. Chambers replace those of `base` and `tip`. `law_pressure` and
@@ -238,7 +240,11 @@ class _Reader:
         return tuple(map(CreepBranch, shares, times))
 
     def pressure_law(self) -> PressureLaw | None:
-        return None if self.element.find("pressure_law") is None else PressureLaw(*self.columns("pressure_law"))
+        child = self.element.find("pressure_law")
+        if child is None:
+            return None
+        names = [name for name in _CHILDREN["pressure_law"] if name != "stiffness_taken" or child.get(name) is not None]
+        return PressureLaw(*(self.numbers("pressure_law", name) for name in names))
 
     def tip_load(self) -> TipLoad | None:
         if self.element.find("tip_load") is None:

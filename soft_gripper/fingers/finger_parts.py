@@ -36,16 +36,17 @@ def joint_order(yields: Sequence[str], segment: int) -> tuple[str, ...]:
     return ways[::-1] if segment % 2 else ways
 
 
+_PROPORTIONAL = 1e-9
 NO_PRESSURE = 1.0  # Pa, below which the ratio of a pressure law is taken as there
 
 
-def _not_curves(law: Any) -> Iterator[Misfit]:
+def _not_curves(law: Any, columns: Sequence[str]) -> Iterator[Misfit]:
     """The columns of a law that are not as many increasing numbers as its first."""
-    count = len(getattr(law, fields(law)[0].name))
-    for column in fields(law):
-        values = getattr(law, column.name)
+    count = len(getattr(law, columns[0]))
+    for column in columns:
+        values = getattr(law, column)
         if len(values) < 2 or len(values) != count or not np.all(np.diff(values) > 0):
-            yield column.name, values, "must be increasing numbers, as many in each list, two or more"
+            yield column, values, "must be increasing numbers, as many in each list, two or more"
 
 
 @dataclass(frozen=True)
@@ -67,7 +68,7 @@ class ElasticLaw:
     tip_moment: tuple[float, ...] = field(metadata=valid("N m"))  # increasing
 
     def misfits(self) -> Iterator[Misfit]:
-        yield from _not_curves(self)
+        yield from _not_curves(self, [column.name for column in fields(self)])
 
 
 @dataclass(frozen=True)
@@ -84,32 +85,55 @@ class CreepBranch:
 
 @dataclass(frozen=True)
 class PressureLaw:
-    """The effective pressure, with which the chamber law gives the actual bend, over the chamber pressure, as points.
+    """What pressure does to a finger beyond the chamber law, as points, linear between them and beyond.
 
-    Linear between the points and extrapolated beyond them. It describes a chamber that widens, and so bends further.
+    The effective pressure is the one with which the chamber law gives the actual torque: a chamber that widens drives
+    the finger more. And pressure may take a share of the bending stiffness, as an axial force does of a column's
+    (`fingers.taken_stiffness`).
     """
 
     pressure: tuple[float, ...] = field(metadata=valid("Pa"))  # increasing
     effective: tuple[float, ...] = field(metadata=valid("Pa"))  # increasing, and 0 at 0
+    stiffness_taken: tuple[float, ...] = quantity((), below=1)  # shares, 0 at 0; empty: none. Negative: it stiffens
 
     def misfits(self) -> Iterator[Misfit]:
-        yield from _not_curves(self)
+        yield from _not_curves(self, ("pressure", "effective"))
         if 0 in self.pressure and self.effective[self.pressure.index(0)] != 0:
             yield "effective", self.effective, "must be 0 for 0: without pressure nothing bends"
+        if self.stiffness_taken and len(self.stiffness_taken) != len(self.pressure):
+            yield "stiffness_taken", self.stiffness_taken, "must be as many numbers as there are pressures, or none"
+        elif self.stiffness_taken and self.share_taken(0.0) != 0:
+            yield "stiffness_taken", self.stiffness_taken, "must be 0 for 0: without pressure the stiffness is whole"
 
     @cached_property
     def curve(self) -> PiecewiseLinear:
         """Effective pressure against pressure, Pa."""
         return PiecewiseLinear(np.array(self.pressure), np.array(self.effective))
 
+    @cached_property
+    def taken(self) -> PiecewiseLinear:
+        """Share of the stiffness that pressure takes, against pressure, Pa."""
+        nothing = (0.0,) * len(self.pressure)
+        return PiecewiseLinear(np.array(self.pressure), np.array(self.stiffness_taken or nothing))
+
+    @cached_property
+    def widens(self) -> bool:
+        """Whether the effective pressure is anything but proportional to the pressure."""
+        ratios = self.softening(np.array(self.pressure))
+        return bool(np.ptp(ratios) > _PROPORTIONAL * np.abs(ratios).max())
+
     def softening(self, pressure: Array | float) -> Array:
-        """Ratio of the bend to that of the chamber law alone, at pressures (...) Pa: P(p) / p."""
+        """Ratio of the torque to that of the chamber law alone, at pressures (...) Pa: P(p) / p."""
         some = np.where(np.abs(pressure) < NO_PRESSURE, NO_PRESSURE, pressure)
         return self.curve(some) / some
 
     def share_taken(self, pressure: Array | float) -> Array:
-        """The share of the stiffness that pressures (...) Pa take, if that is why the finger bends further."""
-        return 1 - self.softening(0.0) / self.softening(pressure)
+        """The share of the bending stiffness that pressures (...) Pa take."""
+        return self.taken(np.asarray(pressure, dtype=float))
+
+    def bend(self, pressure: Array | float) -> Array:
+        """Pressure with which a linear finger of the whole stiffness would bend as far, (...) Pa: P / (1 - share)."""
+        return self.curve(np.asarray(pressure, dtype=float)) / (1 - self.share_taken(pressure))
 
 
 @dataclass(frozen=True)

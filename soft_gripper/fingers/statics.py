@@ -19,7 +19,7 @@ _MODULI = ("youngs_modulus", "layer_modulus", "layer_shear_modulus")
 
 def free_bending_angles(finger: Finger, pressure: Array) -> Array:
     """Equation (7): joint angles under pressure (...) Pa alone, before anything creeps, rad, (..., N)."""
-    return finger.angle(finger.pressure_torque(pressure))
+    return finger.angle(finger.pressure_torque(pressure), pressure)
 
 
 def relaxed_law(finger: Finger) -> PiecewiseLinear:
@@ -35,10 +35,11 @@ def resting_angles(finger: Finger, pressure: Array | float, gravity: Planar | co
     unless the finger buckles under its weight.
     """
     driven, gravity = finger.pressure_torque(pressure), np.asarray(gravity)[..., None]
-    angle = relaxed_law(finger).inverse()
-    q = angle(driven)
+    bends, remains = relaxed_law(finger).inverse(), 1 - shares(finger).sum()
+    yields_more = (remains / (remains - finger.share_taken(pressure)))[..., None]  # of a linear finger: a factor
+    q = yields_more * bends(driven)
     for _ in range(_REPETITIONS):
-        q = angle(driven + gravity_torque(finger, q, gravity))
+        q = yields_more * bends(driven + gravity_torque(finger, q, gravity))
     return q
 
 

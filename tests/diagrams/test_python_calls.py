@@ -18,7 +18,7 @@ OF_THE_PLANT = (
     "soft_gripper.truth.contact.",
     "soft_gripper.control.task._",
 )
-_REMEMBERED = "estimators.driving_torque.internal_angles"
+_REMEMBERED = "estimators.driving_torque.later_bend"
 CONTACT = "estimator.contact_threshold=2.5e-3"
 
 

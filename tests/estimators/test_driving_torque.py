@@ -10,12 +10,12 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput, MatrixGain
 
 from soft_gripper.diagrams.wiring.estimation import FingerEstimation
-from soft_gripper.estimators.driving_torque import DrivingTorque, internal_angles, recorded_driving
+from soft_gripper.estimators.driving_torque import DrivingTorque, driving_torque, later_bend, recorded_driving
 from soft_gripper.estimators.named_estimators import SHAPE_FUNCTIONS, find_estimator
 from soft_gripper.estimators.uncertainty import Uncertainty
-from soft_gripper.fingers.creep import memory_torque
 from soft_gripper.fingers.finger_parts import CreepBranch, PressureLaw
 from soft_gripper.fingers.kinematics import gravity_torque, in_space
+from soft_gripper.fingers.statics import free_bending_angles
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 from soft_gripper.signals import signal_of
 
@@ -103,6 +103,44 @@ def test_a_pressure_that_is_lost_is_lost_for_its_sample_alone(creeping, bent):
     np.testing.assert_allclose(torques[2] - creeping.pressure_torque(PRESSURE), memory(creeping, [q] * 3)[-1])
 
 
+def ballooning(finger):
+    """The finger, of whose stiffness the pressure leaves a fifth."""
+    return replace(finger, pressure_law=PressureLaw((0.0, PRESSURE), (0.0, 0.2 * PRESSURE), (0.0, 0.8)))
+
+
+def test_before_anything_is_estimated_a_finger_is_taken_to_bend_freely(shipped_finger):
+    """An estimate acts from the next sample on, and stays while nothing is estimated."""
+    finger = ballooning(shipped_finger)
+    block, q, unseen = (
+        Sampled(DrivingTorque(finger, PERIOD)),
+        free_bending_angles(finger, PRESSURE),
+        np.full(12, np.nan),
+    )
+    torques = [
+        block.sample("driving_torque", pressure=[PRESSURE], estimated_joint_angles=angles)
+        for angles in (unseen, q / 2, unseen, unseen)
+    ]
+    seen = finger.pressure_torque(PRESSURE) + 0.8 * finger.stiffness * q / 2
+    for found, expected in zip(torques, [finger.stiffness * q] * 2 + [seen] * 2, strict=True):
+        np.testing.assert_allclose(found, expected, rtol=1e-12)
+
+
+@pytest.mark.parametrize("kind", ["gaussian", "recursive"])
+def test_a_finger_near_ballooning_is_estimated_from_the_first_sample(shipped_finger, kind):
+    """It is pressed all the time, by a tenth of a newton."""
+    finger = ballooning(shipped_finger)
+    q, known = free_bending_angles(finger, PRESSURE), finger.pressure_torque(PRESSURE)
+    for _ in range(100):
+        touch = torque_of(finger, q, Push(0.09, 0.1)) + gravity_torque(finger, q, IN_PLANE)
+        q = finger.angle(known + touch, PRESSURE)
+    layout = SensorLayout(finger, 2)
+    block = Sampled(FingerEstimation(find_estimator(kind)(layout, GRAVITY, PERIOD), layout, GRAVITY, PERIOD))
+    given = {"strain": layout.response.reading(extension_ratios(layout, q)), "pressure": [PRESSURE], "X_WB": UPRIGHT}
+    for _ in range(30):
+        found = block.sample("estimated_joint_angles", **given)
+        assert np.degrees(abs(found.sum() - q.sum())) < 0.1
+
+
 def test_what_it_drives_may_act_back_on_it(shipped_finger):
     """A finger that is bent by nothing else creeps to 1 / (1 - share) of its bend, by exp(-(1 - share) t / time)."""
     share, time = 0.2, 0.5
@@ -130,13 +168,13 @@ def pressed(finger, samples=120):
     """A finger that bends, is pressed after a third of the time, and creeps: joint angles and pressure."""
     pressure = PRESSURE * np.minimum(np.arange(samples) / 30, 1.0)
     force = 0.6 * np.clip((np.arange(samples) - samples / 3) / 20, 0.0, 1.0)
-    q, z, angles = np.zeros(finger.segments), np.zeros((len(finger.creep), finger.segments)), []
+    q, bend, angles = np.zeros(finger.segments), np.zeros((len(finger.creep) + 1, finger.segments)), []
     for p, f in zip(pressure, force, strict=True):
-        known = finger.pressure_torque(p) + memory_torque(finger, z, p)
+        known = driving_torque(finger, p, bend)
         for _ in range(20):
             q = finger.angle(known + torque_of(finger, q, Push(0.09, f)) + gravity_torque(finger, q, IN_PLANE))
         angles.append(q)
-        z = internal_angles(finger, z, q, p, PERIOD)
+        bend = later_bend(finger, bend, q, p, PERIOD)
     return np.array(angles), pressure
 
 

@@ -9,6 +9,7 @@ from soft_gripper.extras.benchmark.ours_recorded import (
     beam_tip,
     segment_tip,
     tendons_tip,
+    trunk_dc_shape,
     trunk_load,
     trunk_shape,
 )
@@ -31,7 +32,7 @@ _OURS: dict[str, dict[str, Estimator]] = {
     "tendons_v6_tip": {"fitted": tendons_tip},
     "trunk_shape": {"fitted": trunk_shape},
     "trunk_load": {"fitted": trunk_load},
-    "trunk_dc_shape": {},
+    "trunk_dc_shape": {"fitted": trunk_dc_shape},
 }
 
 

@@ -13,7 +13,6 @@ from scipy.optimize import least_squares
 
 from soft_gripper.arrays import Array
 from soft_gripper.errors import SimulationDivergedError
-from soft_gripper.estimators.driving_torque import driving_torque, internal_angles
 from soft_gripper.estimators.estimate import ShapeEstimate
 from soft_gripper.estimators.named_estimators import estimator_function
 from soft_gripper.estimators.uncertainty import Uncertainty
@@ -39,6 +38,7 @@ from soft_gripper.extras.hardware.replay.arm_estimation import (
 )
 from soft_gripper.extras.hardware.replay.geometry_band import body_band
 from soft_gripper.extras.hardware.replay.held_out import Fitted, fit_arm
+from soft_gripper.fingers.creep import advance, memory_torque
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import TipLoad
 from soft_gripper.fingers.kinematics import as_points, forward_kinematics, gravity_torque, in_space, rotated
@@ -229,7 +229,17 @@ def segment_tip(task: Question, train: Sequence[Recorded]) -> Predict:
     bounds = free.bounds
     start = np.clip(free.start, *bounds)
     model = free.at(least_squares(errors, start, bounds=bounds, x_scale=free.scales, diff_step=1e-3).x).finger
-    return _with_training_errors(lambda inputs: mean(model, inputs), train)
+    by_pressure = sorted(train, key=lambda recorded: float(recorded.inputs.max()))
+    pressures = [float(recorded.inputs.max()) for recorded in by_pressure]
+    away = [mean(model, recorded.inputs) - recorded.outputs for recorded in by_pressure]
+    stds = np.array([np.sqrt((of**2).mean(axis=0)) for of in away])
+
+    def with_band(inputs: Array) -> tuple[Array, Array]:
+        """Errors grow with the pressure: the band is that of the highest so far, between those of the training set."""
+        highest = np.maximum.accumulate(inputs[:, 0])
+        return mean(model, inputs), np.stack([np.interp(highest, pressures, std) for std in stds.T], axis=-1)
+
+    return with_band
 
 
 def _crept(finger: Finger, pressures: Array, period: float) -> Array:
@@ -238,8 +248,10 @@ def _crept(finger: Finger, pressures: Array, period: float) -> Array:
     q: Array = np.zeros(finger.segments)
     z: Array = np.zeros((len(finger.creep), finger.segments))
     for row, pressure in zip(found, pressures, strict=True):
-        q = finger.angle(driving_torque(finger, pressure, z) + gravity_torque(finger, q, np.array(abs(_DOWN))))
-        z = internal_angles(finger, z, q, pressure, period)
+        driving = finger.pressure_torque(pressure) + memory_torque(finger, z, pressure)
+        q = finger.angle(driving + gravity_torque(finger, q, np.array(abs(_DOWN))), pressure)
+        held = q / finger.softening(pressure)
+        z = advance(finger.creep, z, held, held, period)
         row[:] = q
     return found
 
@@ -286,26 +298,34 @@ class _Pulled:
 
 
 def _markers(model: Model, states: SettledStates) -> Array:
-    """Predicted markers in B, (T, M, 3) m.
+    """Predicted markers in B, (T, M, 3) m; where the finger finds no balance, those of the row before.
 
     Raises:
-        SimulationDivergedError: if the finger finds no balance in a row.
+        SimulationDivergedError: if the finger finds no balance in any row.
     """
     markers = predicted_markers(model.finger, states, resting_positions(model, states))[0]
-    if not np.isfinite(markers).all():
+    found = np.isfinite(markers).all(axis=(1, 2))
+    if not found.any():
         raise SimulationDivergedError("the finger finds no shape in balance with its tendons")
-    return markers
+    last = np.maximum.accumulate(np.where(found, np.arange(len(found)), found.argmax()))
+    held: Array = markers[last]
+    return held
 
 
-def _balance(body: _Pulled, keys: Sequence[str], train: Sequence[Recorded], every: int = 1) -> Predict:
-    """Markers predicted by a model whose keys are fitted to every so many rows of the training set."""
+def _balance(
+    body: _Pulled, keys: Sequence[str], train: Sequence[Recorded], every: int = 1, load: float = 0.0
+) -> Predict:
+    """Markers predicted by a model whose keys are fitted to every so many rows of the training set, under a load, kg.
+
+    Of a test it does not know the load, and takes that of the training set.
+    """
     fitted = [Recorded(recorded.inputs[::every], recorded.outputs[::every]) for recorded in train]
-    states = [body.states(recorded.inputs, recorded.outputs) for recorded in fitted]
+    states = [body.states(recorded.inputs, recorded.outputs, load) for recorded in fitted]
     model, base = body.fitted(keys, states)
 
     def mean(inputs: Array) -> Array:
         unseen = np.zeros((len(inputs), states[0].markers[0].size))
-        found: Array = _markers(model, body.states(inputs, unseen)) @ axes_of(body.description).T + base
+        found: Array = _markers(model, body.states(inputs, unseen, load)) @ axes_of(body.description).T + base
         return found.reshape(len(inputs), -1)
 
     return _with_training_errors(mean, fitted)
@@ -321,18 +341,31 @@ def tendons_tip(task: Question, train: Sequence[Recorded]) -> Predict:
 
 
 _TENDONS = ("youngs_modulus", "tendon.lever", "tendon.angle", "tendon.slack", "tendon.stiffness")
-_OF_SHAPE, _OF_LOAD = 120, 240  # of so many rows of the training set one is fitted
+_SHAPES = 100  # how many rows of the training set are fitted
+_OF_LOAD = 240  # of so many rows of the training set one is fitted
 _WEIGHED, _WINDOW = 10, 300  # of so many rows one is weighed; the last so many of them count: 30 s
 
 
-def _trunk() -> _Pulled:
-    motors = tuple(f"phi{motor}" for motor in range(1, 7))
-    return _Pulled(_finger("soft_trunk"), load_description("soft_trunk"), motors)
+def _trunk(description: str = "soft_trunk", motor: str = "phi") -> _Pulled:
+    motors = tuple(f"{motor}{number}" for number in range(1, 7))
+    return _Pulled(_finger(description), load_description(description), motors)
 
 
 def trunk_shape(task: Question, train: Sequence[Recorded]) -> Predict:
     """The balance of the trunk's springs, tendons and weight, as `identify` fits it."""
-    return _balance(_trunk(), _TENDONS, train, _OF_SHAPE)
+    return _balance(_trunk(), _TENDONS, train, _every_shape(train))
+
+
+_TRAINED_LOAD = 0.2  # kg, at the tip of the trunk with other motors
+
+
+def trunk_dc_shape(task: Question, train: Sequence[Recorded]) -> Predict:
+    """The same with other motors and a load, but without the delay of its description, which looks ahead."""
+    return _balance(_trunk("trunk_dc", "u"), _TENDONS, train, _every_shape(train), _TRAINED_LOAD)
+
+
+def _every_shape(train: Sequence[Recorded]) -> int:
+    return max(sum(len(recorded.inputs) for recorded in train) // _SHAPES, 1)
 
 
 def trunk_load(task: Question, train: Sequence[Recorded]) -> Predict:

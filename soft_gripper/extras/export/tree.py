@@ -62,7 +62,8 @@ def springs(fingers: Iterable[PlantFinger]) -> Iterator[tuple[Any, tuple[float, 
 
 def exports_creep(finger: PlantFinger) -> bool:
     """Whether creep depends on the angles of the joints alone."""
-    return bool(finger.finger.creep) and finger.finger.pressure_law is None
+    law = finger.finger.pressure_law
+    return bool(finger.finger.creep) and not (law is not None and law.widens)
 
 
 def left_out(station: Station) -> Iterator[str]:
@@ -72,6 +73,8 @@ def left_out(station: Station) -> Iterator[str]:
         for name in ("elastic_law", "tendons"):
             if getattr(finger.finger, name):
                 yield f"{finger.name}: {name}"
+        if finger.finger.takes_stiffness:
+            yield f"{finger.name}: pressure_law.stiffness_taken; it bends as if pressure took nothing of its stiffness"
     if scenario.task is not None and scenario.task.grips:
         yield "task: it waits for estimates; the arm stays where the run begins"
     if scenario.external:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
-from soft_gripper.estimators.driving_torque import driving_torques
+from soft_gripper.estimators.driving_torque import depends_on_bend, driving_torques
 from soft_gripper.extras.hardware.recorded_run import RecordedRun, read_signal
 from soft_gripper.extras.studies.contacts.contacts import Contacts, load_contacts
 from soft_gripper.fingers.finger import Finger
@@ -49,7 +49,7 @@ class Samples:
         """Driving torque at the joints of a nominal finger, N m, and N where they slide, (M, D)."""
         held, torques = self.held, []
         for way in ways_in_space(nominal):
-            if way == "bending" and nominal.creep:
+            if way == "bending" and depends_on_bend(nominal):
                 bent = self.way[..., : nominal.segments]
                 torques.append(driving_torques(nominal, bent, self.pressures[..., 0], self.sensor.period)[held])
             elif way in nominal.driven_ways:

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from synthetic_hardware import write_arm, write_beam, write_segment
 
+from soft_gripper.errors import SimulationDivergedError
 from soft_gripper.extras.benchmark import ours_recorded
 from soft_gripper.extras.benchmark.baselines import baselines
 from soft_gripper.extras.benchmark.benchmark_task import Part, read_tests, read_training
@@ -133,34 +134,46 @@ def test_the_tip_of_a_robot_with_tendons(tmp_path):
         assert found[region, "fitted"].mean < found[region, "ridge"].mean
 
 
+FINGER = "package://soft_gripper/recordings/trunk_dc.urdf"
 TRUNK_AT = [0.345, 0.64, 1.0]
 
 
 @pytest.fixture(scope="module")
 def trunk(tmp_path_factory):
-    """Three recordings of 100 rows of the same commands, in the axes of the file: it hangs along -y."""
+    """Recordings of 100 rows of the same commands, in the axes of the file: it hangs along -y."""
     folder = tmp_path_factory.mktemp("data")
-    (folder / "soft_trunk").mkdir()
     random = np.random.default_rng(2)
-    motors = random.uniform(-60, 60, (100, 6))  # degrees
-    for mass in (0, 100, 300):
-        turned = motors + random.normal(0, 1, motors.shape)
-        pulled = np.radians(np.hstack([turned, -turned])) * 0.02  # each motor winds two tendons
-        markers = rested("soft_trunk", pulled, TRUNK_AT, 1e-3 * mass, (0.0, 0.0, 9.81))
-        x, y, z = np.moveaxis(markers, -1, 0)
-        disks = np.stack([0.1 + x, -z, 0.105 + y], axis=-1) + random.normal(0, 1e-4, markers.shape)
-        table = np.hstack([np.arange(100)[:, None], disks.reshape(100, 9), turned])
-        np.savetxt(folder / f"soft_trunk/random_{mass}g.csv", table, delimiter=",", header="ID", comments="")
+    pulled_in = random.uniform(-0.012, 0.012, (100, 6))  # m
+    for description, name, masses in (
+        ("soft_trunk", "random", (0, 100, 300)),
+        ("trunk_dc", "observations", (200, 400)),
+    ):
+        (folder / description).mkdir()
+        radius = load_description(description).tendons.radius
+        for mass in masses:
+            turned = np.degrees(pulled_in / radius) + random.normal(0, 1, pulled_in.shape)
+            pulled = np.radians(np.hstack([turned, -turned])) * radius  # each motor winds two tendons
+            markers = rested(description, pulled, TRUNK_AT, 1e-3 * mass, (0.0, 0.0, 9.81))
+            x, y, z = np.moveaxis(markers, -1, 0)
+            disks = np.stack([0.1 + x, -z, 0.105 + y], axis=-1) + random.normal(0, 1e-4, markers.shape)
+            columns = [np.arange(100)[:, None], disks.reshape(100, 9), turned]
+            table = np.hstack(columns if description == "soft_trunk" else [columns[0], *columns[:0:-1]])
+            file = folder / description / f"{name}_{mass}g.csv"
+            np.savetxt(file, table, delimiter=",", header="ID", comments="")
     return folder
 
 
 @pytest.mark.published
-def test_the_shape_of_a_trunk(trunk, monkeypatch):
-    monkeypatch.setattr(ours_recorded, "_OF_SHAPE", 4)
-    unloaded = {"0 g": (Part("soft_trunk/random_0g.csv", 0.85),)}
-    found = scores(twin("trunk_shape", trunk, tested=unloaded), trunk, "fitted", "ridge")
-    assert found["0 g", "fitted"].mean < 2e-3
-    assert found["0 g", "fitted"].mean < found["0 g", "ridge"].mean
+@pytest.mark.parametrize(
+    ("name", "file"),
+    [("trunk_shape", "soft_trunk/random_0g.csv"), ("trunk_dc_shape", "trunk_dc/observations_200g.csv")],
+)
+def test_the_shape_of_a_trunk(trunk, monkeypatch, name, file):
+    """Under the load that it was trained with."""
+    monkeypatch.setattr(ours_recorded, "_SHAPES", 20)
+    found = scores(twin(name, trunk, tested={"alike": (Part(file, 0.85),)}), trunk, "fitted", "ridge")
+    assert found["alike", "fitted"].mean < 2e-3
+    assert found["alike", "fitted"].mean < found["alike", "ridge"].mean
 
 
 def test_the_load_of_a_window_is_that_which_agrees_best():
@@ -179,10 +192,22 @@ def test_the_load_of_a_trunk_is_weighed(trunk, monkeypatch):
     assert all(row.mean < 15 for row in found.values())  # g
 
 
-def test_channels_of_the_trunk_have_the_names_of_the_recorded_columns():
-    described = load_description("soft_trunk")
+def test_rows_without_a_balance_hold_the_one_before(monkeypatch):
+    found = np.array([np.nan, 1.0, np.nan, np.nan, 2.0, np.nan])[:, None, None]
+    monkeypatch.setattr(ours_recorded, "resting_positions", lambda model, states: None)
+    monkeypatch.setattr(ours_recorded, "predicted_markers", lambda finger, states, q: (found, None))
+    held = ours_recorded._markers(Model(read_finger(model_path(FINGER))), None)
+    assert held.ravel().tolist() == [1, 1, 1, 1, 2, 2]
+    found[:] = np.nan
+    with pytest.raises(SimulationDivergedError):
+        ours_recorded._markers(Model(read_finger(model_path(FINGER))), None)
+
+
+@pytest.mark.parametrize(("name", "description"), [("trunk_shape", "soft_trunk"), ("trunk_dc_shape", "trunk_dc")])
+def test_channels_of_the_trunk_have_the_names_of_the_recorded_columns(name, description):
+    described = load_description(description)
     markers = [marker for markers in described.markers.bodies.values() for marker in markers]
     disks = [described.markers.columns.format(axis=axis, marker=marker) for marker in markers for axis in "xyz"]
-    task = TASK["trunk_shape"]
+    task = TASK[name]
     assert [channel.name for channel in task.outputs] == disks
     assert [channel.name for channel in task.inputs] == list(described.tendons.columns.values())

@@ -29,8 +29,6 @@ from soft_gripper.fingers.paths import Tendon
 
 PRESSURE_LAW = "pressure_law"
 HELD_POSE = "held_pose"  # is fitted to every recording
-_POINTS = 25  # of a pressure law in a file
-_LAW_RANGE = 2.0  # of the highest pressure that was fitted, up to which a law is written at most
 MARGINS = (0.01, 10.0)  # of a pressure law
 
 
@@ -160,20 +158,12 @@ def _sizeable(values: Array) -> tuple[float, ...]:
     return tuple(np.where(np.abs(values) < SIZES[0], 0.0, values).tolist())
 
 
-def _margin_of(law: PressureLaw, highest: float) -> float:
-    """Margin of a law, by its gains at the highest pressure and at half of it."""
-    half, full = (float(law.softening(pressure)) for pressure in (highest / 2, highest))
-    steepest = half / (2 * full - half) if 2 * full > half else np.inf
-    return float(np.clip(steepest, *MARGINS))
-
-
 def pressure_law(highest: float, gain: float, margin: float) -> PressureLaw:
-    """The points of a law: up to the highest pressure that was fitted, Pa, and on, halfway to where it balloons."""
-    beyond = _LAW_RANGE if margin >= 1 else min(_LAW_RANGE, 1 + 0.5 * margin / (1 - margin))
-    share = np.append(np.linspace(0, 1, _POINTS), np.linspace(1, beyond, _POINTS // 2)[1:])
-    pressure = highest * share
-    effective = gain * pressure / (1 - (1 - margin) * pressure / highest)
-    return PressureLaw(tuple(pressure.tolist()), tuple(effective.tolist()))
+    """A law of a gain times the pressure, of which the highest, Pa, leaves a margin of the stiffness.
+
+    The share that is taken grows with the pressure; a vacuum takes none.
+    """
+    return PressureLaw((-highest, 0.0, highest), (-gain * highest, 0.0, gain * highest), (0.0, 0.0, 1 - margin))
 
 
 def pressure_law_keys(pressures: Sequence[float]) -> dict[str, Key]:
@@ -182,8 +172,7 @@ def pressure_law_keys(pressures: Sequence[float]) -> dict[str, Key]:
 
     def numbers(model: Model) -> tuple[float, float]:
         law = model.finger.pressure_law or PressureLaw((0.0, highest), (0.0, highest))
-        margin = _margin_of(law, highest)
-        return float(law.softening(highest)) * margin, margin
+        return float(law.softening(highest)), 1 - float(law.share_taken(highest))
 
     def changed(model: Model, gain: float, margin: float) -> Model:
         law = pressure_law(highest, gain, margin)

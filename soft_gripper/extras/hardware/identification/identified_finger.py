@@ -336,8 +336,8 @@ def with_finger(path: Path, finger: Finger) -> str:
             _child(element, "creep").set(name, _text(*(getattr(branch, name) for branch in finger.creep)))
     law = finger.pressure_law
     if law is not None and law != before.pressure_law:
-        _child(element, "pressure_law").set("pressure", _text(*law.pressure))
-        _child(element, "pressure_law").set("effective", _text(*law.effective))
+        for name in ("pressure", "effective", "stiffness_taken"):
+            _child(element, "pressure_law").set(name, _text(*getattr(law, name)))
     ET.indent(robot)
     before_root = _PROLOG.match(text)
     assert before_root is not None

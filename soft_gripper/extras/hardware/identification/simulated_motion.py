@@ -1,22 +1,16 @@
 """A simulated recording: the chain in Drake, driven like the hardware, and the positions of its markers.
 
-A chamber fills through an orifice, because a first-order lag behind the valve cannot rise within 70 ms at 15 kPa and
-within 190 ms at 35 kPa. A pressure law  P(p) = g p / (1 - p / c)  is what a stiffness k leaves of which pressure takes
-a part, as an axial force takes of a column's:
+It is the plant of a station, with a drive of a station. But a chamber fills through an orifice, because a first-order
+lag behind the valve cannot rise within 70 ms at 15 kPa and within 190 ms at 35 kPa.
 
-    inertia + damping + k (1 - p / c) q = g' p + weight + sum of  share_i k z_i ,   dz_i/dt = (q - z_i) / time_i .
-
-So it is simulated. Pressure then multiplies all that bends the finger, its weight and what it remembers of creep, by
-1 / (1 - p / c) , and the finger swings and rises more slowly the higher the pressure. Recordings of the pneumatic
-segment require this: with a law for the driving torque alone the tip turned about the same point at every pressure,
-whereas that point moves by 6 mm toward the tip, since a segment that hangs is held straight by its weight most at its
-base; the share of creep was the same at every pressure, whereas it doubles from 15 to 45 kPa; and a finger that was
-emptied remembered a part of what the recordings show, since what its branches hold is its bend, not the stress.
-The plant of a station multiplies the driving torque alone.
+Recordings of the pneumatic segment require that pressure takes a part of the stiffness (`fingers.taken_stiffness`):
+with a law for the driving torque alone the tip turned about the same point at every pressure, whereas that point moves
+by 6 mm toward the tip, since a segment that hangs is held straight by its weight most at its base; the share of creep
+was the same at every pressure, whereas it doubles from 15 to 45 kPa; and a finger that was emptied remembered a part of
+what the recordings show, since what its branches hold is its bend, not the stress.
 """
 
 import xml.etree.ElementTree as ET
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -27,15 +21,15 @@ from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import JacobianWrtVariable
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import DiagramBuilder, OutputPort
-from pydrake.systems.primitives import LogVectorOutput, MatrixGain, TrajectorySource
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import LogVectorOutput, TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.diagrams.wiring.drive import add_pressure_drive
 from soft_gripper.errors import InputError, SimulationDivergedError
 from soft_gripper.extras.hardware.recordings import HardwareRecording
-from soft_gripper.fingers.creep import Softened, shares
+from soft_gripper.fingers.creep import shares
 from soft_gripper.fingers.cross_section import SIZES
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_element import FingerElement
@@ -257,8 +251,7 @@ def simulated_markers(finger: Finger, setup: Setup, motion: MeasuredMotion) -> P
 
 def tip_motion(finger: Finger, setup: Setup, motion: MeasuredMotion) -> TipMotion:
     """Simulates a finger from the first event on, at rest before it: straight, or as a hand holds it."""
-    law, loaded = finger.pressure_law, replace(finger, tip_load=_at_tip(finger, setup, motion), pressure_law=None)
-    gain = 1.0 if law is None else float(law.softening(0.0))
+    loaded = replace(finger, tip_load=_at_tip(finger, setup, motion))
     duration = float(motion.time[-1] - motion.events[0]) + _PERIOD
     step = min(_TIME_STEP, _STABLE_STEP_SHARE * loaded.stable_time_step())
     step = _PERIOD / np.ceil(_PERIOD / step)  # so that the log falls on steps
@@ -266,19 +259,14 @@ def tip_motion(finger: Finger, setup: Setup, motion: MeasuredMotion) -> TipMotio
     gravity = RotationMatrix.MakeYRotation(-setup.mounting_angle) @ motion.gravity
     in_plant = _add_finger(builder, loaded, gravity, step)
     pressure = motion.pressure or 0.0
-    highest = gain * pressure
-    limits = PressureConfig(minimum=min(highest, 0.0), maximum=max(highest, 1.0), time_constant=0.0)
+    limits = PressureConfig(minimum=min(pressure, 0.0), maximum=max(pressure, 1.0), time_constant=0.0)
     command = add_pressure_drive(builder, [in_plant], limits).commands[in_plant.name]
     held = _held(in_plant, motion.hold)
-    in_chamber = _pressure(finger, setup, motion, duration)
-    source = builder.AddSystem(TrajectorySource(_over_time(in_chamber, lambda pressure: gain * pressure)))
-    builder.Connect(source.get_output_port(), command)
-    applied = in_plant.plant.get_applied_generalized_force_input_port()
+    in_chamber = builder.AddSystem(TrajectorySource(_pressure(finger, setup, motion, duration)))
+    builder.Connect(in_chamber.get_output_port(), command)
     if motion.pressure is None:
         hand = builder.AddSystem(TrajectorySource(_hand(held.force, motion)))
-        builder.Connect(hand.get_output_port(), applied)
-    elif law is not None:
-        builder.Connect(_add_softening(builder, in_plant, _over_time(in_chamber, law.share_taken)), applied)
+        builder.Connect(hand.get_output_port(), in_plant.plant.get_applied_generalized_force_input_port())
     log = LogVectorOutput(in_plant.plant.get_state_output_port(), builder, _PERIOD)
     simulator = Simulator(builder.Build())
     _hold(in_plant, held, simulator)
@@ -309,29 +297,6 @@ def _add_finger(builder: DiagramBuilder, finger: Finger, gravity: Array, time_st
     plant.mutable_gravity_field().set_gravity_vector(gravity)
     plant.Finalize()
     return PlantFinger(finger, plant, model)
-
-
-def _over_time(pressure: PiecewisePolynomial, function: Callable[[Array], Array]) -> PiecewisePolynomial:
-    """A function of a pressure, (T,) Pa -> (T,), over its time."""
-    time = np.array(pressure.get_segment_times())
-    values = np.array([pressure.value(t).item() for t in time])
-    return PiecewisePolynomial.FirstOrderHold(time, function(values)[None])
-
-
-def _add_softening(builder: DiagramBuilder, finger: PlantFinger, taken: PiecewisePolynomial) -> OutputPort:
-    """The generalized force of the share of its stiffness that a finger lacks."""
-    plant, count = finger.plant, finger.plant.num_velocities()
-    stiffness = np.zeros((count, plant.num_multibody_states()))
-    stiffness[[joint.velocity_start() for joint in finger.joints]] = (
-        finger.finger.stiffness[:, None] * finger.position_selector()
-    )
-    of_joints = builder.AddSystem(MatrixGain(stiffness))
-    share = builder.AddSystem(TrajectorySource(taken))
-    product = builder.AddSystem(Softened(count, divides=False))
-    builder.Connect(plant.get_state_output_port(), of_joints.get_input_port())
-    builder.Connect(of_joints.get_output_port(), product.GetInputPort("factor"))
-    builder.Connect(share.get_output_port(), product.GetInputPort("softening"))
-    return product.get_output_port()
 
 
 class _Held(NamedTuple):
@@ -410,7 +375,7 @@ def _pressure(finger: Finger, setup: Setup, motion: MeasuredMotion, duration: fl
     closed = np.arange(1, int((duration - open_for) / _FILL_STEP) + 3) * _FILL_STEP
     levels = motion.pressure * np.linspace(0.0, 1.0, _LEVELS + 1)[1:]
     law = finger.pressure_law
-    slope = np.ones(_LEVELS) if law is None else np.gradient(law.curve(levels), levels)
+    slope = np.ones(_LEVELS) if law is None else np.gradient(law.bend(levels), levels)
     compliance = 1 + setup.swelling * (slope / slope[0] - 1)
     rates = np.sqrt(_FILL_SUPPLY) / (setup.fill_time * compliance)  # sqrt(Pa)/s, at which sqrt(supply - p) falls
     lacks = np.clip(motion.pressure, -setup.supply_lag, setup.supply_lag)

@@ -54,8 +54,8 @@ def true_beam(truth=BEAM):
 
 
 def true_segment():
-    p = np.linspace(0, 45e3, 200)
-    law = PressureLaw(tuple(p), tuple(p * [SEGMENT.gain(at) for at in p]))
+    gain, balloons = SEGMENT.law
+    law = PressureLaw((0.0, 45e3), (0.0, gain * 45e3), (0.0, 45e3 / balloons))
     at = {"mounting_x": SEGMENT.mounting.imag, "mounting_z": SEGMENT.mounting.real}
     setup = Setup(**at, fill_time=SEGMENT.fill_time, swelling=SEGMENT.swelling)
     return Model(of_truth("pneumatic_segment", SEGMENT, pressure_law=law), setup)

@@ -1,0 +1,61 @@
+"""The part of its bending stiffness that pressure takes from a finger, as a torque that drives its joints.
+
+Pressure in a finger that can lengthen acts like an axial force on a column: it takes a share of the stiffness, and the
+finger yields more to pressure, weight and touch alike. With the share t(p) of `PressureLaw.stiffness_taken`, the
+balance of a joint of stiffness k reads
+
+    k (1 - t(p)) q + d dq/dt = P(p) A e + weight + touch + memory torque ,
+
+so that springs may keep k: what pressure takes is one more driving torque,  t(p) k q . The plant computes it from its
+state, an estimator from its estimate; both are those of `taken_torque`.
+
+Leading axes are free; N joints.
+"""
+
+import numpy as np
+from pydrake.systems.framework import Diagram, DiagramBuilder
+from pydrake.systems.primitives import MatrixGain
+
+from soft_gripper.arrays import Array
+from soft_gripper.fingers.creep import Softened
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.plant_finger import PlantFinger
+from soft_gripper.piecewise_linear import PiecewiseLinear, PiecewiseLinearBlock
+
+
+def taken_torque(finger: Finger, q: Array, pressure: Array | float) -> Array:
+    """Torque with which a pressure, (...) Pa, drives joints at q, (..., N) rad, further, (..., N) N m."""
+    torque: Array = finger.share_taken(pressure)[..., None] * (finger.stiffness * q)
+    return torque
+
+
+class TakenStiffness(Diagram):
+    """`taken_torque` of a finger in a plant, as actuation of its model.
+
+    ::
+
+        state (nq + nv) of plant ---> +----------------+
+        pressure (1) Pa ------------> | TakenStiffness | ---> actuation (nu) N m, of the model's joints
+                                      +----------------+
+
+    Made of Drake's C++ blocks, since it runs at the plant's rate.
+    """
+
+    def __init__(self, finger: PlantFinger):
+        """The finger is in a finalized plant, and has a pressure law."""
+        super().__init__()
+        law = finger.finger.pressure_law
+        assert law is not None
+        builder = DiagramBuilder()
+        curve = PiecewiseLinear(law.taken.x[None], law.taken.y[None])
+        share = builder.AddNamedSystem("share", PiecewiseLinearBlock(curve))
+        stiffness = finger.finger.stiffness[:, None] * finger.position_selector()
+        whole = np.ascontiguousarray(finger.actuator_selector().T @ stiffness)
+        elastic = builder.AddNamedSystem("elastic", MatrixGain(whole))
+        taken = builder.AddNamedSystem("taken", Softened(len(whole), divides=False))
+        builder.Connect(share.get_output_port(), taken.GetInputPort("softening"))
+        builder.Connect(elastic.get_output_port(), taken.GetInputPort("factor"))
+        builder.ExportInput(elastic.get_input_port(), "state")
+        builder.ExportInput(share.get_input_port(), "pressure")
+        builder.ExportOutput(taken.get_output_port(), "actuation")
+        builder.BuildInto(self)
