@@ -28,7 +28,9 @@ A reading that is NaN is left out, and one that no load explains is taken for an
 While the bend of a section is hardly read nothing is learnt, and when that lasts the finger counts as loaded.
 
 Hysteresis is a share of the stroke, and remains where the strain is less: a finger that was just released may differ
-from a free one by as much, while it is straight again. It is no load, and counts as an error that lasts.
+from a free one by as much, while it is straight again. It is no load, and counts as an error that lasts. And it lags
+alike in all sections, so that in free motion it passes for a bend of the finger: that of a free one, which is where its
+drive takes it, is known to that share at best.
 
 Away from the states of a calibration (`Mechanics.away`) errors of drive and readings last as long as the finger stays
 there. They are never averaged: a free finger may differ from the predicted one by as much, little is learnt of it, and
@@ -233,6 +235,7 @@ class RecursiveShape:
         left, by_joint = self._unexplained(q, mean, covariance, away, driving)
         contact, _ = self.contact.stated(self.contact.explain(left))
         of_joints = by_joint @ covariance @ np.swapaxes(by_joint, -1, -2) + self.mechanics.deviations
+        of_joints = of_joints + outer((1 - loaded)[..., None] * self.uncertainty.gain * q)
         if self.layout.calibrated is not None:
             of_joints = of_joints + self._away_from_states(left, away, loaded) + self.mechanics.of_scale(q)
         return ShapeEstimate(q, of_joints, contact)

@@ -325,6 +325,24 @@ def test_hysteresis_of_a_finger_that_has_straightened_is_no_load(layout: SensorL
     assert not loaded[-20:, 1].any()
 
 
+def test_the_band_of_a_free_finger_holds_whatever_hysteresis_teaches_it(layout: SensorLayout) -> None:
+    """Of twenty sets of sensors, while the finger closes and opens twice; it bends a twentieth less than assumed."""
+    period, errors = 0.05, StrainErrors(hysteresis=0.01, gain_error=0.01, noise=NOISE)
+    pressure = np.tile(75e3 * (1 - np.cos(2 * np.pi * np.arange(0, 4, period) / 4)), 2)
+    q = resting_angles(layout.finger, pressure, np.full(pressure.shape, DOWN))
+    ratios = np.repeat(extension_ratios(layout, q)[:, None], 20, axis=1)
+    readings = layout.response.reading(disturb(errors, ratios, period, rng(1)))
+    assumed = SensorLayout(softened(layout.finger, 1.05), 2, borders=layout.borders)
+    shape = RecursiveShape(assumed, uncertainty_of(errors, None, 0.05), period)
+    driving = np.repeat(layout.finger.pressure_torque(pressure)[:, None], 20, axis=1)
+    found = shape(readings, driving, np.broadcast_to(vector(DOWN), (len(q), 20, 3)))
+    off = 1e-3 * tip_errors(layout.finger, q[:, None], found.q)
+    band = position_std(layout.finger, found.q, found.covariance)[..., -1]
+    late = slice(20, None)
+    assert 0.9 < np.mean(off[late] <= 1.96 * band[late]) < 0.995
+    assert np.mean(off) < 0.6e-3
+
+
 def test_gains_and_bend_are_never_less_known_than_declared(layout: SensorLayout) -> None:
     """After ten minutes in which nothing is read, whose walks alone would come as far as 2.4 %."""
     shape = RecursiveShape(layout, Uncertainty(gain=0.01, bend_per_pressure=0.005), period=6.0)
