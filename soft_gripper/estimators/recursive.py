@@ -6,25 +6,31 @@ A Kalman filter (Kalman 1960, doi 10.1115/1.3662552), extended for the gain of t
     r, d  how much more the finger bends than nominal, and the pressure that is measured too low:
           k q = u (1 + r) + g d + w + tau , with u the driving torque and g the pressure gain
     c, b  gain error and offset of every reading:  strain = (1 + c) h(q) + b + noise
-    a     rate at which every offset drifts, where sensors drift:  b' = a + noise
+    a     rate at which every offset drifts, where sensors drift:  b' = a , a' = noise
 
-All but the load are slow: next to constant, the offsets drift, steadily or not, and the bend does as far as the finger
-may creep in a way that its model does not know (`creep`). Gains and bend walk a little as well, but become no more
-uncertain than they are declared to be. They are learnt in free motion alone. Whether the finger is free is seen from
-what the readings differ from those of the free finger, averaged over some samples: as long as it is no more than noise
-and the uncertainty of the slow states explain, the slow states are corrected, and cautiously, for errors of sensors are
-not white. While the finger is loaded they are kept as they are, with their uncertainty counted (Schmidt 1966, doi
-10.1016/B978-1-4831-6716-9.50011-4): else a load that lasts would pass for an offset. The shape of a sample has the r
-and d that its readings ask for beside the load, though nothing is learnt from them; else a finger that is not as stiff
-as assumed would not have the shape that is read. What cannot be seen is a load that begins before anything is learnt
-and looks like a finger that bends less than assumed, and offsets that drifted further while the finger was loaded than
-their uncertainty allows: let the finger move freely first and often, or give a smaller `bend_per_pressure`.
+All but the load are slow: next to constant, the offsets drift at rates that change over hours, and the bend drifts as
+far as the finger may creep in a way that its model does not know (`creep`). Gains and bend walk a little as well, but
+become no more uncertain than they are declared to be. They are learnt in free motion alone. Whether the finger is free
+is seen from what the readings differ from those of the free finger, averaged over some samples: as long as it is no
+more than noise and the uncertainty of the slow states explain, the slow states are corrected, and cautiously, for
+errors of sensors are not white. While the finger is loaded they are kept as they are, with their uncertainty counted
+(Schmidt 1966, doi 10.1016/B978-1-4831-6716-9.50011-4): else a load that lasts would pass for an offset. The shape of a
+sample has the r and d that its readings ask for beside the load, though nothing is learnt from them; else a finger that
+is not as stiff as assumed would not have the shape that is read. What cannot be seen is a load that begins before
+anything is learnt and looks like a finger that bends less than assumed, and offsets that drifted further while the
+finger was loaded than their uncertainty allows: let the finger move freely first and often, or give a smaller
+`bend_per_pressure`.
 
 The innovation test says when readings are other than predicted: the squared innovation, normalised by its covariance,
 over the limit that noise exceeds in one of 1000 samples (Bar-Shalom, Li and Kirubarajan 2001, section 5.4).
 
 A reading that is NaN is left out, and one that no load explains is taken for an outlier: both widen the covariance.
 While the bend of a section is hardly read nothing is learnt, and when that lasts the finger counts as loaded.
+
+Hysteresis is a share of the stroke, and remains where the strain is less: a finger that was just released may differ
+from a free one by as much, while it is straight again. It is no load, and counts as an error that lasts. And it lags
+alike in all sections, so that in free motion it passes for a bend of the finger: that of a free one, which is where its
+drive takes it, is known to that share at best.
 
 Away from the states of a calibration (`Mechanics.away`) errors of drive and readings last as long as the finger stays
 there. They are never averaged: a free finger may differ from the predicted one by as much, little is learnt of it, and
@@ -88,6 +94,7 @@ _AVERAGE = 0.1  # weight of the newest sample in the average that is compared wi
 # Samples and s, at most, for which an error of a sensor is taken to last when slow states are corrected.
 _CAUTION, _CORRELATED = 30.0, 0.6
 _SLOW_GAIN, _SLOW_BEND = 1e-3, 1e-3  # 1/sqrt(s), random walks of c and of r
+_STEADY = 3600.0  # s, in which the rate of a drift changes by as much as it is
 _BLIND_SAMPLES = 5  # samples without a reading of a bend after which a load can no longer be ruled out
 _OUTLIER = 6.0  # standard deviations
 _MISSING_VARIANCE = 1e6  # variance of an omitted reading
@@ -121,6 +128,7 @@ class Filter(NamedTuple):
     drive: Array  # (..., 2) r and d of this sample
     q: Array  # (..., D) rad, and m where joints slide
     away: Array  # (..., 1 + S) the standard deviations of `Away`; 0 of a finger that is not calibrated
+    stroke: Array  # (..., R) the largest strain so far
 
 
 @dataclass(frozen=True)
@@ -161,7 +169,7 @@ class RecursiveShape:
         return Filter(
             *(np.zeros((*shape, states)), covariance, nothing, np.zeros(shape, bool)),
             *(np.zeros(shape), np.zeros((*shape, 2)), np.zeros((*shape, len(self.layout.straight)))),
-            np.zeros((*shape, 1 + self._values)),
+            *(np.zeros((*shape, 1 + self._values)), nothing),
         )
 
     def step(self, before: Filter, readings: Array, driving: Array, gravity: Array) -> Filter:
@@ -177,7 +185,9 @@ class RecursiveShape:
         noise, away = np.where(read, self.uncertainty.reading**2, _MISSING_VARIANCE), before.away
         if layout.calibrated is not None:
             away = _row(shared(Mechanics.away, mechanics, readings, driving, gravity))
-        lasting = self._lasting(away, by_state)
+        bent = np.abs(strain + by_load / (1 + self._gains(mean)))
+        stroke = np.maximum(before.stroke, bent)
+        lasting = self._lasting(away, by_state, stroke**2 - bent**2)
         innovation = self._innovation(difference - by_load, noise, covariance, by_state, lasting)
         jumped = innovation > _limits(noise.shape[-1])[0]
         covariance = covariance + jumped[..., None, None] * np.diag(_LOAD_JUMP**2 * self._before * ~self._is_slow)
@@ -192,13 +202,17 @@ class RecursiveShape:
         mean, covariance, drive = self._update(*known, loaded, blind & ~loaded)
         q = mechanics.free(self.effective_driving(drive, driving) + weight + self._torque(modes, mean))
         limit = chdtri(np.maximum(read.sum(axis=-1), 1), _CHANCE)
-        return Filter(mean, covariance, average, loaded, innovation / limit, drive, q, away)
+        return Filter(mean, covariance, average, loaded, innovation / limit, drive, q, away, stroke)
 
-    def _lasting(self, away: Array, by_state: Array) -> Array:
-        """Covariance of the errors of the readings away from a calibration, (..., R, R)."""
+    def _lasting(self, away: Array, by_state: Array, straightened: Array) -> Array:
+        """Covariance of the errors of the readings that last, (..., R, R).
+
+        They are those away from a calibration, and what hysteresis leaves of the stroke: `straightened` is the square
+        of the largest strain so far, less that of the strain, which counts as a state, the gain.
+        """
         of_drive = by_state[..., self._modes + 1] * away[..., :1]
         of_readings = np.abs(self.layout.sensitivity) * away[..., None, 1:]
-        each = of_readings.reshape(*of_drive.shape) ** 2
+        each = of_readings.reshape(*of_drive.shape) ** 2 + self.uncertainty.gain**2 * straightened
         return outer(of_drive) + each[..., None] * np.eye(each.shape[-1])
 
     def estimate(self, known: Filter, driving: Array) -> ShapeEstimate:
@@ -221,6 +235,7 @@ class RecursiveShape:
         left, by_joint = self._unexplained(q, mean, covariance, away, driving)
         contact, _ = self.contact.stated(self.contact.explain(left))
         of_joints = by_joint @ covariance @ np.swapaxes(by_joint, -1, -2) + self.mechanics.deviations
+        of_joints = of_joints + outer((1 - loaded)[..., None] * self.uncertainty.gain * q)
         if self.layout.calibrated is not None:
             of_joints = of_joints + self._away_from_states(left, away, loaded) + self.mechanics.of_scale(q)
         return ShapeEstimate(q, of_joints, contact)
@@ -371,7 +386,7 @@ class RecursiveShape:
         assumed, readings = self.uncertainty, self.layout.readings
         slow = [assumed.bend_per_pressure, assumed.pressure]
         slow += [assumed.gain] * readings + [assumed.offset] * readings
-        slow += [assumed.drift / math.sqrt(MINUTE)] * self._rates  # those that come as far in a minute as the walk does
+        slow += [assumed.drift / math.sqrt(MINUTE)] * self._rates
         return np.concatenate([self.mechanics.load_variances, np.square(slow)])
 
     @cached_property
@@ -379,7 +394,7 @@ class RecursiveShape:
         """Variances added per period, (n,)."""
         assumed, readings = self.uncertainty, self.layout.readings
         slow = [math.hypot(_SLOW_BEND, assumed.creep), 0.0]
-        slow += [_SLOW_GAIN] * readings + [assumed.drift] * readings + [0.0] * self._rates
+        slow += [_SLOW_GAIN] * readings + [0.0] * readings + [assumed.drift / math.sqrt(MINUTE * _STEADY)] * self._rates
         variances = np.concatenate([_LOAD_CHANGE**2 * self.mechanics.load_variances, np.square(slow)])
         return variances * self.period
 

@@ -1,10 +1,10 @@
 """Uncertainty of a finger, its sensors and its load, as an estimator assumes it.
 
 What a scenario does not give follows from the errors of its sensors: an estimator that trusts noisy readings reports
-bands that are far too narrow. Hysteresis and creep count as a share of the strain, as a gain error does, since a
-straight finger shows none. A drift, which is steady, counts in proportion to the time since the zeros were found
-(`zeroing`); where the offsets are followed (`recursive`), as their rates, and beside these as a random walk that comes
-as far in a minute, since not all drift is steady.
+bands that are far too narrow. Hysteresis and creep count as a share of the strain, as a gain error does; `recursive`
+counts what they leave of the largest strain so far, too. A drift, which is steady, counts in proportion to the time
+since the zeros were found (`zeroing`); where the offsets are followed (`recursive`), as their rates, which change
+within an hour.
 """
 
 import math
@@ -37,7 +37,7 @@ class Uncertainty:
     pressure: float = quantity(0.0, "Pa", least=0)  # of the pressure measurement
     gain: float = quantity(0.0, least=0)  # fraction of the strain, per sensor; estimated by `recursive`
     offset: float = quantity(0.0, least=0)  # of the extension ratio, per sensor; estimated by `recursive`
-    drift: float = quantity(0.0, "1/sqrt(s)", least=0)  # random walk of the offsets; followed by `recursive`
+    drift: float = quantity(0.0, "1/sqrt(s)", least=0)  # what offsets drift in a minute, over its square root
     # Random walk of the bend per pressure, of creep that the model does not know; followed by `recursive`
     creep: float = quantity(0.0, "1/sqrt(s)", least=0)
     # Whose largest torque at a joint is that of a usual load at the base.

@@ -401,7 +401,7 @@ class UncertaintyConfig:
     pressure: float | None = like(Uncertainty, "pressure")  # of the pressure measurement
     gain: float | None = like(Uncertainty, "gain")  # fraction of the strain, per sensor
     offset: float | None = like(Uncertainty, "offset")  # of the extension ratio, per sensor
-    drift: float | None = like(Uncertainty, "drift")  # random walk of the offsets
+    drift: float | None = like(Uncertainty, "drift")  # what offsets drift in a minute, over its square root
     creep: float | None = like(Uncertainty, "creep")  # random walk of the bend per pressure
     load_pressure: float | None = like(Uncertainty, "load_pressure")  # that of a usual load at the base
     largest_force: float | None = like(Uncertainty, "largest_force")  # that the scene can exert on a finger

@@ -17,7 +17,7 @@ from soft_gripper.estimators.finger_shape import position_std
 from soft_gripper.estimators.gaussian import GaussianShape
 from soft_gripper.estimators.recursive import Filter, RecursiveShape
 from soft_gripper.estimators.shape_estimator import ShapeEstimator
-from soft_gripper.estimators.uncertainty import Uncertainty
+from soft_gripper.estimators.uncertainty import EXACT, Uncertainty, uncertainty_of
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import forward_kinematics
 from soft_gripper.fingers.statics import resting_angles, softened
@@ -302,8 +302,45 @@ def test_what_is_slow_goes_astray_as_it_is_believed_to(layout: SensorLayout) -> 
     learner = learner_of(layout, Uncertainty(reading=1.0, gain=0.01, drift=2e-3))
     begin = learner.shape.begin()
     known = stepped(learner, np.zeros(layout.readings), begin._replace(covariance=0 * begin.covariance))
-    expected = np.array([1e-3, 0.0] + [1e-3] * layout.readings + [2e-3] * layout.readings) ** 2 * PERIOD
-    np.testing.assert_allclose(np.diagonal(known.covariance)[SLOW], expected, rtol=1e-3)
+    rates = [2e-3 / 60**0.5 / 3600**0.5] * layout.readings  # those of 2e-3 in the root of a minute change in an hour
+    expected = np.array([1e-3, 0.0] + [1e-3] * layout.readings + [PERIOD * each for each in rates] + rates) ** 2
+    found = np.diagonal(known.covariance)[SLOW.start :]
+    np.testing.assert_allclose(found, expected * PERIOD, rtol=1e-3)
+
+
+def test_hysteresis_of_a_finger_that_has_straightened_is_no_load(layout: SensorLayout) -> None:
+    """Whose model is exact, and which nothing touches; a force of 0.4 N on its tip still is one."""
+    pressure = np.concatenate([np.linspace(0, 150e3, 10), np.full(20, 150e3), np.linspace(150e3, 0, 10), np.zeros(40)])
+    driving, errors = layout.finger.pressure_torque(pressure), StrainErrors(hysteresis=0.01, noise=NOISE, drift=1e-3)
+    free = resting_angles(layout.finger, pressure, np.full(pressure.shape, DOWN))
+    touched = free.copy()
+    touched[10:30] = in_balance(layout.finger, 150e3, DOWN, [Push(layout.finger.length, 0.4)])
+    ratios = np.stack([extension_ratios(layout, q) for q in (free, touched)], axis=1)
+    readings = layout.response.reading(disturb(errors, ratios, 0.1, rng(1)))
+    shape = RecursiveShape(layout, replace(uncertainty_of(errors), bend_per_pressure=EXACT), 0.1)
+    gravity = np.broadcast_to(vector(DOWN), (len(pressure), 2, 3))
+    loaded = shape.over_time(readings, np.repeat(driving[:, None], 2, axis=1), gravity).loaded
+    assert not loaded[:, 0].any()
+    assert loaded[15:30, 1].all()
+    assert not loaded[-20:, 1].any()
+
+
+def test_the_band_of_a_free_finger_holds_whatever_hysteresis_teaches_it(layout: SensorLayout) -> None:
+    """Of twenty sets of sensors, while the finger closes and opens twice; it bends a twentieth less than assumed."""
+    period, errors = 0.05, StrainErrors(hysteresis=0.01, gain_error=0.01, noise=NOISE)
+    pressure = np.tile(75e3 * (1 - np.cos(2 * np.pi * np.arange(0, 4, period) / 4)), 2)
+    q = resting_angles(layout.finger, pressure, np.full(pressure.shape, DOWN))
+    ratios = np.repeat(extension_ratios(layout, q)[:, None], 20, axis=1)
+    readings = layout.response.reading(disturb(errors, ratios, period, rng(1)))
+    assumed = SensorLayout(softened(layout.finger, 1.05), 2, borders=layout.borders)
+    shape = RecursiveShape(assumed, uncertainty_of(errors, None, 0.05), period)
+    driving = np.repeat(layout.finger.pressure_torque(pressure)[:, None], 20, axis=1)
+    found = shape(readings, driving, np.broadcast_to(vector(DOWN), (len(q), 20, 3)))
+    off = 1e-3 * tip_errors(layout.finger, q[:, None], found.q)
+    band = position_std(layout.finger, found.q, found.covariance)[..., -1]
+    late = slice(20, None)
+    assert 0.9 < np.mean(off[late] <= 1.96 * band[late]) < 0.995
+    assert np.mean(off) < 0.6e-3
 
 
 def test_gains_and_bend_are_never_less_known_than_declared(layout: SensorLayout) -> None:
