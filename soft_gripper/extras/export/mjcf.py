@@ -93,7 +93,8 @@ def to_mjcf(scenario: Scenario, time_step: float | None = None) -> Mjcf:
         if is_deformable(model.mesh):
             raise InputError("export", "models", model.name, SOFT)
     models = [replace(model, self_contact=False) for model in scenario.models]
-    found = station_mjcf(make_station(replace(scenario, models=models, contact="points")), time_step)
+    step = time_step or scenario.plant_config.time_step or EXPLICIT_STEP
+    found = station_mjcf(make_station(replace(scenario, models=models, contact="points")), step, step <= EXPLICIT_STEP)
     idle = [f"{model.name}: self_contact of its fingers" for model in scenario.models if model.self_contact]
     return found._replace(left_out=[*found.left_out, *idle])
 
@@ -106,24 +107,26 @@ class Pair(NamedTuple):
     surfaces: tuple[Surface, Surface]
 
 
-def station_mjcf(station: Station, time_step: float | None = None, listed: Collection[str] = ()) -> Mjcf:
+def station_mjcf(station: Station, time_step: float, is_explicit: bool, listed: Collection[str] = ()) -> Mjcf:
     """A station of rigid bodies, whose fingers touch at points and not themselves, as MJCF; see `to_mjcf`.
 
     Args:
         station: made with contact at points.
-        time_step: s; None: that of the scenario.
+        time_step: s.
+        is_explicit: for the integrator implicitfast, whose springs pull as they are at the begin of a step; otherwise
+            for discrete, which older versions of MuJoCo and other engines do not have.
         listed: names of models that touch others in pairs only, so that a contact can be changed.
     """
-    return _Writer(station, time_step or station.scenario.plant_config.time_step or EXPLICIT_STEP, listed).write()
+    return _Writer(station, time_step, is_explicit, listed).write()
 
 
 class _Writer:
     """Writes one station."""
 
-    def __init__(self, station: Station, step: float, listed: Collection[str]):
+    def __init__(self, station: Station, step: float, is_explicit: bool, listed: Collection[str]):
         self._listed, self._pairs = listed, list[Pair]()
         self._station, self._scenario, self._plant = station, station.scenario, station.plant
-        self._step, self._is_explicit = step, step <= EXPLICIT_STEP
+        self._step, self._is_explicit = step, is_explicit
         self._inspector: SceneGraphInspector = station.parts.scene_graph.model_inspector()
         self._context = self._plant.CreateDefaultContext()
         self._positions = self._plant.GetPositions(self._context)
@@ -277,7 +280,7 @@ class _Writer:
             [self._plant.GetModelInstanceName(body.model_instance()) for body in bodies],
         )
         listed = {number for number, model in enumerate(models) if model in self._listed}
-        found = contacts(surfaces, candidates, filtered, self._scenario.contact_points, listed)
+        found = contacts(surfaces, candidates, filtered, self._scenario.contact_points, self._step, listed)
         for element, settings in zip(elements, found.geoms, strict=True):
             element.attrib.update(settings)
         for (one, other), settings in found.pairs.items():

@@ -253,7 +253,7 @@ class _Models:
 
     def __init__(self, served: Sequence[Served]):
         """`served` are all runs."""
-        self._listed = frozenset().union(*(each.of.touched for each in served))
+        self._listed = {model.name for each in served for model in each.station.scenario.models if model.free}
         self._exported: dict[tuple[MultibodyPlant, float], Exported] = {}
 
     def plants(self, served: Sequence[Served], steps: Sequence[float]) -> Plants:

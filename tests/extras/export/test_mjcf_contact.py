@@ -62,7 +62,7 @@ def test_mixing_is_that_of_mujoco():
 
 def test_only_pairs_that_would_be_mixed_wrong_are_listed():
     surfaces = [SKIN, TIP, BOX, TABLE, PALM]
-    found = contacts(surfaces, list(itertools.combinations(range(5), 2)), set(), 4)
+    found = contacts(surfaces, list(itertools.combinations(range(5), 2)), set(), 4, 0.01)
     # Skins, and a skin on the palm, whose friction is the larger one, are mixed; so is no pair of rigid shapes here.
     assert set(found.pairs) == {(0, 2), (1, 2), (0, 3), (1, 3), (2, 3), (2, 4), (3, 4)}
     assert found.pairs[0, 2]["condim"] == "4"
@@ -71,7 +71,32 @@ def test_only_pairs_that_would_be_mixed_wrong_are_listed():
 
 
 def test_a_pair_that_mujoco_filters_is_listed():
-    assert set(contacts([SKIN, TIP], [(0, 1)], {(0, 1)}, 4).pairs) == {(0, 1)}
+    assert set(contacts([SKIN, TIP], [(0, 1)], {(0, 1)}, 4, 0.01).pairs) == {(0, 1)}
+
+
+@pytest.mark.parametrize("step", [0.005, 0.00125])
+def test_what_is_carried_on_a_circle_hardly_slides(step):
+    """By 3/2 w^2 r h outward: one step in which friction stops what slides, and half of one for the way of a body.
+
+    A block lies on a turntable, 0.5 m from its axis.
+    """
+    mujoco = pytest.importorskip("mujoco")
+    (pair,) = contacts([SKIN, BOX], [(0, 1)], set(), 4, step).pairs.values()
+    attributes = " ".join(f'{name}="{value}"' for name, value in pair.items())
+    model = mujoco.MjModel.from_xml_string(f"""<mujoco>
+      <option timestep="{step}" integrator="discrete" cone="elliptic" impratio="10" noslip_iterations="10"/>
+      <worldbody>
+        <body><joint axis="0 0 1"/><geom name="table" type="cylinder" size="1 0.01" density="1e6" contype="0"/></body>
+        <body pos="0.5 0 0.03"><freejoint/><geom name="block" type="box" size="0.02 0.02 0.02" contype="0"/></body>
+      </worldbody>
+      <contact><pair geom1="table" geom2="block" {attributes}/></contact></mujoco>""")
+    data, speed, seconds = mujoco.MjData(model), 2.0, 0.5
+    data.qvel[[0, 2, 6]] = speed, speed * 0.5, speed
+    mujoco.mj_step(model, data, round(0.1 / step))  # it settles on the skin
+    begin = np.hypot(*data.body(2).xpos[:2])
+    mujoco.mj_step(model, data, round(seconds / step))
+    outward = (np.hypot(*data.body(2).xpos[:2]) - begin) / seconds
+    assert outward == pytest.approx(1.5 * speed**2 * 0.5 * step, rel=0.1)
 
 
 @pytest.mark.parametrize("shapes", [3, 20, 60])
@@ -79,7 +104,7 @@ def test_masks_and_pairs_together_are_the_candidates(shapes):
     """However many groups of shapes there are: MuJoCo has 31 bits."""
     rng = np.random.default_rng(shapes)
     candidates = [pair for pair in itertools.combinations(range(shapes), 2) if rng.random() < 0.5]
-    found = contacts([SKIN] * shapes, candidates, set(), 4)
+    found = contacts([SKIN] * shapes, candidates, set(), 4, 0.01)
     bits = [(int(geom["contype"]), int(geom["conaffinity"])) for geom in found.geoms]
     by_mask = {
         (i, k)
