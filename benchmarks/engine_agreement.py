@@ -2,7 +2,8 @@
 
     python benchmarks/engine_agreement.py [SCENARIO ...]
 
-prints a table; a row is also printed to stderr as soon as it is known. MuJoCo has contact at points, so that it is also
+writes docs/extras/mujoco_engine/agreement.csv, each row as soon as it is known, and puts the table into the page
+beside it. Rows of other scenarios are kept. MuJoCo has contact at points, so that it is also
 compared with Drake with `contact: points`: what differs less there is due to the model of contact, not to the engine.
 Tips and forces are compared at the end of each step of pressure or set point, and of a task at the end of the first
 phase that holds the object; forces are means over the last half second before, and differences of smaller forces than
@@ -12,6 +13,7 @@ phase that holds the object; forces are means over the last half second before, 
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated
 
 import numpy as np
@@ -19,13 +21,20 @@ import numpy as np
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.simulation import Run, run_many
 from soft_gripper.errors import InputError, shortened
-from soft_gripper.files.row_table import print_rows
+from soft_gripper.files.row_table import read_csv, write_csv
 from soft_gripper.runs.scores.recorded_grasps import recorded_grasps
 from soft_gripper.runs.scores.steps import outcome
 from soft_gripper.scenario.scenario_file import changed_scenario
 from soft_gripper.scenario.schema import DRAKE
 from soft_gripper.scenario.shipped import scenario_names
 
+TABLE, PAGE = (
+    Path(__file__).parents[1] / "docs/extras/mujoco_engine" / name for name in ("agreement.csv", "mujoco.md")
+)
+HEADING = (
+    "| scenario | tips [mm] | at points | force [%] | at points | normal force [%] | in Drake | in MuJoCo | step |",
+    "|---|---:|---:|---:|---:|---:|---|---|---:|",
+)
 LAST = 50  # samples before the end of a step
 LEAST = 0.5  # N, of which a difference of force is a share at least
 
@@ -101,16 +110,39 @@ def apart(one: Run, other: Run) -> tuple[float, float, float]:
     return 1e3 * shift, 100 * shares[0], 100 * shares[1]
 
 
+def page_table(rows: Sequence[Agreement]) -> list[str]:
+    """The lines of the table of the page: all scenarios that touch something."""
+    lines = [
+        f"| `{row.scenario}` | {row.tips_mm:.2f} | {row.tips_mm_with_points:.2f} | {row.force_percent:.1f}"
+        f" | {row.force_percent_with_points:.1f} | {row.normal_force_percent:.1f}"
+        f" | {row.in_drake} | {row.in_mujoco} | {row.step} |"
+        for row in rows
+        if row.force_percent > 0
+    ]
+    return [*HEADING, *lines]
+
+
+def write_page(rows: Sequence[Agreement]) -> None:
+    """Puts the table in the place of the one that the page has."""
+    lines = PAGE.read_text(encoding="utf-8").splitlines()
+    start = lines.index(HEADING[0])
+    end = next(number for number in range(start, len(lines)) if not lines[number].startswith("|"))
+    lines[start:end] = page_table(rows)
+    PAGE.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
 def main(names: Sequence[str]) -> None:
-    """Prints the table."""
-    rows = []
+    """Writes the table."""
+    rows = {row.scenario: row for row in read_csv(TABLE, Agreement)} if TABLE.is_file() else {}
     for name in names:
         try:
-            rows.append(agreement(name))
-            print(rows[-1], file=sys.stderr, flush=True)
+            rows[name] = agreement(name)
         except InputError as error:
             print(f"{name}: {shortened(str(error), 200)}")
-    print_rows(rows)
+            continue
+        print(rows[name], flush=True)
+        write_csv(TABLE, [rows[each] for each in sorted(rows)])
+    write_page([rows[each] for each in sorted(rows)])
 
 
 if __name__ == "__main__":
