@@ -8,7 +8,7 @@ from importlib.metadata import packages_distributions
 from itertools import chain
 from pathlib import Path
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
 OWN = "soft_gripper"
 FOLDERS = [OWN, "diagrams", "models"]  # rglob does not follow the links to the others
