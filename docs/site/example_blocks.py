@@ -3,6 +3,8 @@
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 from pydrake.geometry import Meshcat
@@ -35,6 +37,7 @@ _SCENARIOS = {
 }
 _FORCE_LIMITED = ["control.force_limit=0.5", "control.force_gains.ki=1.0", "estimator.type=contact"]
 _CREEPING = "package://soft_gripper/recordings/pneumatic_segment.urdf"
+_LAW = 'pressure="0 45000" effective="0 45000"', 'pressure="0 2e4 4e4" effective="0 2e4 5e4" stiffness_taken="0 .1 .1"'
 
 
 @dataclass(frozen=True)
@@ -88,8 +91,12 @@ def _inside(placed: Placed) -> Iterator[Placed]:
 
 
 def _creeping_finger() -> Station:
-    """The station of a finger with creep and a pressure law."""
-    return sg.make_station(sg.Scenario(models=[sg.ModelConfig(name="segment", file=_CREEPING)]))
+    """The station of a finger that creeps, and whose chamber widens and takes a part of its stiffness."""
+    text = sg.model_path(_CREEPING).read_text(encoding="utf-8")
+    with TemporaryDirectory() as folder:
+        file = Path(folder) / "segment.urdf"
+        file.write_text(text.replace(*_LAW), encoding="utf-8")
+        return sg.make_station(sg.Scenario(models=[sg.ModelConfig(name="segment", file=str(file))]))
 
 
 def _arm_estimation() -> ArmEstimation:
