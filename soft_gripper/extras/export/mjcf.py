@@ -273,15 +273,8 @@ class _Writer:
         candidates = sorted(
             (numbers[one], numbers[other])
             for one, other in self._inspector.GetCollisionCandidates()
-            if one in numbers and other in numbers
+            if one in numbers and other in numbers and not (self._is_beyond(one, other) or self._is_beyond(other, one))
         )
-        fixed = {number for number, body in enumerate(bodies) if self._reaches[body.index()].radius == 0.0}
-        candidates = [
-            (one, other)
-            for one, other in candidates
-            if not (one in fixed and self._is_beyond(other, one))
-            and not (other in fixed and self._is_beyond(one, other))
-        ]
         near = neighbors(self._plant)
         filtered = {(one, other) for one, other in candidates if bodies[other].index() in near[bodies[one].index()]}
         surfaces, models = (
@@ -298,15 +291,14 @@ class _Writer:
             ET.SubElement(contact, "pair", names | settings)
             self._pairs.append(Pair(name, (models[one], models[other]), (surfaces[one], surfaces[other])))
 
-    def _is_beyond(self, number: int, fixed: int) -> bool:
-        """Whether a shape can never touch a fixed one."""
-        geometries, inspector = list(self._geoms), self._inspector
-        (shape, X_BG), (other, X_BF) = (
-            (inspector.GetShape(geometries[i]), inspector.GetPoseInFrame(geometries[i])) for i in (number, fixed)
-        )
-        ball = self._reaches[self._body_of(geometries[number]).index()]
-        X_WF = self._body_of(geometries[fixed]).EvalPoseInWorld(self._context) @ X_BF
-        return is_beyond(ball, extent(shape, X_BG), other, X_WF)
+    def _is_beyond(self, geometry: GeometryId, other: GeometryId) -> bool:
+        """Whether a shape can never touch another one that is fixed."""
+        inspector, (body, base) = self._inspector, (self._body_of(each) for each in (geometry, other))
+        if self._reaches[base.index()].radius > 0:
+            return False
+        size = extent(inspector.GetShape(geometry), inspector.GetPoseInFrame(geometry))
+        X_WG = base.EvalPoseInWorld(self._context) @ inspector.GetPoseInFrame(other)
+        return is_beyond(self._reaches[body.index()], size, inspector.GetShape(other), X_WG)
 
     def _surfaces(self) -> list[Surface]:
         """The surfaces of all shapes."""
