@@ -1,4 +1,4 @@
-"""Shapes that can never touch a fixed one."""
+"""The pairs of an exported file: shapes that may touch, and the friction between them."""
 
 import re
 
@@ -55,3 +55,11 @@ def test_a_shape_is_beyond_a_box_by_its_distance():
     assert is_beyond(Ball(np.array([0.3, 0.3, 0.2]), 0.15), 0.03, box, X)
     assert not is_beyond(Ball(np.array([0.3, 0.3, 0.2]), 0.17), 0.03, box, X)
     assert not is_beyond(Ball(np.zeros(3), np.inf), 0.03, box, X)
+
+
+def test_friction_of_every_pair_stops_within_two_steps():
+    """Else what is carried on a circle slides outward, see test_mjcf_contact."""
+    pairs = re.findall("<pair .*/>", station_mjcf(station("box_grasp"), 0.004, is_explicit=False).text)
+    assert len(pairs) > 100
+    times = [float(re.search(r'solreffriction="(\S+) 1', pair).group(1)) for pair in pairs]
+    assert times == [0.008] * len(pairs)
