@@ -453,7 +453,7 @@ class Labels:
 
     @cached_property
     def indexed(self) -> xr.Coordinates:
-        """The same, made once for all recordings that have this signal."""
+        """The `coords` with their indexes, made once for all recordings that have this signal."""
         return xr.Dataset(coords=self.coords).coords
 
 

@@ -1,4 +1,4 @@
-"""What an estimator takes of a recording: the readings, and what follows from all samples before each."""
+"""Inputs of an estimator from a recording: the readings, and what follows from all samples before each."""
 
 from typing import Any
 

@@ -52,7 +52,7 @@ class SpatialCurvatureShape:
 
     @cached_property
     def zeroing(self) -> Zeroing | None:
-        """What follows the zeros of the sensors; see `Zeroing.of`."""
+        """The block that follows the zeros of the sensors; see `Zeroing.of`."""
         return Zeroing.of(Mechanics(self.layout, self.uncertainty), self.period)
 
     @cached_property

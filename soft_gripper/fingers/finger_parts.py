@@ -85,7 +85,7 @@ class CreepBranch:
 
 @dataclass(frozen=True)
 class PressureLaw:
-    """What pressure does to a finger beyond the chamber law, as points, linear between them and beyond.
+    """Effects of pressure on a finger beyond the chamber law, as points, linear between them and beyond.
 
     The effective pressure is the one with which the chamber law gives the actual torque: a chamber that widens drives
     the finger more. And pressure may take a share of the bending stiffness, as an axial force does of a column's

@@ -360,7 +360,7 @@ _TRAINED_LOAD = 0.2  # kg, at the tip of the trunk with other motors
 
 
 def trunk_dc_shape(task: Question, train: Sequence[Recorded]) -> Predict:
-    """The same with other motors and a load, but without the delay of its description, which looks ahead."""
+    """The balance of a trunk with other motors and a load, without the delay of its description, which looks ahead."""
     return _balance(_trunk("trunk_dc", "u"), _TENDONS, train, _every_shape(train), _TRAINED_LOAD)
 
 

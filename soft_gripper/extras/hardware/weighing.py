@@ -78,7 +78,7 @@ class Weighing:
 
 
 class Fitted(NamedTuple):
-    """What is kept of the fit of a finger."""
+    """The fit of a finger, as it is kept."""
 
     states: FittedStatesConfig
     confidence: ConfidenceConfig
@@ -136,7 +136,7 @@ def weigh(
 
 
 def _left_open(confidence: ConfidenceConfig, model: Model, states: SettledStates, slope: Array) -> Array:
-    """What each row adds to J' G R, (R, P): changes of the weighed mass by P independent unknowns, C = R R'."""
+    """Contribution of each row to J' G R, (R, P): changes of the weighed mass by P independent unknowns, C = R R'."""
     free = confidence.free(model)
     expected = f"the finger has {len(free.names)} numbers of these keys: is it another one's?"
     require(len(free.names) == len(confidence.std), states.name, "confidence", len(confidence.std), expected)

@@ -1,3 +1,3 @@
-"""What this extra adds: an engine of scenarios."""
+"""The addition of this extra: an engine of scenarios."""
 
 ENGINES = {"mujoco": "soft_gripper.extras.mujoco_engine.engine:run_many"}

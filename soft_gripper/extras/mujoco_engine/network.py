@@ -196,7 +196,7 @@ class Network:
         return all(source is not None and self._is_shared(source[0]) for source in fed)
 
     def _alike(self, leaf: LeafSystem) -> dict[LeafSystem, Rows]:
-        """What a block of the first diagram is in each, all of one structure, and the environments of that."""
+        """The counterparts of a block of the first diagram in all diagrams, which are alike, and their environments."""
         number = list(self._levels).index(leaf)
         found: dict[Diagram, list[int]] = {}
         for row, each in enumerate(self._wired):

@@ -47,7 +47,7 @@ def run(options: argparse.Namespace) -> None:
 
 
 def _fitted(finger: Path) -> Fitted | None:
-    """What is kept of the fit beside a finger's file; None if a part is missing."""
+    """The fit as kept beside a finger's file; None if a part is missing."""
     states, confidence = STATES.read(finger), CONFIDENCE.read(finger)
     return Fitted(states, confidence) if states is not None and confidence is not None else None
 

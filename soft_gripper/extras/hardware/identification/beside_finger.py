@@ -1,4 +1,4 @@
-"""What a fit leaves beside the file of an identified finger, and is read again with it."""
+"""Files beside that of an identified finger, which a fit leaves and which are read with it."""
 
 from dataclasses import asdict, dataclass
 from pathlib import Path

@@ -36,7 +36,7 @@ class ConfidenceConfig:
 
     @property
     def covariance(self) -> Array:
-        """Of the vector of the free parameters, (P, P)."""
+        """Covariance of the vector of the free parameters, (P, P)."""
         return np.array(self.correlation) * np.outer(self.std, self.std)
 
     def free(self, model: Model) -> FreeParameters:

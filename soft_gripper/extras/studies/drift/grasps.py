@@ -41,7 +41,7 @@ def simulated_grasp(seed: int, number: int, repeated: int = 1) -> Grasps:
 
 
 def grasps_of(recording: Recording) -> Grasps:
-    """What the finger of a recording does, every PERIOD; the first sample is recorded twice."""
+    """The motion of the finger of a recording, every PERIOD; the first sample is recorded twice."""
 
     def of(name: str) -> Array:
         return np.asarray(recording[f"{FINGER}.{name}"])[1 :: round(PERIOD / _SIMULATED)]

@@ -48,7 +48,7 @@ class Hour(NamedTuple):
 
 
 class Stated(NamedTuple):
-    """What a policy states at some samples."""
+    """Statements of a policy at some samples."""
 
     shape: ShapeEstimate  # (M, E)
     interval: Array  # (M, E, 3) N

@@ -92,7 +92,7 @@ def summary(rows: Sequence[DriftRow]) -> list[PolicyRow]:
 
 
 def drift_claims(rows: Sequence[PolicyRow]) -> list[Claim]:
-    """What holds at the last minute: coverage under every policy, and the error under the best one."""
+    """Claims about the last minute: coverage under every policy, and the error under the best one."""
     last = [row for row in rows if row.minute == rows[-1].minute]
     best = min(last, key=lambda row: row.tip_percent)
     bounds = " to ".join(f"{share:.0f}" for share in COVERED)
