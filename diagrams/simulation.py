@@ -167,12 +167,16 @@ class Run(NamedTuple):
     recording: Recording
 
 
-_TOGETHER = 128  # runs that an engine other than Drake is given at once
+# Runs that an engine other than Drake is given at once: the more, the faster each; but several processes want some.
+_LEAST_TOGETHER, _MOST_TOGETHER, _CALLS = 16, 128, 4
 
 
-def runs_at_once(scenario: Scenario) -> int:
-    """How many runs of a scenario, or of others with changes, are best made by one call of `run_many`."""
-    return 1 if scenario.engine == DRAKE else _TOGETHER
+def runs_at_once(scenario: Scenario, count: int) -> int:
+    """How many of so many runs of a scenario, or of others with changes, are best made by one call of `run_many`."""
+    if scenario.engine == DRAKE:
+        return 1
+    calls = max(math.ceil(count / _MOST_TOGETHER), min(_CALLS, math.ceil(count / _LEAST_TOGETHER)), 1)
+    return max(1, math.ceil(count / calls))
 
 
 def run_many(scenarios: Sequence[Scenario], described: bool = True) -> Iterator[Run | Exception]:
@@ -185,6 +189,17 @@ def run_many(scenarios: Sequence[Scenario], described: bool = True) -> Iterator[
             yield from (_run(scenario, described) for scenario in alike)
         else:
             yield from registered("ENGINES")[engine]([*alike], described)
+
+
+def engine_step(scenario: Scenario) -> float | None:
+    """The longest step, s, of the engine that simulates a scenario, for runs of it with changes; None: there is none.
+
+    Raises:
+        InputError: if the engine cannot simulate the scenario.
+    """
+    if scenario.engine == DRAKE or scenario.engine_step is not None:
+        return scenario.engine_step
+    return registered("ENGINE_STEPS")[scenario.engine](scenario)
 
 
 def _run(scenario: Scenario, described: bool) -> Run | Exception:

@@ -57,13 +57,20 @@ class StationParts:
         self.signals |= external.signals
 
     def check(self, diagram: Diagram) -> None:
-        """Checks, in the built diagram, the initial state and the paths of a task for collisions.
+        """Checks, in the built diagram, the initial state, and the task.
 
         Raises:
-            InputError: if bodies initially penetrate each other, a motion of a task collides, or an object that
-                does not give way has a limit of its squeeze.
+            InputError: if bodies initially penetrate each other, or as `check_task`.
         """
         check_starts_apart(diagram, self.scene_graph)
+        self.check_task(diagram)
+
+    def check_task(self, diagram: Diagram) -> None:
+        """Checks, in the built diagram, the paths of a task for collisions.
+
+        Raises:
+            InputError: if a motion of a task collides, or an object that does not give way has a limit of its squeeze.
+        """
         task, models = self.scenario.task, self.scenario.models
         if task is not None and task.squeeze_limit is not None and task.object not in self.deformables:
             expected = f"leave it out: '{task.object}' is rigid"

@@ -324,6 +324,16 @@ class MotionPlanner:
             raise InputError(where, "motion", self._arm.name, f"exceeds the limits of the arm: {error}") from None
 
 
+def planned_task(task: TaskConfig, models: Sequence[ModelConfig], arm: Arm, period: float) -> TaskMachine:
+    """The controller of a task, which samples every `period` s.
+
+    Raises:
+        InputError: if the arm cannot reach the goal of a phase.
+    """
+    rules = Rules(plan_phases(task, models, arm), task.grip_threshold, task.timeout, task.quiet_band)
+    return TaskMachine(rules, period)
+
+
 def add_task(
     builder: DiagramBuilder,
     task: TaskConfig,
@@ -347,8 +357,7 @@ def add_task(
     Raises:
         InputError: if the arm cannot reach the goal of a phase.
     """
-    rules = Rules(plan_phases(task, models, arm), task.grip_threshold, task.timeout, task.quiet_band)
-    machine = builder.AddNamedSystem("task", TaskMachine(rules, period))
+    machine = builder.AddNamedSystem("task", planned_task(task, models, arm, period))
     builder.Connect(machine.GetOutputPort("desired_state"), desired_state)
     signals = {f"task.{name}": machine.GetOutputPort(name) for name in ("phase", "outcome", "desired_state")}
     if grip is not None:

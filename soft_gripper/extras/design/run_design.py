@@ -28,7 +28,7 @@ from soft_gripper.extras.design.walls import least_wall
 from soft_gripper.registry import Registry
 from soft_gripper.runs.scores.grasp import HELD
 from soft_gripper.runs.sweep.measures import column_of, kind_of, names_of
-from soft_gripper.runs.sweep.run_sweep import ERROR, Axis, ScenarioRuns, Work, measured_runs
+from soft_gripper.runs.sweep.run_sweep import ERROR, Axis, ScenarioRuns, Work, measured_runs, with_engine_step
 from soft_gripper.scenario.model_files import mounted_fingers
 from soft_gripper.scenario.scenario_file import changed_scenario, dump_scenario
 
@@ -159,7 +159,9 @@ class _Runs(ScenarioRuns):
         self._study, self._executor, self._report, self._work = study, executor, report, work
         self._searched, self._tested = _all_cases(study)
         self._own = own_measures(study)
-        self._scenario = scenario = _checked(study, [*self._searched, *self._tested])
+        _check(study, [*self._searched, *self._tested])
+        self._fixed = with_engine_step(study.scenario, study.fixed, executor)
+        self._scenario = scenario = changed_scenario(study.scenario, self._fixed)
         measures = names_of(kind_of(scenario), list(self._own.values()))
         _check_measures(study, measures)
         drawn = dict.fromkeys(key for case in (*self._searched, *self._tested) for key in case.changes)
@@ -204,7 +206,7 @@ class _Runs(ScenarioRuns):
         """The rows of each design in some cases: those that the table has, and those of new runs."""
         own = list(self._own.values())
         changes: dict[tuple[str, ...], Mapping[str, Any]] = {
-            (stage, str(number), *in_case.key): {**self._study.fixed, **in_case.changes, **values}
+            (stage, str(number), *in_case.key): {**self._fixed, **in_case.changes, **values}
             for number, values in designs.items()
             for in_case in in_cases
         }
@@ -238,8 +240,8 @@ def _check_measures(study: DesignStudy, known: Sequence[str]) -> None:
         measures.find(name, place, study.file)
 
 
-def _checked(study: DesignStudy, in_cases: Sequence[Case]) -> Any:
-    """The scenario with its fixed changes; the first run with every object can be built.
+def _check(study: DesignStudy, in_cases: Sequence[Case]) -> None:
+    """Checks that the first run with every object can be built.
 
     Raises:
         InputError: if it cannot.
@@ -251,7 +253,6 @@ def _checked(study: DesignStudy, in_cases: Sequence[Case]) -> Any:
             check_closed(make_station(changed_scenario(study.scenario, {**study.fixed, **case.changes})))
         except InputError as error:
             raise error.inside(place) from error.__cause__
-    return changed_scenario(study.scenario, study.fixed)
 
 
 def refusal(study: DesignStudy, values: Mapping[str, Any]) -> Score | None:

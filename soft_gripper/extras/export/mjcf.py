@@ -39,7 +39,7 @@ from soft_gripper.diagrams.wiring.drive import chambers_turn
 from soft_gripper.errors import InputError
 from soft_gripper.extras.export.actuation import ArmActuator, Commands, arm_actuators, chamber_names, make_commands
 from soft_gripper.extras.export.mjcf_contact import Surface, contacts
-from soft_gripper.extras.export.reach import extent, is_beyond, reaches
+from soft_gripper.extras.export.reach import Ball, Range, extent, may_touch, reaches
 from soft_gripper.extras.export.tree import (
     SOFT,
     axis_of,
@@ -270,10 +270,11 @@ class _Writer:
         """Adds to every shape how it touches others, and the pairs that touch otherwise than two shapes say."""
         numbers = {geometry: number for number, geometry in enumerate(self._geoms)}
         elements, bodies = list(self._geoms.values()), [self._body_of(geometry) for geometry in self._geoms]
+        ranges = [self._range(*each) for each in zip(self._geoms, bodies, strict=True)]
         candidates = sorted(
             (numbers[one], numbers[other])
             for one, other in self._inspector.GetCollisionCandidates()
-            if one in numbers and other in numbers and not (self._is_beyond(one, other) or self._is_beyond(other, one))
+            if one in numbers and other in numbers and may_touch(ranges[numbers[one]], ranges[numbers[other]])
         )
         near = neighbors(self._plant)
         filtered = {(one, other) for one, other in candidates if bodies[other].index() in near[bodies[one].index()]}
@@ -291,14 +292,11 @@ class _Writer:
             ET.SubElement(contact, "pair", names | settings)
             self._pairs.append(Pair(name, (models[one], models[other]), (surfaces[one], surfaces[other])))
 
-    def _is_beyond(self, geometry: GeometryId, other: GeometryId) -> bool:
-        """Whether a shape can never touch another one that is fixed."""
-        inspector, (body, base) = self._inspector, (self._body_of(each) for each in (geometry, other))
-        if self._reaches[base.index()].radius > 0:
-            return False
-        size = extent(inspector.GetShape(geometry), inspector.GetPoseInFrame(geometry))
-        X_WG = base.EvalPoseInWorld(self._context) @ inspector.GetPoseInFrame(other)
-        return is_beyond(self._reaches[body.index()], size, inspector.GetShape(other), X_WG)
+    def _range(self, geometry: GeometryId, body: RigidBody) -> Range:
+        """Where a shape of a body can be."""
+        shape, X_BG = self._inspector.GetShape(geometry), self._inspector.GetPoseInFrame(geometry)
+        ball, X_WG = self._reaches[body.index()], body.EvalPoseInWorld(self._context) @ X_BG
+        return Range(Ball(ball.center, ball.radius + extent(shape, X_BG)), shape, X_WG if ball.radius == 0 else None)
 
     def _surfaces(self) -> list[Surface]:
         """The surfaces of all shapes."""

@@ -72,9 +72,25 @@ def _radius(shape: Shape) -> float:
     return np.inf
 
 
-def is_beyond(ball: Ball, extent: float, fixed: Shape, X_WG: RigidTransform) -> bool:
-    """Whether a shape, of this extent on a body that stays in a ball, is always off a fixed shape."""
-    return _distance(fixed, X_WG.inverse() @ ball.center) > ball.radius + extent + _MARGIN
+class Range(NamedTuple):
+    """Where a shape can be."""
+
+    ball: Ball  # it stays inside
+    shape: Shape
+    X_WG: RigidTransform | None  # its pose, if it is fixed
+
+
+def may_touch(one: Range, other: Range) -> bool:
+    """Whether two shapes can touch, of which one may be fixed; of two that move it is not known."""
+    return not (_is_beyond(one, other) or _is_beyond(other, one))
+
+
+def _is_beyond(moving: Range, fixed: Range) -> bool:
+    """Whether a shape is always off a fixed shape."""
+    if fixed.X_WG is None:
+        return False
+    center = fixed.X_WG.inverse() @ moving.ball.center
+    return _distance(fixed.shape, center) > moving.ball.radius + _MARGIN
 
 
 def _distance(shape: Shape, p_GQ: Array) -> float:

@@ -14,7 +14,7 @@ from matplotlib.patches import Circle
 from matplotlib.ticker import MaxNLocator
 
 from soft_gripper.diagrams.recording import Recording
-from soft_gripper.diagrams.simulation import Progress, run_many, run_station, runs_at_once
+from soft_gripper.diagrams.simulation import Progress, engine_step, run_many, run_station, runs_at_once
 from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.errors import InputError
@@ -43,7 +43,8 @@ from soft_gripper.runs.scores.recorded_task import (
     yaw,
 )
 from soft_gripper.runs.study import StudyTables, describe
-from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
+from soft_gripper.runs.sweep.run_sweep import with_engine_step
+from soft_gripper.scenario.scenario_file import changed_scenario, dump_scenario, load_scenario
 from soft_gripper.scenario.schema import Scenario
 
 GOOD, BAD = "#2166ac", "#b2182b"
@@ -167,7 +168,9 @@ def run_trials(
     tables = StudyTables(
         out, ABOUT, {table: [*KEYS, *columns(part)] for table, part in zip(TABLES, PARTS, strict=True)}, len(KEYS)
     )
-    tables.begin(_about(files, seed, engine), resume)
+    of_engine = {} if engine is None else {"engine": engine}
+    changes = {file: with_engine_step(file, of_engine, executor) for file in files}
+    tables.begin(_about(changes, seed), resume)
     for suffix in (".png", ".svg"):  # figures of fewer trials
         (out / FIGURE).with_suffix(suffix).unlink(missing_ok=True)
     trials = {key: Trial.of_rows(rows) for key, rows in tables.rows.items()}
@@ -178,7 +181,7 @@ def run_trials(
                 trials[key] = trial
                 tables.add(*trial.rows)
 
-    jobs = dict(_batches(files, number, seed, engine))
+    jobs = dict(_batches(changes, number, seed))
 
     def failed(batch: Batch, cause: str) -> list[Trial]:
         file, _, numbers, _ = jobs[batch]
@@ -200,24 +203,23 @@ def run_trials(
 Batch = tuple[tuple[str, str], ...]  # keys of trials that are run together
 
 
+Changes = Mapping[str, Any]  # of a scenario, by dotted keys
+
+
 def _batches(
-    files: Sequence[str], number: int, seed: int, engine: str | None
-) -> Iterator[tuple[Batch, tuple[str, int, list[int], str | None]]]:
+    changes: Mapping[str, Changes], number: int, seed: int
+) -> Iterator[tuple[Batch, tuple[str, int, list[int], Changes]]]:
     """The trials that are run together, and the arguments of `trials_together`; scenarios take turns."""
-    size = min(runs_at_once(_read(file, engine)) for file in files)
+    size = min(runs_at_once(changed_scenario(*each), number) for each in changes.items())
     for first in range(0, number, size):
         numbers = list(range(first, min(first + size, number)))
-        for file in files:
-            yield tuple((Path(file).stem, str(each)) for each in numbers), (file, seed, numbers, engine)
+        for file, of_file in changes.items():
+            yield tuple((Path(file).stem, str(each)) for each in numbers), (file, seed, numbers, of_file)
 
 
-def _read(file: str, engine: str | None) -> Scenario:
-    return load_scenario(file, [] if engine is None else [f"engine={engine}"])
-
-
-def _about(files: Sequence[str], seed: int, engine: str | None) -> str:
+def _about(changes: Mapping[str, Changes], seed: int) -> str:
     """A description of the trials."""
-    scenarios = (f"# {Path(file).stem}\n{dump_scenario(_read(file, engine))}" for file in files)
+    scenarios = (f"# {Path(file).stem}\n{dump_scenario(changed_scenario(file, of))}" for file, of in changes.items())
     return "\n".join([f"seed: {seed}", *scenarios])
 
 
@@ -226,9 +228,9 @@ def _force_limit(file: str) -> float | None:
     return None if task is None else task.force_limit
 
 
-def trials_together(file: str, seed: int, numbers: Sequence[int], engine: str | None = None) -> list[Trial]:
-    """Runs trials of a scenario, which an engine may simulate together; one that fails has its cause."""
-    base = _read(file, engine)
+def trials_together(file: str, seed: int, numbers: Sequence[int], changes: Changes) -> list[Trial]:
+    """Runs trials of a scenario with changes, which an engine may simulate together; one that fails has its cause."""
+    base = changed_scenario(file, changes)
     scenarios = [_varied(base, file, seed, number) for number in numbers]
     runs = run_many([each for each in scenarios if isinstance(each, Scenario)], described=False)
     found = []
@@ -243,20 +245,22 @@ def trials_together(file: str, seed: int, numbers: Sequence[int], engine: str | 
 
 def run_trial(file: str, seed: int, trial: int) -> Trial:
     """Runs one trial; the result of one that fails has its cause."""
-    (found,) = trials_together(file, seed, [trial])
+    (found,) = trials_together(file, seed, [trial], {})
     return found
 
 
 def record_trial(
     file: str, seed: int, trial: int, progress: Progress | None = None, engine: str | None = None
 ) -> tuple[Station, Recording]:
-    """Runs one trial and keeps its recording; `progress` as for `simulate`.
+    """Runs one trial as `run_trials` does, and keeps its recording; `progress` as for `simulate`.
 
     Raises:
         InputError: if its variation cannot be built.
         SimulationDivergedError: if its state is no longer finite.
     """
-    scenario = _varied(_read(file, engine), file, seed, trial)
+    base = changed_scenario(file, {} if engine is None else {"engine": engine})
+    base.engine_step = engine_step(base)
+    scenario = _varied(base, file, seed, trial)
     if isinstance(scenario, Exception):
         raise scenario
     station = make_private_station(scenario)

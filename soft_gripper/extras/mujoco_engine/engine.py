@@ -23,7 +23,8 @@ from soft_gripper.diagrams.recording import make_recording
 from soft_gripper.diagrams.scene import check_starts_apart, first_body
 from soft_gripper.diagrams.simulation import Run, check_closed, content
 from soft_gripper.diagrams.station import make_private_station
-from soft_gripper.diagrams.station_parts import Station
+from soft_gripper.diagrams.station_parts import Station, StationParts
+from soft_gripper.diagrams.task_plan import planned_task
 from soft_gripper.errors import InputError
 from soft_gripper.extras.mujoco_engine.lockstep import Logs, rows_of, simulated
 from soft_gripper.extras.mujoco_engine.network import Network
@@ -63,8 +64,7 @@ def run_many(scenarios: Sequence[Scenario], described: bool = True) -> Iterator[
     Raises:
         InputError: if MuJoCo is not installed, or too old to step many simulations.
     """
-    if find_spec("mujoco") is None or find_spec("mujoco.batch") is None:
-        raise InputError("scenario", "engine", "mujoco", "needs MuJoCo 3.17: pip install 'soft-gripper[mujoco]'")
+    _check_installed()
     content_of = cache(content)  # files do not change while this runs
     context_of = cache(Diagram.CreateDefaultContext)
     served = [_serve(scenario, content_of, context_of) for scenario in scenarios]
@@ -80,6 +80,24 @@ def run_many(scenarios: Sequence[Scenario], described: bool = True) -> Iterator[
             part = slice(first, first + size)
             found |= dict(zip(numbers[part], _run_alike(alike[part], described), strict=True))
     yield from (found[i] for i in range(len(scenarios)))
+
+
+def suited_step(scenario: Scenario) -> float:
+    """The longest step, s, of which half changes a run of a scenario by little.
+
+    Raises:
+        InputError: as `run_many`, or if the scenario cannot be simulated in MuJoCo.
+    """
+    _check_installed()
+    served = _serve(scenario, content, Diagram.CreateDefaultContext)
+    if isinstance(served, Exception):
+        raise served
+    return _chosen_step([served], _Models([served]))[0]
+
+
+def _check_installed() -> None:
+    if find_spec("mujoco") is None or find_spec("mujoco.batch") is None:
+        raise InputError("scenario", "engine", "mujoco", "needs MuJoCo 3.17: pip install 'soft-gripper[mujoco]'")
 
 
 class Served(NamedTuple):
@@ -100,9 +118,11 @@ def _serve(scenario: Scenario, content_of: Content, context_of: Callable[[Diagra
         of = variation(scenario, station.scenario)
         if of.poses:
             _check_begin(station, of, context_of(station.diagram))
+        parts = replace(station.parts, scenario=scenario, masses=of.masses, frictions=of.frictions)
+        if of.poses or scenario.task != station.scenario.task:
+            _plan_anew(parts, station.diagram)
     except InputError as error:
         return error
-    parts = replace(station.parts, scenario=scenario, masses=of.masses, frictions=of.frictions)
     return Served(replace(station, parts=parts), of)
 
 
@@ -110,6 +130,14 @@ def _check_begin(station: Station, of: Variation, context: Context) -> None:
     """Checks that objects begin outside of others, as a station that is built checks for itself."""
     station.plant.SetPositions(station.plant.GetMyMutableContextFromRoot(context), begin(station.plant, of))
     check_starts_apart(station.diagram, station.parts.scene_graph, context)
+
+
+def _plan_anew(parts: StationParts, diagram: Diagram) -> None:
+    """Plans the task of a scenario for its own places, and checks it, as a station that is built does for itself."""
+    task, arm, period = parts.scenario.task, parts.arm, parts.scenario.sensor.period
+    if task is not None and arm is not None:
+        parts.task = planned_task(task, parts.scenario.models, arm, period)
+        parts.check_task(diagram)
 
 
 def _built(scenario: Scenario) -> Station:
@@ -140,7 +168,7 @@ def _at_once(station: Station) -> int:
 def _run_alike(served: Sequence[Served], described: bool) -> Iterator[Run | Exception]:
     """Runs stations of one structure together, with the step that suits some of them."""
     stations, models = [each.station for each in served], _Models(served)
-    step, change = _chosen_step([served[i] for i in _evenly(len(served))], models)
+    step, words = _step_of(served, models)
     logs, lengths, failed = simulated(stations[0], Network(stations, models.plants(served, [step]), stations[0].logs))
     times = np.arange(logs.samples) * stations[0].scenario.sensor.period
     for i, station in enumerate(stations):
@@ -148,8 +176,23 @@ def _run_alike(served: Sequence[Served], described: bool) -> Iterator[Run | Exce
             yield failed[i]
             continue
         computed = station.logs.computed(times[: lengths[i]], logs.of(i, lengths[i]))
-        about = station.parts.about | {"engine_step": f"{1e3 * step:g} ms; {change.words}"} if described else {}
+        about = station.parts.about | {"engine_step": words} if described else {}
         yield Run(station, make_recording(station.logs.labels, computed, about))
+
+
+def _step_of(served: Sequence[Served], models: "_Models") -> tuple[float, str]:
+    """The step of runs of one structure, and how it was chosen."""
+    station = served[0].station
+    if station.scenario.engine_step is not None:
+        step = _dividing(station.plant.time_step(), station.scenario.engine_step)
+        return step, f"{1e3 * step:g} ms"
+    step, change = _chosen_step([served[i] for i in _evenly(len(served))], models)
+    return step, f"{1e3 * step:g} ms; {change.words}"
+
+
+def _dividing(plant_step: float, longest: float) -> float:
+    """The longest step up to one that divides the step of Drake's plant."""
+    return plant_step / math.ceil(plant_step / longest - 1e-9)
 
 
 def _evenly(count: int) -> list[int]:
@@ -181,8 +224,7 @@ class Change(NamedTuple):
 
 def _chosen_step(served: Sequence[Served], models: "_Models") -> tuple[float, Change]:
     """The longest step of which half changes where some runs end by little, and by how much; the runs log nothing."""
-    plant_step = served[0].station.plant.time_step()
-    step = plant_step / math.ceil(plant_step / LONGEST_STEP - 1e-9)
+    step = _dividing(served[0].station.plant.time_step(), LONGEST_STEP)
     known: list[list[_End]] = []  # of all runs with each step
     while True:
         steps = [step, step / 2][len(known) :]

@@ -196,6 +196,7 @@ class Plants:
         self.batch.forward()
         self.active = np.arange(len(models))
         self.state = self.layout.state(self._qpos, self._qvel)
+        self._forces: Array | None = None  # of the contacts, once they are read
 
     def reset(self, rows: Rows, models: "Sequence[mujoco.MjModel]", begins: Array) -> None:
         """Lets some environments begin anew, with their models, (rows,), and positions, (rows, nq)."""
@@ -248,10 +249,12 @@ class Plants:
         """
         self._sense(True)
         self.batch.step(self.active, 1)
+        self._forces = None
 
     def finish_step(self, senses: bool = False) -> None:
         """Makes the other steps; contacts are those in the first, or, if it `senses`, those in the last."""
         self._sense(senses)
+        self._forces = None
         for substeps in np.unique(self._substeps):
             alike = self.active[self._substeps[self.active] == substeps]
             if substeps > 1 and len(alike):
@@ -265,12 +268,14 @@ class Plants:
 
     def look(self) -> None:
         """Takes the states as they are now."""
+        self._forces = None
         self.state = self.layout.state(self._qpos, self._qvel)
 
-    def contact_forces(self, model: ModelInstanceIndex) -> Array:
-        """Generalized forces of all contacts on a model, (E, nv of it)."""
-        forces = self.layout.in_world(self.state[:, : self.plant.num_positions()], self._contact)
-        return forces[:, self.layout.velocities(model)]
+    def contact_forces(self) -> Array:
+        """Generalized forces of all contacts, (E, nv)."""
+        if self._forces is None:
+            self._forces = self.layout.in_world(self.state[:, : self.plant.num_positions()], self._contact)
+        return self._forces
 
     def net_actuation(self, model: ModelInstanceIndex) -> Array:
         """Torques that the actuators of an arm apply, (E, nu)."""
@@ -291,6 +296,6 @@ class Plants:
         of_state = np.concatenate([q, self.plant.num_positions() + v])
         return {
             "state": lambda: self.state[:, of_state],
-            "generalized_contact_forces": lambda: self.contact_forces(model),
+            "generalized_contact_forces": lambda: self.contact_forces()[:, v],
             "net_actuation": lambda: self.net_actuation(model),
         }

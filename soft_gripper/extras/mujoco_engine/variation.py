@@ -1,8 +1,8 @@
 """Runs in MuJoCo may share one station, one model, or the blocks around models of their own.
 
-Pose, mass and friction of free objects are numbers in MuJoCo's model and state, so that runs that differ in them share
-a station. A task is planned for the pose of its object, and a mesh of another size is another model: such runs have
-stations of their own, and share the blocks.
+Pose, mass and friction of free objects are numbers in MuJoCo's model and state, and a task is planned anew for the
+pose of its object, so that runs that differ in them share a station. A mesh of another size is another model: such runs
+have stations of their own, and share the blocks.
 """
 
 from collections.abc import Callable, Mapping
@@ -20,7 +20,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.diagrams.simulation import built_of, content
 from soft_gripper.extras.export.mjcf import Mjcf, Pair
 from soft_gripper.extras.export.mjcf_contact import Surface, friction_of, touch
-from soft_gripper.scenario.schema import ModelConfig, Scenario
+from soft_gripper.scenario.schema import ModelConfig, PoseErrorConfig, Scenario, TaskConfig
 
 if TYPE_CHECKING:  # it is optional
     import mujoco
@@ -35,9 +35,8 @@ Content = Callable[[Path], str | None]
 def station_key(scenario: Scenario, content_of: Content = content) -> Key | None:
     """Equal for scenarios that one station serves; None: it serves no other, see `built_of`."""
     plain = plain_objects(scenario)
-    if scenario.task is None:
-        plain.models = [replace(each, X_PC=Transform()) if each.free else each for each in plain.models]
-    return built_of(replace(plain, description=""), content_of)
+    models = [replace(each, X_PC=Transform()) if each.free else each for each in plain.models]
+    return built_of(replace(plain, description="", models=models, task=_without_places(scenario)), content_of)
 
 
 def plain_objects(scenario: Scenario) -> Scenario:
@@ -52,10 +51,13 @@ def plain_objects(scenario: Scenario) -> Scenario:
 def blocks_key(scenario: Scenario, content_of: Content = content) -> Key | None:
     """Equal for scenarios whose stations have equal blocks, but for the phases of their tasks; None: no other has."""
     models = [ModelConfig(name=model.name, file=_ANY, free=True) if model.free else model for model in scenario.models]
+    return built_of(replace(scenario, description="", models=models, task=_without_places(scenario)), content_of)
+
+
+def _without_places(scenario: Scenario) -> TaskConfig | None:
+    """The task of a scenario, whatever the places between which it carries an object."""
     task = scenario.task
-    if task is not None:
-        task = replace(task, X_WGoal=Transform(), pose_error=type(task.pose_error)())
-    return built_of(replace(scenario, description="", models=models, task=task), content_of)
+    return None if task is None else replace(task, X_WGoal=Transform(), pose_error=PoseErrorConfig())
 
 
 def _plain(model: ModelConfig) -> ModelConfig:

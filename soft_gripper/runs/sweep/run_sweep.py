@@ -21,7 +21,7 @@ from matplotlib.figure import Figure
 from scipy.stats import qmc
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.simulation import Run, check_closed, run_many, runs_at_once
+from soft_gripper.diagrams.simulation import Run, check_closed, engine_step, run_many, runs_at_once
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.errors import InputError
 from soft_gripper.files.output import lock_folder
@@ -32,7 +32,7 @@ from soft_gripper.runs.scores.grasp import HELD
 from soft_gripper.runs.study import StudyTables, describe, results
 from soft_gripper.runs.sweep.measures import OPTION, column_of, kind_of, measure, names_of
 from soft_gripper.scenario.scenario_file import changed_scenario, dump_scenario
-from soft_gripper.scenario.schema import Scenario
+from soft_gripper.scenario.schema import DRAKE, Scenario
 
 PANELS = 4  # maximum number of measures drawn
 GRASP = "grasp"  # the measure that tells whether an object is held
@@ -313,9 +313,15 @@ def _measured(
     found = list(_all_measures(read, own))
     if not check_step:
         return found
-    steps = [each.plant_config.time_step / 2 if isinstance(each, Scenario) else 0.0 for each in read]
-    halves = [_changed(scenario, {**each, STEP: step}) for each, step in zip(changes, steps, strict=True)]
+    steps = [_half_steps(each) if isinstance(each, Scenario) else {} for each in read]
+    halves = [_changed(scenario, {**each, **half}) for each, half in zip(changes, steps, strict=True)]
     return [_compared(*both) for both in zip(found, _all_measures(halves, own), strict=True)]
+
+
+def _half_steps(scenario: Scenario) -> dict[str, float]:
+    """Changes of a scenario by which all steps are half as long."""
+    halved = {STEP: scenario.plant_config.time_step / 2}
+    return halved if scenario.engine_step is None else halved | {ENGINE_STEP: scenario.engine_step / 2}
 
 
 def _changed(scenario: str, changes: Mapping[str, Any]) -> Scenario | Exception:
@@ -366,7 +372,7 @@ def _differ(one: Any, other: Any) -> bool:
 
 TABLE, ABOUT = "sweep.csv", "sweep.json"
 NUMBER, DEPENDS, ERROR = "run", "depends_on_step", "error"  # the first and the last columns
-STEP = "plant_config.time_step"
+STEP, ENGINE_STEP = "plant_config.time_step", "engine_step"
 _DIFFERENT, _NEGLIGIBLE = 0.05, 0.01  # share of a measure, and in its unit, that a time step may change
 _DESCRIBES = ("description",)  # keys that have no effect on a run
 
@@ -431,6 +437,8 @@ def run_sweep(
     check_keys(scenario, fixed, points)
     if scenario.endswith((".yaml", ".yml")):
         scenario = str(Path(scenario).resolve())  # workers may have other working folders
+    if ENGINE_STEP not in keys:
+        fixed = with_engine_step(scenario, fixed, executor)
     base = changed_scenario(scenario, fixed)
     names = names_of(kind_of(base), own)
     if check_step and base.plant_config.time_step == 0:
@@ -450,6 +458,22 @@ def run_sweep(
     )
     runs.finish(changes)
     return [runs.row(key) for key in changes]
+
+
+def with_engine_step(scenario: str, changes: Mapping[str, Any], executor: Executor) -> dict[str, Any]:
+    """Changes of a scenario, and the step of its engine, which suits the scenario, so that all runs of it have one.
+
+    Raises:
+        InputError: as `engine_step`.
+    """
+    base = changed_scenario(scenario, changes)
+    if base.engine == DRAKE or base.engine_step is not None:
+        return dict(changes)
+    return {**changes, ENGINE_STEP: executor.submit(_engine_step, scenario, changes).result()}
+
+
+def _engine_step(scenario: str, changes: Mapping[str, Any]) -> float | None:
+    return engine_step(changed_scenario(scenario, changes))
 
 
 Work = Callable[..., list[dict[str, Any]]]  # as `measured_runs`
@@ -510,7 +534,7 @@ class ScenarioRuns(StudyTables):
         """
         scenario, changes = given
         keys = list(changes)
-        size = math.ceil(len(keys) / math.ceil(len(keys) / runs_at_once(base))) if keys else 1
+        size = runs_at_once(base, len(keys))
         batches = [tuple(keys[i : i + size]) for i in range(0, len(keys), size)]
         jobs = {batch: (scenario, [changes[key] for key in batch], *others) for batch in batches}
 

@@ -55,6 +55,25 @@ def test_a_run_does_not_depend_on_the_one_that_its_station_was_made_for():
     assert found[0] == found[1]
 
 
+def test_a_task_is_planned_for_its_own_places_in_the_station_of_another():
+    begins = {"task.time_limit": 1.0} | ENGINE | {"engine_step": 0.005}
+    here, there = (
+        changed_scenario("pick_and_place_box", begins | {"models.box.X_PC.translation.1": y}) for y in (-0.18, -0.15)
+    )
+    found = []
+    for first in (here, there):
+        engine._stations.clear()
+        *_, run = run_many([first, there])
+        found.append(run.recording["task.desired_state"].values)
+        assert len(engine._stations) == 1
+    assert np.array_equal(*found)
+
+
+def test_a_step_that_is_given_is_in_use():
+    (run,) = run_many([changed_scenario("free_bending", RAMP | ENGINE | {"engine_step": 0.003})])
+    assert run.recording.data.attrs["engine_step"] == "2.5 ms"  # divides 10 ms
+
+
 def test_a_step_is_too_long_if_half_of_it_turns_a_carried_object_otherwise():
     end = _End(np.zeros((2, 3)), np.ones(2), np.zeros((4, 3)))
     turned = end._replace(object=np.array([[0, 0, 0], [0, 3e-4, 0], [-3e-4, 0, 0], [0, 0, 0]]))

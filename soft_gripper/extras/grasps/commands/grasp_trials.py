@@ -70,7 +70,7 @@ def _in_drake(
     """How trials in another engine agree with some of them in Drake, if that is asked for."""
     picked = [trials[i] for i in chosen(len(trials), checked, seed)]
     file_of = {Path(file).stem: file for file in files}
-    jobs = {i: (file_of[each.scenario], seed, [each.trial], DRAKE) for i, each in enumerate(picked)}
+    jobs = {i: (file_of[each.scenario], seed, [each.trial], {"engine": DRAKE}) for i, each in enumerate(picked)}
     repeated = results(executor, trials_together, jobs)
     return agreement([*map(_cells, picked)], [_cells(repeated[i][0]) for i in jobs])
 
