@@ -63,18 +63,25 @@ class ContactDetector(ArrayBlock):
     def _touch(self, before: Array, now: Array, torque: Array, tolerance: Array) -> Touch:
         """One sample, after contact and since of the sample before, (..., 2)."""
         contact, since = before[..., 0], before[..., 1]
+        residual, above, below = self._judged(torque, tolerance)
+        touches = np.where(above, 1.0, np.where(below, 0.0, contact))
+        return Touch(residual, touches, np.where(above & (contact == 0), now[..., 0], since))
+
+    def _touches(self, now: Array, torque: Array, tolerance: Array) -> Touch:
+        """All samples of a recording, (T) each; the first is not remembered."""
+        residual, above, below = self._judged(torque, tolerance)
+        first = self._touch(np.array([0.0, np.nan]), now[0], torque[0], tolerance[0])
+        samples = np.arange(len(residual))
+        decided = np.maximum.accumulate(np.where(above | below, samples, 0))
+        touches = above[decided] & (decided > 0)
+        begins = touches[1:] & ~touches[:-1]
+        last = np.maximum.accumulate(np.where(begins, samples[1:], 0))
+        since = np.where(last > 0, now[last, 0], np.nan)
+        return Touch(residual, np.append(first.contact, touches[1:]), np.append(first.since, since))
+
+    def _judged(self, torque: Array, tolerance: Array) -> tuple[Array, Array, Array]:
+        """The residuals, (...), and whether each is above the threshold for certain, or below its share."""
         n = self._base_joints
         residual, allowed = torque[..., :n].sum(axis=-1) / n, tolerance[..., :n].sum(axis=-1) / n
-        begins = (contact == 0) & (np.abs(residual) - allowed > self._threshold)
-        ends = ~begins & (np.abs(residual) + allowed < _RELEASE * self._threshold)
-        contact = np.where(begins, 1.0, np.where(ends, 0.0, contact))
-        return Touch(residual, contact, np.where(begins, now[..., 0], since))
-
-    def _touches(self, *samples: Array) -> Touch:
-        """All samples of a recording, (T,) each; the first is not remembered."""
-        found: list[Touch] = []
-        before = begin = np.array([0.0, np.nan])
-        for sample in zip(*samples, strict=True):
-            before = np.stack(found[-1][1:], axis=-1) if len(found) > 1 else begin
-            found.append(self._touch(before, *sample))
-        return Touch(*np.moveaxis(np.array(found), -1, 0))
+        above = np.abs(residual) - allowed > self._threshold
+        return residual, above, np.abs(residual) + allowed < _RELEASE * self._threshold

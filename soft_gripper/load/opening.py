@@ -141,15 +141,31 @@ class InnerSurface:
         return points
 
 
-def narrowest(curves: Sequence[Array]) -> float:
-    """The smallest spread of points, one of each curve, (M, 3) m each; m.
+def narrowest(curves: Sequence[Array]) -> Array:
+    """The smallest spread of points, one of each curve, (..., M, 3) m each; (...) m.
 
     Compares all pairs of two curves. Of more it looks at points that lie equally far along them, and from the best of
     these moves one point at a time.
     """
     if len(curves) == 2:
-        apart = curves[0][:, None] - curves[1]
-        return float(np.sqrt(np.add.reduce(apart**2, axis=-1).min()))
+        return _gap(*curves)
+    shape = curves[0].shape[:-2]
+    flat = [curve.reshape(-1, *curve.shape[-2:]) for curve in curves]
+    return np.array([_narrowest_of_many(each) for each in zip(*flat, strict=True)]).reshape(shape)
+
+
+def _gap(one: Array, other: Array) -> Array:
+    """The least distance of the points of two curves, (..., M, 3) m; (...) m."""
+    middle = one.mean(axis=-2, keepdims=True)  # near both, so that few digits are lost
+    one, other = one - middle, other - middle
+    squares, of_other = np.add.reduce(one**2, axis=-1), np.add.reduce(other**2, axis=-1)
+    apart = squares[..., :, None] + of_other[..., None, :] - 2 * one @ np.swapaxes(other, -1, -2)
+    least: Array = np.sqrt(np.maximum(apart.min(axis=(-2, -1)), 0.0))
+    return least
+
+
+def _narrowest_of_many(curves: Sequence[Array]) -> float:
+    """See `narrowest`, for one sample."""
     along = np.linspace(0.0, 1.0, max(map(len, curves)))
     points = np.stack([curve[np.round(along * (len(curve) - 1)).astype(int)] for curve in curves], axis=1)
     found = points[np.argmin(spread(points))]
@@ -195,5 +211,5 @@ class ObjectWidth(ArrayBlock):
         held = (surface.points(q[is_held]) for surface, q in zip(self._surfaces, angles, strict=True))
         curves = [self._gripper.curve(i, points) for i, points in enumerate(held)]
         width = np.full(is_held.shape, np.nan)
-        width[is_held] = [narrowest(of_sample) for of_sample in zip(*curves, strict=True)]
+        width[is_held] = narrowest(curves)
         return width
