@@ -7,6 +7,7 @@ from operator import attrgetter
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from soft_gripper.array_block import TIME, ArrayBlock
 from soft_gripper.arrays import Array
@@ -79,7 +80,7 @@ class ContactDetector(ArrayBlock):
         since = np.where(last > 0, now[last, 0], np.nan)
         return Touch(residual, np.append(first.contact, touches[1:]), np.append(first.since, since))
 
-    def _judged(self, torque: Array, tolerance: Array) -> tuple[Array, Array, Array]:
+    def _judged(self, torque: Array, tolerance: Array) -> tuple[Array, NDArray[np.bool_], NDArray[np.bool_]]:
         """The residuals, (...), and whether each is above the threshold for certain, or below its share."""
         n = self._base_joints
         residual, allowed = torque[..., :n].sum(axis=-1) / n, tolerance[..., :n].sum(axis=-1) / n
