@@ -144,6 +144,19 @@ def _all_cases(study: DesignStudy) -> tuple[list[Case], list[Case]]:
     return searched, cases(TEST, {**study.objects, **study.unseen}, config.test_draws, config.seed)
 
 
+def tested_runs(found: Designed) -> list[tuple[Measures, dict[str, Any]]]:
+    """The runs of the test: the row of each, and its changes of the scenario."""
+    study, (_, tested) = found.study, _all_cases(found.study)
+    values = {design.number: design.values for design in (*found.designs, found.reference)}
+    return [
+        (row, {**study.fixed, **case.changes, **values[test.number]})
+        for test in found.tested
+        for case in tested
+        for row in test.rows[case.object]
+        if row[DRAW] == case.key[1]
+    ]
+
+
 class _Runs(ScenarioRuns):
     """The runs of a study, in a table."""
 

@@ -58,9 +58,12 @@ def test_from_a_study_to_files_of_the_best_design(tmp_path):
     assert again["normal_force_n"] == pytest.approx(float(row["normal_force_n"]), rel=1e-6)
 
     before = (out / "runs.csv").read_bytes()
-    resumed = soft_gripper("design", study, "--jobs", 1, "--out", out, "--resume")
+    resumed = soft_gripper("design", study, "--jobs", 1, "--out", out, "--resume", "--check", 2)
     assert resumed.code == 0
     assert (out / "runs.csv").read_bytes() == before
+    agreed = csv_rows(out / "agreement.csv")
+    assert {row["runs"] for row in agreed} == {"2"}
+    assert {float(row["largest_difference"]) for row in agreed if row["alike"] == "nan"} == {0.0}
 
 
 @pytest.mark.parametrize(

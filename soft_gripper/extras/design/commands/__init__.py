@@ -1,7 +1,9 @@
 """Commands of this extra, as the command line lists them."""
 
 from soft_gripper.commands.options import (
+    CHECK,
     CONSOLE,
+    ENGINE,
     EXECUTOR,
     RESUME,
     Command,
@@ -18,6 +20,7 @@ COMMANDS = (
         (
             "examples/design/bottle.yaml --out results/bottle    tables, Pareto front, gripper, drawings, mould",
             "my_study.yaml --out results/mine --resume           go on after an interruption",
+            "my_study.yaml --engine mujoco --check 100           faster; a hundred runs of the test again in Drake",
         ),
         (
             *CONSOLE,
@@ -26,6 +29,8 @@ COMMANDS = (
                 "YAML file: what varies, what must be held, and to which ends; see docs/extras/design/design.md",
                 read=path,
             ),
+            ENGINE,
+            CHECK,
             RESUME,
             *EXECUTOR,
             out("results/design"),

@@ -3,12 +3,15 @@
 import argparse
 import time
 from collections.abc import Sequence
+from concurrent.futures import Executor
+from dataclasses import replace
 
 from scipy.stats import binomtest
 
+from soft_gripper.commands.printing import AGREEMENT, print_agreement
 from soft_gripper.extras.design.figure import design_figure
 from soft_gripper.extras.design.files import design_files, write_design
-from soft_gripper.extras.design.run_design import TABLE, Designed, most_runs, run_design
+from soft_gripper.extras.design.run_design import TABLE, Designed, most_runs, own_measures, run_design, tested_runs
 from soft_gripper.extras.design.sensitivity import Sensitivity
 from soft_gripper.extras.design.study_file import load_design_study
 from soft_gripper.extras.design.study_tables import (
@@ -22,8 +25,11 @@ from soft_gripper.extras.design.study_tables import (
 from soft_gripper.files.output import lock_folder
 from soft_gripper.files.row_table import print_table
 from soft_gripper.pictures.style import save_figure
+from soft_gripper.runs.agreement import Agreement, chosen
 from soft_gripper.runs.executor import open_executor
+from soft_gripper.runs.sweep.run_sweep import agreement_with_drake
 from soft_gripper.scenario.scenario_file import changed_scenario, files_read
+from soft_gripper.scenario.schema import DRAKE
 
 FIGURE, BEST = "design", "best"
 _SHOWN = 5  # designs of the front
@@ -32,6 +38,8 @@ _SHOWN = 5  # designs of the front
 def run(options: argparse.Namespace) -> int:
     """Runs the command; fails if no design is allowed."""
     study = load_design_study(options.study)
+    if options.engine is not None:
+        study = replace(study, fixed={**study.fixed, "engine": options.engine})
     scenario = changed_scenario(study.scenario, study.fixed)
     written = [TABLE, *(f"{BEST}/{name}" for name in design_files(scenario))]
     lock_folder(options.out, written, [options.study, *files_read(study.scenario, scenario)])
@@ -40,6 +48,7 @@ def run(options: argparse.Namespace) -> int:
     begin = time.monotonic()
     with options.console.jobs(most_runs(study), "runs", kept) as report, executor as opened:
         found = run_design(study, options.out, opened, options.resume, lambda held: report())
+        agreed = _in_drake(found, options.check, opened)
     minutes = (time.monotonic() - begin) / 60
     files = [options.out / name for name in write_tables(found, options.out)]
     save_figure(design_figure(found), options.out / FIGURE)
@@ -47,10 +56,22 @@ def run(options: argparse.Namespace) -> int:
     if found.best is not None:
         files += write_design(study, found.designs[found.best].values, options.out / BEST)
     _print(found, minutes, options.jobs)
+    if agreed:
+        print_agreement(agreed, options.console, options.out)
+        files.append(options.out / AGREEMENT)
     options.console.table("tests", test_rows(found))
     options.console.table("sensitivity", sensitivity_rows(found))
     options.console.wrote(options.out / TABLE, *files)
     return 0 if found.best is not None else 1
+
+
+def _in_drake(found: Designed, checked: int, executor: Executor) -> list[Agreement]:
+    """How runs of the test in another engine agree with some of them in Drake, if that is asked for."""
+    study, runs = found.study, tested_runs(found)
+    picked = [runs[i] for i in chosen(len(runs), checked, study.config.seed)]
+    changes = [{**each, "engine": DRAKE} for _, each in picked]
+    rows, own = [row for row, _ in picked], [*own_measures(study).values()]
+    return agreement_with_drake(study.scenario, rows, changes, executor, own)
 
 
 def _print(found: Designed, minutes: float, jobs: int) -> None:
