@@ -54,10 +54,11 @@ def load_config(path: Path, document: Any, schema: type[_T], retain_map_defaults
         InputError: naming file, field and value, if the data do not fit the schema or its rules.
     """
     check_document(path, document, schema)
+    kind: Any = schema
     try:
-        found = schema()
-        for name in filter(document.__contains__, _fields(schema)):
-            setattr(found, name, _field(schema, name, document[name], retain_map_defaults))
+        found: _T = kind()
+        for name in filter(document.__contains__, _fields(kind)):
+            setattr(found, name, _field(kind, name, document[name], retain_map_defaults))
     except (RuntimeError, ValueError, TypeError) as error:
         raise InputError(path, "file", path.name, " ".join(str(error).split())) from None
     _check_misfits(path, found)
