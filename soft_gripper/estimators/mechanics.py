@@ -16,7 +16,8 @@ forces at the places p_k,
     T_ij = sum of w_k B_i (p_k, 1) . B_j (p_k, 1)  =  trace B_i (sum of w_k (p_k, 1) (p_k, 1)^T) B_j^T ,
 
 over the places beyond the outer of both joints, of which the sum in brackets is the same for all joints inside it. Two
-places on each link integrate over it exactly (Gauss and Legendre).
+places on each link integrate over it exactly (Gauss and Legendre). If the finger only bends, the same sums are taken in
+its plane (`bending_plane`).
 
 On a straight finger contact forces f(x) have at the arc length s the torque
 
@@ -40,8 +41,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from soft_gripper.arrays import Array
+from soft_gripper.arrays import Array, Planar
 from soft_gripper.estimators.batches import shared
+from soft_gripper.estimators.bending_plane import PointsInPlane
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.fingers.finger_parts import SLIDES
 from soft_gripper.fingers.spatial_chain import Posture, SpatialChain, posture
@@ -64,6 +66,10 @@ class _Points(NamedTuple):
     def at(self, chain: Posture) -> Array:
         """(p, 1) in B, (..., K, 4) m."""
         return np.asarray((chain.frames[..., self.frames, :, :] @ self.places)[..., 0])
+
+    def in_plane(self, link_ends: Array) -> PointsInPlane:
+        """Of a finger that only bends, whose frames are its links."""
+        return PointsInPlane(link_ends, self.frames, self.places[:, 2, 0] + 1j * self.places[:, 0, 0], self.weights)
 
 
 class Away(NamedTuple):
@@ -100,21 +106,27 @@ class Mechanics:
     def weight(self, at: BentFinger, gravity: Array) -> Array:
         """Torques of the weight in a posture, (..., D)."""
         points, carried_by = self._masses
+        if self.only_bends:
+            pull = gravity[..., 2] + 1j * gravity[..., 0]
+            return np.asarray((self._masses_in_plane.sums(_directions(at)).conj() * pull[..., None]).imag)
         carried = carried_by @ points.at(at.chain)  # (..., D, 4)
         pulled = gravity[..., None, :, None] * carried[..., None, :]
         return np.asarray((at.motions * pulled.reshape(*pulled.shape[:-2], 12)).sum(axis=-1))
 
     def of_load(self, at: BentFinger, q: Array) -> Array:
         """The covariance of the joints due to a load, C T C, in the posture of `q`, (..., D, D)."""
+        by_inner = self._forces_in_plane.covariance(_directions(at)) if self.only_bends else self._load_by_inner(at)
+        # Right where the joint of the row is the inner one; the other half is its mirror image.
+        found = np.where(self._is_inner, by_inner, np.swapaxes(by_inner, -1, -2))
+        return np.asarray(outer(self.compliance(q)) * found)
+
+    def _load_by_inner(self, at: BentFinger) -> Array:
         placed, motions, N = self._forces.at(at.chain), at.chain.motions, self.layout.finger.segments
         products = (placed[..., :, None] * placed[..., None, :]).reshape(*placed.shape[:-1], 16)
         beyond = (self._beyond @ products).reshape(*products.shape[:-2], N, 4, 4)
         of_segments = motions.reshape(*motions.shape[:-3], N, motions.shape[-3] // N * 3, 4)
         with_all_beyond = self._by_way((of_segments @ beyond).reshape(motions.shape))
-        # Right where the joint of the row is the inner one; the other half is its mirror image.
-        compliance = self.compliance(q)[..., None]
-        by_inner = (compliance * at.motions) @ np.swapaxes(compliance * with_all_beyond, -1, -2)
-        return np.asarray(np.where(self._is_inner, by_inner, np.swapaxes(by_inner, -1, -2)))
+        return np.asarray(at.motions @ np.swapaxes(with_all_beyond, -1, -2))
 
     def load_modes(self, at: BentFinger) -> Array:
         """Torques of the strongest modes of a load in a posture, (..., D, M) or (D, M).
@@ -218,6 +230,14 @@ class Mechanics:
         x, z = links.center
         return _Points(self.links, _local(x, z), links.mass), (self.links > self.from_chain[:, None]) * links.mass
 
+    @cached_property
+    def _forces_in_plane(self) -> PointsInPlane:
+        return self._forces.in_plane(self.layout.finger.link_ends)
+
+    @cached_property
+    def _masses_in_plane(self) -> PointsInPlane:
+        return self._masses[0].in_plane(self.layout.finger.link_ends)
+
     def prior(self, at: BentFinger, q: Array, driving: Array, away: "Away | None" = None) -> Array:
         """The covariance P of the joints before the sensors are read, (..., D, D), about the posture of `q`."""
         return self.of_load(at, q) + self.of_model(q, driving, away)
@@ -317,6 +337,11 @@ class Mechanics:
     @cached_property
     def _compliance_if_linear(self) -> Array:
         return np.asarray(1 / self.stiffness)
+
+
+def _directions(at: BentFinger) -> Planar:
+    """Directions of the links beyond the joints of a finger that only bends, z + i x, (..., N)."""
+    return at.chain.frames[..., 1:, 2, 2] + 1j * at.chain.frames[..., 1:, 0, 2]
 
 
 def _local(x: Array, z: Array) -> Array:

@@ -1,6 +1,8 @@
 """Configurations compared with their schema of dataclasses: types, and the rules beside the fields (`quantity.py`)."""
 
 import math
+from collections import OrderedDict
+from copy import deepcopy
 from dataclasses import is_dataclass
 from functools import cache
 from numbers import Integral, Real
@@ -13,6 +15,7 @@ from pydrake.common.schema import Transform
 from pydrake.common.yaml import yaml_dump, yaml_load_typed
 from pydrake.multibody.parsing import ModelDirective
 
+from soft_gripper.cached import kept
 from soft_gripper.errors import InputError, is_near, meant
 from soft_gripper.extras import added
 from soft_gripper.quantity import Rule, misfits, rules
@@ -51,12 +54,31 @@ def load_config(path: Path, document: Any, schema: type[_T], retain_map_defaults
         InputError: naming file, field and value, if the data do not fit the schema or its rules.
     """
     check_document(path, document, schema)
+    kind: Any = schema
     try:
-        found: _T = yaml_load_typed(schema=schema, data=yaml_dump(document), retain_map_defaults=retain_map_defaults)
+        found: _T = kind()
+        for name in filter(document.__contains__, _fields(kind)):
+            setattr(found, name, _field(kind, name, document[name], retain_map_defaults))
     except (RuntimeError, ValueError, TypeError) as error:
         raise InputError(path, "file", path.name, " ".join(str(error).split())) from None
     _check_misfits(path, found)
     return found
+
+
+_MOST_PARTS = 128  # kept, since runs of a sweep differ in a few, and reading the YAML of all takes 4 ms
+_parts: OrderedDict[tuple[type, str, str, bool], Any] = OrderedDict()
+
+
+def _field(schema: type, name: str, value: Any, retain_map_defaults: bool) -> Any:
+    """The value of a field that plain data describe, as Drake reads them; of a list of mappings each by itself."""
+    if isinstance(value, list) and len(value) > 1 and isinstance(value[0], dict):
+        return [part for each in value for part in _field(schema, name, [each], retain_map_defaults)]
+
+    def load() -> Any:
+        data = yaml_dump({name: value})
+        return getattr(yaml_load_typed(schema=schema, data=data, retain_map_defaults=retain_map_defaults), name)
+
+    return deepcopy(kept(_parts, (schema, name, repr(value), retain_map_defaults), load, _MOST_PARTS))
 
 
 def check_config(where: Path | str, config: Any) -> None:

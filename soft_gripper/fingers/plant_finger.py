@@ -12,6 +12,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_links import joint_name, link_name, tip_name
 from soft_gripper.fingers.finger_parts import SLIDES
+from soft_gripper.fingers.screw_chain import ScrewChain, screw_chain
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,6 +59,11 @@ class PlantFinger:
         """At the joints, fixed to the links beyond them, and at the tip, N + 1."""
         tip = self.plant.GetFrameByName(tip_name(self.finger.name), self.model)
         return [*(link.body_frame() for link in self.links[1:]), tip]
+
+    @cached_property
+    def screws(self) -> ScrewChain:
+        """Where its links and its tip are in frame B, N + 2 frames."""
+        return screw_chain(self.plant, [self.base.body_frame(), *self.frames])
 
     @property
     def base(self) -> RigidBody:

@@ -109,7 +109,7 @@ _CONTEXT = get_context("forkserver")
 _PATIENCE = 5.0  # s, to wait for a dead process to disappear
 _LONGEST_PATH = 70  # bytes in the path of the temporary folder; paths of its sockets are limited to 107
 _UNGUARDED = 79  # exit code of a process whose script opens an executor when imported
-_SAFE_PATH = "PYTHONSAFEPATH"
+_SAFE_PATH, _THREADS = "PYTHONSAFEPATH", "OPENBLAS_NUM_THREADS"
 _LOGGER = logging.getLogger(__name__)
 
 
@@ -249,12 +249,15 @@ def _start_server() -> None:
     A terminal sends both to all processes, and this one ends the others. Python's tracker of resources inherits this:
     without it, another one would be started, and complain of what it does not know.
 
-    Its own imports do not come from the current folder, which Python would search first.
+    Its own imports do not come from the current folder, which Python would search first. Products of matrices take one
+    thread, unless the user says otherwise: there is a process for every core, and threads that wait for each other take
+    twice the time to judge a run.
     """
     _CONTEXT.set_forkserver_preload(list(_PRELOADED))
     handlers = {number: signal.signal(number, signal.SIG_IGN) for number in (signal.SIGINT, signal.SIGHUP)}
-    before = os.environ.get(_SAFE_PATH)
-    os.environ[_SAFE_PATH] = "1"
+    given = {_SAFE_PATH: "1", _THREADS: os.environ.get(_THREADS, "1")}
+    before = {name: os.environ.get(name) for name in given}
+    os.environ.update(given)
     try:
         forkserver.ensure_running()
     except RuntimeError:  # raised by a process that has not yet started to work
@@ -262,9 +265,10 @@ def _start_server() -> None:
     finally:
         for number, handler in handlers.items():
             signal.signal(number, handler)
-        os.environ.pop(_SAFE_PATH)
-        if before is not None:
-            os.environ[_SAFE_PATH] = before
+        for name, value in before.items():
+            os.environ.pop(name)
+            if value is not None:
+                os.environ[name] = value
 
 
 @contextmanager

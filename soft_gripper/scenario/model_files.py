@@ -425,9 +425,9 @@ def model_path(file: str | Path) -> Path:
         return Path(file)
     check_inside("model", file)
     package, _, inside = file.removeprefix("package://").partition("/")
-    packages = package_map()
     if package == PACKAGE:
         return DIRECTORY / inside
+    packages = package_map()
     if not packages.Contains(package):
         known = ", ".join(packages.GetPackageNames())
         raise InputError("model", "file", file, f"no package '{package}'; known: {known}")

@@ -1,5 +1,6 @@
 """Shipped scenarios and presets of sensor errors, found by name without Drake, so that commands answer quickly."""
 
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +33,7 @@ def scenario_path(name_or_path: str) -> Path:
     return _files()[name_or_path]
 
 
+@cache  # as of the extras: looking for files takes long, and every run of a sweep asks
 def _files() -> dict[str, Path]:
     """The shipped scenarios by name, those of extras among them."""
     return {path.stem: path for path in (*SHIPPED.glob("*.yaml"), *_OF_EXTRAS.glob("*/scenarios/*.yaml"))}

@@ -5,13 +5,9 @@ so that values of the same instant are compared.
 """
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
-from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import Frame, JacobianWrtVariable
-from pydrake.systems.framework import Context
 
 from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array
@@ -27,75 +23,15 @@ TRUE_JOINTS, TRUE_TIP = "true_joint_positions", "true_tip_position"
 
 
 class PlantPoints:
-    """Joints and tips of fingers, from the positions of their plant.
-
-    The plant itself is asked once, for the screw axis of every joint on the way from a finger's base to its tip, and
-    whatever joints these are. All samples are then computed at once, by the product of exponentials (Lynch and Park,
-    Modern Robotics, section 4.1).
-    """
+    """Joints and tips of fingers, from the positions of their plant; joints on the way to a tip turn or slide."""
 
     def __init__(self, fingers: Sequence[PlantFinger]):
-        """`fingers` are in one finalized plant; joints on the way to their tips are revolute or prismatic."""
-        self._chains = [_screw_chain(finger) for finger in fingers]
+        """`fingers` are in one finalized plant."""
+        self._chains = [finger.screws for finger in fingers]
 
     def __call__(self, state: Array) -> Array:
         """Positions of the joints and tip of each finger, finger by finger, (..., nq + nv) -> (..., P, 3) m in B."""
-        return np.concatenate([_points(chain, state) for chain in self._chains], axis=-2)
-
-
-class _ScrewChain(NamedTuple):
-    """J joints that lead to the tip of a finger, and its P points, where all these joints are at zero."""
-
-    positions: NDArray[np.intp]  # (J) places of the joints' positions in the plant's, from base to tip
-    axes: Array  # (J, 3) unit vectors in B, zero for sliding joints
-    velocities: Array  # (J, 3) velocity of the point at B's origin per rate of the joint, in B
-    homes: Array  # (P, 3) m in B
-    joints_before: list[int]  # (P) how many of the joints move each point
-
-
-def _screw_chain(finger: PlantFinger) -> _ScrewChain:
-    plant, base = finger.plant, finger.base.body_frame()
-    context = plant.CreateDefaultContext()
-    on_the_way = [_moved_by(plant, context, frame, base) for frame in finger.frames]
-    angles = plant.GetPositions(context)
-    angles[on_the_way[-1]] = 0
-    plant.SetPositions(context, angles)
-    homes = np.array([frame.CalcPose(context, base).translation() for frame in finger.frames])
-    # Positions are numbered depth first, so those of a chain increase from its base to its tip.
-    rates = _velocity_jacobian(plant, context, finger.frames[-1], base)[:, on_the_way[-1]].T
-    axes = rates[:, :3]
-    velocities = rates[:, 3:] - np.cross(axes, homes[-1])
-    return _ScrewChain(on_the_way[-1], axes, velocities, homes, list(map(len, on_the_way)))
-
-
-def _velocity_jacobian(plant: MultibodyPlant, context: Context, frame: Frame, base: Frame) -> Array:
-    """Angular and linear velocity of a frame in the base per rate of every position, (6, nq)."""
-    wrt = JacobianWrtVariable.kQDot
-    jacobian: Array = plant.CalcJacobianSpatialVelocity(context, wrt, frame, np.zeros(3), base, base)
-    return jacobian
-
-
-def _moved_by(plant: MultibodyPlant, context: Context, frame: Frame, base: Frame) -> NDArray[np.intp]:
-    """Which of the plant's positions move a frame in the base."""
-    return np.flatnonzero(_velocity_jacobian(plant, context, frame, base).any(axis=0))
-
-
-def _points(chain: _ScrewChain, state: Array) -> Array:
-    """Points of a finger in B, (..., nq + nv) -> (..., P, 3) m."""
-    angles = state[..., chain.positions, None]
-    across = np.cross(chain.axes[:, None], -np.eye(3))  # (J, 3, 3): across @ v is axis x v
-    sines, versines = np.sin(angles), 1 - np.cos(angles)
-    twice = across @ across
-    sideways, back = ((matrix @ chain.velocities[:, :, None])[..., 0] for matrix in (across, twice))
-    shifts = angles * chain.velocities + versines * sideways + (angles - sines) * back
-    rotation, shift, points = np.eye(3), np.zeros(3), []
-    for home, begin, end in zip(chain.homes, [0, *chain.joints_before], chain.joints_before, strict=False):
-        for joint in range(begin, end):
-            shift = shift + (rotation @ shifts[..., joint, :, None])[..., 0]
-            turn = sines[..., joint, :, None] * across[joint] + versines[..., joint, :, None] * twice[joint]
-            rotation = rotation + rotation @ turn  # one joint at a time stays in the processor's cache
-        points.append(rotation @ home + shift)
-    return np.stack(points, axis=-2)
+        return np.concatenate([chain.poses(state)[..., 1:, :, 3] for chain in self._chains], axis=-2)
 
 
 def ways_out_of_plane(finger: Finger) -> list[str]:

@@ -8,7 +8,7 @@ from fingers_in_space import bent_chain, by_way, load_covariance, sensors, torqu
 
 from soft_gripper.estimators.mechanics import TIP_SHARE, Mechanics
 from soft_gripper.estimators.uncertainty import Uncertainty
-from soft_gripper.fingers.spatial_chain import Loads, torques
+from soft_gripper.fingers.spatial_chain import Loads, spatial_chain, torques, weights
 from soft_gripper.sensors.sensor_layout import SensorLayout
 
 LOAD_PRESSURE = 1.5e5  # Pa
@@ -70,6 +70,18 @@ def test_that_of_a_bent_finger_is_that_of_unit_forces_one_after_the_other(shippe
     q = bent(layout.straight.size) / 2
     expected = load_covariance(layout.finger, q, LOAD_PRESSURE)
     np.testing.assert_allclose(of_load(layout, q), expected, rtol=0, atol=1e-12 * expected.max())
+
+
+@pytest.mark.parametrize("in_space", [False, True])
+def test_weight_is_that_of_the_masses_of_all_links(shipped_finger, bent, in_space):
+    layout = sensors(yielding(shipped_finger)) if in_space else SensorLayout(shipped_finger, 1)
+    q, gravity = bent(2, layout.straight.size), np.array([[3.0, -1.0, -9.0], [0.0, 2.0, 9.81]])
+    mechanics = Mechanics(layout, Uncertainty())
+    found = mechanics.weight(mechanics.posture(q), gravity)
+    for each, pull, torque in zip(q, gravity, found, strict=True):
+        dead = weights(layout.finger, spatial_chain(layout.finger), pull)
+        expected = by_way(layout.finger, torques(bent_chain(layout.finger, each), dead))
+        np.testing.assert_allclose(torque, expected, rtol=0, atol=1e-13)
 
 
 @pytest.mark.parametrize(("in_space", "count"), [(False, 5), (True, 10)])

@@ -113,6 +113,15 @@ def test_an_entry_of_a_list_is_counted_or_named():
         assert scenario.models[0].X_PC.translation.tolist() != [1.0, 2.0, 3.0]
 
 
+def test_a_scenario_that_is_changed_changes_no_other():
+    scenario = load_scenario("box_grasp")
+    scenario.models[2].X_PC.translation[0] = 1.0
+    scenario.plant_config.time_step = scenario.sensor.period = 1.0
+    again = load_scenario("box_grasp")
+    assert again.models[2].X_PC.translation[0] == 0.0
+    assert 1.0 not in (again.plant_config.time_step, again.sensor.period)
+
+
 def test_changes_are_data_and_stay_as_they_are():
     changes = {"pressure.steps": {"all": [0.0, 1e-7]}, "nominal.width": 0.03, "nominal.length": "+5 %"}
     scenario = changed_scenario("free_bending", changes)

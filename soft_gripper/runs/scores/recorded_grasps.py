@@ -25,7 +25,7 @@ from soft_gripper.runs.scores.grasp import (
     pump_energy,
     stiffness,
 )
-from soft_gripper.runs.scores.slip import path_length, pose_matrices, shifts, slip
+from soft_gripper.runs.scores.slip import base_poses, path_length, pose_matrices, shifts, slip
 from soft_gripper.truth.contact import TOUCH, combined_friction
 
 NORMAL = "grip_normal_force"
@@ -160,23 +160,10 @@ def _mass(station: Station, held: str) -> float:
 
 def _poses(station: Station, recording: Recording, held: str, samples: NDArray[np.int_]) -> tuple[Array, Array]:
     """Positions and rotations of an object in the base of the first finger, (T, 3) and (T, 3, 3)."""
-    X_WO, X_WB = pose_matrices(recording, held, samples), _base_poses(station, recording, samples)
+    X_WO, X_WB = pose_matrices(recording, held, samples), base_poses(recording, station.fingers[:1], samples)[0]
     to_base = np.swapaxes(X_WB[..., :3], -1, -2)
     places = (to_base @ (X_WO[..., 3:] - X_WB[..., 3:]))[..., 0]
     return places, to_base @ X_WO[..., :3]
-
-
-def _base_poses(station: Station, recording: Recording, samples: NDArray[np.int_]) -> Array:
-    """Poses of the base of the first finger in the world, (T, 3, 4), or (1, 3, 4) if it does not move."""
-    finger = station.fingers[0]
-    if finger.is_anchored:
-        return np.array(finger.X_WB.GetAsMatrix34())[None]
-    plant, states = station.plant, recording["plant.state"].values[samples]
-    context, found = plant.CreateDefaultContext(), np.empty((len(states), 3, 4))
-    for i, state in enumerate(states):
-        plant.SetPositionsAndVelocities(context, state)
-        found[i] = finger.base.EvalPoseInWorld(context).GetAsMatrix34()
-    return found
 
 
 def friction_coefficient(station: Station, finger: PlantFinger, held: str) -> float:

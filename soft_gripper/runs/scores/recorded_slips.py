@@ -18,7 +18,7 @@ from soft_gripper.runs.scores.recorded_grasps import (
     judged_samples,
     objects_of,
 )
-from soft_gripper.runs.scores.slip import link_poses, nearest_link, pose_matrices
+from soft_gripper.runs.scores.slip import base_poses, nearest_link, pose_matrices, seen_from
 from soft_gripper.runs.scores.slipping import (
     RESTS,
     WILL_HOLD,
@@ -129,30 +129,33 @@ def sliding_speeds(station: Station, recording: Recording, held: str, samples: N
     It is that of the object relative to the nearest link, at the true centre of contact. In all directions: where the
     edge of a tip touches, the object does not slide along the link's inner face.
     """
-    plant, context = station.plant, station.plant.CreateDefaultContext()
-    speeds = np.full((len(samples), len(station.fingers)), np.nan)
+    plant, fingers = station.plant, station.fingers
     if held in station.parts.deformables:
-        return speeds
-    body, states = first_body(plant, held), recording["plant.state"].values[samples]
-    centers = np.stack([recording[f"{each.name}.contact_center"].values[samples] for each in station.fingers], axis=1)
-    p_WO = pose_matrices(recording, held, samples)[..., 3]
-    for j, finger in enumerate(station.fingers):
-        rows = np.flatnonzero(np.isfinite(centers[:, j]).all(axis=1))
-        X_WL, V = np.empty((len(rows), len(finger.links), 3, 4)), np.empty((2, len(rows), 6))
-        for i, row in enumerate(rows):
-            plant.SetPositionsAndVelocities(context, states[row])
-            X_WL[i] = link_poses(context, finger)
-        p_WC = centers[rows, j]
-        nearest, _ = nearest_link(finger, X_WL, p_WC)
-        for i, row in enumerate(rows):
-            plant.SetPositionsAndVelocities(context, states[row])
-            moving = body, finger.links[nearest[i]]
-            V[:, i] = [each.EvalSpatialVelocityInWorld(context).get_coeffs() for each in moving]
-        p_WL = X_WL[np.arange(len(rows)), nearest, :, 3]
-        speeds[rows, j] = np.linalg.norm(_at(V[0], p_WC - p_WO[rows]) - _at(V[1], p_WC - p_WL), axis=1)
-    return speeds
+        return np.full((len(samples), len(fingers)), np.nan)
+    p_WC = np.stack([recording[f"{finger.name}.contact_center"].values[samples] for finger in fingers], axis=1)
+    touches = np.isfinite(p_WC).all(axis=-1)
+    body, states, context = (
+        first_body(plant, held),
+        recording["plant.state"].values[samples],
+        plant.CreateDefaultContext(),
+    )
+    nearest, p_WL = np.zeros(touches.shape, int), np.empty_like(p_WC)
+    for j, X_WB in enumerate(base_poses(recording, fingers, samples)):
+        X_BL = fingers[j].screws.poses(states)[:, :-1]
+        nearest[:, j], _ = nearest_link(fingers[j], X_BL, seen_from(X_WB, p_WC[:, j]))
+        p_BL = X_BL[np.arange(len(samples)), nearest[:, j], :, 3]
+        p_WL[:, j] = (X_WB[..., :3] @ p_BL[..., None])[..., 0] + X_WB[..., 3]
+    V = np.full((2, *touches.shape, 6), np.nan)
+    for i in np.flatnonzero(touches.any(axis=1)):
+        plant.SetPositionsAndVelocities(context, states[i])
+        V[0, i] = body.EvalSpatialVelocityInWorld(context).get_coeffs()
+        for finger in np.flatnonzero(touches[i]):
+            link = fingers[finger].links[nearest[i, finger]]
+            V[1, i, finger] = link.EvalSpatialVelocityInWorld(context).get_coeffs()
+    p_WO = pose_matrices(recording, held, samples)[:, None, :, 3]
+    return np.asarray(np.linalg.norm(_at(V[0], p_WC - p_WO) - _at(V[1], p_WC - p_WL), axis=-1))
 
 
 def _at(V: Array, p: Array) -> Array:
-    """Velocities at points, (K, 3) m/s, from spatial velocities [angular, linear] at origins p away, (K, 6)."""
-    return np.asarray(V[:, 3:] + vector_product(V[:, :3], p))
+    """Velocities at points, (..., 3) m/s, from spatial velocities [angular, linear] at origins p away, (..., 6)."""
+    return np.asarray(V[..., 3:] + vector_product(V[..., :3], p))

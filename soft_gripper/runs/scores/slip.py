@@ -55,31 +55,50 @@ def shifts(station: Station, recording: Recording, held: str, samples: NDArray[n
     At the first sample, the true contact centre of each finger marks a point on the object and one on the nearest link.
     The shift leads from one to the other along the link's inner face (its y and z axes).
     """
-    plant, states = station.plant, recording["plant.state"].values[samples]
     if not len(samples):
         return np.empty((0, 0, 2))
-    poses, context = pose_matrices(recording, held, samples), plant.CreateDefaultContext()
-    plant.SetPositionsAndVelocities(context, states[0])
-    centers = {finger: recording[f"{finger.name}.contact_center"].values[samples[0]] for finger in station.fingers}
-    X_WO = RigidTransform(poses[0])
-    grips = [grip_at(context, finger, X_WO, p_WC) for finger, p_WC in centers.items() if np.isfinite(p_WC).all()]
-    X_WL = np.empty((len(states), len(grips), 3, 4))
-    for i, state in enumerate(states if grips else ()):
-        plant.SetPositionsAndVelocities(context, state)
-        for j, grip in enumerate(grips):
-            X_WL[i, j] = grip.link.EvalPoseInWorld(context).GetAsMatrix34()
-    found = [_along(X_WL[:, j], poses, grip) for j, grip in enumerate(grips)]
-    return np.stack(found, axis=1) if found else np.empty((len(states), 0, 2))
+    states, X_WO = recording["plant.state"].values[samples], pose_matrices(recording, held, samples)
+    found = []
+    for finger, X_WB in zip(station.fingers, base_poses(recording, station.fingers, samples), strict=True):
+        p_WC = recording[f"{finger.name}.contact_center"].values[samples[0]]
+        if np.isfinite(p_WC).all():
+            X_BL = finger.screws.poses(states)[:, :-1]
+            nearest, on_link = nearest_link(finger, X_BL[0], seen_from(X_WB[0], p_WC))
+            on_object = (p_WC - X_WO[0, :, 3]) @ X_WO[0, :, :3]
+            p_WC = X_WO[..., :3] @ on_object + X_WO[..., 3]
+            found.append(_along(X_BL[:, nearest], seen_from(X_WB, p_WC), on_link))
+    return np.stack(found, axis=1) if found else np.empty((len(samples), 0, 2))
 
 
-def _along(X_WL: Array, X_WO: Array, grip: Grip) -> Array:
-    """Shifts of the point of the object from that of the link, along the link's inner face, (K, 2) m.
+def _along(X: Array, p: Array, on_link: Array) -> Array:
+    """Shifts of a point of the object from that of a link, along the link's inner face, (..., 2) m.
 
-    `X_WL` and `X_WO` are the poses of link and object at K samples, (K, 3, 4).
+    Args:
+        X: the pose of the link in any frame, (..., 3, 4).
+        p: the point of the object in it, (..., 3) m.
+        on_link: the point of the link, in its own frame, (3,) m.
     """
-    p_WC = X_WO[..., :3] @ grip.on_object + X_WO[..., 3]
-    p_LC = ((p_WC - X_WL[..., 3])[:, None] @ X_WL[..., :3])[:, 0]
-    return np.asarray((p_LC - grip.on_link)[:, 1:])
+    return np.asarray((seen_from(X, p) - on_link)[..., 1:])
+
+
+def seen_from(X: Array, p: Array) -> Array:
+    """Points seen from a frame whose pose is X, (..., 3, 4) [R | p] and (..., 3) m -> (..., 3) m."""
+    return np.asarray(((p - X[..., 3])[..., None, :] @ X[..., :3])[..., 0, :])
+
+
+def base_poses(
+    recording: Recording, fingers: Sequence[PlantFinger], samples: Sequence[int] | NDArray[np.int_]
+) -> Array:
+    """Poses of the bases of F fingers in the world, (F, K, 3, 4) [R | p], or (F, 1, 3, 4) if they do not move."""
+    if all(finger.is_anchored for finger in fingers):
+        return np.array([[finger.X_WB.GetAsMatrix34()] for finger in fingers])
+    plant, states = fingers[0].plant, recording["plant.state"].values[samples]
+    context, found = plant.CreateDefaultContext(), np.empty((len(fingers), len(states), 3, 4))
+    for i, state in enumerate(states):
+        plant.SetPositionsAndVelocities(context, state)
+        for j, finger in enumerate(fingers):
+            found[j, i] = finger.base.EvalPoseInWorld(context).GetAsMatrix34()
+    return found
 
 
 def pose_matrices(recording: Recording, name: str, samples: Sequence[int] | NDArray[np.int_]) -> Array:
@@ -96,21 +115,17 @@ def recorded_poses(recording: Recording, name: str, samples: Sequence[int] | NDA
 
 def grip_at(context: Context, finger: PlantFinger, X_WO: RigidTransform, p_WC: Array) -> Grip:
     """The grip of a finger on an object at a point in the world, on the link with the nearest centre."""
-    nearest, on_link = nearest_link(finger, link_poses(context, finger), p_WC)
+    X_WL = np.array([link.EvalPoseInWorld(context).GetAsMatrix34() for link in finger.links])
+    nearest, on_link = nearest_link(finger, X_WL, p_WC)
     return Grip(finger.links[int(nearest)], on_link, X_WO.inverse() @ p_WC)
 
 
-def link_poses(context: Context, finger: PlantFinger) -> Array:
-    """Poses of the L links of a finger in the world, (L, 3, 4) [R | p]."""
-    return np.array([link.EvalPoseInWorld(context).GetAsMatrix34() for link in finger.links])
-
-
-def nearest_link(finger: PlantFinger, X_WL: Array, p_WC: Array) -> tuple[NDArray[np.int_], Array]:
+def nearest_link(finger: PlantFinger, X: Array, p: Array) -> tuple[NDArray[np.int_], Array]:
     """The number of the link whose centre is nearest to a point, (...), and the point in its frame, (..., 3) m.
 
-    `X_WL` are the poses of all links, (..., L, 3, 4), and `p_WC` the point in the world, (..., 3) m.
+    `X` are the poses of all links in any frame, (..., L, 3, 4), and `p` the point in it, (..., 3) m.
     """
-    points = ((p_WC[..., None, :] - X_WL[..., 3])[..., None, :] @ X_WL[..., :3])[..., 0, :]
+    points = seen_from(X, p[..., None, :])
     middles = np.diff(finger.finger.link_ends) / 2
     nearest = np.argmin(np.linalg.norm(points - np.outer(middles, [0.0, 0.0, 1.0]), axis=-1), axis=-1)
     return nearest, np.take_along_axis(points, nearest[..., None, None], axis=-2)[..., 0, :]
@@ -118,6 +133,4 @@ def nearest_link(finger: PlantFinger, X_WL: Array, p_WC: Array) -> tuple[NDArray
 
 def shift(context: Context, grip: Grip, X_WO: RigidTransform) -> Array:
     """Shift of the point of the object from that of the link, along the link's inner face, (2,) m."""
-    X_WL = grip.link.EvalPoseInWorld(context).GetAsMatrix34()
-    found: Array = _along(X_WL[None], X_WO.GetAsMatrix34()[None], grip)[0]
-    return found
+    return _along(grip.link.EvalPoseInWorld(context).GetAsMatrix34(), X_WO @ grip.on_object, grip.on_link)

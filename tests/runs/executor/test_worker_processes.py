@@ -103,17 +103,23 @@ def test_a_terminal_that_closes_leaves_no_complaint(tmp_path):
 
 
 @pytest.mark.slow
-def test_modules_of_the_current_folder_are_not_run(tmp_path):
+def test_processes_run_no_module_of_the_current_folder_and_one_thread(tmp_path):
     for name in ("multiprocessing", "pickle", "resource", "numpy"):
         (tmp_path / f"{name}.py").write_text("open('was_run', 'w')")
     script = tmp_path / "elsewhere" / "script.py"
     script.parent.mkdir()
     script.write_text(
         "import os\nfrom soft_gripper.runs.executor import open_executor\n"
-        'if __name__ == "__main__":\n    with open_executor(1) as executor: executor.submit(os.getpid).result()'
+        "def threads(): return os.environ.get('OPENBLAS_NUM_THREADS')\n"
+        'if __name__ == "__main__":\n'
+        "    with open_executor(1) as executor: print(executor.submit(threads).result(), threads())\n"
     )
-    subprocess.run([sys.executable, script], cwd=tmp_path, check=True)
+    free = {name: value for name, value in os.environ.items() if name != "OPENBLAS_NUM_THREADS"}
+    found = subprocess.run(
+        [sys.executable, script], cwd=tmp_path, check=True, env=free, stdout=subprocess.PIPE, text=True
+    )
     assert not (tmp_path / "was_run").exists()
+    assert found.stdout.split() == ["1", "None"]
 
 
 def test_a_process_that_dies_takes_no_other_call_with_it(executor, caplog):

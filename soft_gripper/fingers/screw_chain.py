@@ -1,0 +1,76 @@
+"""A finger in its plant as screws: where its links are in its base, at many states at once.
+
+The plant itself is asked once, for the screw axis of every joint on the way from a finger's base to its tip, and
+whatever joints these are. All samples are then computed at once, by the product of exponentials (Lynch and Park,
+Modern Robotics, section 4.1).
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import Frame, JacobianWrtVariable
+from pydrake.systems.framework import Context
+
+from soft_gripper.arrays import Array
+
+
+class ScrewChain(NamedTuple):
+    """J joints that lead to the tip of a finger, and P frames beyond them, where all these joints are at zero."""
+
+    positions: NDArray[np.intp]  # (J) places of the joints' positions in the plant's, from base to tip
+    moves: Array  # (J, 3, 9) what sine, 1 - cosine and position of a joint add to rotation and place, see `poses`
+    homes: Array  # (P, 3, 4) [R | p] in B
+    joints_before: list[int]  # (P) how many of the joints move each frame
+
+    def poses(self, state: Array) -> Array:
+        """Poses of the frames in B, [R | p], (..., nq + nv) -> (..., P, 3, 4) m.
+
+        With A the matrix of a unit axis a x , and v the velocity of the point at B's origin per rate of the joint, the
+        position q turns by  1 + sin q A + (1 - cos q) A A  and shifts by  q v + (1 - cos q) A v + (q - sin q) A A v.
+        """
+        angles = state[..., self.positions].reshape(-1, len(self.positions)).T  # (J, K): long rows of samples are quick
+        sines, versines = np.sin(angles), 1 - np.cos(angles)
+        shifts = np.stack([angles, versines, angles - sines], axis=1)
+        rotation, shift, found = np.eye(3)[..., None] + 0 * angles[0], 0.0, []
+        for home, begin, end in zip(self.homes, [0, *self.joints_before], self.joints_before, strict=False):
+            for joint in range(begin, end):  # one at a time stays in the processor's cache
+                moved = self.moves[joint].T @ rotation
+                shift = shift + (moved[:, 6:] * shifts[joint]).sum(axis=1)
+                rotation = rotation + (moved[:, :3] * sines[joint] + moved[:, 3:6] * versines[joint])
+            pose = home.T @ rotation
+            pose[:, 3] += shift
+            found.append(pose)
+        return np.moveaxis(np.array(found), -1, 0).reshape(*state.shape[:-1], len(found), 3, 4)
+
+
+def screw_chain(plant: MultibodyPlant, frames: Sequence[Frame]) -> ScrewChain:
+    """The chain from the first to the last of some frames of a finalized plant, and to all those between them."""
+    context, base = plant.CreateDefaultContext(), frames[0]
+    on_the_way = [_moved_by(plant, context, frame, base) for frame in frames]
+    angles = plant.GetPositions(context)
+    angles[on_the_way[-1]] = 0
+    plant.SetPositions(context, angles)
+    homes = np.array([frame.CalcPose(context, base).GetAsMatrix34() for frame in frames])
+    # Positions are numbered depth first, so those of a chain increase from its base to its tip.
+    rates = _velocity_jacobian(plant, context, frames[-1], base)[:, on_the_way[-1]].T
+    axes = rates[:, :3]
+    velocities = (rates[:, 3:] - np.cross(axes, homes[-1, :, 3]))[..., None]
+    across = np.cross(axes[:, None], -np.eye(3))  # (J, 3, 3): across @ v is axis x v
+    twice = across @ across
+    moves = np.concatenate([across, twice, velocities, across @ velocities, twice @ velocities], axis=-1)
+    return ScrewChain(on_the_way[-1], moves, homes, list(map(len, on_the_way)))
+
+
+def _velocity_jacobian(plant: MultibodyPlant, context: Context, frame: Frame, base: Frame) -> Array:
+    """Angular and linear velocity of a frame in the base per rate of every position, (6, nq)."""
+    wrt = JacobianWrtVariable.kQDot
+    jacobian: Array = plant.CalcJacobianSpatialVelocity(context, wrt, frame, np.zeros(3), base, base)
+    return jacobian
+
+
+def _moved_by(plant: MultibodyPlant, context: Context, frame: Frame, base: Frame) -> NDArray[np.intp]:
+    """Which of the plant's positions move a frame in the base."""
+    return np.flatnonzero(_velocity_jacobian(plant, context, frame, base).any(axis=0))
