@@ -206,14 +206,19 @@ class _Stations:
         steps = round(self._config.time_step / self._plant_step)
         for i in range(steps):
             self._network.drive(i * self._plant_step)
-            self._plants.begin_step()
-            if i % per_force == 0:
+            is_last, looks, samples = i == steps - 1, i % per_force == 0, i % every == 0
+            if looks or samples:
+                self._plants.begin_step(looks)
+            if looks:
                 self._look_at_forces()
-            if i % every == 0:
+            if samples:
                 self._network.sample()
             else:
                 self._network.update_drive()
-            self._plants.finish_step(senses=i == steps - 1)
+            if looks or samples:
+                self._plants.finish_step(is_last)
+            else:
+                self._plants.step(is_last)
         self._look_at_forces()
         self._steps += 1
         self.observed = self._network.read("observation")

@@ -516,15 +516,33 @@ class Leaking(Stateless):
         return self._block.left(read(0), time)
 
 
+class InTurn(Stateless):
+    """Any other leaf system without a state: one context, in which environments take turns."""
+
+    def __init__(self, block: LeafSystem):
+        self._context, self._outputs = block.CreateDefaultContext(), block.get_output_port
+        self._ports = [block.get_input_port(i) for i in range(block.num_input_ports())]
+
+    def output(self, number: int, read: Read, time: float) -> Array:
+        """See Block."""
+        port, context = self._outputs(number), self._context
+        context.SetTime(time)
+        given = [read(i) for i in range(len(self._ports))]
+        found = []
+        for environment in range(max(map(len, given), default=1)):
+            for each, values in zip(self._ports, given, strict=True):
+                each.FixValue(context, values[min(environment, len(values) - 1)])
+            found.append(port.Eval(context))
+        return np.array(found)
+
+
 class Contexts:
-    """Any other leaf system, with a context for each of E environments, or one that they share (E = 1)."""
+    """Any other leaf system with a state: a context for each of E environments, or one that they share (E = 1)."""
 
     def __init__(self, block: LeafSystem, count: int):
         self._block, self._inputs = block, range(block.num_input_ports())
         self._runs = [Simulator(block) for _ in range(count)]
-        context = self._runs[0].get_context()
-        has_state = context.num_discrete_state_groups() or context.num_abstract_states()
-        self.period = _period(block) if has_state else None
+        self.period = _period(block)
         self._updates = [_UNBEGUN] * count  # made so far
 
     def clear(self, rows: Rows) -> None:
@@ -547,9 +565,6 @@ class Contexts:
         """See Block."""
         self._give(read)
         port = self._block.get_output_port(number)
-        if self.period is None:
-            for run in self._runs:
-                run.get_mutable_context().SetTime(time)
         return np.array([port.Eval(run.get_context()) for run in self._runs])
 
     def advance(self, read: Read, time: float, active: Rows) -> None:

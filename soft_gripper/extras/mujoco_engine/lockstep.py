@@ -82,8 +82,7 @@ def simulated(station: Station, network: Network) -> tuple[Logs, NDArray[np.int_
         plants.finish_step()
         for i in range(1, round(period / plant_step)):
             network.drive(time + i * plant_step)
-            plants.begin_step()
-            plants.finish_step()
+            plants.step()
             network.update_drive()
     return logs, lengths, failed
 

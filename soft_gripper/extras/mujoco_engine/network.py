@@ -6,6 +6,7 @@ in Drake.
 """
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from functools import cache
 from types import MappingProxyType
 from typing import Any, Protocol, TypeAlias
 
@@ -33,6 +34,7 @@ from soft_gripper.extras.mujoco_engine.blocks import (
     Functional,
     Functions,
     Given,
+    InTurn,
     Leaking,
     OneByOne,
     Parts,
@@ -57,7 +59,10 @@ class Plants(Protocol):
     """The plants of E environments, with the ports of Drake's plant; see `plants.Plants`."""
 
     active: NDArray[np.int_]  # environments that still run
-    state: Array  # (E, nq + nv) when they were looked at
+
+    @property
+    def state(self) -> Array:
+        """The states when they were looked at, (E, nq + nv)."""
 
     def look(self) -> None:
         """Takes the states as they are now."""
@@ -65,11 +70,14 @@ class Plants(Protocol):
     def drive(self, model: ModelInstanceIndex, torques: Array, desired: Array | None) -> None:
         """Applies the torques of the actuators of a model, (E, nu), and the desired states of an arm, (E, 2 nu)."""
 
+    def step(self) -> None:
+        """Makes a step of Drake's plant; contacts are unknown."""
+
     def begin_step(self) -> None:
         """Steps as far as is needed to know what follows from the states."""
 
-    def finish_step(self, senses: bool = False) -> None:
-        """Steps to the end of a step of Drake's plant, where contacts are known if it `senses`."""
+    def finish_step(self) -> None:
+        """Steps to the end of a step of Drake's plant."""
 
     def model_ports(self, model: ModelInstanceIndex) -> Mapping[str, Callable[[], Array]]:
         """The output ports of a model, by what follows its name: what computes them."""
@@ -148,7 +156,10 @@ class Network:
         self._by_step = [leaf for leaf, block in self._blocks.items() if self._is_by_step(block)]
         with_state = [leaf for leaf, block in self._blocks.items() if block.period is not None]
         self._by_sample = [leaf for leaf in with_state if leaf not in self._by_step]
-        self._reading_plants = [leaf for leaf in self._blocks if self._reads_steps(leaf)]
+        keeping = (Functions, OneByOne, Controllers, Several)
+        self._keeping = [leaf for leaf, block in self._blocks.items() if isinstance(block, keeping)]
+        self._reading_plants = [leaf for leaf in self._keeping if self._reads_steps(leaf)]
+        self._following = cache(self._found_following)
 
     # Wiring.
 
@@ -227,7 +238,9 @@ class Network:
             return Leaking(leaf)
         if isinstance(leaf, RandomSource):
             return Streams(self._drawn[leaf.get_name()])
-        return Contexts(leaf, 1 if self._is_shared(leaf) else count)
+        if leaf.num_discrete_state_groups() or leaf.num_abstract_states():
+            return Contexts(leaf, 1 if self._is_shared(leaf) else count)
+        return InTurn(leaf)
 
     def _plant_ports(self) -> dict[int, Callable[[], Array]]:
         """The output ports of the plant by their numbers: what computes them."""
@@ -285,7 +298,7 @@ class Network:
             return _STEP
         fed = [each for i, each in enumerate(self._feeds[leaf]) if each and leaf.HasDirectFeedthrough(i, number)]
         changes = any(isinstance(each[0], MultibodyPlant) or self._valid_for(each) == _STEP for each in fed)
-        if changes and isinstance(block, Contexts) and not self._is_shared(leaf):
+        if changes and isinstance(block, Contexts | InTurn) and not self._is_shared(leaf):
             return _HELD  # it takes a call for each environment
         return _STEP if changes else _SAMPLE
 
@@ -297,9 +310,23 @@ class Network:
         )
 
     def _reads_steps(self, leaf: Key) -> bool:
-        """Whether a block of functions reads what changes with every step of the plant."""
+        """Whether a block reads what changes with every step of the plant."""
         fed = (each for each in self._feeds[leaf] if each is not None)
         return any(isinstance(each[0], MultibodyPlant) or self._valid_for(each) == _STEP for each in fed)
+
+    def _found_following(self, key: Key) -> tuple[Collection[Output], Collection[Key]]:
+        """The outputs that follow at once from an input of the diagram, or from a source, and the blocks that read them."""
+        outputs, readers, pending = dict[Output, None](), dict[Key, None](), [(key, 0)]
+        while pending:
+            output = pending.pop()
+            if output in outputs:
+                continue
+            outputs[output] = None
+            for leaf, number in ((leaf, i) for leaf, fed in self._feeds.items() for i in range(len(fed)) if fed[i] == output):
+                readers[leaf] = None
+                ports = range(leaf.num_output_ports())
+                pending += [(leaf, port) for port in ports if leaf.HasDirectFeedthrough(number, port)]
+        return outputs, readers
 
     # Time.
 
@@ -321,7 +348,11 @@ class Network:
         """Sets an input of the diagram, or the output of a source in it, (E, size)."""
         key: Key = name if name in self._blocks else self._first.diagram.GetSubsystemByName(name)
         self._blocks[key] = Given(value)
-        self._changed()
+        outputs, readers = self._following(key)
+        for output in outputs:
+            self._known[self._valid_for(output)].pop(output, None)
+        self._known[_HELD].clear()
+        self._forget([leaf for leaf in self._keeping if leaf in readers])
 
     def read(self, name: str) -> Array:
         """An output of the diagram, (E, size)."""
@@ -371,8 +402,8 @@ class Network:
         """Blocks of functions keep what they have computed until they are told to forget it."""
         for leaf in leaves:
             block = self._blocks[leaf]
-            if isinstance(block, Functions | OneByOne | Controllers | Several):
-                block.forget()
+            assert isinstance(block, Functions | OneByOne | Controllers | Several)
+            block.forget()
 
     def _advance(self, leaves: Sequence[Key]) -> None:
         for leaf in leaves:
@@ -389,7 +420,7 @@ class Network:
         """Forgets all values."""
         for known in self._known:
             known.clear()
-        self._forget(self._blocks)
+        self._forget(self._keeping)
 
     def _draw(self, seeds: Sequence[int]) -> dict[str, Array]:
         """Draws of every random source in environments with these seeds, (T, E, size), by its name."""

@@ -7,7 +7,7 @@ world; MuJoCo has the position first, and the angular velocity in the body.
 
 import xml.etree.ElementTree as ET
 from collections.abc import Collection, Mapping, Sequence
-from functools import cached_property
+from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -178,7 +178,8 @@ class Plants:
         from mujoco.batch import Batch
 
         self._own = set[str]()  # fields of the model of which environments have their own
-        self._substeps = np.array([round(station.plant.time_step() / model.opt.timestep) for model in models])
+        substeps = np.array([round(station.plant.time_step() / model.opt.timestep) for model in models])
+        self._alike = [(int(each), np.flatnonzero(substeps == each)) for each in np.unique(substeps)]
         self.station, self.touching = station, touching
         self.plant, self.layout, self._model = station.plant, Layout(station.plant, models[0]), models[0]
         self.batch = Batch(models[0], len(models), threads)
@@ -195,7 +196,9 @@ class Plants:
         self._qpos[:, self.layout.qpos] = begins
         self.batch.forward()
         self.active = np.arange(len(models))
-        self.state = self.layout.state(self._qpos, self._qvel)
+        self._dofs = cache(self.layout.dofs)
+        self._state: Array | None = None
+        self.look()
 
     def reset(self, rows: Rows, models: "Sequence[mujoco.MjModel]", begins: Array) -> None:
         """Lets some environments begin anew, with their models, (rows,), and positions, (rows, nq)."""
@@ -236,26 +239,34 @@ class Plants:
         """Applies the torques of the actuators of a model, (E, nu), and the desired states of an arm, (E, 2 nu)."""
         arm = self._arm
         if self.station.parts.arm is None or model != self.station.parts.arm.model:
-            self._applied[:, self.layout.dofs(model)] = torques
+            self._applied[:, self._dofs(model)] = torques
         elif arm is not None and desired is not None:
             position, velocity = np.split(desired, 2, axis=1)
             self._ctrl[:, arm.ctrl] = position + (torques + arm.damping * velocity) / arm.stiffness
 
-    def begin_step(self) -> None:
-        """Makes the first of the steps into which a step of Drake's plant is divided.
+    def step(self, senses: bool = False) -> None:
+        """Makes all steps into which a step of Drake's plant is divided at once; see `finish_step`."""
+        self._step(0, senses)
+
+    def begin_step(self, senses: bool = True) -> None:
+        """Makes the first of these steps; contacts are known if it `senses`.
 
         What follows from a state is then that of the state before.
         """
-        self._sense(True)
+        self._sense(senses)
         self.batch.step(self.active, 1)
 
     def finish_step(self, senses: bool = False) -> None:
         """Makes the other steps; contacts are those in the first, or, if it `senses`, those in the last."""
+        self._step(1, senses)
+
+    def _step(self, made: int, senses: bool) -> None:
+        """Makes the steps that are left after so many."""
         self._sense(senses)
-        for substeps in np.unique(self._substeps):
-            alike = self.active[self._substeps[self.active] == substeps]
-            if substeps > 1 and len(alike):
-                self.batch.step(alike, int(substeps) - 1)
+        for substeps, rows in self._alike:
+            active = self.active if len(self._alike) == 1 else np.intersect1d(rows, self.active)
+            if substeps > made and len(active):
+                self.batch.step(active, substeps - made)
 
     def _sense(self, senses: bool) -> None:
         """Lets sensors of contact be computed or not, which takes a tenth of a step."""
@@ -265,7 +276,14 @@ class Plants:
 
     def look(self) -> None:
         """Takes the states as they are now."""
-        self.state = self.layout.state(self._qpos, self._qvel)
+        self._seen, self._state = (self._qpos.copy(), self._qvel.copy()), None
+
+    @property
+    def state(self) -> Array:
+        """The states of Drake's plants when they were looked at, (E, nq + nv)."""
+        if self._state is None:
+            self._state = self.layout.state(*self._seen)
+        return self._state
 
     def contact_forces(self, model: ModelInstanceIndex) -> Array:
         """Generalized forces of all contacts on a model, (E, nv of it)."""
@@ -274,7 +292,7 @@ class Plants:
 
     def net_actuation(self, model: ModelInstanceIndex) -> Array:
         """Torques that the actuators of an arm apply, (E, nu)."""
-        return np.array(self._driven[:, self.layout.dofs(model)])
+        return np.array(self._driven[:, self._dofs(model)])
 
     def pose(self, body: Any) -> Array:
         """The pose of a body of Drake's plant in the world, (E, 3, 4) [R | p]."""
