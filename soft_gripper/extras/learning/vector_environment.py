@@ -34,6 +34,7 @@ from soft_gripper.extras.learning.station import (
 from soft_gripper.extras.learning.tasks import Judgement, grasp_judgement, pick_place_judgement
 from soft_gripper.extras.mujoco_engine.blocks import Rows, together
 from soft_gripper.extras.mujoco_engine.network import Network
+from soft_gripper.extras.mujoco_engine.normal_forces import NormalForces
 from soft_gripper.extras.mujoco_engine.plants import Exported, Plants, in_mujoco
 from soft_gripper.extras.mujoco_engine.variation import Variation, begin, varied
 from soft_gripper.scenario.schema import Scenario
@@ -132,7 +133,8 @@ class _Stations:
         assert handled is not None
         assert self._learning.object is not None
         self._name, self._body = handled.object, self._learning.object
-        exported = [in_mujoco(each, self._plant_step / float(substeps), [self._name], {}) for each in stations]
+        step = self._plant_step / float(substeps)
+        exported = [in_mujoco(each, step, [self._name], NormalForces(each)) for each in stations]
         turns = np.arange(count) % len(stations)
         self._exported: list[Exported] = [exported[i] for i in turns]
         begins = np.tile(begin(self._station.plant, Variation()), (count, 1))
@@ -243,13 +245,8 @@ class _Stations:
         return pick_place_judgement(config.pick_place, dt, way, place, self._force, self._peak)
 
     def _look_at_forces(self) -> None:
-        """The force on each finger along the normals of its contacts, (E, F) N, and the largest so far."""
-        rows, begins = self._plants.patches()
-        count = len(self._station.fingers)
-        environment = np.repeat(np.arange(len(self._steps)), np.diff(begins))
-        pressed = np.abs((rows[:, 10:13] * rows[:, 7:10]).sum(axis=1))
-        cell = environment * count + rows[:, 0].astype(int)
-        self._force = np.bincount(cell, pressed, len(self._steps) * count).reshape(-1, count)
+        """The normal force on each finger, (E, F) N, and the largest so far."""
+        self._force = self._plants.normal_forces()
         self._peak = np.maximum(self._peak, self._force.max(axis=1))
 
 

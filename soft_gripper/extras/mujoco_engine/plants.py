@@ -21,6 +21,7 @@ from soft_gripper.extras.export.actuation import arm_actuators
 from soft_gripper.extras.export.mjcf import Mjcf, station_mjcf
 from soft_gripper.extras.export.tree import scoped_name
 from soft_gripper.extras.mujoco_engine.blocks import Rows
+from soft_gripper.extras.mujoco_engine.normal_forces import NormalForces
 from soft_gripper.extras.mujoco_engine.touching import TouchSensors
 from soft_gripper.fingers.spatial_chain import vector_product
 
@@ -112,19 +113,19 @@ class Exported(NamedTuple):
 
     model: "mujoco.MjModel"
     file: Mjcf
-    touching: TouchSensors
+    touching: TouchSensors | NormalForces
 
 
 def in_mujoco(
-    station: Station, step: float, listed: Collection[str] = (), objects: Mapping[int, int] | None = None
+    station: Station, step: float, listed: Collection[str] = (), touching: TouchSensors | NormalForces | None = None
 ) -> Exported:
-    """A station in MuJoCo, without the drive of its fingers, and with sensors of contact if that is recorded.
+    """A station in MuJoCo, without the drive of its fingers.
 
     Args:
         station: made with contact at points.
         step: of MuJoCo, s.
         listed: models that touch others in pairs, see `station_mjcf`.
-        objects: numbers of the objects whose contact is sensed, see `TouchSensors`.
+        touching: sensors of contact; None: as it is recorded.
     """
     import mujoco
 
@@ -137,7 +138,7 @@ def in_mujoco(
     driven = _part(root, "actuator")
     for actuator in [each for each in driven if each.attrib["name"] not in arm]:
         driven.remove(actuator)
-    touching = TouchSensors(station, objects)
+    touching = touching or TouchSensors(station)
     touching.add_to(root)
     assets = {f"meshes/{name}": path.read_bytes() for name, path in found.meshes.items()}
     model = mujoco.MjModel.from_xml_string(ET.tostring(root, encoding="unicode"), assets)
@@ -160,7 +161,7 @@ class Plants:
     def __init__(
         self,
         station: Station,
-        touching: TouchSensors,
+        touching: TouchSensors | NormalForces,
         models: "Sequence[mujoco.MjModel]",
         begins: Array,
         threads: int = 1,
@@ -301,7 +302,13 @@ class Plants:
 
     def patches(self) -> tuple[Array, NDArray[np.int_]]:
         """Contacts of all fingers as rows of `patch_table`, and where those of each environment begin, (E + 1,)."""
+        assert isinstance(self.touching, TouchSensors)
         return self.touching.read(self._sensed, self._xpos, self._xmat)
+
+    def normal_forces(self) -> Array:
+        """Forces on F fingers along the normals of their contacts, (E, F) N."""
+        assert isinstance(self.touching, NormalForces)
+        return self.touching.read(self._sensed)
 
     def model_ports(self, model: ModelInstanceIndex) -> Mapping[str, Any]:
         """The output ports of a model, by what follows its name: what computes them."""
