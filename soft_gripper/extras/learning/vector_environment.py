@@ -4,6 +4,7 @@ Observations and rewards are those of `SoftGripperEnv`, by the same blocks and f
 leading axis. MuJoCo takes contact at points, as the shipped scenes do in Drake.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -128,12 +129,12 @@ class _Stations:
         self._learning, self._station = learning[0], stations[0]
         self._period, self._plant_step = scenario.sensor.period, self._station.plant.time_step()
         self._check(scenario)
-        substeps = np.ceil(self._plant_step / LONGEST_STEP - 1e-9)
+        self._substeps = math.ceil(self._plant_step / LONGEST_STEP - 1e-9)
         handled = config.grasp or config.pick_place
         assert handled is not None
         assert self._learning.object is not None
         self._name, self._body = handled.object, self._learning.object
-        step = self._plant_step / float(substeps)
+        step = self._plant_step / self._substeps
         exported = [in_mujoco(each, step, [self._name], NormalForces(each)) for each in stations]
         turns = np.arange(count) % len(stations)
         self._exported: list[Exported] = [exported[i] for i in turns]
@@ -204,23 +205,14 @@ class _Stations:
         self._actions[:] = actions
         self._network.give("action", self._actions)
         before = self.observed
-        every, per_force = round(self._period / self._plant_step), max(1, round(PERIOD / self._plant_step))
-        steps = round(self._config.time_step / self._plant_step)
-        for i in range(steps):
-            self._network.drive(i * self._plant_step)
-            is_last, looks, samples = i == steps - 1, i % per_force == 0, i % every == 0
-            if looks or samples:
-                self._plants.begin_step(looks)
-            if looks:
-                self._look_at_forces()
-            if samples:
-                self._network.sample()
-            else:
-                self._network.update_drive()
-            if looks or samples:
-                self._plants.finish_step(is_last)
-            else:
-                self._plants.step(is_last)
+        plants, network, plant_step = self._plants, self._network, self._plant_step
+        every = round(self._period / plant_step)
+        for first in range(0, round(self._config.time_step / plant_step), every):
+            network.drive(first * plant_step)
+            plants.begin_step(keeps=True)
+            network.sample()
+            plants.finish_step(keeps=True)
+            network.step([i * plant_step for i in range(first + 1, first + every)], keeps=True)
         self._look_at_forces()
         self._steps += 1
         self.observed = self._network.read("observation")
@@ -245,9 +237,10 @@ class _Stations:
         return pick_place_judgement(config.pick_place, dt, way, place, self._force, self._peak)
 
     def _look_at_forces(self) -> None:
-        """The normal force on each finger, (E, F) N, and the largest so far."""
-        self._force = self._plants.normal_forces()
-        self._peak = np.maximum(self._peak, self._force.max(axis=1))
+        """The normal force on each finger at the end of a step, (E, F) N, and the largest of all samples so far."""
+        forces, every = self._plants.normal_forces(), self._substeps * max(1, round(PERIOD / self._plant_step))
+        self._force = forces[:, -1]
+        self._peak = np.maximum(self._peak, np.maximum(forces[:, ::every].max(axis=(1, 2)), self._force.max(axis=1)))
 
 
 def _station_of(learning: LearningStation) -> Station:

@@ -70,8 +70,11 @@ class Plants(Protocol):
     def drive(self, model: ModelInstanceIndex, torques: Array, desired: Array | None) -> None:
         """Applies the torques of the actuators of a model, (E, nu), and the desired states of an arm, (E, 2 nu)."""
 
-    def step(self) -> None:
-        """Makes a step of Drake's plant; contacts are unknown."""
+    def schedule(self) -> None:
+        """Schedules a step of Drake's plant, driven as now."""
+
+    def step(self, keeps: bool = False) -> None:
+        """Makes all steps that are scheduled; contacts are unknown, but for those that it `keeps`."""
 
     def begin_step(self) -> None:
         """Steps as far as is needed to know what follows from the states."""
@@ -159,6 +162,9 @@ class Network:
         keeping = (Functions, OneByOne, Controllers, Several)
         self._keeping = [leaf for leaf, block in self._blocks.items() if isinstance(block, keeping)]
         self._reading_plants = [leaf for leaf in self._keeping if self._reads_steps(leaf)]
+        drives = [each for _, *given in self._driven for each in given]
+        drives += [each for leaf in self._by_step for each in self._feeds[leaf]]
+        self._is_foreseen = not any(each is not None and self._follows_plants(each) for each in drives)
         self._following = cache(self._found_following)
 
     # Wiring.
@@ -314,6 +320,16 @@ class Network:
         fed = (each for each in self._feeds[leaf] if each is not None)
         return any(isinstance(each[0], MultibodyPlant) or self._valid_for(each) == _STEP for each in fed)
 
+    def _follows_plants(self, output: Output) -> bool:
+        """Whether a value changes with the states of the plants between samples."""
+        leaf, number = output
+        if isinstance(leaf, MultibodyPlant):
+            return True
+        if isinstance(leaf, str) or self._valid_for(output) != _STEP:
+            return False
+        fed = [each for i, each in enumerate(self._feeds[leaf]) if each and leaf.HasDirectFeedthrough(i, number)]
+        return any(map(self._follows_plants, fed))
+
     def _found_following(self, key: Key) -> tuple[Collection[Output], Collection[Key]]:
         """The outputs that follow at once from an input of the diagram, or from a source, and the blocks that read them."""
         outputs, readers, pending = dict[Output, None](), dict[Key, None](), [(key, 0)]
@@ -371,9 +387,14 @@ class Network:
             self.plants.drive(model, self._value(torque), None if desired is None else self._value(desired))
         self._advance(self._by_step)
 
-    def update_drive(self) -> None:
-        """Takes on the updates of the drive."""
-        self._commit(self._by_step)
+    def step(self, times: Sequence[float], keeps: bool = False) -> None:
+        """Steps the plants between samples, from these times, s; those that nothing observes meanwhile, at once."""
+        for group in [times] if self._is_foreseen else [[time] for time in times]:
+            for time in group:
+                self.drive(time)
+                self.plants.schedule()
+                self._commit(self._by_step)
+            self.plants.step(keeps)
 
     def logged(self) -> Iterator[tuple[int, Array]]:
         """Values that the logs take but patches, (E, size) or (1, size), by the number of their input."""

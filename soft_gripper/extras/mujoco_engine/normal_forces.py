@@ -34,7 +34,7 @@ class NormalForces:
         """Sensors are read in their order."""
 
     def read(self, sensed: Array) -> Array:
-        """The sum of the normal forces on each of F fingers, (E, F) N, from the readings of all sensors, (E, ...)."""
-        of_links = np.abs(sensed.reshape(len(sensed), -1, self._most, 3)[..., 0]).sum(axis=-1)
-        forces: Array = np.add.reduceat(of_links, self._begins, axis=1)
+        """The sum of the normal forces on each of F fingers, (..., F) N, from the readings of all sensors, (..., n)."""
+        of_links = np.abs(sensed.reshape(*sensed.shape[:-1], -1, self._most, 3)[..., 0]).sum(axis=-1)
+        forces: Array = np.add.reduceat(of_links, self._begins, axis=-1)
         return forces

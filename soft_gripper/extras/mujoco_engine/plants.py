@@ -176,6 +176,7 @@ class Plants:
             threads: that step them.
             of_one_file: whether the models were read from one file, and numbers were changed, see `varied`.
         """
+        from mujoco import mjtState
         from mujoco.batch import Batch
 
         self._own = set[str]()  # fields of the model of which environments have their own
@@ -194,6 +195,8 @@ class Plants:
         self._contact, self._driven = self.batch.bind("qfrc_constraint"), self.batch.bind("qfrc_actuator")
         self._xpos, self._xmat = self.batch.bind("xpos"), self.batch.bind("xmat")
         self._sensed = self.batch.bind("sensordata")
+        self._driving = int(mjtState.mjSTATE_CTRL | mjtState.mjSTATE_QFRC_APPLIED)
+        self._scheduled, self._kept = list[Array](), list[Array]()  # (E, nu + nv) for each step; (E, K, sensors)
         self._qpos[:, self.layout.qpos] = begins
         self.batch.forward()
         self.active = np.arange(len(models))
@@ -245,29 +248,43 @@ class Plants:
             position, velocity = np.split(desired, 2, axis=1)
             self._ctrl[:, arm.ctrl] = position + (torques + arm.damping * velocity) / arm.stiffness
 
-    def step(self, senses: bool = False) -> None:
-        """Makes all steps into which a step of Drake's plant is divided at once; see `finish_step`."""
-        self._step(0, senses)
+    def schedule(self) -> None:
+        """Schedules a step of Drake's plant, driven as now."""
+        self._scheduled.append(np.concatenate([self._ctrl, self._applied], axis=1))
 
-    def begin_step(self, senses: bool = True) -> None:
-        """Makes the first of these steps; contacts are known if it `senses`.
+    def step(self, keeps: bool = False) -> None:
+        """Makes all steps that are scheduled; contacts are unknown, but for those that it `keeps`."""
+        self._make(len(self._scheduled), 0, keeps)
+        self._scheduled.clear()
+
+    def begin_step(self, keeps: bool = False) -> None:
+        """Makes the first of the steps into which a step of Drake's plant is divided; it may keep the contacts.
 
         What follows from a state is then that of the state before.
         """
-        self._sense(senses)
+        self._sense(True)
         self.batch.step(self.active, 1)
+        if keeps:
+            self._kept.append(self._sensed[:, None].copy())
 
-    def finish_step(self, senses: bool = False) -> None:
-        """Makes the other steps; contacts are those in the first, or, if it `senses`, those in the last."""
-        self._step(1, senses)
+    def finish_step(self, keeps: bool = False) -> None:
+        """Makes the other steps; contacts are those in the first, but for those that it `keeps`."""
+        self._make(1, 1, keeps)
 
-    def _step(self, made: int, senses: bool) -> None:
-        """Makes the steps that are left after so many."""
-        self._sense(senses)
+    def _make(self, steps: int, made: int, keeps: bool) -> None:
+        """Makes some steps of Drake's plant, of which so many steps of MuJoCo are made."""
+        self._sense(keeps)
         for substeps, rows in self._alike:
             active = self.active if len(self._alike) == 1 else np.intersect1d(rows, self.active)
-            if substeps > made and len(active):
-                self.batch.step(active, substeps - made)
+            left = steps * substeps - made
+            if not left or not len(active):
+                continue
+            if steps == 1 and not keeps:
+                self.batch.step(active, left)
+                continue
+            driven = [each[active] for each in self._scheduled for _ in range(substeps)]
+            control, kept = np.stack(driven, axis=1) if driven else None, ["sensordata"] if keeps else []
+            self._kept += self.batch.rollout(left, control, self._driving, kept, active).values()
 
     def _sense(self, senses: bool) -> None:
         """Lets sensors of contact be computed or not, which takes a tenth of a step."""
@@ -306,9 +323,10 @@ class Plants:
         return self.touching.read(self._sensed, self._xpos, self._xmat)
 
     def normal_forces(self) -> Array:
-        """Forces on F fingers along the normals of their contacts, (E, F) N."""
+        """Normal forces on F fingers in the K steps of MuJoCo that were kept since they were asked for, (E, K, F) N."""
         assert isinstance(self.touching, NormalForces)
-        return self.touching.read(self._sensed)
+        sensed, self._kept = np.concatenate(self._kept, axis=1), []
+        return self.touching.read(sensed)
 
     def model_ports(self, model: ModelInstanceIndex) -> Mapping[str, Any]:
         """The output ports of a model, by what follows its name: what computes them."""
