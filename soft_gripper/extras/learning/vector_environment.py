@@ -135,7 +135,8 @@ class _Stations:
         assert self._learning.object is not None
         self._name, self._body = handled.object, self._learning.object
         step = self._plant_step / self._substeps
-        exported = [in_mujoco(each, step, [self._name], NormalForces(each)) for each in stations]
+        self._sensors = NormalForces(self._station)
+        exported = [in_mujoco(each, step, [self._name], self._sensors) for each in stations]
         turns = np.arange(count) % len(stations)
         self._exported: list[Exported] = [exported[i] for i in turns]
         begins = np.tile(begin(self._station.plant, Variation()), (count, 1))
@@ -238,9 +239,10 @@ class _Stations:
 
     def _look_at_forces(self) -> None:
         """The normal force on each finger at the end of a step, (E, F) N, and the largest of all samples so far."""
-        forces, every = self._plants.normal_forces(), self._substeps * max(1, round(PERIOD / self._plant_step))
+        sensed, every = self._plants.kept(), self._substeps * max(1, round(PERIOD / self._plant_step))
+        forces = self._sensors.read(np.concatenate([sensed[:, ::every], sensed[:, -1:]], axis=1))
         self._force = forces[:, -1]
-        self._peak = np.maximum(self._peak, np.maximum(forces[:, ::every].max(axis=(1, 2)), self._force.max(axis=1)))
+        self._peak = np.maximum(self._peak, forces.max(axis=(1, 2)))
 
 
 def _station_of(learning: LearningStation) -> Station:

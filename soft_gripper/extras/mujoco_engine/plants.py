@@ -322,11 +322,10 @@ class Plants:
         assert isinstance(self.touching, TouchSensors)
         return self.touching.read(self._sensed, self._xpos, self._xmat)
 
-    def normal_forces(self) -> Array:
-        """Normal forces on F fingers in the K steps of MuJoCo that were kept since they were asked for, (E, K, F) N."""
-        assert isinstance(self.touching, NormalForces)
+    def kept(self) -> Array:
+        """What sensors of contact read in the K steps of MuJoCo that were kept since they were asked for, (E, K, n)."""
         sensed, self._kept = np.concatenate(self._kept, axis=1), []
-        return self.touching.read(sensed)
+        return sensed
 
     def model_ports(self, model: ModelInstanceIndex) -> Mapping[str, Any]:
         """The output ports of a model, by what follows its name: what computes them."""
