@@ -6,6 +6,7 @@ leading axis. MuJoCo takes contact at points, as the shipped scenes do in Drake.
 
 import math
 from collections.abc import Mapping, Sequence
+from copy import deepcopy
 from dataclasses import replace
 from typing import Any
 
@@ -110,7 +111,7 @@ class SoftGripperVectorEnv(VectorEnv[Any, Any, Any]):
             raise InputError("step", "actions", actions, f"give finite numbers of shape {shape}, from -1 to 1")
         begun, stations = self._over.copy(), self._stations
         anew = np.flatnonzero(begun)
-        judged = stations.step(np.clip(given, -1.0, 1.0), anew, [self._random[i] for i in anew])
+        judged = stations.step(np.clip(given, -1.0, 1.0), anew, self._random)
         reward = np.where(begun, 0.0, judged.reward)
         terminated, truncated = judged.terminated & ~begun, (stations.is_late | judged.info["diverged"]) & ~begun
         info = {**judged.info, **{f"_{name}": ~begun for name in judged.info}}
@@ -202,7 +203,7 @@ class _Stations:
         return Variation({name: RigidTransform(X_WO.rotation(), X_WO.translation() + shift)}, **changed)
 
     def step(self, actions: Array, anew: Rows, random: Sequence[np.random.Generator]) -> Judgement:
-        """Applies actions, (E, n), for a time step; those environments that end an episode begin another instead."""
+        """Applies actions, (E, n), for a time step; environments `anew` begin an episode instead, with `random` ones."""
         self._actions[:] = actions
         self._network.give("action", self._actions)
         before = self.observed
@@ -220,13 +221,13 @@ class _Stations:
         diverged = ~np.isfinite(self._plants.state).all(axis=1)
         judged = self._judged()
         judged.info["diverged"] = diverged
-        if diverged.any():
-            self.observed[diverged] = before[diverged]
-            judged = judged._replace(
-                reward=np.where(diverged, 0.0, judged.reward), terminated=judged.terminated & ~diverged
-            )
-        self.begin(anew, random)
-        return judged
+        reward, terminated = np.where(diverged, 0.0, judged.reward), judged.terminated & ~diverged
+        # What is not finite would spread in blocks: it begins anew at once, with the episode that the next step draws.
+        bad = np.setdiff1d(np.flatnonzero(diverged), anew)
+        self.begin(bad, [deepcopy(random[i]) for i in bad])
+        self.begin(anew, [random[i] for i in anew])
+        self.observed[bad] = before[bad]
+        return Judgement(reward, terminated, judged.info)
 
     def _judged(self) -> Judgement:
         place = self._plants.state[:, self._place : self._place + 3] - self._begins

@@ -11,7 +11,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import LeafSystem
+from pydrake.systems.framework import LeafSystem, OutputPort
 from pydrake.systems.primitives import (
     Adder,
     AffineSystem,
@@ -532,8 +532,18 @@ class InTurn(Stateless):
         for environment in range(max(map(len, given), default=1)):
             for each, values in zip(self._ports, given, strict=True):
                 each.FixValue(context, values[min(environment, len(values) - 1)])
-            found.append(port.Eval(context))
+            found.append(self._evaluated(port))
         return np.array(found)
+
+    def _evaluated(self, port: OutputPort) -> Array:
+        """The value of an output; unknown if it cannot be found since an environment has diverged."""
+        try:
+            found: Array = port.Eval(self._context)
+        except (RuntimeError, SystemExit):  # the latter comes from failed conditions of Drake
+            if all(np.isfinite(each.Eval(self._context)).all() for each in self._ports):
+                raise
+            found = np.full(port.size(), np.nan)
+        return found
 
 
 class Contexts:

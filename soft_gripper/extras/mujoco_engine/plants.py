@@ -176,7 +176,7 @@ class Plants:
             threads: that step them.
             of_one_file: whether the models were read from one file, and numbers were changed, see `varied`.
         """
-        from mujoco import mjtState
+        from mujoco import mjtState, mjtWarning
         from mujoco.batch import Batch
 
         self._own = set[str]()  # fields of the model of which environments have their own
@@ -196,6 +196,7 @@ class Plants:
         self._xpos, self._xmat = self.batch.bind("xpos"), self.batch.bind("xmat")
         self._sensed = self.batch.bind("sensordata")
         self._driving = int(mjtState.mjSTATE_CTRL | mjtState.mjSTATE_QFRC_APPLIED)
+        self._bad = [int(mjtWarning.mjWARN_BADQPOS), int(mjtWarning.mjWARN_BADQVEL), int(mjtWarning.mjWARN_BADQACC)]
         self._scheduled, self._kept = list[Array](), list[Array]()  # (E, nu + nv) for each step; (E, K, sensors)
         self._qpos[:, self.layout.qpos] = begins
         self.batch.forward()
@@ -285,6 +286,7 @@ class Plants:
             driven = [each[active] for each in self._scheduled for _ in range(substeps)]
             control, kept = np.stack(driven, axis=1) if driven else None, ["sensordata"] if keeps else []
             self._kept += self.batch.rollout(left, control, self._driving, kept, active).values()
+            self._qvel[self.batch.warning[:, self._bad, 1].any(axis=1)] = np.nan  # it stops where states diverge
 
     def _sense(self, senses: bool) -> None:
         """Lets sensors of contact be computed or not, which takes a tenth of a step."""
