@@ -95,6 +95,7 @@ class SoftGripperVectorEnv(VectorEnv[Any, Any, Any]):
             if own is not None:
                 self._random[i] = np_random(own)[0]
         self._stations.begin(np.arange(self.num_envs), self._random)
+        self._stations.observe()
         self._over[:] = False
         return self._stations.observed.astype(np.float32), {}
 
@@ -157,7 +158,7 @@ class _Stations:
         self._begins, self._goals = begins[:, self._place : self._place + 3], np.zeros(count)
         self._force = np.zeros((count, len(self._station.fingers)))
         self._peak = np.zeros(count)
-        self.observed = self._network.read("observation")  # (E, k)
+        self.observe()
 
     def _check(self, scenario: Scenario) -> None:
         for name, of in (("plant_config.time_step", self._plant_step), ("sensor.period", self._period)):
@@ -192,6 +193,9 @@ class _Stations:
             least, most = self._config.pick_place.goal
             self._goals[rows] = [each.uniform(least, most) for each in random]
             self._network.give("goal", self._goals[:, None])
+
+    def observe(self) -> None:
+        """Reads the observations, (E, k)."""
         self.observed = self._network.read("observation")
 
     def _variation(self, drawn: Draw) -> Variation:
@@ -217,7 +221,7 @@ class _Stations:
             network.step([i * plant_step for i in range(first + 1, first + every)], keeps=True)
         self._look_at_forces()
         self._steps += 1
-        self.observed = self._network.read("observation")
+        plants.look()
         diverged = ~np.isfinite(self._plants.state).all(axis=1)
         judged = self._judged()
         judged.info["diverged"] = diverged
@@ -226,6 +230,7 @@ class _Stations:
         bad = np.setdiff1d(np.flatnonzero(diverged), anew)
         self.begin(bad, [deepcopy(random[i]) for i in bad])
         self.begin(anew, [random[i] for i in anew])
+        self.observe()
         self.observed[bad] = before[bad]
         return Judgement(reward, terminated, judged.info)
 

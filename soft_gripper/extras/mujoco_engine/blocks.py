@@ -240,7 +240,7 @@ class Functions:
         if isinstance(step, Memory):
             return step.of(self._state[name], *[self._value(source, read, time) for source in step.sources])
         value = read(self._numbers[name])
-        return np.broadcast_to(value, (*self._shape, value.shape[-1])) if self._shape else value
+        return value if value.shape[:-1] == self._shape else np.broadcast_to(value, (*self._shape, value.shape[-1]))
 
 
 _ALL: Any = ...  # rows of what has no axis of environments
@@ -312,12 +312,12 @@ class Several:
     def clear(self, rows: Rows) -> None:
         """See Block."""
         for block, own in self._parts:
-            block.clear(_places(rows, own))
+            block.clear(self._places(rows, own))
 
     def begin(self, read: Read, rows: Rows) -> None:
         """See Block."""
         for block, own in self._parts:
-            block.begin(_among(read, own), _places(rows, own))
+            block.begin(_among(read, own), self._places(rows, own))
 
     def output(self, number: int, read: Read, time: float) -> Array:
         """See Block."""
@@ -330,17 +330,18 @@ class Several:
     def advance(self, read: Read, time: float, active: Rows) -> None:
         """See Block."""
         for block, own in self._parts:
-            block.advance(_among(read, own), time, _places(active, own))
+            block.advance(_among(read, own), time, self._places(active, own))
 
     def commit(self) -> None:
         """See Block."""
         for block, _ in self._parts:
             block.commit()
 
-
-def _places(rows: Rows, own: Rows) -> Rows:
-    """Where some environments are among others."""
-    return np.flatnonzero(np.isin(own, rows))
+    def _places(self, rows: Rows, own: Rows) -> Rows:
+        """Where some environments are among those of a part."""
+        wanted = np.zeros(self._count, bool)
+        wanted[rows] = True
+        return np.flatnonzero(wanted[own])
 
 
 def _among(read: Read, own: Rows) -> Read:

@@ -330,19 +330,20 @@ class Network:
         fed = [each for i, each in enumerate(self._feeds[leaf]) if each and leaf.HasDirectFeedthrough(i, number)]
         return any(map(self._follows_plants, fed))
 
-    def _found_following(self, key: Key) -> tuple[Collection[Output], Collection[Key]]:
-        """The outputs that follow at once from an input of the diagram, or from a source, and the blocks that read them."""
-        outputs, readers, pending = dict[Output, None](), dict[Key, None](), [(key, 0)]
+    def _found_following(self, changed: Output) -> tuple[Collection[Output], Collection[Key]]:
+        """The outputs that follow at once from one of them, which is the first, and the blocks that keep what follows."""
+        outputs, readers, pending = dict[Output, None](), dict[Key, None](), [changed]
         while pending:
             output = pending.pop()
             if output in outputs:
                 continue
             outputs[output] = None
-            for leaf, number in ((leaf, i) for leaf, fed in self._feeds.items() for i in range(len(fed)) if fed[i] == output):
+            reading = ((leaf, i) for leaf, feeds in self._feeds.items() for i, fed in enumerate(feeds) if fed == output)
+            for leaf, number in reading:
                 readers[leaf] = None
                 ports = range(leaf.num_output_ports())
                 pending += [(leaf, port) for port in ports if leaf.HasDirectFeedthrough(number, port)]
-        return outputs, readers
+        return outputs, [leaf for leaf in self._keeping if leaf in readers]
 
     # Time.
 
@@ -364,11 +365,11 @@ class Network:
         """Sets an input of the diagram, or the output of a source in it, (E, size)."""
         key: Key = name if name in self._blocks else self._first.diagram.GetSubsystemByName(name)
         self._blocks[key] = Given(value)
-        outputs, readers = self._following(key)
-        for output in outputs:
-            self._known[self._valid_for(output)].pop(output, None)
-        self._known[_HELD].clear()
-        self._forget([leaf for leaf in self._keeping if leaf in readers])
+        for changed in [(key, 0), *self._known[_HELD]]:
+            outputs, readers = self._following(changed)
+            for output in outputs:
+                self._known[self._valid_for(output)].pop(output, None)
+            self._forget(readers)
 
     def read(self, name: str) -> Array:
         """An output of the diagram, (E, size)."""

@@ -224,10 +224,11 @@ class Plants:
 
     @cached_property
     def _usual(self) -> dict[str, bytes]:
-        """The fields of the model of the batch that an environment may have for itself."""
+        """The fields of the model of the batch that an environment may have for itself: integers are its structure."""
         from mujoco.batch import MODEL_FIELDS
 
-        return {name: _value(self._model, name).tobytes() for name in MODEL_FIELDS}
+        usual = {name: _value(self._model, name) for name in MODEL_FIELDS}
+        return {name: value.tobytes() for name, value in usual.items() if value.size and value.dtype.kind == "f"}
 
     @cached_property
     def _arm(self) -> _Arm | None:
