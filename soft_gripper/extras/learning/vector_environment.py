@@ -245,8 +245,7 @@ class _Stations:
 
     def _look_at_forces(self) -> None:
         """The normal force on each finger at the end of a step, (E, F) N, and the largest of all samples so far."""
-        sensed, every = self._plants.kept(), self._substeps * max(1, round(PERIOD / self._plant_step))
-        forces = self._sensors.read(np.concatenate([sensed[:, ::every], sensed[:, -1:]], axis=1))
+        forces = self._sensors.read(self._plants.kept(self._substeps * max(1, round(PERIOD / self._plant_step))))
         self._force = forces[:, -1]
         self._peak = np.maximum(self._peak, forces.max(axis=(1, 2)))
 

@@ -16,7 +16,7 @@ from pydrake.common import RandomDistribution
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import BodyIndex, ModelInstanceIndex
 from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem, System
-from pydrake.systems.primitives import AffineSystem, Demultiplexer, RandomSource, TrajectorySource
+from pydrake.systems.primitives import AffineSystem, Demultiplexer, MatrixGain, RandomSource, TrajectorySource
 
 from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array
@@ -201,6 +201,8 @@ class Network:
             inputs = range(leaf.num_input_ports())
             self._feeds[leaf] = [self._source(leaf, i, self._levels[leaf]) for i in inputs]
             alike = self._alike(leaf) if isinstance(leaf, self._differing) else {}
+            if isinstance(leaf, MatrixGain) and all(np.array_equal(leaf.D(), each.D()) for each in alike):
+                alike = {}
             parts = [(self._made(each, len(own)), own) for each, own in alike.items()]
             self._blocks[leaf] = Several(parts) if parts else self._made(leaf, self.count)
             pending += [fed[0] for fed in self._feeds[leaf] if fed is not None]

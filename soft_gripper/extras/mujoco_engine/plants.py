@@ -325,10 +325,16 @@ class Plants:
         assert isinstance(self.touching, TouchSensors)
         return self.touching.read(self._sensed, self._xpos, self._xmat)
 
-    def kept(self) -> Array:
-        """What sensors of contact read in the K steps of MuJoCo that were kept since they were asked for, (E, K, n)."""
-        sensed, self._kept = np.concatenate(self._kept, axis=1), []
-        return sensed
+    def kept(self, every: int) -> Array:
+        """What sensors of contact read in steps of MuJoCo that were kept since they were asked for, (E, K, n).
+
+        These are each so many steps, from the first on, and the last one.
+        """
+        begins = np.cumsum([0, *(each.shape[1] for each in self._kept)])
+        chosen = [each[:, -begin % every :: every] for each, begin in zip(self._kept, begins[:-1].tolist(), strict=True)]
+        found = np.concatenate([*chosen, self._kept[-1][:, -1:]], axis=1)
+        self._kept.clear()
+        return found
 
     def model_ports(self, model: ModelInstanceIndex) -> Mapping[str, Any]:
         """The output ports of a model, by what follows its name: what computes them."""
