@@ -156,8 +156,8 @@ class _Stations:
         self._place = self._body.floating_positions_start() + 4
         self._steps = np.zeros(count, int)  # of the episodes
         self._begins, self._goals = begins[:, self._place : self._place + 3], np.zeros(count)
-        self._force = np.zeros((count, len(self._station.fingers)))
-        self._peak = np.zeros(count)
+        self._force: Array = np.zeros((count, len(self._station.fingers)))
+        self._peak: Array = np.zeros(count)
         self.observe()
 
     def _check(self, scenario: Scenario) -> None:
@@ -207,7 +207,7 @@ class _Stations:
         return Variation({name: RigidTransform(X_WO.rotation(), X_WO.translation() + shift)}, **changed)
 
     def step(self, actions: Array, anew: Rows, random: Sequence[np.random.Generator]) -> Judgement:
-        """Applies actions, (E, n), for a time step; environments `anew` begin an episode instead, with `random` ones."""
+        """Applies actions, (E, n), for a time step; environments `anew` begin an episode instead, drawn by `random`."""
         self._actions[:] = actions
         self._network.give("action", self._actions)
         before = self.observed
@@ -228,8 +228,8 @@ class _Stations:
         reward, terminated = np.where(diverged, 0.0, judged.reward), judged.terminated & ~diverged
         # What is not finite would spread in blocks: it begins anew at once, with the episode that the next step draws.
         bad = np.setdiff1d(np.flatnonzero(diverged), anew)
-        self.begin(bad, [deepcopy(random[i]) for i in bad])
-        self.begin(anew, [random[i] for i in anew])
+        self.begin(bad, [deepcopy(random[i]) for i in bad.tolist()])
+        self.begin(anew, [random[i] for i in anew.tolist()])
         self.observe()
         self.observed[bad] = before[bad]
         return Judgement(reward, terminated, judged.info)

@@ -333,15 +333,16 @@ class Network:
         return any(map(self._follows_plants, fed))
 
     def _found_following(self, changed: Output) -> tuple[Collection[Output], Collection[Key]]:
-        """The outputs that follow at once from one of them, which is the first, and the blocks that keep what follows."""
+        """The outputs that follow at once from one of them, itself included, and the blocks that keep what follows."""
         outputs, readers, pending = dict[Output, None](), dict[Key, None](), [changed]
+        fed = {(leaf, i): each for leaf, feeds in self._feeds.items() for i, each in enumerate(feeds)}
         while pending:
             output = pending.pop()
             if output in outputs:
                 continue
             outputs[output] = None
-            reading = ((leaf, i) for leaf, feeds in self._feeds.items() for i, fed in enumerate(feeds) if fed == output)
-            for leaf, number in reading:
+            for leaf, number in [each for each, source in fed.items() if source == output]:
+                assert not isinstance(leaf, str)
                 readers[leaf] = None
                 ports = range(leaf.num_output_ports())
                 pending += [(leaf, port) for port in ports if leaf.HasDirectFeedthrough(number, port)]

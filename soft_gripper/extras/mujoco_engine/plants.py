@@ -8,6 +8,7 @@ world; MuJoCo has the position first, and the angular velocity in the body.
 import xml.etree.ElementTree as ET
 from collections.abc import Collection, Mapping, Sequence
 from functools import cache, cached_property
+from itertools import accumulate
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -330,8 +331,8 @@ class Plants:
 
         These are each so many steps, from the first on, and the last one.
         """
-        begins = np.cumsum([0, *(each.shape[1] for each in self._kept)])
-        chosen = [each[:, -begin % every :: every] for each, begin in zip(self._kept, begins[:-1].tolist(), strict=True)]
+        begins = accumulate((each.shape[1] for each in self._kept[:-1]), initial=0)
+        chosen = [each[:, -begin % every :: every] for each, begin in zip(self._kept, begins, strict=True)]
         found = np.concatenate([*chosen, self._kept[-1][:, -1:]], axis=1)
         self._kept.clear()
         return found
