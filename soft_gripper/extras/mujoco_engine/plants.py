@@ -147,7 +147,18 @@ def in_mujoco(
     model.opt.disableflags |= disabled.mjDSBL_AUTORESET  # a diverged state is reported, not replaced
     model.opt.disableflags |= disabled.mjDSBL_ISLAND  # objects that do not touch each other are few: it takes longer
     touching.bind(model)
+    if _only_in_pairs(model):
+        model.geom_contype[:] = model.geom_conaffinity[:] = 0  # or MuJoCo would look for others at every step
     return Exported(model, found, touching)
+
+
+def _only_in_pairs(model: "mujoco.MjModel") -> bool:
+    """Whether all shapes that touch are listed as pairs."""
+    bits = (model.geom_contype[:, None] & model.geom_conaffinity) != 0
+    touching = bits | bits.T
+    touching[model.pair_geom1, model.pair_geom2] = touching[model.pair_geom2, model.pair_geom1] = False
+    np.fill_diagonal(touching, val=False)
+    return not touching.any()
 
 
 def _part(root: ET.Element, name: str) -> ET.Element:
