@@ -13,7 +13,7 @@ from gymnasium.utils.seeding import np_random
 
 from gentle_grasp.episodes import Environments, Episode, run_episodes
 from gentle_grasp.policies import NUMBER, Array, GentleGrasp, GentleParameters
-from soft_gripper.extras.learning.config import load_environment
+from soft_gripper.extras.learning.config import VariationConfig, load_environment
 from soft_gripper.extras.learning.episode_variation import draw
 
 SHIPPED = Path(__file__).with_name("learned.yaml")
@@ -71,13 +71,14 @@ def learn(
 def training_seeds(number: int) -> list[int]:
     """Seeds of `number` objects: half of them random, and half the hardest to hold of a hundred."""
     common, others = number // 2, range(FIRST_SEED, FIRST_SEED + OBJECTS)
-    hardest = sorted(others[common:], key=needed)[common - number :]
+    variation = load_environment("soft_grasp").config.variation
+    hardest = sorted(others[common:], key=lambda seed: needed(seed, variation))[common - number :]
     return [*others[:common], *hardest]
 
 
-def needed(seed: int) -> float:
+def needed(seed: int, variation: VariationConfig) -> float:
     """How hard the object of a seed is to hold: its mass over its friction, kg."""
-    drawn = draw(np_random(seed)[0], load_environment("soft_grasp").config.variation)
+    drawn = draw(np_random(seed)[0], variation)
     assert drawn.mass is not None
     assert drawn.friction is not None
     return drawn.mass / drawn.friction

@@ -4,7 +4,9 @@ Observations and rewards are those of `SoftGripperEnv`, by the same blocks and f
 leading axis. MuJoCo takes contact at points, as the shipped scenes do in Drake.
 """
 
+import math
 from collections.abc import Mapping, Sequence
+from copy import deepcopy
 from dataclasses import replace
 from typing import Any
 
@@ -34,6 +36,7 @@ from soft_gripper.extras.learning.station import (
 from soft_gripper.extras.learning.tasks import Judgement, grasp_judgement, pick_place_judgement
 from soft_gripper.extras.mujoco_engine.blocks import Rows, together
 from soft_gripper.extras.mujoco_engine.network import Network
+from soft_gripper.extras.mujoco_engine.normal_forces import NormalForces
 from soft_gripper.extras.mujoco_engine.plants import Exported, Plants, in_mujoco
 from soft_gripper.extras.mujoco_engine.variation import Variation, begin, varied
 from soft_gripper.scenario.schema import Scenario
@@ -92,6 +95,7 @@ class SoftGripperVectorEnv(VectorEnv[Any, Any, Any]):
             if own is not None:
                 self._random[i] = np_random(own)[0]
         self._stations.begin(np.arange(self.num_envs), self._random)
+        self._stations.observe()
         self._over[:] = False
         return self._stations.observed.astype(np.float32), {}
 
@@ -108,7 +112,7 @@ class SoftGripperVectorEnv(VectorEnv[Any, Any, Any]):
             raise InputError("step", "actions", actions, f"give finite numbers of shape {shape}, from -1 to 1")
         begun, stations = self._over.copy(), self._stations
         anew = np.flatnonzero(begun)
-        judged = stations.step(np.clip(given, -1.0, 1.0), anew, [self._random[i] for i in anew])
+        judged = stations.step(np.clip(given, -1.0, 1.0), anew, self._random)
         reward = np.where(begun, 0.0, judged.reward)
         terminated, truncated = judged.terminated & ~begun, (stations.is_late | judged.info["diverged"]) & ~begun
         info = {**judged.info, **{f"_{name}": ~begun for name in judged.info}}
@@ -127,12 +131,14 @@ class _Stations:
         self._learning, self._station = learning[0], stations[0]
         self._period, self._plant_step = scenario.sensor.period, self._station.plant.time_step()
         self._check(scenario)
-        substeps = np.ceil(self._plant_step / LONGEST_STEP - 1e-9)
+        self._substeps = math.ceil(self._plant_step / LONGEST_STEP - 1e-9)
         handled = config.grasp or config.pick_place
         assert handled is not None
         assert self._learning.object is not None
         self._name, self._body = handled.object, self._learning.object
-        exported = [in_mujoco(each, self._plant_step / float(substeps), [self._name], {}) for each in stations]
+        step = self._plant_step / self._substeps
+        self._sensors = NormalForces(self._station)
+        exported = [in_mujoco(each, step, [self._name], self._sensors) for each in stations]
         turns = np.arange(count) % len(stations)
         self._exported: list[Exported] = [exported[i] for i in turns]
         begins = np.tile(begin(self._station.plant, Variation()), (count, 1))
@@ -150,9 +156,9 @@ class _Stations:
         self._place = self._body.floating_positions_start() + 4
         self._steps = np.zeros(count, int)  # of the episodes
         self._begins, self._goals = begins[:, self._place : self._place + 3], np.zeros(count)
-        self._force = np.zeros((count, len(self._station.fingers)))
-        self._peak = np.zeros(count)
-        self.observed = self._network.read("observation")  # (E, k)
+        self._force: Array = np.zeros((count, len(self._station.fingers)))
+        self._peak: Array = np.zeros(count)
+        self.observe()
 
     def _check(self, scenario: Scenario) -> None:
         for name, of in (("plant_config.time_step", self._plant_step), ("sensor.period", self._period)):
@@ -187,6 +193,9 @@ class _Stations:
             least, most = self._config.pick_place.goal
             self._goals[rows] = [each.uniform(least, most) for each in random]
             self._network.give("goal", self._goals[:, None])
+
+    def observe(self) -> None:
+        """Reads the observations, (E, k)."""
         self.observed = self._network.read("observation")
 
     def _variation(self, drawn: Draw) -> Variation:
@@ -198,35 +207,32 @@ class _Stations:
         return Variation({name: RigidTransform(X_WO.rotation(), X_WO.translation() + shift)}, **changed)
 
     def step(self, actions: Array, anew: Rows, random: Sequence[np.random.Generator]) -> Judgement:
-        """Applies actions, (E, n), for a time step; those environments that end an episode begin another instead."""
+        """Applies actions, (E, n), for a time step; environments `anew` begin an episode instead, drawn by `random`."""
         self._actions[:] = actions
         self._network.give("action", self._actions)
         before = self.observed
-        every, per_force = round(self._period / self._plant_step), max(1, round(PERIOD / self._plant_step))
-        steps = round(self._config.time_step / self._plant_step)
-        for i in range(steps):
-            self._network.drive(i * self._plant_step)
-            self._plants.begin_step()
-            if i % per_force == 0:
-                self._look_at_forces()
-            if i % every == 0:
-                self._network.sample()
-            else:
-                self._network.update_drive()
-            self._plants.finish_step(senses=i == steps - 1)
+        plants, network, plant_step = self._plants, self._network, self._plant_step
+        every = round(self._period / plant_step)
+        for first in range(0, round(self._config.time_step / plant_step), every):
+            network.drive(first * plant_step)
+            plants.begin_step(keeps=True)
+            network.sample()
+            plants.finish_step(keeps=True)
+            network.step([i * plant_step for i in range(first + 1, first + every)], keeps=True)
         self._look_at_forces()
         self._steps += 1
-        self.observed = self._network.read("observation")
+        plants.look()
         diverged = ~np.isfinite(self._plants.state).all(axis=1)
         judged = self._judged()
         judged.info["diverged"] = diverged
-        if diverged.any():
-            self.observed[diverged] = before[diverged]
-            judged = judged._replace(
-                reward=np.where(diverged, 0.0, judged.reward), terminated=judged.terminated & ~diverged
-            )
-        self.begin(anew, random)
-        return judged
+        reward, terminated = np.where(diverged, 0.0, judged.reward), judged.terminated & ~diverged
+        # What is not finite would spread in blocks: it begins anew at once, with the episode that the next step draws.
+        bad = np.setdiff1d(np.flatnonzero(diverged), anew)
+        self.begin(bad, [deepcopy(random[i]) for i in bad.tolist()])
+        self.begin(anew, [random[i] for i in anew.tolist()])
+        self.observe()
+        self.observed[bad] = before[bad]
+        return Judgement(reward, terminated, judged.info)
 
     def _judged(self) -> Judgement:
         place = self._plants.state[:, self._place : self._place + 3] - self._begins
@@ -238,14 +244,10 @@ class _Stations:
         return pick_place_judgement(config.pick_place, dt, way, place, self._force, self._peak)
 
     def _look_at_forces(self) -> None:
-        """The force on each finger along the normals of its contacts, (E, F) N, and the largest so far."""
-        rows, begins = self._plants.patches()
-        count = len(self._station.fingers)
-        environment = np.repeat(np.arange(len(self._steps)), np.diff(begins))
-        pressed = np.abs((rows[:, 10:13] * rows[:, 7:10]).sum(axis=1))
-        cell = environment * count + rows[:, 0].astype(int)
-        self._force = np.bincount(cell, pressed, len(self._steps) * count).reshape(-1, count)
-        self._peak = np.maximum(self._peak, self._force.max(axis=1))
+        """The normal force on each finger at the end of a step, (E, F) N, and the largest of all samples so far."""
+        forces = self._sensors.read(self._plants.kept(self._substeps * max(1, round(PERIOD / self._plant_step))))
+        self._force = forces[:, -1]
+        self._peak = np.maximum(self._peak, forces.max(axis=(1, 2)))
 
 
 def _station_of(learning: LearningStation) -> Station:

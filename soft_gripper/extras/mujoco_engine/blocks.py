@@ -11,7 +11,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import LeafSystem
+from pydrake.systems.framework import LeafSystem, OutputPort
 from pydrake.systems.primitives import (
     Adder,
     AffineSystem,
@@ -240,7 +240,7 @@ class Functions:
         if isinstance(step, Memory):
             return step.of(self._state[name], *[self._value(source, read, time) for source in step.sources])
         value = read(self._numbers[name])
-        return np.broadcast_to(value, (*self._shape, value.shape[-1])) if self._shape else value
+        return value if value.shape[:-1] == self._shape else np.broadcast_to(value, (*self._shape, value.shape[-1]))
 
 
 _ALL: Any = ...  # rows of what has no axis of environments
@@ -312,12 +312,12 @@ class Several:
     def clear(self, rows: Rows) -> None:
         """See Block."""
         for block, own in self._parts:
-            block.clear(_places(rows, own))
+            block.clear(self._places(rows, own))
 
     def begin(self, read: Read, rows: Rows) -> None:
         """See Block."""
         for block, own in self._parts:
-            block.begin(_among(read, own), _places(rows, own))
+            block.begin(_among(read, own), self._places(rows, own))
 
     def output(self, number: int, read: Read, time: float) -> Array:
         """See Block."""
@@ -330,17 +330,18 @@ class Several:
     def advance(self, read: Read, time: float, active: Rows) -> None:
         """See Block."""
         for block, own in self._parts:
-            block.advance(_among(read, own), time, _places(active, own))
+            block.advance(_among(read, own), time, self._places(active, own))
 
     def commit(self) -> None:
         """See Block."""
         for block, _ in self._parts:
             block.commit()
 
-
-def _places(rows: Rows, own: Rows) -> Rows:
-    """Where some environments are among others."""
-    return np.flatnonzero(np.isin(own, rows))
+    def _places(self, rows: Rows, own: Rows) -> Rows:
+        """Where some environments are among those of a part."""
+        wanted = np.zeros(self._count, bool)
+        wanted[rows] = True
+        return np.flatnonzero(wanted[own])
 
 
 def _among(read: Read, own: Rows) -> Read:
@@ -516,15 +517,43 @@ class Leaking(Stateless):
         return self._block.left(read(0), time)
 
 
+class InTurn(Stateless):
+    """Any other leaf system without a state: one context, in which environments take turns."""
+
+    def __init__(self, block: LeafSystem):
+        self._context, self._outputs = block.CreateDefaultContext(), block.get_output_port
+        self._ports = [block.get_input_port(i) for i in range(block.num_input_ports())]
+
+    def output(self, number: int, read: Read, time: float) -> Array:
+        """See Block."""
+        port, context = self._outputs(number), self._context
+        context.SetTime(time)
+        given = [read(i) for i in range(len(self._ports))]
+        found = []
+        for environment in range(max(map(len, given), default=1)):
+            for each, values in zip(self._ports, given, strict=True):
+                each.FixValue(context, values[min(environment, len(values) - 1)])
+            found.append(self._evaluated(port))
+        return np.array(found)
+
+    def _evaluated(self, port: OutputPort) -> Array:
+        """The value of an output; unknown if it cannot be found since an environment has diverged."""
+        try:
+            found: Array = port.Eval(self._context)
+        except (RuntimeError, SystemExit):  # the latter comes from failed conditions of Drake
+            if all(np.isfinite(each.Eval(self._context)).all() for each in self._ports):
+                raise
+            found = np.full(port.size(), np.nan)
+        return found
+
+
 class Contexts:
-    """Any other leaf system, with a context for each of E environments, or one that they share (E = 1)."""
+    """Any other leaf system with a state: a context for each of E environments, or one that they share (E = 1)."""
 
     def __init__(self, block: LeafSystem, count: int):
         self._block, self._inputs = block, range(block.num_input_ports())
         self._runs = [Simulator(block) for _ in range(count)]
-        context = self._runs[0].get_context()
-        has_state = context.num_discrete_state_groups() or context.num_abstract_states()
-        self.period = _period(block) if has_state else None
+        self.period = _period(block)
         self._updates = [_UNBEGUN] * count  # made so far
 
     def clear(self, rows: Rows) -> None:
@@ -547,9 +576,6 @@ class Contexts:
         """See Block."""
         self._give(read)
         port = self._block.get_output_port(number)
-        if self.period is None:
-            for run in self._runs:
-                run.get_mutable_context().SetTime(time)
         return np.array([port.Eval(run.get_context()) for run in self._runs])
 
     def advance(self, read: Read, time: float, active: Rows) -> None:

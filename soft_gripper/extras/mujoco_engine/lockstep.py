@@ -80,11 +80,7 @@ def simulated(station: Station, network: Network) -> tuple[Logs, NDArray[np.int_
             break
         network.sample()
         plants.finish_step()
-        for i in range(1, round(period / plant_step)):
-            network.drive(time + i * plant_step)
-            plants.begin_step()
-            plants.finish_step()
-            network.update_drive()
+        network.step([time + i * plant_step for i in range(1, round(period / plant_step))])
     return logs, lengths, failed
 
 

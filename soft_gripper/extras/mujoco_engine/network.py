@@ -6,6 +6,7 @@ in Drake.
 """
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from functools import cache
 from types import MappingProxyType
 from typing import Any, Protocol, TypeAlias
 
@@ -15,7 +16,7 @@ from pydrake.common import RandomDistribution
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import BodyIndex, ModelInstanceIndex
 from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem, System
-from pydrake.systems.primitives import AffineSystem, Demultiplexer, RandomSource, TrajectorySource
+from pydrake.systems.primitives import AffineSystem, Demultiplexer, MatrixGain, RandomSource, TrajectorySource
 
 from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array
@@ -33,6 +34,7 @@ from soft_gripper.extras.mujoco_engine.blocks import (
     Functional,
     Functions,
     Given,
+    InTurn,
     Leaking,
     OneByOne,
     Parts,
@@ -57,7 +59,10 @@ class Plants(Protocol):
     """The plants of E environments, with the ports of Drake's plant; see `plants.Plants`."""
 
     active: NDArray[np.int_]  # environments that still run
-    state: Array  # (E, nq + nv) when they were looked at
+
+    @property
+    def state(self) -> Array:
+        """The states when they were looked at, (E, nq + nv)."""
 
     def look(self) -> None:
         """Takes the states as they are now."""
@@ -65,11 +70,17 @@ class Plants(Protocol):
     def drive(self, model: ModelInstanceIndex, torques: Array, desired: Array | None) -> None:
         """Applies the torques of the actuators of a model, (E, nu), and the desired states of an arm, (E, 2 nu)."""
 
+    def schedule(self) -> None:
+        """Schedules a step of Drake's plant, driven as now."""
+
+    def step(self, keeps: bool = False) -> None:
+        """Makes all steps that are scheduled; contacts are unknown, but for those that it `keeps`."""
+
     def begin_step(self) -> None:
         """Steps as far as is needed to know what follows from the states."""
 
-    def finish_step(self, senses: bool = False) -> None:
-        """Steps to the end of a step of Drake's plant, where contacts are known if it `senses`."""
+    def finish_step(self) -> None:
+        """Steps to the end of a step of Drake's plant."""
 
     def model_ports(self, model: ModelInstanceIndex) -> Mapping[str, Callable[[], Array]]:
         """The output ports of a model, by what follows its name: what computes them."""
@@ -148,7 +159,13 @@ class Network:
         self._by_step = [leaf for leaf, block in self._blocks.items() if self._is_by_step(block)]
         with_state = [leaf for leaf, block in self._blocks.items() if block.period is not None]
         self._by_sample = [leaf for leaf in with_state if leaf not in self._by_step]
-        self._reading_plants = [leaf for leaf in self._blocks if self._reads_steps(leaf)]
+        keeping = (Functions, OneByOne, Controllers, Several)
+        self._keeping = [leaf for leaf, block in self._blocks.items() if isinstance(block, keeping)]
+        self._reading_plants = [leaf for leaf in self._keeping if self._reads_steps(leaf)]
+        drives = [each for _, *given in self._driven for each in given]
+        drives += [each for leaf in self._by_step for each in self._feeds[leaf]]
+        self._is_foreseen = not any(each is not None and self._follows_plants(each) for each in drives)
+        self._following = cache(self._found_following)
 
     # Wiring.
 
@@ -184,6 +201,8 @@ class Network:
             inputs = range(leaf.num_input_ports())
             self._feeds[leaf] = [self._source(leaf, i, self._levels[leaf]) for i in inputs]
             alike = self._alike(leaf) if isinstance(leaf, self._differing) else {}
+            if isinstance(leaf, MatrixGain) and all(np.array_equal(leaf.D(), each.D()) for each in alike):
+                alike = {}
             parts = [(self._made(each, len(own)), own) for each, own in alike.items()]
             self._blocks[leaf] = Several(parts) if parts else self._made(leaf, self.count)
             pending += [fed[0] for fed in self._feeds[leaf] if fed is not None]
@@ -227,7 +246,9 @@ class Network:
             return Leaking(leaf)
         if isinstance(leaf, RandomSource):
             return Streams(self._drawn[leaf.get_name()])
-        return Contexts(leaf, 1 if self._is_shared(leaf) else count)
+        if leaf.num_discrete_state_groups() or leaf.num_abstract_states():
+            return Contexts(leaf, 1 if self._is_shared(leaf) else count)
+        return InTurn(leaf)
 
     def _plant_ports(self) -> dict[int, Callable[[], Array]]:
         """The output ports of the plant by their numbers: what computes them."""
@@ -285,7 +306,7 @@ class Network:
             return _STEP
         fed = [each for i, each in enumerate(self._feeds[leaf]) if each and leaf.HasDirectFeedthrough(i, number)]
         changes = any(isinstance(each[0], MultibodyPlant) or self._valid_for(each) == _STEP for each in fed)
-        if changes and isinstance(block, Contexts) and not self._is_shared(leaf):
+        if changes and isinstance(block, Contexts | InTurn) and not self._is_shared(leaf):
             return _HELD  # it takes a call for each environment
         return _STEP if changes else _SAMPLE
 
@@ -297,9 +318,35 @@ class Network:
         )
 
     def _reads_steps(self, leaf: Key) -> bool:
-        """Whether a block of functions reads what changes with every step of the plant."""
+        """Whether a block reads what changes with every step of the plant."""
         fed = (each for each in self._feeds[leaf] if each is not None)
         return any(isinstance(each[0], MultibodyPlant) or self._valid_for(each) == _STEP for each in fed)
+
+    def _follows_plants(self, output: Output) -> bool:
+        """Whether a value changes with the states of the plants between samples."""
+        leaf, number = output
+        if isinstance(leaf, MultibodyPlant):
+            return True
+        if isinstance(leaf, str) or self._valid_for(output) != _STEP:
+            return False
+        fed = [each for i, each in enumerate(self._feeds[leaf]) if each and leaf.HasDirectFeedthrough(i, number)]
+        return any(map(self._follows_plants, fed))
+
+    def _found_following(self, changed: Output) -> tuple[Collection[Output], Collection[Key]]:
+        """The outputs that follow at once from one of them, itself included, and the blocks that keep what follows."""
+        outputs, readers, pending = dict[Output, None](), dict[Key, None](), [changed]
+        fed = {(leaf, i): each for leaf, feeds in self._feeds.items() for i, each in enumerate(feeds)}
+        while pending:
+            output = pending.pop()
+            if output in outputs:
+                continue
+            outputs[output] = None
+            for leaf, number in [each for each, source in fed.items() if source == output]:
+                assert not isinstance(leaf, str)
+                readers[leaf] = None
+                ports = range(leaf.num_output_ports())
+                pending += [(leaf, port) for port in ports if leaf.HasDirectFeedthrough(number, port)]
+        return outputs, [leaf for leaf in self._keeping if leaf in readers]
 
     # Time.
 
@@ -321,7 +368,11 @@ class Network:
         """Sets an input of the diagram, or the output of a source in it, (E, size)."""
         key: Key = name if name in self._blocks else self._first.diagram.GetSubsystemByName(name)
         self._blocks[key] = Given(value)
-        self._changed()
+        for changed in [(key, 0), *self._known[_HELD]]:
+            outputs, readers = self._following(changed)
+            for output in outputs:
+                self._known[self._valid_for(output)].pop(output, None)
+            self._forget(readers)
 
     def read(self, name: str) -> Array:
         """An output of the diagram, (E, size)."""
@@ -340,9 +391,14 @@ class Network:
             self.plants.drive(model, self._value(torque), None if desired is None else self._value(desired))
         self._advance(self._by_step)
 
-    def update_drive(self) -> None:
-        """Takes on the updates of the drive."""
-        self._commit(self._by_step)
+    def step(self, times: Sequence[float], keeps: bool = False) -> None:
+        """Steps the plants between samples, from these times, s; those that nothing observes meanwhile, at once."""
+        for group in [times] if self._is_foreseen else [[time] for time in times]:
+            for time in group:
+                self.drive(time)
+                self.plants.schedule()
+                self._commit(self._by_step)
+            self.plants.step(keeps)
 
     def logged(self) -> Iterator[tuple[int, Array]]:
         """Values that the logs take but patches, (E, size) or (1, size), by the number of their input."""
@@ -371,8 +427,8 @@ class Network:
         """Blocks of functions keep what they have computed until they are told to forget it."""
         for leaf in leaves:
             block = self._blocks[leaf]
-            if isinstance(block, Functions | OneByOne | Controllers | Several):
-                block.forget()
+            assert isinstance(block, Functions | OneByOne | Controllers | Several)
+            block.forget()
 
     def _advance(self, leaves: Sequence[Key]) -> None:
         for leaf in leaves:
@@ -389,7 +445,7 @@ class Network:
         """Forgets all values."""
         for known in self._known:
             known.clear()
-        self._forget(self._blocks)
+        self._forget(self._keeping)
 
     def _draw(self, seeds: Sequence[int]) -> dict[str, Array]:
         """Draws of every random source in environments with these seeds, (T, E, size), by its name."""

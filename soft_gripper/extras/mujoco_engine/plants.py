@@ -7,7 +7,8 @@ world; MuJoCo has the position first, and the angular velocity in the body.
 
 import xml.etree.ElementTree as ET
 from collections.abc import Collection, Mapping, Sequence
-from functools import cached_property
+from functools import cache, cached_property
+from itertools import accumulate
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -21,6 +22,7 @@ from soft_gripper.extras.export.actuation import arm_actuators
 from soft_gripper.extras.export.mjcf import Mjcf, station_mjcf
 from soft_gripper.extras.export.tree import scoped_name
 from soft_gripper.extras.mujoco_engine.blocks import Rows
+from soft_gripper.extras.mujoco_engine.normal_forces import NormalForces
 from soft_gripper.extras.mujoco_engine.touching import TouchSensors
 from soft_gripper.fingers.spatial_chain import vector_product
 
@@ -112,19 +114,19 @@ class Exported(NamedTuple):
 
     model: "mujoco.MjModel"
     file: Mjcf
-    touching: TouchSensors
+    touching: TouchSensors | NormalForces
 
 
 def in_mujoco(
-    station: Station, step: float, listed: Collection[str] = (), objects: Mapping[int, int] | None = None
+    station: Station, step: float, listed: Collection[str] = (), touching: TouchSensors | NormalForces | None = None
 ) -> Exported:
-    """A station in MuJoCo, without the drive of its fingers, and with sensors of contact if that is recorded.
+    """A station in MuJoCo, without the drive of its fingers.
 
     Args:
         station: made with contact at points.
         step: of MuJoCo, s.
         listed: models that touch others in pairs, see `station_mjcf`.
-        objects: numbers of the objects whose contact is sensed, see `TouchSensors`.
+        touching: sensors of contact; None: as it is recorded.
     """
     import mujoco
 
@@ -137,7 +139,7 @@ def in_mujoco(
     driven = _part(root, "actuator")
     for actuator in [each for each in driven if each.attrib["name"] not in arm]:
         driven.remove(actuator)
-    touching = TouchSensors(station, objects)
+    touching = touching or TouchSensors(station)
     touching.add_to(root)
     assets = {f"meshes/{name}": path.read_bytes() for name, path in found.meshes.items()}
     model = mujoco.MjModel.from_xml_string(ET.tostring(root, encoding="unicode"), assets)
@@ -145,7 +147,18 @@ def in_mujoco(
     model.opt.disableflags |= disabled.mjDSBL_AUTORESET  # a diverged state is reported, not replaced
     model.opt.disableflags |= disabled.mjDSBL_ISLAND  # objects that do not touch each other are few: it takes longer
     touching.bind(model)
+    if _only_in_pairs(model):
+        model.geom_contype[:] = model.geom_conaffinity[:] = 0  # or MuJoCo would look for others at every step
     return Exported(model, found, touching)
+
+
+def _only_in_pairs(model: "mujoco.MjModel") -> bool:
+    """Whether all shapes that touch are listed as pairs."""
+    bits = (model.geom_contype[:, None] & model.geom_conaffinity) != 0
+    touching = bits | bits.T
+    touching[model.pair_geom1, model.pair_geom2] = touching[model.pair_geom2, model.pair_geom1] = False
+    np.fill_diagonal(touching, val=False)
+    return not touching.any()
 
 
 def _part(root: ET.Element, name: str) -> ET.Element:
@@ -160,7 +173,7 @@ class Plants:
     def __init__(
         self,
         station: Station,
-        touching: TouchSensors,
+        touching: TouchSensors | NormalForces,
         models: "Sequence[mujoco.MjModel]",
         begins: Array,
         threads: int = 1,
@@ -175,10 +188,12 @@ class Plants:
             threads: that step them.
             of_one_file: whether the models were read from one file, and numbers were changed, see `varied`.
         """
+        from mujoco import mjtState, mjtWarning
         from mujoco.batch import Batch
 
         self._own = set[str]()  # fields of the model of which environments have their own
-        self._substeps = np.array([round(station.plant.time_step() / model.opt.timestep) for model in models])
+        substeps = np.array([round(station.plant.time_step() / model.opt.timestep) for model in models])
+        self._alike = [(int(each), np.flatnonzero(substeps == each)) for each in np.unique(substeps)]
         self.station, self.touching = station, touching
         self.plant, self.layout, self._model = station.plant, Layout(station.plant, models[0]), models[0]
         self.batch = Batch(models[0], len(models), threads)
@@ -192,11 +207,16 @@ class Plants:
         self._contact, self._driven = self.batch.bind("qfrc_constraint"), self.batch.bind("qfrc_actuator")
         self._xpos, self._xmat = self.batch.bind("xpos"), self.batch.bind("xmat")
         self._sensed = self.batch.bind("sensordata")
+        self._driving = int(mjtState.mjSTATE_CTRL | mjtState.mjSTATE_QFRC_APPLIED)
+        self._bad = [int(mjtWarning.mjWARN_BADQPOS), int(mjtWarning.mjWARN_BADQVEL), int(mjtWarning.mjWARN_BADQACC)]
+        self._scheduled, self._kept = list[Array](), list[Array]()  # (E, nu + nv) for each step; (E, K, sensors)
         self._qpos[:, self.layout.qpos] = begins
         self.batch.forward()
         self.active = np.arange(len(models))
-        self.state = self.layout.state(self._qpos, self._qvel)
+        self._dofs = cache(self.layout.dofs)
+        self._state: Array | None = None
         self._forces: Array | None = None  # of the contacts, once they are read
+        self.look()
 
     def reset(self, rows: Rows, models: "Sequence[mujoco.MjModel]", begins: Array) -> None:
         """Lets some environments begin anew, with their models, (rows,), and positions, (rows, nq)."""
@@ -217,10 +237,11 @@ class Plants:
 
     @cached_property
     def _usual(self) -> dict[str, bytes]:
-        """The fields of the model of the batch that an environment may have for itself."""
+        """The fields of the model of the batch that an environment may have for itself: integers are its structure."""
         from mujoco.batch import MODEL_FIELDS
 
-        return {name: _value(self._model, name).tobytes() for name in MODEL_FIELDS}
+        usual = {name: _value(self._model, name) for name in MODEL_FIELDS}
+        return {name: value.tobytes() for name, value in usual.items() if value.size and value.dtype.kind == "f"}
 
     @cached_property
     def _arm(self) -> _Arm | None:
@@ -237,28 +258,51 @@ class Plants:
         """Applies the torques of the actuators of a model, (E, nu), and the desired states of an arm, (E, 2 nu)."""
         arm = self._arm
         if self.station.parts.arm is None or model != self.station.parts.arm.model:
-            self._applied[:, self.layout.dofs(model)] = torques
+            self._applied[:, self._dofs(model)] = torques
         elif arm is not None and desired is not None:
             position, velocity = np.split(desired, 2, axis=1)
             self._ctrl[:, arm.ctrl] = position + (torques + arm.damping * velocity) / arm.stiffness
 
-    def begin_step(self) -> None:
-        """Makes the first of the steps into which a step of Drake's plant is divided.
+    def schedule(self) -> None:
+        """Schedules a step of Drake's plant, driven as now."""
+        self._scheduled.append(np.concatenate([self._ctrl, self._applied], axis=1))
+
+    def step(self, keeps: bool = False) -> None:
+        """Makes all steps that are scheduled; contacts are unknown, but for those that it `keeps`."""
+        self._make(len(self._scheduled), 0, keeps)
+        self._scheduled.clear()
+
+    def begin_step(self, keeps: bool = False) -> None:
+        """Makes the first of the steps into which a step of Drake's plant is divided; it may keep the contacts.
 
         What follows from a state is then that of the state before.
         """
         self._sense(True)
         self.batch.step(self.active, 1)
         self._forces = None
+        if keeps:
+            self._kept.append(self._sensed[:, None].copy())
 
-    def finish_step(self, senses: bool = False) -> None:
-        """Makes the other steps; contacts are those in the first, or, if it `senses`, those in the last."""
-        self._sense(senses)
+    def finish_step(self, keeps: bool = False) -> None:
+        """Makes the other steps; contacts are those in the first, but for those that it `keeps`."""
+        self._make(1, 1, keeps)
+
+    def _make(self, steps: int, made: int, keeps: bool) -> None:
+        """Makes some steps of Drake's plant, of which so many steps of MuJoCo are made."""
+        self._sense(keeps)
         self._forces = None
-        for substeps in np.unique(self._substeps):
-            alike = self.active[self._substeps[self.active] == substeps]
-            if substeps > 1 and len(alike):
-                self.batch.step(alike, int(substeps) - 1)
+        for substeps, rows in self._alike:
+            active = self.active if len(self._alike) == 1 else np.intersect1d(rows, self.active)
+            left = steps * substeps - made
+            if not left or not len(active):
+                continue
+            if steps == 1 and not keeps:
+                self.batch.step(active, left)
+                continue
+            driven = [each[active] for each in self._scheduled for _ in range(substeps)]
+            control, kept = np.stack(driven, axis=1) if driven else None, ["sensordata"] if keeps else []
+            self._kept += self.batch.rollout(left, control, self._driving, kept, active).values()
+            self._qvel[self.batch.warning[:, self._bad, 1].any(axis=1)] = np.nan  # it stops where states diverge
 
     def _sense(self, senses: bool) -> None:
         """Lets sensors of contact be computed or not, which takes a tenth of a step."""
@@ -268,8 +312,15 @@ class Plants:
 
     def look(self) -> None:
         """Takes the states as they are now."""
+        self._seen, self._state = (self._qpos.copy(), self._qvel.copy()), None
         self._forces = None
-        self.state = self.layout.state(self._qpos, self._qvel)
+
+    @property
+    def state(self) -> Array:
+        """The states of Drake's plants when they were looked at, (E, nq + nv)."""
+        if self._state is None:
+            self._state = self.layout.state(*self._seen)
+        return self._state
 
     def contact_forces(self) -> Array:
         """Generalized forces of all contacts, (E, nv)."""
@@ -279,7 +330,7 @@ class Plants:
 
     def net_actuation(self, model: ModelInstanceIndex) -> Array:
         """Torques that the actuators of an arm apply, (E, nu)."""
-        return np.array(self._driven[:, self.layout.dofs(model)])
+        return np.array(self._driven[:, self._dofs(model)])
 
     def pose(self, body: Any) -> Array:
         """The pose of a body of Drake's plant in the world, (E, 3, 4) [R | p]."""
@@ -288,7 +339,19 @@ class Plants:
 
     def patches(self) -> tuple[Array, NDArray[np.int_]]:
         """Contacts of all fingers as rows of `patch_table`, and where those of each environment begin, (E + 1,)."""
+        assert isinstance(self.touching, TouchSensors)
         return self.touching.read(self._sensed, self._xpos, self._xmat)
+
+    def kept(self, every: int) -> Array:
+        """What sensors of contact read in steps of MuJoCo that were kept since they were asked for, (E, K, n).
+
+        These are each so many steps, from the first on, and the last one.
+        """
+        begins = accumulate((each.shape[1] for each in self._kept[:-1]), initial=0)
+        chosen = [each[:, -begin % every :: every] for each, begin in zip(self._kept, begins, strict=True)]
+        found = np.concatenate([*chosen, self._kept[-1][:, -1:]], axis=1)
+        self._kept.clear()
+        return found
 
     def model_ports(self, model: ModelInstanceIndex) -> Mapping[str, Any]:
         """The output ports of a model, by what follows its name: what computes them."""

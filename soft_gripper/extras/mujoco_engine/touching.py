@@ -24,7 +24,7 @@ if TYPE_CHECKING:  # it is optional
 TRUTH = "true_contact"  # the block that summarizes contact
 _DATA = "found force torque pos normal tangent"
 _SIZE = 16  # numbers of one contact
-_FEWEST = 8  # contacts that a sensor can report: a link may touch several shapes of an object
+FEWEST = 8  # contacts that a sensor can report: a link may touch several shapes of an object
 _FOUND, _FORCE, _TORQUE, _PLACE, _NORMAL, _TANGENT = (0, *(slice(i, i + 3) for i in (1, 4, 7, 10, 13)))
 
 
@@ -40,10 +40,10 @@ class _Touched(NamedTuple):
 class TouchSensors:
     """Sensors of contact of the fingers of a station; none if contact is not recorded."""
 
-    def __init__(self, station: Station, objects: Mapping[int, int] | None = None):
-        """`objects` are the numbers of the objects to which geometries belong; None: as contact is recorded."""
-        plant, inspector = station.plant, station.parts.scene_graph.model_inspector()
-        if objects is None and station.diagram.HasSubsystemNamed(TRUTH):
+    def __init__(self, station: Station):
+        inspector = station.parts.scene_graph.model_inspector()
+        objects: Mapping[int, int] | None = None  # the numbers of the objects to which geometries belong
+        if station.diagram.HasSubsystemNamed(TRUTH):
             truth: TrueContact = station.diagram.GetSubsystemByName(TRUTH)
             objects = truth.objects
         self.links = [
@@ -55,9 +55,7 @@ class TouchSensors:
         shapes = Counter((_body(station, every[geometry]), number) for geometry, number in (objects or {}).items())
         self.objects = list(shapes)  # bodies of objects, and the numbers of these
         parts = 2 if max(shapes.values(), default=1) > 1 else 1
-        links = (link for finger in station.fingers for link in finger.links)
-        points = max((len(plant.GetCollisionGeometriesForBody(link)) for link in links), default=1)
-        self._most = max(_FEWEST, points * parts)  # contacts of a sensor
+        self._most = max(FEWEST, most_shapes(station) * parts)  # contacts of a sensor
         self._bodies = np.zeros(len(self.links), int)
 
     def add_to(self, root: ET.Element) -> None:
@@ -122,6 +120,12 @@ class TouchSensors:
             known = {row.tobytes() for row in place[own & ~is_of_all]}
             kept[own & is_of_all] = [row.tobytes() not in known for row in place[own & is_of_all]]
         return kept
+
+
+def most_shapes(station: Station) -> int:
+    """How many shapes a link of a finger has, at most."""
+    links = (link for finger in station.fingers for link in finger.links)
+    return max((len(station.plant.GetCollisionGeometriesForBody(link)) for link in links), default=1)
 
 
 def _wrenches(found: Array) -> Array:

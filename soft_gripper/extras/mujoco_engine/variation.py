@@ -8,6 +8,7 @@ have stations of their own, and share the blocks.
 from collections.abc import Callable, Mapping
 from copy import copy
 from dataclasses import dataclass, field, replace
+from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,7 +19,7 @@ from pydrake.multibody.plant import MultibodyPlant
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.simulation import built_of, content
-from soft_gripper.extras.export.mjcf import Mjcf, Pair
+from soft_gripper.extras.export.mjcf import Mjcf
 from soft_gripper.extras.export.mjcf_contact import Surface, friction_of, touch
 from soft_gripper.scenario.schema import ModelConfig, PoseErrorConfig, Scenario, TaskConfig
 
@@ -135,21 +136,26 @@ def varied(
         import mujoco
 
         mujoco.mj_setConst(found, mujoco.MjData(found))
+    contact = cache(partial(_contact, of=of, growth=growth, points=points))  # many pairs are alike
+    touched, friction, solref = of.touched, found.pair_friction, found.pair_solref
     for pair in exported.pairs:
-        if of.touched.intersection(pair.models):
-            _set_contact(found, pair, of, growth, points)
+        if touched.intersection(pair.models):
+            number = found.pair(pair.name).id
+            friction[number], solref[number, 0] = contact(pair.models, pair.surfaces)
     return found
 
 
-def _set_contact(model: "mujoco.MjModel", pair: Pair, of: Variation, growth: Mapping[str, float], points: int) -> None:
+def _contact(
+    models: tuple[str, str], surfaces: tuple[Surface, Surface], of: Variation, growth: Mapping[str, float], points: int
+) -> tuple[list[float], float]:
+    """Friction and time constant of a pair of shapes of two models that differ."""
     one, other = (
         Surface(
             of.frictions.get(name, surface.friction),
             1 / of.stiffnesses[name] if name in of.stiffnesses else surface.compliance,
             surface.mobility / growth.get(name, 1.0),
         )
-        for name, surface in zip(pair.models, pair.surfaces, strict=True)
+        for name, surface in zip(models, surfaces, strict=True)
     )
-    contact, number = touch(one, other), model.pair(pair.name).id
-    model.pair_friction[number] = friction_of(contact, 2, points)
-    model.pair_solref[number, 0] = contact.time
+    contact = touch(one, other)
+    return friction_of(contact, 2, points), contact.time

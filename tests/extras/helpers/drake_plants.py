@@ -30,16 +30,28 @@ class DrakePlants:
         self._context = plant.GetMyMutableContextFromRoot(self._simulator.get_mutable_context())
         self.active, self._steps = np.array([0]), 0
         self.look()
-        self._ports = {}
+        self._ports, self._given, self._scheduled = {}, {}, []
 
     def look(self):
         self.state = self._plant.GetPositionsAndVelocities(self._context)[None].copy()
 
     def drive(self, model, torques, desired):
-        self._plant.get_actuation_input_port(model).FixValue(self._context, np.ravel(torques))
+        self._given[model] = np.ravel(torques).copy(), None if desired is None else np.ravel(desired).copy()
+        self._plant.get_actuation_input_port(model).FixValue(self._context, self._given[model][0])
         arm = desired is not None and self._plant.GetModelInstanceName(model) == "arm"
         if arm:
-            self._plant.get_desired_state_input_port(model).FixValue(self._context, np.ravel(desired))
+            self._plant.get_desired_state_input_port(model).FixValue(self._context, self._given[model][1])
+
+    def schedule(self):
+        self._scheduled.append(dict(self._given))
+
+    def step(self, keeps=False):
+        for given in self._scheduled:
+            for model, (torques, desired) in given.items():
+                self.drive(model, torques, desired)
+            self.begin_step()
+            self.finish_step()
+        self._scheduled.clear()
 
     def begin_step(self):
         """Contact follows from the inputs at the begin of a step."""
@@ -50,7 +62,7 @@ class DrakePlants:
                 self._ports[name, model] = of(model).Eval(self._context)[None].copy()
         self._poses = plant.get_body_poses_output_port().Eval(self._context)
 
-    def finish_step(self, senses=False):
+    def finish_step(self):
         self._steps += 1  # a sum of steps would drift off the times at which the plant steps
         self._simulator.AdvanceTo(self._steps * self._plant.time_step())
 

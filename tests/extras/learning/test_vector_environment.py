@@ -75,3 +75,20 @@ def test_bad_input_is_named():
             env.step(actions)
     with pytest.raises(InputError, match="handles no object"):
         SoftGripperVectorEnv(2, "soft_reach")
+
+
+@pytest.mark.parametrize("speed", [np.nan, 1e6])
+def test_what_diverges_is_truncated_and_begins_anew_alone(speed):
+    envs = [SoftGripperVectorEnv(2, "soft_grasp", PLAIN) for _ in range(2)]
+    for env in envs:
+        env.reset(seed=1)
+    before = envs[0].step(np.tile(CLOSE, (2, 1)))[0]
+    envs[1].step(np.tile(CLOSE, (2, 1)))
+    envs[0]._stations._plants.batch.bind("qvel")[0, 5] = speed
+    found, expected = ([env.step(np.tile(CLOSE, (2, 1))) for _ in range(3)] for env in envs)
+    observed, reward, terminated, truncated, info = found[0]
+    assert (list(info["diverged"]), list(truncated), list(terminated)) == ([True, False], [True, False], [False] * 2)
+    assert (reward[0], observed[0].tolist()) == (0.0, before[0].tolist())
+    assert np.isfinite(found[2][0]).all()
+    for (one, *_), (other, *_) in zip(found, expected, strict=True):
+        np.testing.assert_array_equal(one[1], other[1])

@@ -13,7 +13,10 @@ from soft_gripper.scenario.scenario_file import changed_scenario
 
 REALISTIC = {"sensor.errors.preset": "realistic", "sensor.seed": 3, "record.truth": "forces"}
 CASES = {
-    "tip_distance_steps": {"control.set_points": [0.06, 0.03], "control.hold": 1.0, "estimator.type": "gaussian"},
+    "tip_distance_steps": {
+        **{"control.set_points": [0.06, 0.03], "control.hold": 1.0, "estimator.type": "gaussian"},
+        "sensor.period": 0.02,  # longer than a step of the plant
+    },
     "three_chambers": {"pressure.steps": {"all": [60e3, 20e3]}, "pressure.settle": 0.3, "pressure.hold_samples": 10},
     "tendon_grasp": {"tendons.steps": {"all": [2.0, 4.0]}, "pressure.settle": 0.3, "pressure.hold_samples": 10},
     "pick_and_place_box": {"task.time_limit": 2.5, "plant_config.time_step": 0.01},
