@@ -623,6 +623,17 @@ def _gain(block: MatrixGain) -> Callable[[Array], Array]:
     return lambda u: np.asarray(u @ gain)
 
 
+def gains(parts: Mapping[MatrixGain, Rows]) -> Callable[[Array], Array]:
+    """Gains of environments that differ, of which each has those given."""
+    first, count = next(iter(parts)), sum(map(len, parts.values()))
+    if all(np.array_equal(first.D(), each.D()) for each in parts):
+        return _gain(first)
+    of_each = np.empty((count, *np.shape(first.D())[::-1]))
+    for each, own in parts.items():
+        of_each[own] = np.transpose(each.D())
+    return lambda u: np.asarray((u[:, None] @ of_each)[:, 0])
+
+
 def _same(value: Array) -> Array:
     return value
 

@@ -44,6 +44,7 @@ from soft_gripper.extras.mujoco_engine.blocks import (
     Stateless,
     Streams,
     Tasks,
+    gains,
 )
 from soft_gripper.fingers.leak import Leak
 from soft_gripper.fingers.path_drive import TendonDrive
@@ -164,7 +165,7 @@ class Network:
         self._reading_plants = [leaf for leaf in self._keeping if self._reads_steps(leaf)]
         drives = [each for _, *given in self._driven for each in given]
         drives += [each for leaf in self._by_step for each in self._feeds[leaf]]
-        self._is_foreseen = not any(each is not None and self._follows_plants(each) for each in drives)
+        self._is_foreseen = not any(each is not None and self._is_unforeseen(each) for each in drives)
         self._following = cache(self._found_following)
 
     # Wiring.
@@ -201,10 +202,12 @@ class Network:
             inputs = range(leaf.num_input_ports())
             self._feeds[leaf] = [self._source(leaf, i, self._levels[leaf]) for i in inputs]
             alike = self._alike(leaf) if isinstance(leaf, self._differing) else {}
-            if isinstance(leaf, MatrixGain) and all(np.array_equal(leaf.D(), each.D()) for each in alike):
-                alike = {}
-            parts = [(self._made(each, len(own)), own) for each, own in alike.items()]
-            self._blocks[leaf] = Several(parts) if parts else self._made(leaf, self.count)
+            if alike and isinstance(leaf, MatrixGain):
+                self._blocks[leaf] = Stateless(gains(alike), 1)
+            elif alike:
+                self._blocks[leaf] = Several([(self._made(each, len(own)), own) for each, own in alike.items()])
+            else:
+                self._blocks[leaf] = self._made(leaf, self.count)
             pending += [fed[0] for fed in self._feeds[leaf] if fed is not None]
 
     def _is_shared(self, leaf: Key) -> bool:
@@ -322,19 +325,19 @@ class Network:
         fed = (each for each in self._feeds[leaf] if each is not None)
         return any(isinstance(each[0], MultibodyPlant) or self._valid_for(each) == _STEP for each in fed)
 
-    def _follows_plants(self, output: Output) -> bool:
-        """Whether a value changes with the states of the plants between samples."""
+    def _is_unforeseen(self, output: Output) -> bool:
+        """Whether a value changes between samples with the states of the plants, or in a block that keeps it."""
         leaf, number = output
         if isinstance(leaf, MultibodyPlant):
             return True
         if isinstance(leaf, str) or self._valid_for(output) != _STEP:
             return False
         fed = [each for i, each in enumerate(self._feeds[leaf]) if each and leaf.HasDirectFeedthrough(i, number)]
-        return any(map(self._follows_plants, fed))
+        return leaf in self._reading_plants or any(map(self._is_unforeseen, fed))
 
-    def _found_following(self, changed: Output) -> tuple[Collection[Output], Collection[Key]]:
-        """The outputs that follow at once from one of them, itself included, and the blocks that keep what follows."""
-        outputs, readers, pending = dict[Output, None](), dict[Key, None](), [changed]
+    def _found_following(self, key: Key) -> tuple[Collection[Output], Collection[Key]]:
+        """The outputs that follow at once from an input, itself included, and the blocks that keep what follows."""
+        outputs, readers, pending = dict[Output, None](), dict[Key, None](), list[Output]([(key, 0)])
         fed = {(leaf, i): each for leaf, feeds in self._feeds.items() for i, each in enumerate(feeds)}
         while pending:
             output = pending.pop()
@@ -359,46 +362,54 @@ class Network:
         for block in self._blocks.values():
             block.clear(rows)
         self.plants.look()
+        held, others = dict(self._known[_HELD]), np.setdiff1d(np.arange(self.count), rows)
         self._changed()
         for leaf, block in self._blocks.items():
             block.begin(self._reader(leaf), rows)
         self._commit(list(self._blocks))
+        for output, value in held.items() if len(others) else ():
+            self._value(output)[others] = value[others]
 
     def give(self, name: str, value: Array) -> None:
         """Sets an input of the diagram, or the output of a source in it, (E, size)."""
         key: Key = name if name in self._blocks else self._first.diagram.GetSubsystemByName(name)
         self._blocks[key] = Given(value)
-        for changed in [(key, 0), *self._known[_HELD]]:
-            outputs, readers = self._following(changed)
-            for output in outputs:
-                self._known[self._valid_for(output)].pop(output, None)
-            self._forget(readers)
+        outputs, readers = self._following(key)
+        for output in outputs:
+            self._known[self._valid_for(output)].pop(output, None)
+        self._forget(readers)
 
     def read(self, name: str) -> Array:
         """An output of the diagram, (E, size)."""
-        self.plants.look()
-        self._known[_STEP].clear()
-        self._forget(self._reading_plants)
+        self._look()
         return self._value(self._outputs[name])
 
     def drive(self, time: float) -> None:
         """Takes the states of the plants at a time, s, drives them, and prepares updates of the drive."""
-        self._time = time
-        self.plants.look()
-        self._known[_STEP].clear()
-        self._forget(self._reading_plants)
-        for model, torque, desired in self._driven:
-            self.plants.drive(model, self._value(torque), None if desired is None else self._value(desired))
-        self._advance(self._by_step)
+        self._look()
+        self._drive(time)
 
     def step(self, times: Sequence[float], keeps: bool = False) -> None:
-        """Steps the plants between samples, from these times, s; those that nothing observes meanwhile, at once."""
+        """Steps the plants between samples, from these times, s; those whose drives are foreseen, at once."""
         for group in [times] if self._is_foreseen else [[time] for time in times]:
+            self._look()
             for time in group:
-                self.drive(time)
+                self._drive(time)
                 self.plants.schedule()
                 self._commit(self._by_step)
             self.plants.step(keeps)
+
+    def _look(self) -> None:
+        """Takes the states of the plants, and forgets what followed from those before."""
+        self.plants.look()
+        self._known[_STEP].clear()
+        self._forget(self._reading_plants)
+
+    def _drive(self, time: float) -> None:
+        self._time = time
+        for model, torque, desired in self._driven:
+            self.plants.drive(model, self._value(torque), None if desired is None else self._value(desired))
+        self._advance(self._by_step)
 
     def logged(self) -> Iterator[tuple[int, Array]]:
         """Values that the logs take but patches, (E, size) or (1, size), by the number of their input."""

@@ -17,24 +17,24 @@ if TYPE_CHECKING:  # it is optional
 
 
 class NormalForces:
-    """A sensor of contact for every link of the fingers of a station."""
+    """A sensor of contact for every finger of a station."""
 
     def __init__(self, station: Station):
-        self._links = [[str(link.scoped_name()) for link in finger.links] for finger in station.fingers]
-        self._most = max(FEWEST, most_shapes(station))  # contacts of a link
-        self._begins = np.cumsum([0, *map(len, self._links[:-1])])  # of the links of each finger among all
+        self._roots = [str(finger.links[0].scoped_name()) for finger in station.fingers]
+        of_link = max(FEWEST, most_shapes(station))
+        self._most = [of_link * len(finger.links) for finger in station.fingers]  # contacts of a finger
 
     def add_to(self, root: ET.Element) -> None:
         """Adds the sensors to a file."""
         part = ET.SubElement(root, "sensor")
-        for link in (link for links in self._links for link in links):
-            ET.SubElement(part, "contact", body1=link, num=str(self._most), data="force", reduce="none")
+        for finger, most in zip(self._roots, self._most, strict=True):
+            ET.SubElement(part, "contact", subtree1=finger, num=str(most), data="force", reduce="none")
 
     def bind(self, model: "mujoco.MjModel") -> None:
         """Sensors are read in their order."""
 
     def read(self, sensed: Array) -> Array:
         """The sum of the normal forces on each of F fingers, (..., F) N, from the readings of all sensors, (..., n)."""
-        of_links = np.abs(sensed.reshape(*sensed.shape[:-1], -1, self._most, 3)[..., 0]).sum(axis=-1)
-        forces: Array = np.add.reduceat(of_links, self._begins, axis=-1)
+        along_normals = np.abs(sensed[..., ::3])
+        forces: Array = np.add.reduceat(along_normals, np.cumsum([0, *self._most[:-1]]), axis=-1)
         return forces

@@ -260,7 +260,7 @@ class Plants:
         if self.station.parts.arm is None or model != self.station.parts.arm.model:
             self._applied[:, self._dofs(model)] = torques
         elif arm is not None and desired is not None:
-            position, velocity = np.split(desired, 2, axis=1)
+            position, velocity = desired[:, : len(arm.ctrl)], desired[:, len(arm.ctrl) :]
             self._ctrl[:, arm.ctrl] = position + (torques + arm.damping * velocity) / arm.stiffness
 
     def schedule(self) -> None:
