@@ -98,6 +98,6 @@ def _draw_panel(axes: Axes, task: str, results: list[Result], simulators: list[s
     axes.set_ylabel("creep [mm/s]" if held else "error of the tips [mm]")
     for axis in (axes.xaxis, axes.yaxis):
         least, most = axis.get_view_interval()
-        axis.set_major_locator(LogLocator(subs=(1, 2, 5) if most < _WIDE * least else (1,)))
+        axis.set_major_locator(LogLocator(subs=(1, 3) if most < _WIDE * least else (1,)))
         axis.set_major_formatter("{x:g}")
         axis.set_minor_formatter(NullFormatter())
