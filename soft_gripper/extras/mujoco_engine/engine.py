@@ -254,7 +254,7 @@ class _End(NamedTuple):
     """Where a run of F fingers ends."""
 
     tips: Array  # (F, 3) m in their bases
-    forces: Array  # (F,) N, the mean over the last samples; 0 if contact is not recorded
+    forces: Array  # (F,) N, of all contacts together, in the last samples; 0 if contact is not recorded
     object: Array  # (P, 3) m, points of the object of a task in the gripper where it is last held; 0 if it never is
 
 
@@ -269,10 +269,19 @@ def _end(station: Station, logs: Logs, environment: int, samples: int) -> _End:
     plant.SetPositionsAndVelocities(context, logs.states[samples - 1, environment])
     tips = [finger.frames[-1].CalcPose(context, finger.base.body_frame()).translation() for finger in station.fingers]
     tables = [rows_of(*each, environment) for each in logs.patches[last]]
-    rows = np.concatenate([np.empty((0, COLUMNS)), *(table for table in tables if table.shape[1])])
-    size = np.linalg.norm(rows[:, 10:13], axis=1)
-    forces = np.bincount(rows[:, 0].astype(int), size, len(station.fingers)) / max(1, len(tables))
+    forces = _net_forces(tables, len(station.fingers))
     return _End(np.array(tips).reshape(-1, 3), forces, _carried(station, logs, environment))
+
+
+def _net_forces(tables: Sequence[Array], fingers: int) -> Array:
+    """Forces of all contacts of each finger together, (F,) N, in the mean over tables of contacts.
+
+    Friction of points that oppose each other is not determined: it grows as the step falls.
+    """
+    rows = np.concatenate([np.empty((0, COLUMNS)), *(table for table in tables if table.shape[1])])
+    finger, forces = rows[:, 0].astype(int), rows[:, 3:4] * rows[:, 10:13]
+    net = [np.bincount(finger, along, fingers) for along in forces.T]
+    return np.asarray(np.linalg.norm(net, axis=0) / max(1, len(tables)))
 
 
 def _carried(station: Station, logs: Logs, environment: int) -> Array:
