@@ -329,6 +329,11 @@ class Recording:
 
     data: xr.Dataset
 
+    @property
+    def signals(self) -> list[str]:
+        """The names of all signals."""
+        return list(map(str, self.data))
+
     def __contains__(self, signal: str) -> bool:
         return signal in self.data
 
@@ -494,6 +499,11 @@ class _OfSamples(Recording):
         for name in ("_labels", "_samples", "_about", "_read"):  # once the dataset is loaded, nothing keeps the blocks
             del self.__dict__[name]
         return found
+
+    @property
+    def signals(self) -> list[str]:
+        """See Recording."""
+        return super().signals if "data" in self.__dict__ else list(self._labels)
 
     def __contains__(self, signal: str) -> bool:
         if "data" in self.__dict__:

@@ -222,7 +222,7 @@ def _must(expected: str | None, where: Path | str, field: str, value: object) ->
 
 def _check_entry(where: Path | str, value: Any, schema: type, field: str, rule: Rule, strict: bool) -> None:
     kind, words = _PRIMITIVES[schema]
-    is_one = isinstance(value, kind) and (schema is bool or not isinstance(value, bool))
+    is_one = type(value) is schema or (isinstance(value, kind) and (schema is bool or not isinstance(value, bool)))
     if not is_one and (strict or not _converts(value, schema)):
         raise InputError(where, field, value, f"must be {words}{f', {rule.unit}' if rule.unit else ''}")
     if schema is int and abs(int(value)) > _MOST_WHOLE:
