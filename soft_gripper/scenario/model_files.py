@@ -3,8 +3,8 @@
 import logging
 import math
 import os
-import xml.etree.ElementTree as ET
 from collections.abc import Mapping, Sequence
+from copy import deepcopy
 from dataclasses import fields, replace
 from functools import partial
 from pathlib import Path
@@ -242,7 +242,7 @@ def _prepared(
     """A model of a `kind_of` file; further arguments as of `load_model`."""
     if kind == "robot":
         expanded = _expanded(plant, path, config, where, visuals, points)
-        found = ready(path, ET.fromstring(expanded.text), is_arm, config.free, config.child)
+        found = ready(path, deepcopy(expanded.robot), is_arm, config.free, config.child)
         return _Prepared(found.text, ".urdf", expanded.fingers, found.mimics)
     if kind == "sdf":
         found = ready(path, read_xml(path), is_arm, config.free, config.child)
@@ -384,7 +384,7 @@ def add_fingers(
     if not expanded.fingers:
         raise InputError(path, "finger", None, "there is no <finger> in the file")
     with drake_reads(path, "file", path.name, path):
-        text, mimics = ready(path, ET.fromstring(expanded.text))
+        text, mimics = ready(path, deepcopy(expanded.robot))
         (model,) = add_text(parser, text, path, ".urdf")
     couple(path, plant, model, mimics)
     return [PlantFinger(finger, plant, model) for finger in expanded.fingers]
