@@ -81,7 +81,7 @@ def _sliding(
     station: Station, recording: Recording, held: str, samples: NDArray[np.int_], begin: int
 ) -> tuple[int, NDArray[np.bool_]] | None:
     """`sliding_since` from `begin` to the last of some samples; it looks back only as far as the object slides."""
-    time, reach = recording["time"].values[samples], 2 * RESTS
+    time, reach = recording.values("time")[samples], 2 * RESTS
     while True:
         first = max(begin, int(np.searchsorted(time, time[-1] - reach)))
         found = sliding_since(time[first:], sliding_speeds(station, recording, held, samples[first:]))
@@ -103,7 +103,7 @@ def _predicted(
     """
     if station.task is None:
         return Slip()
-    numbers = recording["task.phase"].values.ravel()[samples]
+    numbers = recording.values("task.phase").ravel()[samples]
     holds = [number for number, phase in enumerate(station.task.phases) if phase.holds]
     lifts = np.flatnonzero(np.isin(numbers, holds) if holds else numbers > numbers[touch])
     if not len(lifts) or lifts[0] <= touch:
@@ -119,7 +119,7 @@ def _phase(station: Station, recording: Recording, sample: int) -> str:
     """The name of the phase of a sample; "" without a task, and after its end."""
     if station.task is None:
         return ""
-    number = int(recording["task.phase"].values.ravel()[sample])
+    number = int(recording.values("task.phase").ravel()[sample])
     return station.task.phases[number].name if number < len(station.task.phases) else ""
 
 
@@ -132,11 +132,11 @@ def sliding_speeds(station: Station, recording: Recording, held: str, samples: N
     plant, fingers = station.plant, station.fingers
     if held in station.parts.deformables:
         return np.full((len(samples), len(fingers)), np.nan)
-    p_WC = np.stack([recording[f"{finger.name}.contact_center"].values[samples] for finger in fingers], axis=1)
+    p_WC = np.stack([recording.values(f"{finger.name}.contact_center")[samples] for finger in fingers], axis=1)
     touches = np.isfinite(p_WC).all(axis=-1)
     body, states, context = (
         first_body(plant, held),
-        recording["plant.state"].values[samples],
+        recording.values("plant.state")[samples],
         plant.CreateDefaultContext(),
     )
     nearest, p_WL = np.zeros(touches.shape, int), np.empty_like(p_WC)

@@ -128,7 +128,7 @@ def _own_measure(name: str, station: Station, recording: Recording) -> Any:
 
 
 def _task(station: Station, recording: Recording) -> Task:
-    return Task(outcome(recording).words, float(recording["time"].values[-1]))
+    return Task(outcome(recording).words, float(recording.values("time")[-1]))
 
 
 def _grasp(station: Station, recording: Recording) -> Grasp:
