@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,6 +50,25 @@ class ObjectGrasp(Grasp, OfObject):
     """The grasp of an object."""
 
 
+@dataclass(frozen=True)
+class RecordedObject:
+    """An object in a recording, and the signals by which its grasp is judged, collected once."""
+
+    station: Station
+    recording: Recording
+    name: str
+
+    @cached_property
+    def samples(self) -> NDArray[np.int_]:
+        """See `judged_samples`."""
+        return judged_samples(self.station, self.recording, self.name)
+
+    @cached_property
+    def signals(self) -> GraspSignals:
+        """At these samples, see `grasp_signals`."""
+        return grasp_signals(self.station, self.recording, self.name, self.samples)
+
+
 def objects_of(station: Station) -> list[str]:
     """The free models of a scenario whose grasp is recorded; that of the task comes first."""
     task = station.scenario.task
@@ -61,7 +81,7 @@ def recorded_grasps(station: Station, recording: Recording) -> tuple[list[Object
     """A row for each object, and a row for each object and finger."""
     grasps, grips = [], []
     for name in objects_of(station):
-        grasp, of_fingers = recorded_grasp(station, recording, name)
+        grasp, of_fingers = recorded_grasp(RecordedObject(station, recording, name))
         grasps.append(ObjectGrasp(name, **vars(grasp)))
         grips += [ObjectGrip(name, **vars(grip)) for grip in of_fingers]
     return grasps, grips
@@ -91,10 +111,9 @@ def _force_on_others(station: Station, recording: Recording, finger: int) -> flo
     return float(np.nan_to_num(total - np.sum(on_objects, axis=0)).max(initial=0.0))
 
 
-def recorded_grasp(station: Station, recording: Recording, held: str) -> tuple[Grasp, list[FingerGrip]]:
+def recorded_grasp(of: RecordedObject) -> tuple[Grasp, list[FingerGrip]]:
     """The grasp of one object, and how each finger takes part in it."""
-    samples = judged_samples(station, recording, held)
-    signals = grasp_signals(station, recording, held, samples)
+    station, recording, held, samples, signals = of.station, of.recording, of.name, of.samples, of.signals
     grips = finger_grips(signals, [finger.name for finger in station.fingers])
     begin, window = held_since(signals), np.flatnonzero(last(signals.time))
     slid = path_length(shifts(station, recording, held, samples[begin:]))

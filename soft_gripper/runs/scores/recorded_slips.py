@@ -13,9 +13,8 @@ from soft_gripper.fingers.spatial_chain import vector_product
 from soft_gripper.runs.scores.grasp import NAN, GraspSignals, slip_ratio
 from soft_gripper.runs.scores.recorded_grasps import (
     OfObject,
+    RecordedObject,
     finger_friction,
-    grasp_signals,
-    judged_samples,
     objects_of,
 )
 from soft_gripper.runs.scores.slip import base_poses, nearest_link, pose_matrices, seen_from
@@ -40,13 +39,13 @@ class ObjectSlip(Slip, OfObject):
 
 def recorded_slips(station: Station, recording: Recording) -> list[ObjectSlip]:
     """A row for each object."""
-    return [ObjectSlip(name, **vars(recorded_slip(station, recording, name))) for name in objects_of(station)]
+    objects = [RecordedObject(station, recording, name) for name in objects_of(station)]
+    return [ObjectSlip(each.name, **vars(recorded_slip(each))) for each in objects]
 
 
-def recorded_slip(station: Station, recording: Recording, held: str) -> Slip:
+def recorded_slip(of: RecordedObject) -> Slip:
     """Why an object slips, and whether that could be known before it was lifted."""
-    samples = judged_samples(station, recording, held)
-    signals = grasp_signals(station, recording, held, samples)
+    station, recording, held, samples, signals = of.station, of.recording, of.name, of.samples, of.signals
     span = held_span(signals.time, signals.normal.sum(axis=1))
     if span is None:
         return Slip()
