@@ -137,8 +137,8 @@ def check_values(blocks: Iterable[OwnBlock], recording: Recording) -> None:
 
 def note_missing(recording: Recording) -> None:
     """Logs a warning if an estimator has produced NaN shapes, as it does without readings."""
-    for name in filter(lambda name: str(name).endswith(f".{ANGLES}"), recording.data):
-        is_missing = np.asarray(~np.isfinite(_flat(recording.data[name].values)).all(axis=1))
+    for name in filter(lambda name: name.endswith(f".{ANGLES}"), recording.signals):
+        is_missing = np.asarray(~np.isfinite(_flat(recording[name].values)).all(axis=1))
         if is_missing.any():
             first, share = float(recording["time"].values[is_missing][0]), f"{is_missing.sum()} of {len(is_missing)}"
             _LOGGER.warning("%s: NaN in %s samples, first at t = %g s", name, share, first)

@@ -153,10 +153,12 @@ class Samples(Mapping[str, Array]):
         """
         self.time, self._sources, self._logged = time, sources, logged
         self._known: dict[Derived, _KnownSteps] = {}
+        self._read: dict[str, Array] = {}
 
     def __getitem__(self, name: str) -> Array:
-        found: Array = self.values_of(self._sources[name])
-        return found
+        if name not in self._read:
+            self._read[name] = self.values_of(self._sources[name])
+        return self._read[name]
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._sources)
@@ -329,6 +331,11 @@ class Recording:
 
     data: xr.Dataset
 
+    @property
+    def signals(self) -> list[str]:
+        """The names of all signals."""
+        return list(map(str, self.data))
+
     def __contains__(self, signal: str) -> bool:
         return signal in self.data
 
@@ -342,6 +349,11 @@ class Recording:
             expected = "was not recorded; of the ground truth, everything is with record.truth: all"
             raise InputError("recording", "signal", signal, expected)
         return self.data[signal]
+
+    def values(self, signal: str) -> Array:
+        """The values of a signal, (T, ...), without their labels; raises as to read it with them."""
+        found: Array = self[signal].values
+        return found
 
     def save(self, path: Path | str) -> None:
         """Writes one netCDF file, which xarray, MATLAB (ncread) and Julia (NCDatasets) open.
@@ -495,6 +507,11 @@ class _OfSamples(Recording):
             del self.__dict__[name]
         return found
 
+    @property
+    def signals(self) -> list[str]:
+        """See Recording."""
+        return super().signals if "data" in self.__dict__ else list(self._labels)
+
     def __contains__(self, signal: str) -> bool:
         if "data" in self.__dict__:
             return signal in self.data
@@ -516,6 +533,12 @@ class _OfSamples(Recording):
             )
         return self._read[signal]
 
+    def values(self, signal: str) -> Array:
+        """See Recording; a sweep that judges short runs spends a tenth of that time on labels."""
+        if "data" in self.__dict__ or signal in self._read or signal not in self._labels:
+            return super().values(signal)
+        return self._samples[signal].reshape(self._shape(signal))
+
     def __reduce__(self) -> Any:
         return Recording, (self.data,)
 
@@ -523,9 +546,11 @@ class _OfSamples(Recording):
     def _time(self) -> tuple[str, Array, Mapping[str, str]]:
         return _TIME, self._samples.time, _SECONDS
 
+    def _shape(self, name: str) -> tuple[int, ...]:
+        return len(self._samples.time), *map(len, self._labels[name].axes.values())
+
     def _variable(self, name: str) -> xr.Variable:
-        labels, samples = self._labels[name], self._samples
-        shape = len(samples.time), *map(len, labels.axes.values())
+        labels, samples, shape = self._labels[name], self._samples, self._shape(name)
         values = samples[name].reshape(shape) if samples.is_logged(name) else _Computed(samples, name, shape).cached
         return xr.Variable([_TIME, *labels.axes], values, labels.attributes)
 

@@ -79,11 +79,30 @@ class Away(NamedTuple):
     values: Array  # (..., S) of the values that are read
 
 
-class BentFinger(NamedTuple):
-    """Where the chain of a finger lies, and how its joints, way after way, move it."""
+@dataclass(frozen=True, eq=False)
+class BentFinger:
+    """Where the chain of a finger lies, and how its joints move it, each found when it is asked for."""
 
-    chain: Posture
-    motions: Array  # B, (..., D, 12), each 3 x 4
+    mechanics: "Mechanics"
+    q: Array  # joint positions, (..., D)
+
+    @cached_property
+    def chain(self) -> Posture:
+        """The posture of the chain."""
+        mechanics = self.mechanics
+        return posture(mechanics.chain, self.q if mechanics.only_bends else self.q[..., mechanics.in_chain])
+
+    @cached_property
+    def motions(self) -> Array:
+        """B of the joints, way after way, (..., D, 12), each 3 x 4."""
+        return self.mechanics.by_way(self.chain.motions)
+
+    @cached_property
+    def directions(self) -> Planar:
+        """Directions of the links beyond the joints of a finger that only bends, z + i x, (..., N)."""
+        headings, found = self.q.cumsum(axis=-1), np.empty(self.q.shape, complex)
+        found.real, found.imag = np.cos(headings), np.sin(headings)
+        return found
 
 
 @dataclass(frozen=True)
@@ -95,27 +114,26 @@ class Mechanics:
 
     def posture(self, q: Array) -> BentFinger:
         """Where the chain lies at joint positions (..., D)."""
-        at = posture(self.chain, q if self.only_bends else q[..., self.in_chain])
-        return BentFinger(at, self._by_way(at.motions))
+        return BentFinger(self, q)
 
-    def _by_way(self, by_joint: Array) -> Array:
+    def by_way(self, by_joint: Array) -> Array:
         """Matrices of the joints of the chain, (..., J, 3, 4), way after way and flat, (..., D, 12)."""
         flat = by_joint.reshape(*by_joint.shape[:-2], 12)
         return flat if self.only_bends else flat[..., self.from_chain, :]
 
     def weight(self, at: BentFinger, gravity: Array) -> Array:
         """Torques of the weight in a posture, (..., D)."""
-        points, carried_by = self._masses
         if self.only_bends:
             pull = gravity[..., 2] + 1j * gravity[..., 0]
-            return np.asarray((self._masses_in_plane.sums(_directions(at)).conj() * pull[..., None]).imag)
+            return np.asarray((self._masses_in_plane.sums(at.directions).conj() * pull[..., None]).imag)
+        points, carried_by = self._masses
         carried = carried_by @ points.at(at.chain)  # (..., D, 4)
         pulled = gravity[..., None, :, None] * carried[..., None, :]
         return np.asarray((at.motions * pulled.reshape(*pulled.shape[:-2], 12)).sum(axis=-1))
 
     def of_load(self, at: BentFinger, q: Array) -> Array:
         """The covariance of the joints due to a load, C T C, in the posture of `q`, (..., D, D)."""
-        by_inner = self._forces_in_plane.covariance(_directions(at)) if self.only_bends else self._load_by_inner(at)
+        by_inner = self._forces_in_plane.covariance(at.directions) if self.only_bends else self._load_by_inner(at)
         # Right where the joint of the row is the inner one; the other half is its mirror image.
         found = np.where(self._is_inner, by_inner, np.swapaxes(by_inner, -1, -2))
         return np.asarray(outer(self.compliance(q)) * found)
@@ -125,7 +143,7 @@ class Mechanics:
         products = (placed[..., :, None] * placed[..., None, :]).reshape(*placed.shape[:-1], 16)
         beyond = (self._beyond @ products).reshape(*products.shape[:-2], N, 4, 4)
         of_segments = motions.reshape(*motions.shape[:-3], N, motions.shape[-3] // N * 3, 4)
-        with_all_beyond = self._by_way((of_segments @ beyond).reshape(motions.shape))
+        with_all_beyond = self.by_way((of_segments @ beyond).reshape(motions.shape))
         return np.asarray(at.motions @ np.swapaxes(with_all_beyond, -1, -2))
 
     def load_modes(self, at: BentFinger) -> Array:
@@ -337,11 +355,6 @@ class Mechanics:
     @cached_property
     def _compliance_if_linear(self) -> Array:
         return np.asarray(1 / self.stiffness)
-
-
-def _directions(at: BentFinger) -> Planar:
-    """Directions of the links beyond the joints of a finger that only bends, z + i x, (..., N)."""
-    return at.chain.frames[..., 1:, 2, 2] + 1j * at.chain.frames[..., 1:, 0, 2]
 
 
 def _local(x: Array, z: Array) -> Array:

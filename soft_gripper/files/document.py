@@ -56,29 +56,42 @@ def load_config(path: Path, document: Any, schema: type[_T], retain_map_defaults
     check_document(path, document, schema)
     kind: Any = schema
     try:
-        found: _T = kind()
-        for name in filter(document.__contains__, _fields(kind)):
-            setattr(found, name, _field(kind, name, document[name], retain_map_defaults))
+        found: _T = _filled(kind(), document, retain_map_defaults)
     except (RuntimeError, ValueError, TypeError) as error:
         raise InputError(path, "file", path.name, " ".join(str(error).split())) from None
     _check_misfits(path, found)
     return found
 
 
-_MOST_PARTS = 128  # kept, since runs of a sweep differ in a few, and reading the YAML of all takes 4 ms
+def _filled(config: Any, document: dict[str, Any], retain_map_defaults: bool) -> Any:
+    """A dataclass whose fields are set from plain data, in its own order, as Drake does."""
+    schema: Any = type(config)
+    for name, kind in _fields(schema).items():
+        if name in document:
+            setattr(config, name, _field(config, name, kind, document[name], retain_map_defaults))
+    return config
+
+
+_MOST_PARTS = 128  # kept, since runs of a sweep differ in a few, and reading the YAML of a scenario takes 4 ms
 _parts: OrderedDict[tuple[type, str, str, bool], Any] = OrderedDict()
 
 
-def _field(schema: type, name: str, value: Any, retain_map_defaults: bool) -> Any:
-    """The value of a field that plain data describe, as Drake reads them; of a list of mappings each by itself."""
-    if isinstance(value, list) and len(value) > 1 and isinstance(value[0], dict):
-        return [part for each in value for part in _field(schema, name, [each], retain_map_defaults)]
+def _field(config: Any, name: str, schema: Any, value: Any, retain_map_defaults: bool) -> Any:
+    """The value of a field of a dataclass that plain data describe; what is not of its type yet, Drake converts."""
+    _, kind, inner = _taken_apart(schema)
+    if kind in _PRIMITIVES and type(value) is kind:
+        return value
+    if is_dataclass(kind) and isinstance(value, dict):
+        default = getattr(config, name)
+        return _filled(kind() if default is None else deepcopy(default), value, retain_map_defaults)  # type: ignore[operator]
+    if kind is list and is_dataclass(inner) and all(isinstance(each, dict) for each in value):
+        return [_filled(inner(), each, retain_map_defaults) for each in value]  # type: ignore[operator]
 
     def load() -> Any:
         data = yaml_dump({name: value})
-        return getattr(yaml_load_typed(schema=schema, data=data, retain_map_defaults=retain_map_defaults), name)
+        return getattr(yaml_load_typed(schema=type(config), data=data, retain_map_defaults=retain_map_defaults), name)
 
-    return deepcopy(kept(_parts, (schema, name, repr(value), retain_map_defaults), load, _MOST_PARTS))
+    return deepcopy(kept(_parts, (type(config), name, repr(value), retain_map_defaults), load, _MOST_PARTS))
 
 
 def check_config(where: Path | str, config: Any) -> None:
@@ -222,7 +235,7 @@ def _must(expected: str | None, where: Path | str, field: str, value: object) ->
 
 def _check_entry(where: Path | str, value: Any, schema: type, field: str, rule: Rule, strict: bool) -> None:
     kind, words = _PRIMITIVES[schema]
-    is_one = isinstance(value, kind) and (schema is bool or not isinstance(value, bool))
+    is_one = type(value) is schema or (isinstance(value, kind) and (schema is bool or not isinstance(value, bool)))
     if not is_one and (strict or not _converts(value, schema)):
         raise InputError(where, field, value, f"must be {words}{f', {rule.unit}' if rule.unit else ''}")
     if schema is int and abs(int(value)) > _MOST_WHOLE:

@@ -128,19 +128,24 @@ def _text(*values: float) -> str:
 
 
 def _link(finger: Finger, index: int, visuals: bool, points: int | None) -> ET.Element:
+    return _element(
+        "link",
+        _inertial_of_link(finger, index),
+        *(_visuals(finger, index) if visuals else []),
+        *_skin(finger, index, points),
+        name=link_name(finger.name, index),
+    )
+
+
+def _visuals(finger: Finger, index: int) -> list[ET.Element]:
+    """What is seen of a link."""
     block = _Block.of(finger, index, index)
     seen = [_element("visual", *block.box(), _material(finger))]
     if index:
         seen += _knuckles(finger, block.width, block.begin)
     if finger.tip_load is not None and index == finger.segments:
         seen.append(_ball(finger.tip_load, block.length))
-    return _element(
-        "link",
-        _inertial_of_link(finger, index),
-        *(seen if visuals else []),
-        *_skin(finger, index, points),
-        name=link_name(finger.name, index),
-    )
+    return seen
 
 
 class _Block(NamedTuple):

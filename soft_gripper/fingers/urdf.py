@@ -74,10 +74,15 @@ GUARD = "fingers: load with soft_gripper.add_fingers, or soft-gripper expand"
 
 @dataclass(frozen=True)
 class ExpandedUrdf:
-    """Plain URDF text, and the fingers that it came from in the order of the file."""
+    """A plain URDF, which is kept and must not be changed, and the fingers that it came from, in the file's order."""
 
-    text: str
+    robot: ET.Element
     fingers: tuple[Finger, ...]
+
+    @property
+    def text(self) -> str:
+        """The URDF as text."""
+        return _text(self.robot)
 
 
 def expand_urdf(
@@ -145,6 +150,10 @@ def changed_urdf(
     written, guard = map(finger_element, map(change, elements)), [ET.Element("frame", name=GUARD)] if elements else []
     robot[:] = [*guard, *(next(written) if child.tag == "finger" else child for child in robot)]
     ET.indent(robot)
+    return _text(robot)
+
+
+def _text(robot: ET.Element) -> str:
     return '<?xml version="1.0"?>\n' + ET.tostring(robot, encoding="unicode") + "\n"
 
 
@@ -193,7 +202,9 @@ def _read(source: _Source) -> _Unexpanded:
 
 
 @lru_cache(maxsize=_KEPT_TEXTS)
-def _expanded(source: _Source, elements: tuple[FingerElement, ...], meshes: tuple[str, ...], manner: _Manner) -> str:
+def _expanded(
+    source: _Source, elements: tuple[FingerElement, ...], meshes: tuple[str, ...], manner: _Manner
+) -> ET.Element:
     robot = deepcopy(_read(source).robot)
     _check_links(source.path, robot, elements)
     for mesh, filename in zip(robot.iter("mesh"), meshes, strict=True):
@@ -205,7 +216,7 @@ def _expanded(source: _Source, elements: tuple[FingerElement, ...], meshes: tupl
     for child in children:
         robot.extend(finger_to_urdf(next(expanded), *manner) if child.tag == "finger" else [child])
     ET.indent(robot)
-    return '<?xml version="1.0"?>\n' + ET.tostring(robot, encoding="unicode") + "\n"
+    return robot
 
 
 def _parse_robot(path: Path, text: str) -> ET.Element:

@@ -3,9 +3,9 @@
 import os
 import re
 import xml.etree.ElementTree as ET
-from collections.abc import Iterable, Iterator
+from collections import OrderedDict
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from functools import lru_cache
 from linecache import clearcache, getline, getlines
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -13,6 +13,7 @@ from tempfile import TemporaryDirectory
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.tree import ModelInstanceIndex
 
+from soft_gripper.cached import kept
 from soft_gripper.errors import InputError, first_line
 from soft_gripper.files.document import require
 from soft_gripper.files.notes import LEFT_OUT, READ, note
@@ -128,9 +129,9 @@ def check_file(path: Path) -> ET.Element | None:
     """
     if path.suffix.lower() not in _XML:
         return None
-    text = read_text(path)
-    _check(path, text)
-    return parse_xml(path, text)
+    root = parse_xml(path, text := read_text(path))
+    _check(path, text, lambda: root)
+    return root
 
 
 def add_text(parser: Parser, text: str, path: Path, suffix: str) -> list[ModelInstanceIndex]:
@@ -139,7 +140,7 @@ def add_text(parser: Parser, text: str, path: Path, suffix: str) -> list[ModelIn
     Raises:
         InputError: if it would end the process.
     """
-    _check(path, text)
+    _check(path, text, lambda: ET.fromstring(text))
     with TemporaryDirectory(prefix=PREFIX) as folder:
         expanded = Path(folder) / f"{path.stem}{MARK}{suffix}"
         expanded.write_text(_BETWEEN.sub(">\n<", text), encoding="utf-8")  # lines of messages tell elements apart
@@ -147,14 +148,17 @@ def add_text(parser: Parser, text: str, path: Path, suffix: str) -> list[ModelIn
         return list(parser.AddModels(str(expanded)))
 
 
-def _check(path: Path, text: str) -> None:
-    check_uris(path, _named_in_checked(path, text))  # what they name may have changed, unlike the text
+_MOST_TEXTS = 16  # of about 0.1 MB: a sweep reads the same ones for every run
+_named: OrderedDict[tuple[Path, str], tuple[str, ...]] = OrderedDict()
 
 
-@lru_cache(maxsize=16)  # texts of about 0.1 MB: a sweep reads the same ones for every run
-def _named_in_checked(path: Path, text: str) -> tuple[str, ...]:
-    """The URIs in the text of a model, whose numbers and links are right."""
-    root = parse_xml(path, text)
+def _check(path: Path, text: str, root: Callable[[], ET.Element]) -> None:
+    named = kept(_named, (path, text), lambda: _named_in_checked(path, root()), _MOST_TEXTS)
+    check_uris(path, named)  # what they name may have changed, unlike the text
+
+
+def _named_in_checked(path: Path, root: ET.Element) -> tuple[str, ...]:
+    """The URIs in a model, whose numbers and links are right."""
     check_numbers(path, root)
     for model in root.iter("model") if root.tag == "sdf" else (root,):
         _check_tree(path, model)

@@ -3,8 +3,8 @@
 import logging
 import math
 import os
-import xml.etree.ElementTree as ET
 from collections.abc import Mapping, Sequence
+from copy import deepcopy
 from dataclasses import fields, replace
 from functools import partial
 from pathlib import Path
@@ -100,7 +100,7 @@ def configured_finger(finger: Finger, where: str, configs: Mapping[str, FingerCo
         if config := configs.get(name):
             place = f"{where}.fingers.{name}"
             finger = changed_finger(finger, place, config, (*OF_FINGER, "shear_factor"))
-            finger = replace(finger, contact=changed_part(finger.contact, place, config, _OF_CONTACT))
+            finger = _replaced(finger, contact=changed_part(finger.contact, place, config, _OF_CONTACT))
             finger = _with(finger, place, tendons=_changed_paths(finger.tendons, place, config, _OF_TENDON))
             if config.yields is not None:
                 finger = _with(finger, place, yields=tuple(config.yields.split()))
@@ -109,9 +109,17 @@ def configured_finger(finger: Finger, where: str, configs: Mapping[str, FingerCo
 
 def _with(finger: Finger, where: str, **changes: Any) -> Finger:
     try:
-        return replace(finger, **changes)
+        return _replaced(finger, **changes)
     except InputError as error:
         raise InputError(where, error.field, error.value, error.expected) from None
+
+
+_D = TypeVar("_D")
+
+
+def _replaced(part: _D, **changes: Any) -> _D:
+    """A dataclass with changes; itself if they change nothing, since a copy is checked anew."""
+    return part if all(getattr(part, name) == value for name, value in changes.items()) else replace(part, **changes)  # type: ignore[type-var]
 
 
 def changed_finger(finger: Finger, where: str, changes: FingerChanges, of_finger: Sequence[str]) -> Finger:
@@ -123,7 +131,8 @@ def changed_finger(finger: Finger, where: str, changes: FingerChanges, of_finger
     try:
         alike = changed_part(finger, where, changes, of_finger)
         chambers = _changed_paths(finger.chambers, where, changes, _OF_CHAMBER)
-        return alike.with_sections(lambda section: changed_part(section, where, changes, of_section), chambers=chambers)
+        base, *between, tip = (changed_part(each, where, changes, of_section) for each in alike.cross_sections)
+        return _replaced(alike, base=base, sections=tuple(between), tip=tip, chambers=chambers)
     except InputError as error:
         raise (error if error.where == where else error.inside(where)) from None
 
@@ -131,7 +140,7 @@ def changed_finger(finger: Finger, where: str, changes: FingerChanges, of_finger
 def changed_part(part: Any, where: str, changes: FingerChanges, names: Sequence[str]) -> Any:
     """A dataclass with changes of some of its fields."""
     texts = {name: getattr(changes, name) for name in names if getattr(changes, name) is not None}
-    return replace(part, **{name: _value(where, name, text, getattr(part, name)) for name, text in texts.items()})
+    return _replaced(part, **{name: _value(where, name, text, getattr(part, name)) for name, text in texts.items()})
 
 
 _P = TypeVar("_P", Chamber, Tendon)
@@ -144,7 +153,7 @@ def _changed_paths(paths: Sequence[_P], where: str, changes: FingerChanges, name
         name, text = next(iter(texts.items()))
         raise InputError(where, name, text, "leave it out: the finger has no tendon")
     return tuple(
-        replace(
+        _replaced(
             path,
             **{names[name]: _values(where, name, text, getattr(path, names[name])) for name, text in texts.items()},
         )
@@ -242,7 +251,7 @@ def _prepared(
     """A model of a `kind_of` file; further arguments as of `load_model`."""
     if kind == "robot":
         expanded = _expanded(plant, path, config, where, visuals, points)
-        found = ready(path, ET.fromstring(expanded.text), is_arm, config.free, config.child)
+        found = ready(path, deepcopy(expanded.robot), is_arm, config.free, config.child)
         return _Prepared(found.text, ".urdf", expanded.fingers, found.mimics)
     if kind == "sdf":
         found = ready(path, read_xml(path), is_arm, config.free, config.child)
@@ -384,7 +393,7 @@ def add_fingers(
     if not expanded.fingers:
         raise InputError(path, "finger", None, "there is no <finger> in the file")
     with drake_reads(path, "file", path.name, path):
-        text, mimics = ready(path, ET.fromstring(expanded.text))
+        text, mimics = ready(path, deepcopy(expanded.robot))
         (model,) = add_text(parser, text, path, ".urdf")
     couple(path, plant, model, mimics)
     return [PlantFinger(finger, plant, model) for finger in expanded.fingers]

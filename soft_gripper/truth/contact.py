@@ -7,9 +7,9 @@ varies, so they pass through an abstract port and a `ValueLog`. Only the mean no
 once, since Drake's surfaces do not outlive the sample.
 """
 
-from collections.abc import Callable, Collection, Container, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property
 from operator import attrgetter, itemgetter
 from typing import Any, NamedTuple
 
@@ -433,7 +433,8 @@ class TrueContact(ArrayBlock):
         if interval is not None:
             tickets |= {self.time_ticket(), self.xd_ticket()}
         self.show("patches", self._collect, tickets)
-        self.derive("contacts", _of_sample, "patches", over_time=_of_samples)
+        self.derive("table", lambda patches: _stacked([patches]), "patches", over_time=_stacked)
+        self.derive("contacts", lambda table: finger_contacts(*table), "table")
         for number, (name, finger) in enumerate(fingers.items()):
             self._put_out_signals(number, name, len(finger.bodies))
         count = len(fingers)
@@ -443,8 +444,7 @@ class TrueContact(ArrayBlock):
 
     def _put_out_grip(self, number: int, name: str, fingers: Sequence[str]) -> None:
         step = f"{name}.grip"
-        one, many = (partial(of, partial(grip_of, number, len(fingers))) for of in (_grip_of_sample, _grip_of_samples))
-        self.derive(step, one, "patches", over_time=many)
+        self.derive(step, lambda table: grip_of(number, len(fingers), *table), "table")
         for signal in GripOf._fields:
             unit = {"grip_area": "m^2", "grip_pressure": "Pa"}.get(signal, "N")
             axes = {"xyz": XYZ} if signal in ("grip_friction_force", "grip_force") else {}
@@ -470,22 +470,6 @@ _SHARE = 1e-6  # of an interval, by which a time may differ from a multiple of i
 
 
 _LEFT_OUT = np.empty((0, 0))
-
-
-def _of_sample(table: Array) -> FingerContacts:
-    return _of_samples([table])
-
-
-def _of_samples(tables: Sequence[Array]) -> FingerContacts:
-    return finger_contacts(*_stacked(tables))
-
-
-def _grip_of_sample(interpret: Callable[..., GripOf], table: Array) -> GripOf:
-    return interpret(*_stacked([table]))
-
-
-def _grip_of_samples(interpret: Callable[..., GripOf], tables: Sequence[Array]) -> GripOf:
-    return interpret(*_stacked(tables))
 
 
 def _stacked(tables: Sequence[Array]) -> tuple[Array, NDArray[np.int_], NDArray[np.bool_]]:

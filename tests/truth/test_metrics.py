@@ -50,7 +50,10 @@ def test_points_are_where_the_plant_puts_its_bodies(shipped_finger, finger_plant
     plant = finger_plant(changed)
     finger, context = PlantFinger(changed, plant, plant.GetModelInstanceByName("robot")), plant.CreateDefaultContext()
     state = np.random.default_rng(1).uniform(-0.4, 0.4, (5, plant.num_multibody_states()))
-    for row, points in zip(state, PlantPoints([finger])(state), strict=True):
+    found = zip(state, PlantPoints([finger])(state), finger.screws.poses(state), strict=True)
+    for row, points, links_and_tip in found:
         plant.SetPositionsAndVelocities(context, row)
-        poses = [frame.CalcPose(context, finger.base.body_frame()) for frame in finger.frames]
-        np.testing.assert_allclose(points, [pose.translation() for pose in poses], atol=1e-15)
+        frames = [finger.base.body_frame(), *finger.frames]
+        poses = np.array([frame.CalcPose(context, frames[0]).GetAsMatrix34() for frame in frames])
+        np.testing.assert_allclose(points, poses[1:, :, 3], atol=1e-15)
+        np.testing.assert_allclose(links_and_tip, poses, atol=1e-14)

@@ -31,7 +31,7 @@ from soft_gripper.extras.grasps.trial import (
 )
 from soft_gripper.files.row_table import columns
 from soft_gripper.pictures.style import STYLE, save_figure
-from soft_gripper.runs.scores.recorded_grasps import objects_of, recorded_grasp
+from soft_gripper.runs.scores.recorded_grasps import RecordedObject, objects_of, recorded_grasp
 from soft_gripper.runs.scores.recorded_task import (
     MAX_PLACED_ANGLE,
     MAX_PLACED_ERROR,
@@ -285,7 +285,7 @@ def judge(file: str, seed: int, trial: int, station: Station, recording: Recordi
         placed_yaw_deg=float(np.degrees(yaw(run.turned))),
         placed_tilt_deg=float(np.degrees(tilt(run.turned))),
     )
-    grasp, _ = recorded_grasp(station, recording, objects_of(station)[0])
+    grasp, _ = recorded_grasp(RecordedObject(station, recording, objects_of(station)[0]))
     return Trial(Path(file).stem, trial, judged(station, recording), details, grasp)
 
 

@@ -59,7 +59,7 @@ def held_samples(scenario: Scenario, recording: Recording, signal: str | Array) 
 
     `signal` is a name, or values at each sample of the recording, (T, ...).
     """
-    values: Array = recording[signal].values if isinstance(signal, str) else signal
+    values: Array = recording.values(signal) if isinstance(signal, str) else signal
     return values[held_rows(scenario, recording)]
 
 
@@ -67,7 +67,7 @@ def held_rows(scenario: Scenario, recording: Recording) -> NDArray[np.int_]:
     """Indices of the samples to average in each step, (steps, hold_samples)."""
     period, hold = scenario.sensor.period, scenario.pressure.hold_samples
     ends = (np.arange(scenario.steps) + 1) * scenario.step_duration
-    last = np.searchsorted(recording["time"].values, ends + period / 2) - 1
+    last = np.searchsorted(recording.values("time"), ends + period / 2) - 1
     rows: NDArray[np.int_] = last[:, None] + np.arange(-hold + 1, 1)
     return rows
 
@@ -155,6 +155,6 @@ def _errors(
     recording: Recording, finger: PlantFinger, shape: ShapeEstimate, samples: NDArray[np.int_]
 ) -> tuple[Array, Array]:
     """Pose and fingertip error of the shape at some samples, m, (M)."""
-    joints, tip = (recording[f"{finger.name}.{name}"].values[samples] for name in (TRUE_JOINTS, TRUE_TIP))
+    joints, tip = (recording.values(f"{finger.name}.{name}")[samples] for name in (TRUE_JOINTS, TRUE_TIP))
     points = in_space(shape.points(finger.finger))
     return pose_error(joints, points[..., :-1, :]), fingertip_error(tip, points[..., -1, :])

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,6 +50,25 @@ class ObjectGrasp(Grasp, OfObject):
     """The grasp of an object."""
 
 
+@dataclass(frozen=True)
+class RecordedObject:
+    """An object in a recording, and the signals by which its grasp is judged, collected once."""
+
+    station: Station
+    recording: Recording
+    name: str
+
+    @cached_property
+    def samples(self) -> NDArray[np.int_]:
+        """See `judged_samples`."""
+        return judged_samples(self.station, self.recording, self.name)
+
+    @cached_property
+    def signals(self) -> GraspSignals:
+        """At these samples, see `grasp_signals`."""
+        return grasp_signals(self.station, self.recording, self.name, self.samples)
+
+
 def objects_of(station: Station) -> list[str]:
     """The free models of a scenario whose grasp is recorded; that of the task comes first."""
     task = station.scenario.task
@@ -61,7 +81,7 @@ def recorded_grasps(station: Station, recording: Recording) -> tuple[list[Object
     """A row for each object, and a row for each object and finger."""
     grasps, grips = [], []
     for name in objects_of(station):
-        grasp, of_fingers = recorded_grasp(station, recording, name)
+        grasp, of_fingers = recorded_grasp(RecordedObject(station, recording, name))
         grasps.append(ObjectGrasp(name, **vars(grasp)))
         grips += [ObjectGrip(name, **vars(grip)) for grip in of_fingers]
     return grasps, grips
@@ -86,15 +106,14 @@ def touched_instead(station: Station, recording: Recording) -> str:
 
 def _force_on_others(station: Station, recording: Recording, finger: int) -> float:
     """The largest normal force of a finger on what is no free object, N."""
-    total = recording[f"{station.fingers[finger].name}.normal_force"].values
-    on_objects = [recording[f"{name}.{NORMAL}"].values[:, finger] for name in objects_of(station)]
+    total = recording.values(f"{station.fingers[finger].name}.normal_force")
+    on_objects = [recording.values(f"{name}.{NORMAL}")[:, finger] for name in objects_of(station)]
     return float(np.nan_to_num(total - np.sum(on_objects, axis=0)).max(initial=0.0))
 
 
-def recorded_grasp(station: Station, recording: Recording, held: str) -> tuple[Grasp, list[FingerGrip]]:
+def recorded_grasp(of: RecordedObject) -> tuple[Grasp, list[FingerGrip]]:
     """The grasp of one object, and how each finger takes part in it."""
-    samples = judged_samples(station, recording, held)
-    signals = grasp_signals(station, recording, held, samples)
+    station, recording, held, samples, signals = of.station, of.recording, of.name, of.samples, of.signals
     grips = finger_grips(signals, [finger.name for finger in station.fingers])
     begin, window = held_since(signals), np.flatnonzero(last(signals.time))
     slid = path_length(shifts(station, recording, held, samples[begin:]))
@@ -108,9 +127,9 @@ def recorded_grasp(station: Station, recording: Recording, held: str) -> tuple[G
 
 def judged_samples(station: Station, recording: Recording, held: str) -> NDArray[np.int_]:
     """The samples of which contact is known; in a task, those of them that are `before_put_down`."""
-    known = np.isfinite(recording[f"{held}.{NORMAL}"].values).all(axis=1)
+    known = np.isfinite(recording.values(f"{held}.{NORMAL}")).all(axis=1)
     if station.task is not None:
-        known &= before_put_down(recording["task.phase"].values.ravel(), station.task.phases)
+        known &= before_put_down(recording.values("task.phase").ravel(), station.task.phases)
     return np.flatnonzero(known)
 
 
@@ -134,14 +153,14 @@ def before_put_down(numbers: Array, phases: Sequence[Phase]) -> NDArray[np.bool_
 
 def grasp_signals(station: Station, recording: Recording, held: str, samples: NDArray[np.int_]) -> GraspSignals:
     """The signals by which the grasp of an object is judged."""
-    normal, friction, force, area, pressure = (recording[f"{held}.{name}"].values[samples] for name in _SIGNALS)
+    normal, friction, force, area, pressure = (recording.values(f"{held}.{name}")[samples] for name in _SIGNALS)
     gravity = np.array(station.plant.gravity_field().gravity_vector())
     pull = float(np.linalg.norm(gravity))
-    others = recording[f"{held}.contact_wrench"].values[samples, 3:] - force.sum(axis=1)
+    others = recording.values(f"{held}.contact_wrench")[samples, 3:] - force.sum(axis=1)
     support = -others @ gravity / pull if pull > 0 else np.zeros(len(samples))
     place, turn = _poses(station, recording, held, samples)
     coefficients = [friction_coefficient(station, finger, held) for finger in station.fingers]
-    time = recording["time"].values[samples]
+    time = recording.values("time")[samples]
     return GraspSignals(
         *(time, normal, friction, area, pressure, support, place, turn),
         *(_mass(station, held) * pull, np.array(coefficients)),
@@ -199,7 +218,7 @@ def _sizes(station: Station, recording: Recording, samples: NDArray[np.int_]) ->
     forces = [f"{finger.name}.contact_force" for finger in station.fingers]
     if not all(name in recording for name in forces):
         return Sizes(true, width)
-    force = np.mean([recording[name].values[samples].ravel() for name in forces], axis=0)
+    force = np.mean([recording.values(name)[samples].ravel() for name in forces], axis=0)
     return Sizes(true, width, stiffness(widths["object_width"], force))
 
 
@@ -207,7 +226,7 @@ def _width(recording: Recording, signal: str, samples: NDArray[np.int_]) -> Arra
     """A width over some samples, (T) m; NaN if it was not recorded."""
     if signal not in recording:
         return np.full(len(samples), np.nan)
-    width: Array = recording[signal].values[samples].ravel()
+    width: Array = recording.values(signal)[samples].ravel()
     return width
 
 
@@ -217,11 +236,11 @@ def _energy(station: Station, recording: Recording, samples: NDArray[np.int_]) -
     By virtual work, a chamber whose pressure p drives a joint by the torque g p grows by g per angle.
     """
     until, energy = samples[-1] + 1, 0.0
-    state = recording["plant.state"].values[:until]
+    state = recording.values("plant.state")[:until]
     for finger in station.fingers:
         if not finger.finger.pressures:
             continue
-        pressure = recording[f"{finger.name}.pressure"].values[:until].reshape(until, -1)
+        pressure = recording.values(f"{finger.name}.pressure")[:until].reshape(until, -1)
         gains = finger.finger.pressure_gains
         growth = [state @ finger.position_selector(way).T @ gains[way].T for way in finger.finger.driven_ways]
         energy += pump_energy(pressure, np.sum(growth, axis=0))

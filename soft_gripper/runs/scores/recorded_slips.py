@@ -13,9 +13,8 @@ from soft_gripper.fingers.spatial_chain import vector_product
 from soft_gripper.runs.scores.grasp import NAN, GraspSignals, slip_ratio
 from soft_gripper.runs.scores.recorded_grasps import (
     OfObject,
+    RecordedObject,
     finger_friction,
-    grasp_signals,
-    judged_samples,
     objects_of,
 )
 from soft_gripper.runs.scores.slip import base_poses, nearest_link, pose_matrices, seen_from
@@ -40,13 +39,13 @@ class ObjectSlip(Slip, OfObject):
 
 def recorded_slips(station: Station, recording: Recording) -> list[ObjectSlip]:
     """A row for each object."""
-    return [ObjectSlip(name, **vars(recorded_slip(station, recording, name))) for name in objects_of(station)]
+    objects = [RecordedObject(station, recording, name) for name in objects_of(station)]
+    return [ObjectSlip(each.name, **vars(recorded_slip(each))) for each in objects]
 
 
-def recorded_slip(station: Station, recording: Recording, held: str) -> Slip:
+def recorded_slip(of: RecordedObject) -> Slip:
     """Why an object slips, and whether that could be known before it was lifted."""
-    samples = judged_samples(station, recording, held)
-    signals = grasp_signals(station, recording, held, samples)
+    station, recording, held, samples, signals = of.station, of.recording, of.name, of.samples, of.signals
     span = held_span(signals.time, signals.normal.sum(axis=1))
     if span is None:
         return Slip()
@@ -81,7 +80,7 @@ def _sliding(
     station: Station, recording: Recording, held: str, samples: NDArray[np.int_], begin: int
 ) -> tuple[int, NDArray[np.bool_]] | None:
     """`sliding_since` from `begin` to the last of some samples; it looks back only as far as the object slides."""
-    time, reach = recording["time"].values[samples], 2 * RESTS
+    time, reach = recording.values("time")[samples], 2 * RESTS
     while True:
         first = max(begin, int(np.searchsorted(time, time[-1] - reach)))
         found = sliding_since(time[first:], sliding_speeds(station, recording, held, samples[first:]))
@@ -103,7 +102,7 @@ def _predicted(
     """
     if station.task is None:
         return Slip()
-    numbers = recording["task.phase"].values.ravel()[samples]
+    numbers = recording.values("task.phase").ravel()[samples]
     holds = [number for number, phase in enumerate(station.task.phases) if phase.holds]
     lifts = np.flatnonzero(np.isin(numbers, holds) if holds else numbers > numbers[touch])
     if not len(lifts) or lifts[0] <= touch:
@@ -119,7 +118,7 @@ def _phase(station: Station, recording: Recording, sample: int) -> str:
     """The name of the phase of a sample; "" without a task, and after its end."""
     if station.task is None:
         return ""
-    number = int(recording["task.phase"].values.ravel()[sample])
+    number = int(recording.values("task.phase").ravel()[sample])
     return station.task.phases[number].name if number < len(station.task.phases) else ""
 
 
@@ -132,11 +131,11 @@ def sliding_speeds(station: Station, recording: Recording, held: str, samples: N
     plant, fingers = station.plant, station.fingers
     if held in station.parts.deformables:
         return np.full((len(samples), len(fingers)), np.nan)
-    p_WC = np.stack([recording[f"{finger.name}.contact_center"].values[samples] for finger in fingers], axis=1)
+    p_WC = np.stack([recording.values(f"{finger.name}.contact_center")[samples] for finger in fingers], axis=1)
     touches = np.isfinite(p_WC).all(axis=-1)
     body, states, context = (
         first_body(plant, held),
-        recording["plant.state"].values[samples],
+        recording.values("plant.state")[samples],
         plant.CreateDefaultContext(),
     )
     nearest, p_WL = np.zeros(touches.shape, int), np.empty_like(p_WC)

@@ -63,9 +63,9 @@ class TaskRun:
         self.task = station.scenario.task
         self._station, self._recording = station, recording
         self._phases = station.task.phases
-        self._time = recording["time"].values
-        self._phase = recording["task.phase"].values.astype(int)
-        outcomes = recording["task.outcome"].values.astype(int)
+        self._time = recording.values("time")
+        self._phase = recording.values("task.phase").astype(int)
+        outcomes = recording.values("task.outcome").astype(int)
         self.outcome = Outcome(outcomes[-1])
         self.outcomes = np.append(outcomes[1:], outcomes[-1])  # outcome after each sample
 
@@ -115,7 +115,7 @@ class TaskRun:
         if signal not in self._recording:
             return NAN
         touched = np.any([self._of(finger, "normal_force") > 0 for finger in self._fingers], axis=0)
-        return float(self._recording[signal].values.max(where=touched, initial=0.0))
+        return float(self._recording.values(signal).max(where=touched, initial=0.0))
 
     @cached_property
     def slips(self) -> Array:
@@ -152,7 +152,7 @@ class TaskRun:
         """Error of the estimated width, m, at the end of the phase that closes the fingers."""
         closing = [i for i, phase in enumerate(self._phases) if phase.until == "grasped"]
         samples = np.flatnonzero(np.isin(self._phase, closing))
-        error = self._recording["grip.object_width"].values - self._recording["grip.true_object_width"].values
+        error = self._recording.values("grip.object_width") - self._recording.values("grip.true_object_width")
         return abs(float(error[samples[-1]])) if len(samples) else NAN
 
     @cached_property
@@ -171,7 +171,7 @@ class TaskRun:
         return [i for i, phase in enumerate(self._phases) if phase.holds]
 
     def _of(self, finger: str, signal: str) -> Array:
-        return self._recording[f"{finger}.{signal}"].values
+        return self._recording.values(f"{finger}.{signal}")
 
     def _contact(self, finger: str) -> tuple[Flags, Flags]:
         """Whether a finger is in contact, detected and true, at each sample."""

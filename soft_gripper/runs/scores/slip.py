@@ -57,10 +57,10 @@ def shifts(station: Station, recording: Recording, held: str, samples: NDArray[n
     """
     if not len(samples):
         return np.empty((0, 0, 2))
-    states, X_WO = recording["plant.state"].values[samples], pose_matrices(recording, held, samples)
+    states, X_WO = recording.values("plant.state")[samples], pose_matrices(recording, held, samples)
     found = []
     for finger, X_WB in zip(station.fingers, base_poses(recording, station.fingers, samples), strict=True):
-        p_WC = recording[f"{finger.name}.contact_center"].values[samples[0]]
+        p_WC = recording.values(f"{finger.name}.contact_center")[samples[0]]
         if np.isfinite(p_WC).all():
             X_BL = finger.screws.poses(states)[:, :-1]
             nearest, on_link = nearest_link(finger, X_BL[0], seen_from(X_WB[0], p_WC))
@@ -92,7 +92,7 @@ def base_poses(
     """Poses of the bases of F fingers in the world, (F, K, 3, 4) [R | p], or (F, 1, 3, 4) if they do not move."""
     if all(finger.is_anchored for finger in fingers):
         return np.array([[finger.X_WB.GetAsMatrix34()] for finger in fingers])
-    plant, states = fingers[0].plant, recording["plant.state"].values[samples]
+    plant, states = fingers[0].plant, recording.values("plant.state")[samples]
     context, found = plant.CreateDefaultContext(), np.empty((len(fingers), len(states), 3, 4))
     for i, state in enumerate(states):
         plant.SetPositionsAndVelocities(context, state)
@@ -103,7 +103,7 @@ def base_poses(
 
 def pose_matrices(recording: Recording, name: str, samples: Sequence[int] | NDArray[np.int_]) -> Array:
     """The poses of an object in the world at K samples of a recording, (K, 3, 4) [R | p]."""
-    poses = recording[f"{name}.pose"].values[samples]
+    poses = recording.values(f"{name}.pose")[samples]
     rotations = Rotation.from_quat(poses[:, :4], scalar_first=True).as_matrix()
     return np.concatenate([rotations, poses[:, 4:, None]], axis=-1)
 

@@ -64,7 +64,7 @@ class StepRow:
 def step_table(station: Station, recording: Recording) -> list[StepRow]:
     """A row for each set point of the scenario's closed loop."""
     time = recording.data["time"].values
-    estimated, true = recording["grip.opening"].values, true_opening(station, recording)
+    estimated, true = recording.values("grip.opening"), true_opening(station, recording)
     hold = station.scenario.control.hold
     rows = []
     begin = float(estimated[0])
@@ -93,7 +93,7 @@ def _follow(since: Array, opening: Array, begin: float, end: float) -> tuple[flo
 
 def true_opening(station: Station, recording: Recording) -> Array:
     """True gripper opening at each sample, m."""
-    tips = np.stack([recording[f"{finger.name}.{TRUE_TIP}"].values for finger in station.fingers], axis=1)
+    tips = np.stack([recording.values(f"{finger.name}.{TRUE_TIP}") for finger in station.fingers], axis=1)
     return Gripper.of_bases([finger.X_WB for finger in station.fingers]).opening(tips)
 
 
@@ -128,4 +128,4 @@ def _value(now: xr.Dataset, signal: str) -> float:
 
 def outcome(recording: Recording) -> Outcome:
     """The outcome of the task when the recording ended."""
-    return Outcome(int(recording["task.outcome"].values[-1]))
+    return Outcome(int(recording.values("task.outcome")[-1]))

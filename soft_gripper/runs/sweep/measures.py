@@ -20,7 +20,7 @@ from soft_gripper.files.row_table import columns
 from soft_gripper.registry import OWN, blamed_on
 from soft_gripper.runs.scores.grasp import Grasp
 from soft_gripper.runs.scores.poses import held_samples, recorded_pose_table
-from soft_gripper.runs.scores.recorded_grasps import objects_of, recorded_grasp
+from soft_gripper.runs.scores.recorded_grasps import RecordedObject, objects_of, recorded_grasp
 from soft_gripper.runs.scores.recorded_slips import recorded_slip
 from soft_gripper.runs.scores.recorded_task import Judged, judged
 from soft_gripper.runs.scores.slipping import Slip
@@ -98,17 +98,19 @@ def measure(station: Station, recording: Recording, own: Sequence[str] = ()) -> 
     Raises:
         InputError: if a user measure fails, or does not return a single value.
     """
-    of_kind: dict[type[Any], Callable[[Station, Recording], Any]] = {
-        OpenLoop: _open_loop,
-        ClosedLoop: _closed_loop,
-        Task: _task,
-        Judged: judged,
-        Grasp: _grasp,
-        Slip: _slip,
+    # The object of the task, or the first free model.
+    held = [RecordedObject(station, recording, name) for name in objects_of(station)[:1]]
+    of_kind: dict[type[Any], Callable[[], Any]] = {
+        OpenLoop: lambda: _open_loop(station, recording),
+        ClosedLoop: lambda: _closed_loop(station, recording),
+        Task: lambda: Task(outcome(recording).words, float(recording.values("time")[-1])),
+        Judged: lambda: judged(station, recording),
+        Grasp: lambda: recorded_grasp(*held)[0],
+        Slip: lambda: recorded_slip(*held),
     }
     found: dict[str, Any] = {}
     for kind in kind_of(station.scenario):
-        found |= asdict(of_kind[kind](station, recording))
+        found |= asdict(of_kind[kind]())
     return found | {column_of(name): _own_measure(name, station, recording) for name in own}
 
 
@@ -125,19 +127,6 @@ def _own_measure(name: str, station: Station, recording: Recording) -> Any:
     if not isinstance(value, Real | str):
         raise InputError("sweep", OPTION, name, f"returned {type(found).__name__}; return a number or a string")
     return value
-
-
-def _task(station: Station, recording: Recording) -> Task:
-    return Task(outcome(recording).words, float(recording["time"].values[-1]))
-
-
-def _grasp(station: Station, recording: Recording) -> Grasp:
-    """The grasp of the object of the task, or of the first free model."""
-    return recorded_grasp(station, recording, objects_of(station)[0])[0]
-
-
-def _slip(station: Station, recording: Recording) -> Slip:
-    return recorded_slip(station, recording, objects_of(station)[0])
 
 
 def _open_loop(station: Station, recording: Recording) -> OpenLoop:

@@ -6,7 +6,7 @@ import pytest
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.runs.scores.grasp import DROPPED, HELD, RESTING
-from soft_gripper.runs.scores.recorded_grasps import judged_samples, recorded_grasp
+from soft_gripper.runs.scores.recorded_grasps import RecordedObject, judged_samples, recorded_grasp
 from soft_gripper.runs.scores.recorded_slips import recorded_slip, sliding_speeds
 from soft_gripper.runs.scores.slipping import (
     WILL_HOLD,
@@ -79,14 +79,14 @@ def slippery():
 
 def test_a_slippery_bottle_slips_as_it_is_lifted(slippery):
     station, recording = slippery
-    slip = recorded_slip(station, recording, "bottle")
+    slip = recorded_slip(RecordedObject(station, recording, "bottle"))
     lift = float(recording["time"].values[np.argmax(recording["task.phase"].values == 1)])
     assert slip.predicted == WILL_SLIP
     assert slip.slips_in == "lift"
     assert 0 <= slip.slips_s - lift < 0.2
     assert slip.slips_on == "left_finger and right_finger"
     assert slip.slips_s < slip.lost_s < recording["time"].values[-1]
-    assert recorded_grasp(station, recording, "bottle")[0].grasp == DROPPED
+    assert recorded_grasp(RecordedObject(station, recording, "bottle"))[0].grasp == DROPPED
 
 
 def test_while_the_bottle_stands_the_fingers_slide_as_fast_as_they_are_lifted(slippery):
@@ -102,9 +102,9 @@ def test_while_the_bottle_stands_the_fingers_slide_as_fast_as_they_are_lifted(sl
 
 @pytest.mark.parametrize(("share", "held"), [(0.97, False), (1.03, True)])
 def test_the_least_friction_of_the_object_holds_it_and_less_does_not(slippery, share, held):
-    least = recorded_slip(*slippery, "bottle").least_object_friction
+    least = recorded_slip(RecordedObject(*slippery, "bottle")).least_object_friction
     station, recording = lifted(share * least)
-    slip = recorded_slip(station, recording, "bottle")
-    assert (recorded_grasp(station, recording, "bottle")[0].grasp == HELD) is held
+    slip = recorded_slip(RecordedObject(station, recording, "bottle"))
+    assert (recorded_grasp(RecordedObject(station, recording, "bottle"))[0].grasp == HELD) is held
     assert slip.predicted == (WILL_HOLD if held else WILL_SLIP)
     assert np.isnan(slip.slips_s) == held
