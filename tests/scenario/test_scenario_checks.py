@@ -31,7 +31,7 @@ RANGES = {
         TaskConfig.force_limit TaskConfig.squeeze_limit SensorConfig.period EstimatorConfig.contact_threshold
         StrainErrorsConfig.creep_time StrainErrorsConfig.correlation_time StrainErrorsConfig.quantization
         UncertaintyConfig.reading UncertaintyConfig.load_pressure UncertaintyConfig.largest_force
-        UncertaintyConfig.friction
+        UncertaintyConfig.friction Scenario.engine_step
         plant_config.penetration_allowance plant_config.stiction_tolerance simulator_config.max_step_size
         visualization.publish_period""",
     "at least 0": """

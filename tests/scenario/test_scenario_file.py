@@ -214,7 +214,7 @@ def test_one_of_everything_sets_every_field():
     scenario = load_scenario(EVERYTHING)
     given_by_phases, of_contact = {"control.set_points", "external"}, {"estimator.compensate_gravity"}
     beside_torque, beside_one_side = {"control.force_limit"}, {"sensor.layout", "sensor.paths"}
-    of_soft, of_drake = {"task.squeeze_limit"}, {"directives", "visualization", "engine"}
+    of_soft, of_drake = {"task.squeeze_limit"}, {"directives", "visualization", "engine", "engine_step"}
     left_out = given_by_phases | of_contact | beside_torque | beside_one_side | of_soft | of_drake
     assert changed(scenario, default) == core_leaves(default) - NO_CHOICE - left_out
     # What this scenario, with contact at points, does not have.
