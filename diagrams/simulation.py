@@ -192,14 +192,16 @@ def run_many(scenarios: Sequence[Scenario], described: bool = True) -> Iterator[
 
 
 def engine_step(scenario: Scenario) -> float | None:
-    """The longest step, s, of the engine that simulates a scenario, for runs of it with changes; None: there is none.
+    """The longest step, s, of the engine that simulates a scenario, for runs of it with changes; None: there is none,
+    or it cannot be run itself.
 
     Raises:
         InputError: if the engine cannot simulate the scenario.
     """
     if scenario.engine == DRAKE or scenario.engine_step is not None:
         return scenario.engine_step
-    return registered("ENGINE_STEPS")[scenario.engine](scenario)
+    steps = registered("ENGINE_STEPS")
+    return steps[scenario.engine](scenario) if scenario.engine in steps else None
 
 
 def _run(scenario: Scenario, described: bool) -> Run | Exception:

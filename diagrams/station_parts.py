@@ -7,6 +7,7 @@ from pydrake.geometry import SceneGraph
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Context, Diagram, InputPort, OutputPort, System
 
+from soft_gripper.arrays import Array
 from soft_gripper.control.couplings import Mimic
 from soft_gripper.control.task import TaskMachine
 from soft_gripper.diagrams.arm import Arm
@@ -65,8 +66,8 @@ class StationParts:
         check_starts_apart(diagram, self.scene_graph)
         self.check_task(diagram)
 
-    def check_task(self, diagram: Diagram) -> None:
-        """Checks, in the built diagram, the paths of a task for collisions.
+    def check_task(self, diagram: Diagram, begin: Array | None = None) -> None:
+        """Checks, in the built diagram, the paths of a task for collisions; `begin` as for `check_paths`.
 
         Raises:
             InputError: if a motion of a task collides, or an object that does not give way has a limit of its squeeze.
@@ -76,7 +77,7 @@ class StationParts:
             expected = f"leave it out: '{task.object}' is rigid"
             raise InputError("task", "squeeze_limit", task.squeeze_limit, expected)
         if task is not None and self.task is not None and self.arm is not None:
-            check_paths(diagram, self.plant, self.scene_graph, models, self.arm, task, self.task.phases)
+            check_paths(diagram, self.plant, self.scene_graph, models, self.arm, task, self.task.phases, begin)
 
 
 @dataclass(frozen=True)

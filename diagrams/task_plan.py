@@ -124,11 +124,13 @@ def check_paths(
     arm: Arm,
     task: TaskConfig,
     phases: Sequence[Phase],
+    begin: Array | None = None,
 ) -> None:
     """Checks the arm, the gripper and, while it is held, the object for collisions along all motions of a task.
 
     The fingers are straight. The object is at its reported pose until it is grasped, then at its planned pose in the
-    fingers; during a rescue its pose is unknown. A soft object, which gives way, is not checked.
+    fingers; during a rescue its pose is unknown. A soft object, which gives way, is not checked. Others stay where they
+    are in the positions `begin`, (nq,); None: in those of the plant.
 
     Raises:
         InputError: naming the phase, the colliding bodies, and the place.
@@ -138,7 +140,7 @@ def check_paths(
     tool, root = own_frame(plant, arm.tool_model, "models"), diagram.CreateDefaultContext()
     for i, phase in enumerate(phases):
         postures = _postures(phase)
-        positions = _positions(plant, arm, task, tool, postures, _place(models, task, i))
+        positions = _positions(plant, arm, task, tool, postures, _place(models, task, i), begin)
         held = {body.index() for body in _object_bodies(plant, task)} if phase.holds else set()
         collision = first_collision(root, plant, scene_graph, robot | held, positions)
         if collision is not None:
@@ -183,9 +185,12 @@ def _positions(
     tool: Frame,
     postures: Array,
     X_WO: RigidTransform | None,
+    begin: Array | None,
 ) -> Array:
     """Positions of the whole plant at postures (K, n) of the arm, (K, nq)."""
     context = plant.CreateDefaultContext()
+    if begin is not None:
+        plant.SetPositions(context, begin)
     X_GO = task.X_OG.GetDeterministicValue().inverse()
     positions = []
     for posture in postures:

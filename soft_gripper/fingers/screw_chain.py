@@ -1,7 +1,7 @@
 """A finger in its plant as screws: where its links are in its base, at many states at once.
 
 The plant itself is asked once, for the screw axis of every joint on the way from a finger's base to its tip, and
-whatever joints these are. All samples are then computed at once, by the product of exponentials (Lynch and Park,
+these may turn or slide. All samples are then computed at once, by the product of exponentials (Lynch and Park,
 Modern Robotics, section 4.1).
 """
 

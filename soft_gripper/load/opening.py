@@ -117,6 +117,7 @@ class GripperOpening(LeafSystem):
 
 
 _POINTS = 4  # on the inner surface, for every segment
+_AT_ONCE = 256  # samples of which all pairs of points are compared at once, 20 kB each
 _ROUNDS = 4  # over all fingers, in search of the narrowest point
 
 
@@ -147,10 +148,12 @@ def narrowest(curves: Sequence[Array]) -> Array:
     Compares all pairs of two curves. Of more it looks at points that lie equally far along them, and from the best of
     these moves one point at a time.
     """
-    if len(curves) == 2:
-        return _gap(*curves)
     shape = curves[0].shape[:-2]
     flat = [curve.reshape(-1, *curve.shape[-2:]) for curve in curves]
+    if len(curves) == 2:
+        parts = range(0, len(flat[0]), _AT_ONCE)
+        found = [_gap(*(curve[first : first + _AT_ONCE] for curve in flat)) for first in parts]
+        return np.concatenate([np.empty(0), *found]).reshape(shape)
     return np.array([_narrowest_of_many(each) for each in zip(*flat, strict=True)]).reshape(shape)
 
 

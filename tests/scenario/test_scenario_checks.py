@@ -31,7 +31,7 @@ RANGES = {
         TaskConfig.force_limit TaskConfig.squeeze_limit SensorConfig.period EstimatorConfig.contact_threshold
         StrainErrorsConfig.creep_time StrainErrorsConfig.correlation_time StrainErrorsConfig.quantization
         UncertaintyConfig.reading UncertaintyConfig.load_pressure UncertaintyConfig.largest_force
-        UncertaintyConfig.friction Scenario.engine_step
+        UncertaintyConfig.friction
         plant_config.penetration_allowance plant_config.stiction_tolerance simulator_config.max_step_size
         visualization.publish_period""",
     "at least 0": """
@@ -52,6 +52,7 @@ RANGES = {
         StrainErrorsConfig.creep StrainErrorsConfig.dropout visualization.initial_proximity_alpha""",
     "at least 0 and below 1": "UncertaintyConfig.nearest_contact",
     "at least 0 and at most 0.1": "StrainErrorsConfig.hysteresis",
+    "at least 1e-05 and at most 0.1": "Scenario.engine_step",
     "at least 1e-09": "simulator_config.accuracy",
     "at least -101325": "PressureConfig.minimum",  # a vacuum
     "at least -1000 and at most 1000": "SensorPathConfig.x_slope SensorPathConfig.y_slope",

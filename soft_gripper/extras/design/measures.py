@@ -4,6 +4,7 @@ Each is a function of a station and its recording, as a user's own measure of a 
 """
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from soft_gripper.extras.grasps.strength import LOADS, Shake, strength_in
 from soft_gripper.runs.scores.grasp import last
 from soft_gripper.runs.scores.recorded_grasps import objects_of
 from soft_gripper.scenario.scenario_file import dump_scenario
+from soft_gripper.scenario.schema import DRAKE
 from soft_gripper.scenario.sensor_presets import sensor_layout
 
 
@@ -45,8 +47,12 @@ def sensors(station: Station, recording: Recording) -> int:
 
 
 def strength_n(station: Station, recording: Recording) -> float:
-    """The least force that takes the object out of the grasp, of six directions, N; see `runs/strength.py`."""
-    text, held = dump_scenario(station.scenario), objects_of(station)[0]
+    """The least force that takes the object out of the grasp, of six directions, N; see `runs/strength.py`.
+
+    The loads are put on in Drake, whatever the engine of the scenario.
+    """
+    in_drake = replace(station.scenario, engine=DRAKE, engine_step=None)
+    text, held = dump_scenario(in_drake), objects_of(station)[0]
     forces = [number for number, load in enumerate(LOADS) if not load.is_torque]
     return min(strength_in(text, held, number, Shake()).strength for number in forces)
 

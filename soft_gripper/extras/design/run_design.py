@@ -28,7 +28,7 @@ from soft_gripper.extras.design.walls import least_wall
 from soft_gripper.registry import Registry
 from soft_gripper.runs.scores.grasp import HELD
 from soft_gripper.runs.sweep.measures import column_of, kind_of, names_of
-from soft_gripper.runs.sweep.run_sweep import ERROR, Axis, ScenarioRuns, Work, measured_runs, with_engine_step
+from soft_gripper.runs.sweep.run_sweep import ERROR, Axis, ScenarioRuns, Work, engine_step_of, measured_runs
 from soft_gripper.scenario.model_files import mounted_fingers
 from soft_gripper.scenario.scenario_file import changed_scenario, dump_scenario
 
@@ -173,13 +173,14 @@ class _Runs(ScenarioRuns):
         self._searched, self._tested = _all_cases(study)
         self._own = own_measures(study)
         _check(study, [*self._searched, *self._tested])
-        self._fixed = with_engine_step(study.scenario, study.fixed, executor)
-        self._scenario = scenario = changed_scenario(study.scenario, self._fixed)
-        measures = names_of(kind_of(scenario), list(self._own.values()))
+        measures = names_of(kind_of(changed_scenario(study.scenario, study.fixed)), list(self._own.values()))
         _check_measures(study, measures)
         drawn = dict.fromkeys(key for case in (*self._searched, *self._tested) for key in case.changes)
         varied = dict.fromkeys((*(axis.key for axis in study.axes), *drawn))
         super().__init__(out, TABLE, ABOUT, [STAGE, DESIGN, OBJECT, DRAW], [*varied, *measures])
+        first = {**study.fixed, **self._searched[0].changes}
+        self._fixed = {**study.fixed, **engine_step_of(study.scenario, first, executor)}
+        self._scenario = scenario = changed_scenario(study.scenario, self._fixed)
         self.begin(_about(study, dump_scenario(scenario)), resume)
         self.order: list[tuple[str, ...]] = []
 

@@ -43,7 +43,7 @@ from soft_gripper.runs.scores.recorded_task import (
     yaw,
 )
 from soft_gripper.runs.study import StudyTables, describe
-from soft_gripper.runs.sweep.run_sweep import with_engine_step
+from soft_gripper.runs.sweep.run_sweep import engine_step_of
 from soft_gripper.scenario.scenario_file import changed_scenario, dump_scenario, load_scenario
 from soft_gripper.scenario.schema import Scenario
 
@@ -169,7 +169,7 @@ def run_trials(
         out, ABOUT, {table: [*KEYS, *columns(part)] for table, part in zip(TABLES, PARTS, strict=True)}, len(KEYS)
     )
     of_engine = {} if engine is None else {"engine": engine}
-    changes = {file: with_engine_step(file, of_engine, executor) for file in files}
+    changes = {file: of_engine | engine_step_of(file, of_engine, executor) for file in files}
     tables.begin(_about(changes, seed), resume)
     for suffix in (".png", ".svg"):  # figures of fewer trials
         (out / FIGURE).with_suffix(suffix).unlink(missing_ok=True)
@@ -201,8 +201,6 @@ def run_trials(
 
 
 Batch = tuple[tuple[str, str], ...]  # keys of trials that are run together
-
-
 Changes = Mapping[str, Any]  # of a scenario, by dotted keys
 
 
@@ -240,12 +238,6 @@ def trials_together(file: str, seed: int, numbers: Sequence[int], changes: Chang
             found.append(_failed(file, seed, number, describe(run)))
         else:
             found.append(judge(file, seed, number, run.station, run.recording))
-    return found
-
-
-def run_trial(file: str, seed: int, trial: int) -> Trial:
-    """Runs one trial; the result of one that fails has its cause."""
-    (found,) = trials_together(file, seed, [trial], {})
     return found
 
 

@@ -4,7 +4,6 @@ Observations and rewards are those of `SoftGripperEnv`, by the same blocks and f
 leading axis. MuJoCo takes contact at points, as the shipped scenes do in Drake.
 """
 
-import math
 from collections.abc import Mapping, Sequence
 from copy import deepcopy
 from dataclasses import replace
@@ -35,15 +34,13 @@ from soft_gripper.extras.learning.station import (
 )
 from soft_gripper.extras.learning.tasks import Judgement, grasp_judgement, pick_place_judgement
 from soft_gripper.extras.mujoco_engine.blocks import Rows, together
+from soft_gripper.extras.mujoco_engine.engine import LONGEST_STEP, dividing_step
 from soft_gripper.extras.mujoco_engine.network import Network
 from soft_gripper.extras.mujoco_engine.normal_forces import NormalForces
 from soft_gripper.extras.mujoco_engine.plants import Exported, Plants, in_mujoco
 from soft_gripper.extras.mujoco_engine.variation import Variation, begin, varied
 from soft_gripper.scenario.schema import Scenario
 from soft_gripper.sensors.sensor_block import SensorBlock
-
-# s, of MuJoCo: forces and heights are within 1 % of those in Drake.
-LONGEST_STEP = 0.005
 
 
 class SoftGripperVectorEnv(VectorEnv[Any, Any, Any]):
@@ -131,12 +128,12 @@ class _Stations:
         self._learning, self._station = learning[0], stations[0]
         self._period, self._plant_step = scenario.sensor.period, self._station.plant.time_step()
         self._check(scenario)
-        self._substeps = math.ceil(self._plant_step / LONGEST_STEP - 1e-9)
+        step = dividing_step(self._plant_step, scenario.engine_step or LONGEST_STEP)
+        self._substeps = round(self._plant_step / step)
         handled = config.grasp or config.pick_place
         assert handled is not None
         assert self._learning.object is not None
         self._name, self._body = handled.object, self._learning.object
-        step = self._plant_step / self._substeps
         self._sensors = NormalForces(self._station)
         exported = [in_mujoco(each, step, [self._name], self._sensors) for each in stations]
         turns = np.arange(count) % len(stations)

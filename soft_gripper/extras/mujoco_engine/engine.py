@@ -82,16 +82,16 @@ def run_many(scenarios: Sequence[Scenario], described: bool = True) -> Iterator[
     yield from (found[i] for i in range(len(scenarios)))
 
 
-def suited_step(scenario: Scenario) -> float:
-    """The longest step, s, of which half changes a run of a scenario by little.
+def suited_step(scenario: Scenario) -> float | None:
+    """The longest step, s, of which half changes a run of a scenario by little; None: it cannot be run.
 
     Raises:
-        InputError: as `run_many`, or if the scenario cannot be simulated in MuJoCo.
+        InputError: as `run_many`.
     """
     _check_installed()
     served = _serve(scenario, content, Diagram.CreateDefaultContext)
     if isinstance(served, Exception):
-        raise served
+        return None
     return _chosen_step([served], _Models([served]))[0]
 
 
@@ -120,7 +120,7 @@ def _serve(scenario: Scenario, content_of: Content, context_of: Callable[[Diagra
             _check_begin(station, of, context_of(station.diagram))
         parts = replace(station.parts, scenario=scenario, masses=of.masses, frictions=of.frictions)
         if of.poses or scenario.task != station.scenario.task:
-            _plan_anew(parts, station.diagram)
+            _plan_anew(parts, station.diagram, begin(station.plant, of))
     except InputError as error:
         return error
     return Served(replace(station, parts=parts), of)
@@ -132,12 +132,15 @@ def _check_begin(station: Station, of: Variation, context: Context) -> None:
     check_starts_apart(station.diagram, station.parts.scene_graph, context)
 
 
-def _plan_anew(parts: StationParts, diagram: Diagram) -> None:
-    """Plans the task of a scenario for its own places, and checks it, as a station that is built does for itself."""
+def _plan_anew(parts: StationParts, diagram: Diagram, positions: Array) -> None:
+    """Plans the task of a scenario for its own places, and checks it, as a station that is built does for itself.
+
+    `positions` are those in which a run begins.
+    """
     task, arm, period = parts.scenario.task, parts.arm, parts.scenario.sensor.period
     if task is not None and arm is not None:
         parts.task = planned_task(task, parts.scenario.models, arm, period)
-        parts.check_task(diagram)
+        parts.check_task(diagram, positions)
 
 
 def _built(scenario: Scenario) -> Station:
@@ -184,15 +187,15 @@ def _step_of(served: Sequence[Served], models: "_Models") -> tuple[float, str]:
     """The step of runs of one structure, and how it was chosen."""
     station = served[0].station
     if station.scenario.engine_step is not None:
-        step = _dividing(station.plant.time_step(), station.scenario.engine_step)
+        step = dividing_step(station.plant.time_step(), station.scenario.engine_step)
         return step, f"{1e3 * step:g} ms"
     step, change = _chosen_step([served[i] for i in _evenly(len(served))], models)
     return step, f"{1e3 * step:g} ms; {change.words}"
 
 
-def _dividing(plant_step: float, longest: float) -> float:
+def dividing_step(plant_step: float, longest: float) -> float:
     """The longest step up to one that divides the step of Drake's plant."""
-    return plant_step / math.ceil(plant_step / longest - 1e-9)
+    return plant_step / max(1, math.ceil(plant_step / longest - 1e-9))
 
 
 def _evenly(count: int) -> list[int]:
@@ -224,7 +227,7 @@ class Change(NamedTuple):
 
 def _chosen_step(served: Sequence[Served], models: "_Models") -> tuple[float, Change]:
     """The longest step of which half changes where some runs end by little, and by how much; the runs log nothing."""
-    step = _dividing(served[0].station.plant.time_step(), LONGEST_STEP)
+    step = dividing_step(served[0].station.plant.time_step(), LONGEST_STEP)
     known: list[list[_End]] = []  # of all runs with each step
     while True:
         steps = [step, step / 2][len(known) :]

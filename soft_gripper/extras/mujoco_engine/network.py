@@ -326,7 +326,10 @@ class Network:
         return any(isinstance(each[0], MultibodyPlant) or self._valid_for(each) == _STEP for each in fed)
 
     def _is_unforeseen(self, output: Output) -> bool:
-        """Whether a value changes between samples with the states of the plants, or in a block that keeps it."""
+        """Whether a value changes between samples with the states of the plants, or in a block that keeps it.
+
+        Values that are held for a sample are foreseen.
+        """
         leaf, number = output
         if isinstance(leaf, MultibodyPlant):
             return True

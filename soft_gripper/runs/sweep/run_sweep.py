@@ -437,8 +437,6 @@ def run_sweep(
     check_keys(scenario, fixed, points)
     if scenario.endswith((".yaml", ".yml")):
         scenario = str(Path(scenario).resolve())  # workers may have other working folders
-    if ENGINE_STEP not in keys:
-        fixed = with_engine_step(scenario, fixed, executor)
     base = changed_scenario(scenario, fixed)
     names = names_of(kind_of(base), own)
     if check_step and base.plant_config.time_step == 0:
@@ -449,6 +447,11 @@ def run_sweep(
         if [NUMBER, *columns, ERROR].count(column := column_of(name)) > 1:
             raise InputError("sweep", OPTION, name, f"there is already a column '{column}'; rename the function")
     runs = ScenarioRuns(out, TABLE, ABOUT, [NUMBER], columns)
+    if ENGINE_STEP not in keys:
+        others = [point for point in points if point.get("engine", DRAKE) != DRAKE]
+        engine = {"engine": others[0]["engine"]} if others else {}
+        fixed |= engine_step_of(scenario, fixed | engine, executor)
+        base = changed_scenario(scenario, fixed)
     runs.begin(_about(scenario, dump_scenario(base), points, [*own, *checked]), resume)
     changes: dict[tuple[str, ...], Mapping[str, Any]] = {
         (str(number),): fixed | point for number, point in enumerate(points)
@@ -460,16 +463,19 @@ def run_sweep(
     return [runs.row(key) for key in changes]
 
 
-def with_engine_step(scenario: str, changes: Mapping[str, Any], executor: Executor) -> dict[str, Any]:
-    """Changes of a scenario, and the step of its engine, which suits the scenario, so that all runs of it have one.
+def engine_step_of(scenario: str, changes: Mapping[str, Any], executor: Executor) -> dict[str, float]:
+    """The change that gives all runs of a study the step that suits a scenario with changes; none in Drake.
+
+    Nor is there one if the scenario has a step, or cannot be run itself: runs choose their own then.
 
     Raises:
         InputError: as `engine_step`.
     """
     base = changed_scenario(scenario, changes)
     if base.engine == DRAKE or base.engine_step is not None:
-        return dict(changes)
-    return {**changes, ENGINE_STEP: executor.submit(_engine_step, scenario, changes).result()}
+        return {}
+    step = executor.submit(_engine_step, scenario, changes).result()
+    return {} if step is None else {ENGINE_STEP: step}
 
 
 def _engine_step(scenario: str, changes: Mapping[str, Any]) -> float | None:

@@ -10,7 +10,7 @@ from soft_gripper.extras.design import measures
 from soft_gripper.extras.design.measures import force_error_n, sensors, strength_n
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.models import DIRECTORY
-from soft_gripper.scenario.schema import EstimatorConfig, SensorConfig
+from soft_gripper.scenario.schema import DRAKE, Scenario, SensorConfig
 
 FINGERS = expand_urdf(DIRECTORY / "grippers/two_finger.urdf").fingers
 
@@ -24,7 +24,7 @@ class FakeRecording(dict):
 
 
 def station(**sensor):
-    scenario = SimpleNamespace(sensor=SensorConfig(**sensor), estimator=EstimatorConfig())
+    scenario = Scenario(sensor=SensorConfig(**sensor), engine="mujoco")
     return SimpleNamespace(scenario=scenario, fingers=[SimpleNamespace(name=f.name, finger=f) for f in FINGERS])
 
 
@@ -54,11 +54,12 @@ def test_sensors_of_all_fingers_are_counted(sensor, count):
     assert sensors(station(**sensor), FakeRecording()) == count
 
 
-def test_strength_is_the_least_of_six_forces(monkeypatch):
-    strengths = [3.0, 2.5, 0.9, 1.1, 4.0, 5.0]
-    monkeypatch.setattr(measures, "dump_scenario", lambda scenario: "")
+def test_strength_is_the_least_of_six_forces_in_drake(monkeypatch):
+    strengths, loaded = [3.0, 2.5, 0.9, 1.1, 4.0, 5.0], []
+    monkeypatch.setattr(measures, "dump_scenario", lambda scenario: loaded.append(scenario.engine))
     monkeypatch.setattr(measures, "objects_of", lambda station: ["bottle"])
     monkeypatch.setattr(
         measures, "strength_in", lambda text, held, number, shake: SimpleNamespace(strength=strengths[number])
     )
     assert strength_n(station(), FakeRecording()) == 0.9
+    assert loaded == [DRAKE]

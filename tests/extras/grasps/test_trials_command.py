@@ -19,7 +19,7 @@ from refusals import refusal
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.extras.grasps.adds import TrialsConfig
 from soft_gripper.extras.grasps.trial import draw, random_numbers
-from soft_gripper.extras.grasps.trials import run_trial
+from soft_gripper.extras.grasps.trials import trials_together
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 
 COMMAND = [*LISTENING, "study", "grasp-trials"]
@@ -87,7 +87,7 @@ def test_a_trial_alone_places_the_box_and_keeps_what_it_takes_to_look_into_it(sc
 def test_trials_in_processes_are_the_same_as_here_one_by_one(scenario, tmp_path):
     file = scenario(BRIEF)
     done = soft_gripper("study", "grasp-trials", "--scenario", file, "--trials", "3", "--jobs", "2", "--out", tmp_path)
-    here = [run_trial(str(file), 1, trial) for trial in (2, 0, 1)]
+    here = [trials_together(str(file), 1, [trial], {})[0] for trial in (2, 0, 1)]
     found = records(tmp_path / "trials.csv")
     assert [list(record.values()) for record in found] == [here[i].rows[0] for i in (1, 2, 0)]
     cause = found[2]["cause"]

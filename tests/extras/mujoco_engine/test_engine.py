@@ -1,7 +1,11 @@
 """Scenarios run in MuJoCo, beside Drake."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from pydrake.common.schema import Transform
+from pydrake.math import RigidTransform
 
 from soft_gripper.diagrams.simulation import run_many, simulate
 from soft_gripper.errors import InputError
@@ -67,6 +71,24 @@ def test_a_task_is_planned_for_its_own_places_in_the_station_of_another():
         found.append(run.recording["task.desired_state"].values)
         assert len(engine._stations) == 1
     assert np.array_equal(*found)
+
+
+def test_a_task_in_the_station_of_another_is_checked_for_its_own_objects():
+    """A second box stands where the arm lowers the first one, or beside it."""
+
+    def with_other_at(y):
+        base = changed_scenario("pick_and_place_box", {"task.time_limit": 0.1, "engine_step": 0.005} | ENGINE)
+        box = next(model for model in base.models if model.name == "box")
+        goal = base.task.X_WGoal.GetDeterministicValue()
+        place = RigidTransform(goal.translation() + np.array([0.0, y, 0.0]))
+        base.models.append(replace(box, name="other", X_PC=Transform(place)))
+        return base
+
+    for first, then in ((0.0, 0.3), (0.3, 0.0)):
+        engine._stations.clear()
+        runs = dict(zip((first, then), run_many([with_other_at(first), with_other_at(then)]), strict=True))
+        assert "collides" in str(runs[0.0])
+        assert not isinstance(runs[0.3], Exception)
 
 
 def test_a_step_that_is_given_is_in_use():

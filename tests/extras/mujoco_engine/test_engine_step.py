@@ -4,7 +4,7 @@ import pytest
 from here_executor import HereExecutor
 
 from soft_gripper.extras.mujoco_engine import engine
-from soft_gripper.runs.sweep.run_sweep import with_engine_step
+from soft_gripper.runs.sweep.run_sweep import engine_step_of
 
 ENGINE = {"engine": "mujoco"}
 
@@ -24,11 +24,11 @@ def suited(monkeypatch):
 
 def test_the_step_suits_the_scenario_with_what_all_runs_change(suited):
     fixed = ENGINE | {"sensor.period": 0.02}
-    assert with_engine_step("free_bending", fixed, HereExecutor()) == fixed | {"engine_step": 0.0025}
+    assert engine_step_of("free_bending", fixed, HereExecutor()) == {"engine_step": 0.0025}
     assert [scenario.sensor.period for scenario in suited] == [0.02]
 
 
 @pytest.mark.parametrize("fixed", [{}, ENGINE | {"engine_step": 0.001}])
 def test_no_step_is_chosen_in_drake_or_if_one_is_given(suited, fixed):
-    assert with_engine_step("free_bending", fixed, HereExecutor()) == fixed
+    assert engine_step_of("free_bending", fixed, HereExecutor()) == {}
     assert not suited

@@ -27,7 +27,7 @@ from soft_gripper.files.row_table import print_table
 from soft_gripper.pictures.style import save_figure
 from soft_gripper.runs.agreement import Agreement, chosen
 from soft_gripper.runs.executor import open_executor
-from soft_gripper.runs.sweep.run_sweep import agreement_with_drake
+from soft_gripper.runs.sweep.run_sweep import ERROR, agreement_with_drake
 from soft_gripper.scenario.scenario_file import changed_scenario, files_read
 from soft_gripper.scenario.schema import DRAKE
 
@@ -37,9 +37,9 @@ _SHOWN = 5  # designs of the front
 
 def run(options: argparse.Namespace) -> int:
     """Runs the command; fails if no design is allowed."""
-    study = load_design_study(options.study)
+    loaded = study = load_design_study(options.study)
     if options.engine is not None:
-        study = replace(study, fixed={**study.fixed, "engine": options.engine})
+        study = replace(loaded, fixed={**loaded.fixed, "engine": options.engine})
     scenario = changed_scenario(study.scenario, study.fixed)
     written = [TABLE, *(f"{BEST}/{name}" for name in design_files(scenario))]
     lock_folder(options.out, written, [options.study, *files_read(study.scenario, scenario)])
@@ -54,7 +54,7 @@ def run(options: argparse.Namespace) -> int:
     save_figure(design_figure(found), options.out / FIGURE)
     files += [options.out / f"{FIGURE}{suffix}" for suffix in (".png", ".svg")]
     if found.best is not None:
-        files += write_design(study, found.designs[found.best].values, options.out / BEST)
+        files += write_design(loaded, found.designs[found.best].values, options.out / BEST)
     _print(found, minutes, options.jobs)
     if agreed:
         print_agreement(agreed, options.console, options.out)
@@ -67,7 +67,7 @@ def run(options: argparse.Namespace) -> int:
 
 def _in_drake(found: Designed, checked: int, executor: Executor) -> list[Agreement]:
     """How runs of the test in another engine agree with some of them in Drake, if that is asked for."""
-    study, runs = found.study, tested_runs(found)
+    study, runs = found.study, [each for each in tested_runs(found) if each[0][ERROR] == ""]
     picked = [runs[i] for i in chosen(len(runs), checked, study.config.seed)]
     changes = [{**each, "engine": DRAKE} for _, each in picked]
     rows, own = [row for row, _ in picked], [*own_measures(study).values()]
