@@ -115,7 +115,7 @@ def test_an_entry_of_a_list_is_counted_or_named():
 
 def test_a_scenario_that_is_changed_changes_no_other():
     scenario = load_scenario("box_grasp")
-    scenario.models[2].X_PC.translation[0] = 1.0
+    scenario.models[2].X_PC.translation = [1.0, 0.0, 0.0]
     scenario.plant_config.time_step = scenario.sensor.period = 1.0
     again = load_scenario("box_grasp")
     assert again.models[2].X_PC.translation[0] == 0.0
