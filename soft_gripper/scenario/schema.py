@@ -533,7 +533,7 @@ class Scenario(ByValue):
     # What simulates the plant; engines other than Drake let fingers touch at points, whatever `contact` says.
     engine: str = quantity(DRAKE, known=engines)
     # The longest step of an engine other than Drake; None: the longest that is short enough for the scenario
-    engine_step: float | None = quantity(None, "s", least=1e-5, most=0.1)
+    engine_step: float | None = quantity(None, "s", least=1e-5)
     # What Meshcat shows besides the view that is always drawn, and mouse springs; None: nothing
     visualization: VisualizationConfig | None = field(default=None, metadata=valid(parts=_VISUALIZATION))
     # How fingers touch other bodies: over the surface of their links, or at points of it, which is faster; see

@@ -52,7 +52,7 @@ RANGES = {
         StrainErrorsConfig.creep StrainErrorsConfig.dropout visualization.initial_proximity_alpha""",
     "at least 0 and below 1": "UncertaintyConfig.nearest_contact",
     "at least 0 and at most 0.1": "StrainErrorsConfig.hysteresis",
-    "at least 1e-05 and at most 0.1": "Scenario.engine_step",
+    "at least 1e-05": "Scenario.engine_step",
     "at least 1e-09": "simulator_config.accuracy",
     "at least -101325": "PressureConfig.minimum",  # a vacuum
     "at least -1000 and at most 1000": "SensorPathConfig.x_slope SensorPathConfig.y_slope",
