@@ -116,12 +116,12 @@ def test_trials_that_were_cut_short_go_on_to_the_same_tables(executor, tmp_path,
         (cut / table).write_text("".join(lines[: 1 + kept]))
     executor.calls.clear()
     run_trials(NAMES, 3, 1, cut, executor, lambda trial: None, resume=True)
-    assert executor.calls == [(NAMES[1], 1, [0], None), (NAMES[1], 1, [1], None), (NAMES[1], 1, [2], None)]
+    assert executor.calls == [(NAMES[1], 1, [0], {}), (NAMES[1], 1, [1], {}), (NAMES[1], 1, [2], {})]
     for table in ("trials.csv", "trials_details.csv", "trials_grasps.csv"):
         assert (cut / table).read_bytes() == (whole / table).read_bytes()
     executor.calls.clear()
     run_trials(NAMES, 4, 1, cut, executor, lambda trial: None, resume=True)
-    assert executor.calls == [(NAMES[0], 1, [3], None), (NAMES[1], 1, [3], None)]
+    assert executor.calls == [(NAMES[0], 1, [3], {}), (NAMES[1], 1, [3], {})]
     with refused("--resume"):
         run_trials(NAMES, 3, 2, cut, executor, lambda trial: None, resume=True)
 
@@ -140,7 +140,7 @@ def test_a_trial_whose_number_was_changed_is_run_again(executor, tmp_path, caplo
         (tmp_path / table).write_text("".join(lines))
     executor.calls.clear()
     run_trials(NAMES, 2, 1, tmp_path, executor, lambda trial: None, resume=True)
-    assert executor.calls == [(NAMES[1], 1, [0], None), (NAMES[0], 1, [1], None)]
+    assert executor.calls == [(NAMES[1], 1, [0], {}), (NAMES[0], 1, [1], {})]
     assert "2 rows" in caplog.text
     for table, text in whole.items():
         assert (tmp_path / table).read_text() == text
@@ -180,7 +180,7 @@ def test_a_number_that_was_changed_in_either_table_is_not_believed(table, execut
     (tmp_path / table).write_text("".join([header, ",".join(cells), *others]))
     executor.calls.clear()
     run_trials(NAMES, 2, 1, tmp_path, executor, lambda trial: None, resume=True)
-    assert executor.calls == [(NAMES[0], 1, [0], None)]
+    assert executor.calls == [(NAMES[0], 1, [0], {})]
 
 
 @pytest.mark.slow
