@@ -50,9 +50,14 @@ def plain_objects(scenario: Scenario) -> Scenario:
 
 
 def blocks_key(scenario: Scenario, content_of: Content = content) -> Key | None:
-    """Equal for scenarios whose stations have equal blocks, but for the phases of their tasks; None: no other has."""
+    """Equal for scenarios whose stations have equal blocks, but for the phases of their tasks; None: no other has.
+
+    Their models in MuJoCo are alike too: free objects of one file may differ in scale, not in their shapes.
+    """
     models = [ModelConfig(name=model.name, file=_ANY, free=True) if model.free else model for model in scenario.models]
-    return built_of(replace(scenario, description="", models=models, task=_without_places(scenario)), content_of)
+    files = repr([model.file for model in scenario.models if model.free])  # what they contain needs not be known
+    built = replace(scenario, description=files, models=models, task=_without_places(scenario))
+    return built_of(built, content_of)
 
 
 def _without_places(scenario: Scenario) -> TaskConfig | None:
