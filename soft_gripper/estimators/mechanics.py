@@ -81,7 +81,7 @@ class Away(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class BentFinger:
-    """Where the chain of a finger lies, and how its joints move it, each found when it is asked for."""
+    """The posture of the chain of a finger, and how its joints move it; each is computed when it is read."""
 
     mechanics: "Mechanics"
     q: Array  # joint positions, (..., D)

@@ -138,7 +138,7 @@ def _link(finger: Finger, index: int, visuals: bool, points: int | None) -> ET.E
 
 
 def _visuals(finger: Finger, index: int) -> list[ET.Element]:
-    """What is seen of a link."""
+    """The visible shape of a link."""
     block = _Block.of(finger, index, index)
     seen = [_element("visual", *block.box(), _material(finger))]
     if index:

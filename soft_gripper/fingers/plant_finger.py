@@ -62,7 +62,7 @@ class PlantFinger:
 
     @cached_property
     def screws(self) -> ScrewChain:
-        """Where its links and its tip are in frame B, N + 2 frames."""
+        """The poses of its links and its tip in frame B, N + 2 frames."""
         return screw_chain(self.plant, [self.base.body_frame(), *self.frames])
 
     @property

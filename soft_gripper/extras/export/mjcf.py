@@ -293,7 +293,7 @@ class _Writer:
             self._pairs.append(Pair(name, (models[one], models[other]), (surfaces[one], surfaces[other])))
 
     def _range(self, geometry: GeometryId, body: RigidBody) -> Range:
-        """Where a shape of a body can be."""
+        """The range of places of a shape of a body."""
         shape, X_BG = self._inspector.GetShape(geometry), self._inspector.GetPoseInFrame(geometry)
         ball, X_WG = self._reaches[body.index()], body.EvalPoseInWorld(self._context) @ X_BG
         return Range(Ball(ball.center, ball.radius + extent(shape, X_BG)), shape, X_WG if ball.radius == 0 else None)

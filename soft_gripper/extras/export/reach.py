@@ -73,7 +73,7 @@ def _radius(shape: Shape) -> float:
 
 
 class Range(NamedTuple):
-    """Where a shape can be."""
+    """The range of places of a shape."""
 
     ball: Ball  # it stays inside
     shape: Shape

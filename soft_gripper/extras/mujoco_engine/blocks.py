@@ -338,7 +338,7 @@ class Several:
             block.commit()
 
     def _places(self, rows: Rows, own: Rows) -> Rows:
-        """Where some environments are among those of a part."""
+        """The places of some environments among those of a part."""
         wanted = np.zeros(self._count, bool)
         wanted[rows] = True
         return np.flatnonzero(wanted[own])

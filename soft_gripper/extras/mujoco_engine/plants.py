@@ -343,7 +343,7 @@ class Plants:
         return self.touching.read(self._sensed, self._xpos, self._xmat)
 
     def kept(self, every: int) -> Array:
-        """What sensors of contact read in steps of MuJoCo that were kept since they were asked for, (E, K, n).
+        """The readings of sensors of contact in steps of MuJoCo that were kept since the last call, (E, K, n).
 
         These are each so many steps, from the first on, and the last one.
         """

@@ -123,7 +123,7 @@ class TouchSensors:
 
 
 def most_shapes(station: Station) -> int:
-    """How many shapes a link of a finger has, at most."""
+    """The largest number of shapes of a link of a finger."""
     links = (link for finger in station.fingers for link in finger.links)
     return max((len(station.plant.GetCollisionGeometriesForBody(link)) for link in links), default=1)
 

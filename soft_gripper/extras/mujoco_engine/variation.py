@@ -55,7 +55,7 @@ def blocks_key(scenario: Scenario, content_of: Content = content) -> Key | None:
     Their models in MuJoCo are alike too: free objects of one file may differ in scale, not in their shapes.
     """
     models = [ModelConfig(name=model.name, file=_ANY, free=True) if model.free else model for model in scenario.models]
-    files = repr([model.file for model in scenario.models if model.free])  # what they contain needs not be known
+    files = repr([model.file for model in scenario.models if model.free])  # their contents need not be known
     built = replace(scenario, description=files, models=models, task=_without_places(scenario))
     return built_of(built, content_of)
 
