@@ -104,7 +104,6 @@ def fit(
         bounds=bounds,
         x_scale=problem.scales,
         ftol=_TOLERANCE,
-        xtol=_TOLERANCE,
         max_nfev=_MOST_STEPS,
     )
     of_free = len(free.start)
