@@ -51,7 +51,7 @@ class Experiment:
 
 BEAM = Experiment(
     "clamped_beam",
-    ("youngs_modulus", "relaxation_time", "creep.share", "marker_mass", "held_pose"),
+    ("youngs_modulus", "relaxation_time", "creep.share", "load_friction", "marker_mass", "held_pose"),
     ("gravity", "load_52g"),
     ("load_101g",),
 )

@@ -300,6 +300,7 @@ class RecordingConfig:
     load: LoadNameConfig | None = None
     # x and z of the load from the tip in the tip's frame; None: unknown
     load_place: list[float] | None = quantity(None, "m", length=2)
+    load_string: float | None = quantity(None, "m", above=0)  # on which it swings; None: it is fixed to the tip
     unknown: list[str] = field(default_factory=list)  # other information missing from the recording, as text
 
     @property

@@ -36,6 +36,7 @@ class Rod:
     creep: tuple[tuple[float, float], ...]  # share and time, s
     load: float = 0.0  # kg, a point
     load_place: complex = 0.0  # from the tip, in its frame
+    string: float = 0.0  # on which the load hangs toward +x, and swings; 0: it is fixed
 
     @cached_property
     def bends(self) -> Array:
@@ -54,9 +55,13 @@ class Rod:
     def stiffness(self) -> Array:
         slopes = np.array([1, 2, 3]) * _X[:, None] ** np.array([0, 1, 2])
         of_bend = self.bending / self.length * (slopes.T * _WEIGHTS) @ slopes
-        if np.isinf(self.shear):
-            return of_bend
-        return block_diag(of_bend, self.shear * self.length * (self.shears[:-1].T * _WEIGHTS) @ self.shears[:-1])
+        of_shear = np.zeros((0, 0))
+        if np.isfinite(self.shear):
+            of_shear = self.shear * self.length * (self.shears[:-1].T * _WEIGHTS) @ self.shears[:-1]
+        return block_diag(of_bend, of_shear, *([[0.0]] if self.string else []))
+
+    def _shear(self, u: Array) -> Array:
+        return self.shears @ u[3 : 3 + self.shears.shape[1]]
 
     def _integrated(self, values: Array) -> Array:
         """From the base to the places of quadrature and to the tip."""
@@ -64,20 +69,25 @@ class Rod:
 
     def _terms(self, u: Array, v: Array) -> tuple[Array, Array, Array]:
         """Derivatives of the places of the masses by u, their accelerations without those of u, the mass matrix."""
-        heading, slope = np.exp(1j * self.bends @ u[:3]), 1 + 1j * (self.shears @ u[3:])
-        turns, slides = self.bends @ v[:3], self.shears @ v[3:]
+        heading, slope = np.exp(1j * self.bends @ u[:3]), 1 + 1j * self._shear(u)
+        turns, slides = self.bends @ v[:3], self._shear(v)
         columns = [1j * self.bends * (heading * slope)[:, None], 1j * self.shears * heading[:, None]]
         bias = heading * (-(turns**2) * slope - 2 * turns * slides)
         parts = self._integrated(np.column_stack([*columns, bias]))
         parts[-1, :3] += 1j * self.load_place * heading[-1] * self.bends[-1]
         parts[-1, -1] -= self.load_place * heading[-1] * turns[-1] ** 2
+        if self.string:
+            hangs, swing = 1j * self.string * np.exp(1j * u[-1]), np.zeros((len(parts), 1), dtype=complex)
+            parts[-1, -1] -= hangs * v[-1] ** 2
+            swing[-1] = 1j * hangs
+            parts = np.hstack([parts[:, :-1], swing, parts[:, -1:]])
         J = parts[:, :-1]
         mass = (J.conj().T * self.masses @ J).real
         mass[:3, :3] += self.rotary * self.length * (self.bends[:-1].T * _WEIGHTS) @ self.bends[:-1]
         return J, parts[:, -1], mass
 
     def tip(self, u: Array) -> tuple[complex, float]:
-        along = np.exp(1j * self.bends @ u[:3]) * (1 + 1j * (self.shears @ u[3:]))
+        along = np.exp(1j * self.bends @ u[:3]) * (1 + 1j * self._shear(u))
         return complex(self._integrated(along)[-1]), float(u[:3].sum())
 
     def move(
@@ -143,7 +153,7 @@ def beam_motion(truth: BeamTruth, load: float, time: Array, released: float) -> 
     E, area, inertia = truth.youngs_modulus, 0.03**2, 0.03**4 / 12
     rod = Rod(
         0.1, E * inertia, 0.857 * E / 3 * area, 1070 * area, 1070 * inertia, truth.relaxation_time, truth.creep,
-        load, -0.015j,
+        load, -0.015j, 0.2 if load else 0.0,
     )  # fmt: skip
 
     def held(t: float) -> float:

@@ -205,6 +205,7 @@ KEYS = {
     "mounting_angle": _of_setup("mounting_angle", "rad", False, 0.01),
     "load_x": _of_setup("load_x", "m", False, 1e-3),
     "load_z": _of_setup("load_z", "m", False, 1e-3),
+    "load_friction": _of_setup("load_friction", "m", False, 1e-4, (0.0, 0.01)),
     "marker_mass": _of_setup("marker_mass", "kg", False, 1e-3, (0.0, 0.1)),
     "fill_time": _of_setup("fill_time", "s", True, 0.1, (5e-3, 1.0)),
     "swelling": _of_setup("swelling", "1", True, 0.1, (0.1, 20.0)),

@@ -28,12 +28,14 @@ from pydrake.trajectories import PiecewisePolynomial
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.diagrams.wiring.drive import add_pressure_drive
 from soft_gripper.errors import InputError, SimulationDivergedError
+from soft_gripper.extras.hardware.identification.hung_load import HungLoad
 from soft_gripper.extras.hardware.recordings import HardwareRecording
+from soft_gripper.files.document import require
 from soft_gripper.fingers.creep import shares
 from soft_gripper.fingers.cross_section import SIZES
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_element import FingerElement
-from soft_gripper.fingers.finger_links import finger_to_urdf
+from soft_gripper.fingers.finger_links import finger_to_urdf, tip_name
 from soft_gripper.fingers.finger_parts import TipLoad
 from soft_gripper.fingers.kinematics import as_planar, forward_kinematics, in_plane, rotated
 from soft_gripper.fingers.plant_finger import PlantFinger
@@ -69,6 +71,7 @@ class MeasuredMotion:
     load: TipLoad | None
     events: tuple[float, float]  # s, of a release, its begin and end; or of the valve, when it opens and closes
     hold: Hold | None = None  # of the hand that let go, to be fitted; None: it held the finger straight
+    string: float | None = None  # m, on which the load swings; None: it is fixed to the tip
 
     @property
     def displacement(self) -> Array:
@@ -119,9 +122,19 @@ def measured_motion(recording: HardwareRecording) -> MeasuredMotion:
     if config.event == "step":
         reference = _just_before(recording, markers, events[0])
     gravity = np.zeros(3) if recording.gravity is None else recording.gravity
-    pressure = recording.commanded_pressure if config.event == "step" else None
+    if config.load_string is not None:
+        expected = "give it, since a load swings on its load_string"
+        require(bool(gravity.any()), recording.name, "gravity", config.gravity, expected)
     return MeasuredMotion(
-        recording.name, recording.time, markers, reference, gravity, pressure, _load(recording), events
+        name=recording.name,
+        time=recording.time,
+        markers=markers,
+        reference=reference,
+        gravity=gravity,
+        pressure=recording.commanded_pressure if config.event == "step" else None,
+        load=_load(recording),
+        events=events,
+        string=config.load_string,
     )
 
 
@@ -213,6 +226,7 @@ class Setup:
     held_pose: bool = False  # whether the pose in which a hand holds the tip is fitted to every recording
     load_x: float = quantity(0.0, "m")  # of a load from where it is said to hang, in the tip's frame
     load_z: float = quantity(0.0, "m")  # likewise
+    load_friction: float = quantity(0.0, "m", least=0)  # torque of friction at the hook of a load, over its weight
     marker_mass: float = quantity(0.0, "kg", least=0)  # of the markers on the tip, all together
     # In which a chamber that does not swell fills from a supply of 10 kPa
     fill_time: float = quantity(0.06, "s", above=0)
@@ -257,7 +271,7 @@ def tip_motion(finger: Finger, setup: Setup, motion: MeasuredMotion) -> TipMotio
     step = _PERIOD / np.ceil(_PERIOD / step)  # so that the log falls on steps
     builder = DiagramBuilder()
     gravity = RotationMatrix.MakeYRotation(-setup.mounting_angle) @ motion.gravity
-    in_plant = _add_finger(builder, loaded, gravity, step)
+    in_plant = _add_finger(builder, loaded, gravity, step, _hung(setup, motion))
     pressure = motion.pressure or 0.0
     limits = PressureConfig(minimum=min(pressure, 0.0), maximum=max(pressure, 1.0), time_constant=0.0)
     command = add_pressure_drive(builder, [in_plant], limits).commands[in_plant.name]
@@ -283,8 +297,10 @@ def tip_motion(finger: Finger, setup: Setup, motion: MeasuredMotion) -> TipMotio
     return TipMotion(data.sample_times(), chain.tip, chain.headings[:, -1])
 
 
-def _add_finger(builder: DiagramBuilder, finger: Finger, gravity: Array, time_step: float) -> PlantFinger:
-    """Adds a plant of a single finger with a fixed base and no contact geometry."""
+def _add_finger(
+    builder: DiagramBuilder, finger: Finger, gravity: Array, time_step: float, hung: HungLoad | None
+) -> PlantFinger:
+    """Adds a plant of a single finger with a fixed base, a load that swings at its tip, and no contact geometry."""
     robot = ET.Element("robot", name="identified")
     robot.append(ET.Element("link", name=_ROOT))
     robot.extend(finger_to_urdf(FingerElement(finger, _ROOT), visuals=False))
@@ -295,7 +311,11 @@ def _add_finger(builder: DiagramBuilder, finger: Finger, gravity: Array, time_st
     (model,) = Parser(plant).AddModelsFromString(ET.tostring(robot, encoding="unicode"), "urdf")
     plant.WeldFrames(plant.world_frame(), plant.GetFrameByName(_ROOT))
     plant.mutable_gravity_field().set_gravity_vector(gravity)
+    if hung is not None:
+        hung.add_to(plant, plant.GetFrameByName(tip_name(finger.name), model), gravity)
     plant.Finalize()
+    if hung is not None:
+        hung.connect(builder, plant)
     return PlantFinger(finger, plant, model)
 
 
@@ -316,7 +336,7 @@ def _held(finger: PlantFinger, hold: Hold | None) -> _Held:
     weight = plant.CalcGravityGeneralizedForces(context)
     if hold is None:
         return _Held(-weight, 0 * weight)
-    stiffness, remains = np.ones(plant.num_velocities()), 1 - shares(finger.finger).sum()
+    stiffness, remains = np.full(plant.num_velocities(), np.inf), 1 - shares(finger.finger).sum()
     for way, of_joints in finger.finger.stiffnesses.items():
         starts = [joint.velocity_start() for joint in finger.joints_of(way)]
         stiffness[starts] = of_joints * (remains if way == "bending" else 1.0)
@@ -325,7 +345,8 @@ def _held(finger: PlantFinger, hold: Hold | None) -> _Held:
     of_tip = jacobian[[3, 1]]  # its velocity along x, and its turn about y
     lacks = (hold.sag, hold.turn) - of_tip @ (weight / stiffness)
     bears = np.linalg.solve(of_tip @ (of_tip / stiffness).T, lacks) @ of_tip
-    return _Held(bears, (weight + bears) / stiffness)
+    swings = np.isinf(stiffness)  # a load that hangs down, wherever the tip turns
+    return _Held(bears, np.where(swings, -hold.turn, (weight + bears) / stiffness))
 
 
 def _hold(finger: PlantFinger, held: _Held, simulator: Simulator) -> None:
@@ -342,9 +363,9 @@ def _hold(finger: PlantFinger, held: _Held, simulator: Simulator) -> None:
 
 
 def _at_tip(finger: Finger, setup: Setup, motion: MeasuredMotion) -> TipLoad | None:
-    """Load that hangs at the tip: a weight and the markers, as one mass in their centre."""
-    masses = [(finger.tip_load, 0.0, 0.0), (motion.load, setup.load_x, setup.load_z)]
-    parts = [(load.mass, load.x + x, load.z + z) for load, x, z in masses if load is not None]
+    """What is fixed to the tip: a load that does not swing and the markers, as one mass in their centre."""
+    loads = [finger.tip_load, None if motion.string else _placed(setup, motion)]
+    parts = [(load.mass, load.x, load.z) for load in loads if load is not None]
     if setup.marker_mass > SIZES[0]:
         middle = complex(motion.reference.mean()) - finger.length
         parts.append((setup.marker_mass, middle.imag, middle.real))
@@ -352,6 +373,18 @@ def _at_tip(finger: Finger, setup: Setup, motion: MeasuredMotion) -> TipLoad | N
         return None
     mass, x, z = np.transpose(parts)
     return TipLoad(float(mass.sum()), *(float(mass @ place / mass.sum()) for place in (x, z)))
+
+
+def _placed(setup: Setup, motion: MeasuredMotion) -> TipLoad | None:
+    """The load where it hangs."""
+    load = motion.load
+    return load and replace(load, x=load.x + setup.load_x, z=load.z + setup.load_z)
+
+
+def _hung(setup: Setup, motion: MeasuredMotion) -> HungLoad | None:
+    """The load, if it swings."""
+    load = _placed(setup, motion)
+    return HungLoad(load, motion.string, setup.load_friction) if load and motion.string else None
 
 
 def _hand(bears: Array, motion: MeasuredMotion) -> PiecewisePolynomial:

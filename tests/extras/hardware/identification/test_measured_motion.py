@@ -81,6 +81,13 @@ def test_load_hangs_where_it_is_said_to(recording):
     assert (load.mass, load.x, load.z) == pytest.approx((0.052, -0.015, 0.002))
 
 
+def test_load_hangs_on_its_string(recording):
+    described = RELEASED + "load_string: 0.2\n"
+    assert measured_motion(recording(FALLS, described)).string == 0.2
+    with refused("gravity", None):
+        measured_motion(recording(FALLS, described.replace("gravity: [9.81, 0, 0]\n", "")))
+
+
 @pytest.mark.parametrize(
     ("displacement", "description", "name", "field", "value"),
     [
