@@ -63,7 +63,8 @@ SEGMENT = Experiment(
         "creep.share",
         "creep.time",
         "fill_time",
-        "density",
+        "swelling",
+        "length",
         "supply_lag",
         "supply_time",
         "mounting_x",
@@ -166,7 +167,7 @@ def _of_segment(found: Identified) -> list[Claim]:
         _within("segment: settled turn", _off(found, "settled_turn_deg"), 8, "%", 1),
         _within("segment: times to 50 and 63 % of it", rise, 20, "%", 0),
         _within("segment: creep", _off(found, "creep_deg"), 35, "%", 0),
-        _within("segment: recovery", _off(found, "recovery_deg"), 15, "%", 0),
+        _within("segment: recovery", _recovery_off(found), 15, "%", 0, " where it was recorded"),
         _within("segment: tip", tip, 5, "%", 1, " of the length at all times"),
     ]
 
@@ -194,6 +195,12 @@ def _worst(found: Identified, error: Callable[[MotionScore], float], role: str =
 def _off(found: Identified, column: str, role: str = TESTED) -> float:
     """The largest difference of a simulated number from the measured one in the recordings of a role, %."""
     return _worst(found, lambda row: 100 * abs(getattr(row, f"simulated_{column}") / getattr(row, column) - 1), role)
+
+
+def _recovery_off(found: Identified) -> float:
+    """As `_off` of the recovery, in recordings that go on for long enough after the valve closes; NaN if none does."""
+    rows = [row for row in found.scores if row.role == TESTED and np.isfinite(row.recovery_deg)]
+    return float(np.max([100 * abs(row.simulated_recovery_deg / row.recovery_deg - 1) for row in rows] or [np.nan]))
 
 
 def _within(what: str, value: float, bar: float, unit: str, decimals: int, on: str = "") -> Claim:

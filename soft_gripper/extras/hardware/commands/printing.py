@@ -96,7 +96,8 @@ def _print_correlations(confidence: Confidence) -> None:
 
 def _score_cells(row: MotionScore) -> list[str | float]:
     def both(column: str, form: str) -> str:
-        return f"{getattr(row, column):{form}} ({getattr(row, f'simulated_{column}'):{form}})"
+        measured, simulated = getattr(row, column), getattr(row, f"simulated_{column}")
+        return "not known" if np.isnan(measured) else f"{measured:{form}} ({simulated:{form}})"
 
     turns = (both(column, ".2f") for column in ("settled_turn_deg", "creep_deg", "recovery_deg"))
     errors = row.settled_error_mm, row.motion_error_mm, row.tip_error_percent

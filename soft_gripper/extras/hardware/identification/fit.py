@@ -21,6 +21,7 @@ from soft_gripper.errors import InputError, SimulationDivergedError
 from soft_gripper.extras.hardware.identification.confidence import Confidence, confidence_of, correlation_time
 from soft_gripper.extras.hardware.identification.free_parameters import FreeParameters, Model
 from soft_gripper.extras.hardware.identification.simulated_motion import (
+    SETTLED_TIME,
     MeasuredMotion,
     settled,
     simulated_markers,
@@ -279,7 +280,7 @@ class MotionScore:
     simulated_settled_turn_deg: float
     creep_deg: float  # from half a second after the event to the settled turn
     simulated_creep_deg: float
-    recovery_deg: float  # from half a second after the valve closes to the end; NaN without a valve
+    recovery_deg: float  # from half a second after the valve closes to the end; NaN: no valve, or it ends too soon
     simulated_recovery_deg: float
     t50_ms: float  # from the event to half the settled turn
     simulated_t50_ms: float
@@ -340,7 +341,7 @@ def tip_turn(motion: MeasuredMotion, markers: Planar) -> Turn:
     end = motion.end - motion.events[0]
     late = float(settled(time, turn, end))
     emptied = np.nan
-    if motion.pressure is not None:
+    if motion.pressure is not None and time[-1] - end > _CREEP_BEGIN + _MEAN_HALF_WIDTH + SETTLED_TIME:
         emptied = _early(time - end, turn) - float(settled(time, turn, time[-1]))
     half, most = (_first(time[time >= 0], np.abs(turn[time >= 0]), share * abs(late)) for share in _SHARES)
     frequency, decrement = _swing(time, _along(motion, markers), end)

@@ -48,7 +48,7 @@ _REACHED = 0.5  # share of the largest displacement that identifies the rise and
 _BEFORE_EVENT = 0.05  # s, by which an event may be earlier than it is detected
 _STILL_HELD = 0.97  # of the displacement before the valve closes
 _LETTING_GO = 0.03  # s, initial guess of the time that a hand takes
-_SETTLED_TIME = 0.2  # s, averaging period of settled values
+SETTLED_TIME = 0.2  # s, averaging period of settled values
 
 
 class Hold(NamedTuple):
@@ -170,8 +170,8 @@ def _steps(recording: HardwareRecording, away: Array) -> tuple[float, float]:
     k = int(far[-1])
     held = np.nanmean(
         away[
-            (recording.time > recording.time[k] - 2 * _SETTLED_TIME)
-            & (recording.time < recording.time[k] - _SETTLED_TIME)
+            (recording.time > recording.time[k] - 2 * SETTLED_TIME)
+            & (recording.time < recording.time[k] - SETTLED_TIME)
         ]
     )
     while k > 0 and not away[k] > _STILL_HELD * held:
@@ -202,7 +202,7 @@ def turned(markers: Planar, reference: Planar) -> Array:
 
 def settled(time: Array, values: NDArray[Any], end: float) -> Any:
     """Mean over the last moments before `end`, s, of values (T, ...)."""
-    mean = np.nanmean(values[(time > end - _SETTLED_TIME) & (time <= end)], axis=0)
+    mean = np.nanmean(values[(time > end - SETTLED_TIME) & (time <= end)], axis=0)
     return mean
 
 

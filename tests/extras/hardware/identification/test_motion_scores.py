@@ -58,6 +58,12 @@ def test_recovery_is_seen_after_the_valve_has_closed():
     assert found.recovery == pytest.approx(0.05 * (np.exp(-0.5 / 0.7) - np.exp(-4.7 / 0.7)), rel=0.02)
 
 
+def test_recovery_is_not_known_where_a_recording_ends_soon_after_the_valve_has_closed():
+    motion = step(3e4, CLOSES + 0.7)
+    turn = np.where(motion.time < CLOSES, 0.3 * (motion.time > OPENS), 0.02)
+    assert np.isnan(tip_turn(motion, turning(motion, turn)).recovery)
+
+
 def test_a_middle_that_drifts_does_not_change_the_decrement():
     time = np.arange(0, 2, 0.01)
     swing = np.exp(-0.4 * 3.3 * time) * np.cos(2 * np.pi * 3.3 * time)

@@ -97,21 +97,21 @@ def late_decrement(motion, markers):
 
 @pytest.mark.published
 def test_the_segment_is_fitted_as_well_as_the_documentation_says():
-    """By the documented fit: bend, tip and creep at pressures that were not fitted hold.
+    """By the documented fit: bend, times and creep at pressures that were not fitted hold.
 
-    A time is too short, and the bend that is left without pressure is a miss at 35 and 40 kPa.
+    The bend that is left without pressure is a miss at 15 and 20 kPa, the tip at 40 kPa, which is emptied.
     """
     data, errors = published("pneumatic_segment").parent, []
     recordings = {name: experiments._find("pneumatic_segment", name, data) for name in SEGMENT.fitted + SEGMENT.tested}
     with open_executor(None, None) as executor:
         found = identify_published(SEGMENT, recordings, executor, lambda step: errors.append(step.error))
-    assert 100 * errors[-1] == pytest.approx(4.19, abs=0.05)
+    assert 100 * errors[-1] == pytest.approx(3.56, abs=0.05)
     assert found.confidence.undetermined == ()
     rows = [row for row in found.scores if row.role == "test"]
     assert [row.recording for row in rows] == list(SEGMENT.tested)
-    off = {"settled_turn_deg": (3, 7, 0, -2), "creep_deg": (-31, -23, -24, -24), "recovery_deg": (-11, -7, 47, -39)}
-    off |= {"t50_ms": (-17, -13, 4, -2), "t63_ms": (-17, -10, -28, 7)}
+    off = {"settled_turn_deg": (2, 6, -1, -4), "creep_deg": (-10, -7, -18, -22), "recovery_deg": (-36, -33, 15, np.nan)}
+    off |= {"t50_ms": (-13, -10, 13, -5), "t63_ms": (-13, -5, -17, -1)}
     for name, expected in off.items():
         found_off = [100 * (getattr(row, f"simulated_{name}") / getattr(row, name) - 1) for row in rows]
         np.testing.assert_allclose(found_off, expected, atol=4, err_msg=name)
-    np.testing.assert_allclose([row.tip_error_percent for row in rows], [1.0, 1.5, 3.1, 3.8], atol=0.2)
+    np.testing.assert_allclose([row.tip_error_percent for row in rows], [1.2, 1.4, 3.4, 6.3], atol=0.2)

@@ -8,7 +8,7 @@ import pytest
 
 from soft_gripper.extras.hardware.identification.fit import UNHELD, MotionScore
 from soft_gripper.extras.hardware.identification.identified_finger import repetitions
-from soft_gripper.extras.hardware.published import hardware_claims
+from soft_gripper.extras.hardware.published import _of_segment, hardware_claims
 from soft_gripper.extras.hardware.replay.held_out import ALL, ReplayRow
 from soft_gripper.fingers.finger_parts import CreepBranch, TipLoad
 
@@ -96,7 +96,7 @@ def test_a_held_out_decrement_is_judged_by_the_spread_of_two_repetitions(simulat
         ("segment: settled turn", {"simulated_settled_turn_deg": 9.1}),
         ("segment: creep", {"simulated_creep_deg": 1.2}),
         ("segment: recovery", {"simulated_recovery_deg": 1.16}),
-        ("segment: recovery", {"recovery_deg": np.nan}),
+        ("segment: recovery", {"simulated_recovery_deg": np.nan}),
         ("segment: times", {"simulated_t50_ms": 121}),
         ("segment: times", {"t63_ms": np.nan}),
         ("segment: tip", {"tip_error_percent": 5.1}),
@@ -105,6 +105,13 @@ def test_a_held_out_decrement_is_judged_by_the_spread_of_two_repetitions(simulat
 def test_each_of_the_segment_fails_beyond_in_one_recording(text, change):
     (failed,) = failing(segment=replace(GOOD, **change))
     assert failed.startswith(text)
+
+
+def test_recovery_is_judged_where_it_was_recorded():
+    short = replace(GOOD, recovery_deg=np.nan)
+    assert not failing(segment=short)
+    (claim,) = (claim for claim in _of_segment(identified(short)) if "recovery" in claim.text)
+    assert not claim.holds
 
 
 def test_a_fit_of_the_segment_in_a_bad_minimum_fails():
