@@ -17,17 +17,21 @@ from soft_gripper.extras.hardware.identification.kept_confidence import (
     kept_confidence,
 )
 from soft_gripper.extras.hardware.identification.settled_states import (
+    IdentifiedStates,
     SettledStates,
+    StatesFit,
     fit_states,
     identify_states,
+    marker_slopes,
     predicted_markers,
     resting_positions,
     settled_states,
+    state_errors,
 )
 from soft_gripper.extras.hardware.identification.simulated_motion import Setup
 from soft_gripper.extras.hardware.recording_schema import load_description
 from soft_gripper.extras.hardware.recordings import find_recordings
-from soft_gripper.extras.hardware.weighing import Fitted, weigh, weighing_figure
+from soft_gripper.extras.hardware.weighing import Fitted, learned_growth, weigh, weighing_figure
 from soft_gripper.fingers.cross_section import CrossSection
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import TipLoad
@@ -154,10 +158,10 @@ SCALES = ["youngs_modulus", "density", "tendon.stiffness"]  # six numbers: the s
 
 def kept(states, std, growth=0.0):
     """What is kept of a fit to states that left the scale of all forces open, by a deviation of its logarithm."""
-    confidence = ConfidenceConfig(SCALES, [std] * 6, np.ones((6, 6)).tolist())
+    confidence = ConfidenceConfig(SCALES, [std] * 6, np.ones((6, 6)).tolist(), growth)
     at = np.column_stack([states.pulled, np.full(len(states.pulled), states.load)]).tolist()
     names = [*(f"{i} [m]" for i in range(4)), "load [kg]"]
-    return Fitted(FittedStatesConfig(names, [1e-3] * 4 + [0.1], at, [1.0], growth=growth), confidence)
+    return Fitted(FittedStatesConfig(names, [1e-3] * 4 + [0.1], at, [1.0], growth=1.0), confidence)
 
 
 def test_a_scale_that_the_fit_leaves_open_is_in_the_band():
@@ -168,13 +172,33 @@ def test_a_scale_that_the_fit_leaves_open_is_in_the_band():
     assert (whole.load_g, whole.far_percent) == (exact.load_g, 0.0)
 
 
-def test_bands_widen_away_from_the_loads_that_were_fitted():
-    """The load is a part of the state: 400 g are 3 units of 100 g from the fitted ones, whose root is 1.7."""
+def test_bands_widen_away_from_the_shapes_that_were_fitted():
+    """Not with the load, which is not fitted either: 400 g are far. One tendon was pulled by 3 mm more: 3 units."""
     states = states_of(0.4, 3, rows=20)
-    fit = kept(replace(states, load=0.1), 0.0, growth=2.0)
-    (*_, exact), (*_, whole) = (weigh(Model(TRUE), states, 60.0, None, each) for each in (None, fit))
-    assert whole.band_g == pytest.approx(exact.band_g * np.hypot(1, 2 * np.sqrt(3)), rel=0.01)
-    assert whole.far_percent == 100
+    alike = replace(states, load=0.1)
+    otherwise = replace(alike, pulled=states.pulled + np.array([100.0, 0, 0, 0]))
+    (*_, exact), (*_, heavier) = (weigh(Model(TRUE), states, 60.0, None, fit) for fit in (None, kept(alike, 0.0, 2.0)))
+    assert heavier.band_g == pytest.approx(exact.band_g, rel=1e-6)
+    assert heavier.far_percent == 100
+    *_, away = weigh(Model(TRUE), states, 60.0, None, kept(otherwise, 0.0, 2.0))
+    assert away.band_g == pytest.approx(exact.band_g * np.sqrt(1 + 4 * 1e5), rel=1e-3)
+
+
+def fit_of(model, recordings):
+    """A fit that ended at a model."""
+    free = free_parameters(model.finger, ["youngs_modulus", "tendon.lever"], [])
+    errors = tuple(state_errors(model, of) for of in recordings)
+    slopes = [marker_slopes(free, free.start, of, np.full(len(of.pulled), True)) for of in recordings]
+    fit = StatesFit(free, free.start, np.concatenate(errors).ravel(), np.concatenate(slopes), 0.0, True)
+    return IdentifiedStates(model, tuple(recordings), errors, (), errors, fit, None)
+
+
+def test_the_growth_of_the_band_is_that_by_which_regions_left_out_are_weighed():
+    """Least where the model is exact; more where tendons are slack that it takes for tight. None without a load."""
+    recordings = [states_of(load, 1, rows=120) for load in (0.1, 0.2)]
+    exact, wrong = (learned_growth(fit_of(Model(of), recordings)) for of in (TRUE, trunk(slacks=(0.0,) * 4)))
+    assert wrong > 1.5 * exact > 0
+    assert learned_growth(fit_of(Model(TRUE), [replace(recordings[0], load=0.0)])) == 0.0
 
 
 def test_the_fit_of_another_finger_is_refused():
