@@ -26,8 +26,8 @@ unless a load is known. A single load that is small beside the finger's own weig
 Both parts suppose that the model errs in a new shape as in the fitted ones. Where tendons are pulled otherwise, the
 band is  sqrt(1 + growth^2 d)  times as wide, d being the mean distance of the rows from the nearest fitted pulled
 lengths (`fitted_states`). The growth is learned in the fit (`learned_growth`), by leaving out regions of pulled lengths
-under whatever load: it is such that the mass that is weighed there is within 95 % of these bands. Loads that were not
-fitted do not widen it so: what they leave open is in C.
+under whatever load: it is such that the mass that is weighed there is within 95 % of these bands. A mass between fitted
+ones is interpolated; by how much it is lighter or heavier than all of them counts in d as pulled lengths do.
 
 With a recording of much the same motion without a load, the errors that the model makes in it where the tendons are
 pulled most alike are taken from those of the loaded one, as a balance is tared: what is wrong in the model for both
@@ -157,8 +157,11 @@ def _by_fit(fitted: Fitted, model: Model, states: SettledStates, slope: Array) -
     expected = f"the finger has {len(free.names)} numbers of these keys: is it another one's?"
     require(len(free.names) == len(confidence.std), name, "confidence", len(confidence.std), expected)
     by_keys = marker_slopes(free, free.start, states, np.full(len(states.pulled), True))
-    pulled = fitted.states.fitted.part(slice(states.pulled.shape[1]))
-    apart = confidence.load_growth**2 * pulled.distance(states.pulled)
+    kept = fitted.states.fitted
+    loads = kept.states[:, -1]
+    beyond = abs(states.load - np.clip(states.load, loads.min(), loads.max())) / kept.spread[-1]
+    distance = np.hypot(kept.part(slice(-1)).distance(states.pulled), beyond)
+    apart = confidence.load_growth**2 * distance
     return are_far(fitted.states, states).astype(float), apart, _left_open(by_keys, confidence.covariance, slope)
 
 
