@@ -15,14 +15,19 @@ i, of which each counts as  1 / correlation time  (`correlation_time`; Newey and
 
     std(m) = sqrt(N var(J_i . r_i) correlation time) / (J' J) .
 
-That part widens as the bands of markers do (`model_band`), by the mean over the rows, away from the pulled lengths and
-the loads that were fitted. The other part is what the fit leaves open. With C the covariance of its parameters, and G
-the changes of markers by these,
+The other part is what the fit leaves open. With C the covariance of its parameters, and G the changes of markers by
+these,
 
     std(m)^2 = g' C g ,   g = G' J / (J' J) .
 
 It includes the scale: modulus, density and stiffness of tendons may change in proportion without a change of shape,
 unless a load is known. A single load that is small beside the finger's own weight leaves it open.
+
+Both parts suppose that the model errs in a new shape as in the fitted ones. Where tendons are pulled otherwise, the
+band is  sqrt(1 + growth^2 d)  times as wide, d being the mean distance of the rows from the nearest fitted pulled
+lengths (`fitted_states`). The growth is learned in the fit (`learned_growth`), by leaving out regions of pulled lengths
+under whatever load: it is such that the mass that is weighed there is within 95 % of these bands. A mass between fitted
+ones is interpolated; by how much it is lighter or heavier than all of them counts in d as pulled lengths do.
 
 With a recording of much the same motion without a load, the errors that the model makes in it where the tendons are
 pulled most alike are taken from those of the loaded one, as a balance is tared: what is wrong in the model for both
@@ -38,16 +43,19 @@ from typing import Annotated, NamedTuple
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from soft_gripper.arrays import Array
-from soft_gripper.extras.hardware.identification.confidence import correlation_time
+from soft_gripper.extras.hardware.identification.confidence import UNOBSERVABLE, confidence_of, correlation_time
 from soft_gripper.extras.hardware.identification.free_parameters import Model
 from soft_gripper.extras.hardware.identification.kept_confidence import ConfidenceConfig
-from soft_gripper.extras.hardware.identification.model_band import widening
+from soft_gripper.extras.hardware.identification.model_band import are_far
 from soft_gripper.extras.hardware.identification.settled_states import (
+    IdentifiedStates,
     SettledStates,
     in_balance,
+    lasting,
     marker_slopes,
     note_unbalanced,
     state_errors,
@@ -55,11 +63,20 @@ from soft_gripper.extras.hardware.identification.settled_states import (
 from soft_gripper.files.document import require
 from soft_gripper.pictures.style import ESTIMATOR_COLORS, STYLE
 from soft_gripper.scenario.fitted_states_config import FittedStatesConfig
+from soft_gripper.sensors.fitted_states import (
+    FittedStates,
+    LeftOut,
+    learned_widths,
+    moved_without,
+    regions_left_out,
+    spread_of,
+)
 
 _NORMAL_95 = 1.96
 _STEP = 0.02  # kg, of the finite differences
 _STEPS = 4
 _FEWEST_ROWS = 10  # rows of a window
+_HALVES = (2, 4, 8)  # regions of equal numbers of rows, in which a mass is weighed without them
 _PULL_TOLERANCE = 0.2  # share of the range of the pulled lengths
 
 
@@ -98,7 +115,7 @@ def weigh(
         states: of the recording; its own load is not looked at but named in the result.
         window: span of time, s; a rest of the recording that is shorter than half of one belongs to the last.
         tare: states without a load, in which tendons were pulled much as in this recording; None: there are none.
-        fitted: what is kept of the fit; None: the finger is exact, and bands do not widen away from its states.
+        fitted: what is kept of the fit; None: the finger is exact.
 
     Raises:
         InputError: if the rows have no times, those in which the finger finds a balance are too few for a window, or
@@ -115,36 +132,88 @@ def weigh(
     note_unbalanced(states, error + slope)
     known = in_balance(error + slope)
     at = replace(states, load=mass)
-    wider, is_far = (
-        (np.ones(len(known)), np.full(len(known), np.nan)) if fitted is None else widening(fitted.states, at)
+    is_far, apart, left_open = (
+        (np.full(len(known), np.nan), np.zeros(len(known)), np.zeros((len(known), 0)))
+        if fitted is None
+        else _by_fit(fitted, model, at, slope)
     )
-    left_open = None if fitted is None else _left_open(fitted.confidence, model, at, slope)
     found = []
     for rows in [*(known & (of_window == i) for i in range(count)), known]:
         expected = f"a window needs at least {_FEWEST_ROWS} rows: make it longer"
         require(int(rows.sum()) >= _FEWEST_ROWS, states.name, "--window", window, expected)
-        load, band = _weighed(mass, error[rows], slope[rows])
-        band *= float(wider[rows].mean())
-        if left_open is not None:
-            by_root = left_open[rows].sum(axis=0) / (slope[rows] ** 2).sum()
-            band = float(np.hypot(band, _NORMAL_95 * np.linalg.norm(by_root)))
+        away, band = _weighed(error[rows], slope[rows], left_open[rows])
+        band *= float(np.sqrt(1 + apart[rows].mean()))
         begin, end = since[rows][[0, -1]]
         span = states.name, float(begin), float(end), int(rows.sum())
         far = 100 * float(is_far[rows].mean())
-        found.append(Weighing(*span, 1e3 * load, 1e3 * band, far, 1e3 * states.load))
+        found.append(Weighing(*span, 1e3 * (mass + away), 1e3 * band, far, 1e3 * states.load))
     return found
 
 
-def _left_open(confidence: ConfidenceConfig, model: Model, states: SettledStates, slope: Array) -> Array:
-    """Contribution of each row to J' G R, (R, P): changes of the weighed mass by P independent unknowns, C = R R'."""
+def _by_fit(fitted: Fitted, model: Model, states: SettledStates, slope: Array) -> tuple[Array, Array, Array]:
+    """Of every row: whether it is far from what was fitted; growth^2 d, (R,); what the fit leaves open, (R, P)."""
+    confidence, name = fitted.confidence, states.name
     free = confidence.free(model)
     expected = f"the finger has {len(free.names)} numbers of these keys: is it another one's?"
-    require(len(free.names) == len(confidence.std), states.name, "confidence", len(confidence.std), expected)
+    require(len(free.names) == len(confidence.std), name, "confidence", len(confidence.std), expected)
     by_keys = marker_slopes(free, free.start, states, np.full(len(states.pulled), True))
-    sizes, directions = np.linalg.eigh(confidence.covariance)
+    kept = fitted.states.fitted
+    loads = kept.states[:, -1]
+    beyond = abs(states.load - np.clip(states.load, loads.min(), loads.max())) / kept.spread[-1]
+    distance = np.hypot(kept.part(slice(-1)).distance(states.pulled), beyond)
+    apart = confidence.load_growth**2 * distance
+    return are_far(fitted.states, states).astype(float), apart, _left_open(by_keys, confidence.covariance, slope)
+
+
+def _left_open(by_keys: Array, covariance: Array, slope: Array) -> Array:
+    """Contribution of each row to J' G R, (R, P): changes of the weighed mass by P independent unknowns, C = R R'.
+
+    `by_keys` are derivatives of the markers by the parameters, (R M 3, P).
+    """
+    sizes, directions = np.linalg.eigh(covariance)
     by_roots = by_keys @ (directions * np.sqrt(np.maximum(sizes, 0.0)))
     left_open: Array = np.einsum("rmi,rmip->rp", np.nan_to_num(slope), by_roots.reshape(*slope.shape, -1))
     return left_open
+
+
+def learned_growth(found: IdentifiedStates) -> float:
+    """How the band of a weighed mass grows with the distance of pulled lengths; 0: no recording has a load.
+
+    Learned to the first order, from fits without a region of pulled lengths, by the mass of each recording there.
+    """
+    fit, count = found.fit, len(found.left_out)
+    states, errors = found.states[:count], found.errors[:count]
+    if not any(of.load for of in states):
+        return 0.0
+    slope = np.concatenate([_by_mass(found.model, of, of.load)[1] for of in states])
+    size, known = slope[0].size, in_balance(slope)
+    residuals, by_keys = fit.residuals.reshape(slope.shape), fit.jacobian.reshape(*slope.shape, -1)
+    weights, recording = fit.weights, np.repeat(np.arange(count), [len(of.pulled) for of in states])
+    pulled = np.concatenate([of.pulled for of in states])
+    shapes, last = FittedStates(pulled, np.full(pulled.shape[1], spread_of(pulled))), lasting(errors)
+
+    def without(region: NDArray[np.bool_]) -> LeftOut:
+        kept = np.repeat(~region, size)
+        slopes = weights[:, None] * fit.jacobian * fit.free.scales
+        moved = fit.free.scales * moved_without(slopes, weights * fit.residuals, kept, UNOBSERVABLE)
+        covariance = confidence_of(fit.free, fit.x, fit.residuals[kept], fit.jacobian[kept], last).covariance
+        of_recordings = [np.flatnonzero(region & known & (recording == i)) for i in range(count)]
+        weighed, distances = [], []
+        for rows in [rows for rows in of_recordings if len(rows) >= _FEWEST_ROWS]:
+            own, keys = _centred(slope[rows]), _centred(by_keys[rows])
+            left_open = _left_open(keys.reshape(-1, len(moved)), covariance, own)
+            weighed.append(_weighed(_centred(residuals[rows]) + keys @ moved, own, left_open))
+            distances.append(shapes.without(region).distance(pulled[rows]).mean())
+        away, band = np.array(weighed).reshape(-1, 2).T
+        return LeftOut(np.abs(away / band)[:, None], np.sqrt(distances)[:, None])
+
+    regions = [shapes.regions(), *(shapes.halves(most) for most in _HALVES)]
+    return learned_widths(np.ones((1, 1)), [*regions_left_out(regions, without)]).growth
+
+
+def _centred(values: Array) -> Array:
+    """Values of markers, (R, M, 3, ...), without their mean."""
+    return values - values.mean(axis=(0, 1))
 
 
 def _errors_alike(model: Model, tare: SettledStates, states: SettledStates) -> Array:
@@ -166,19 +235,25 @@ def _linearised(model: Model, states: SettledStates, offset: Array) -> tuple[flo
     """
     mass = 0.0
     for _ in range(_STEPS):
-        error, more = (state_errors(model, replace(states, load=m)) for m in (mass, mass + _STEP))
-        slope, error = (more - error) / _STEP, error - offset
+        error, slope = _by_mass(model, states, mass)
+        error = error - offset
         before, mass = mass, max(mass - float(np.nansum(slope * error) / np.nansum(slope**2)), 0.0)
     return before, error, slope
 
 
-def _weighed(mass: float, error: Array, slope: Array) -> tuple[float, float]:
-    """The mass of rows, and its band, kg; errors and slopes at a mass."""
+def _by_mass(model: Model, states: SettledStates, mass: float) -> tuple[Array, Array]:
+    """Errors of the markers under a mass at the tip, kg, and their slopes by it, (R, M, 3)."""
+    error, more = (state_errors(model, replace(states, load=m)) for m in (mass, mass + _STEP))
+    return error, (more - error) / _STEP
+
+
+def _weighed(error: Array, slope: Array, left_open: Array) -> tuple[float, float]:
+    """Change of the mass with which rows agree best, and its band, kg, of which `left_open`, (R, P), has a part."""
     strength = float((slope**2).sum())
     away = -float((slope * error).sum()) / strength
     sums = (slope * (error + slope * away)).sum(axis=(1, 2))
-    variance = len(sums) * sums.var() * correlation_time(sums)
-    return mass + away, _NORMAL_95 * float(np.sqrt(variance)) / strength
+    variance = len(sums) * sums.var() * correlation_time(sums) + (left_open.sum(axis=0) ** 2).sum()
+    return away, _NORMAL_95 * float(np.sqrt(variance)) / strength
 
 
 def weighing_figure(weighings: Sequence[Weighing]) -> Figure:

@@ -36,6 +36,7 @@ from soft_gripper.extras.hardware.identification.settled_states import (
 )
 from soft_gripper.extras.hardware.identification.simulated_motion import measured_motion
 from soft_gripper.extras.hardware.recordings import HardwareRecording, find_recordings, recording_paths
+from soft_gripper.extras.hardware.weighing import learned_growth
 from soft_gripper.files.document import require
 from soft_gripper.files.output import check_file
 from soft_gripper.files.row_table import write_csv
@@ -72,7 +73,8 @@ def run(options: argparse.Namespace) -> None:
         _write(found, file, outputs)
         if kept is not None and isinstance(found, Identified | IdentifiedStates):
             STATES.write(options.out, kept)
-            CONFIDENCE.write(options.out, kept_confidence(found.fit.free, found.confidence))
+            growth = learned_growth(found) if isinstance(found, IdentifiedStates) else 0.0
+            CONFIDENCE.write(options.out, kept_confidence(found.fit.free, found.confidence, growth))
     options.console.table("scores", found.scores)
     options.console.wrote(*outputs)
 

@@ -212,6 +212,7 @@ KEYS = {
     "supply_lag": _of_setup("supply_lag", "Pa", False, 300.0, (0.0, 1e5)),
     "supply_time": _of_setup("supply_time", "s", True, 0.1, (0.05, 20.0)),
     "dry_friction": _of_setup("dry_friction", "rad", False, 0.03, (0.0, 1.0)),
+    "backlash": _of_setup("backlash", "m", False, 3e-4, (0.0, 0.05)),
     "delay": _of_setup("delay", "s", False, 0.05, (-2.0, 2.0)),
     "tendon.angle": _of_tendons("rad", _angle, _turned, positive=False),
     "tendon.lever": Key("m", _lever, _at_lever, room=_lever_room),

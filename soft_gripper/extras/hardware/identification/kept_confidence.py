@@ -27,6 +27,8 @@ class ConfidenceConfig:
     keys: list[str] = quantity([], filled=True)  # that were free
     std: list[float] = quantity([], least=0, filled=True)  # of every number; of logarithms where these were fitted
     correlation: list[list[float]] = quantity([], least=-1.001, most=1.001, filled=True)
+    # Of the band of a weighed load, by the root of the distance from the fitted pulled lengths; 0: it does not grow
+    load_growth: float = quantity(0.0, least=0)
 
     def misfits(self) -> Iterator[Misfit]:
         count = len(self.std)
@@ -49,12 +51,12 @@ CONFIDENCE = BesideFinger(
 )
 
 
-def kept_confidence(free: FreeParameters, confidence: Confidence) -> ConfidenceConfig:
+def kept_confidence(free: FreeParameters, confidence: Confidence, load_growth: float = 0.0) -> ConfidenceConfig:
     """The confidence of a fit, as its file has it."""
     std = np.sqrt(np.diag(confidence.covariance))
     unit = np.where(std > 0, std, 1.0)
     rounded = [[_rounded(value) for value in row] for row in confidence.covariance / np.outer(unit, unit)]
-    return ConfidenceConfig(list(free.keys), [_rounded(value) for value in std], rounded)
+    return ConfidenceConfig(list(free.keys), [_rounded(value) for value in std], rounded, _rounded(load_growth))
 
 
 def _rounded(value: float) -> float:

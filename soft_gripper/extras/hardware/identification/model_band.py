@@ -192,10 +192,9 @@ def _left_out_rows(kept: FittedStatesConfig, found: IdentifiedStates) -> list[Ba
     return rows
 
 
-def widening(kept: FittedStatesConfig, states: SettledStates) -> tuple[Array, NDArray[np.bool_]]:
-    """How many times as wide bands are in rows as where the finger was fitted, (R,), and which are far."""
-    by_distance, widths = np.sqrt(kept.fitted.distance(_pulled(states)))[:, None], kept.widths
-    return (widths.band(by_distance) / widths.floor).mean(axis=1), widths.is_far(by_distance).any(axis=1)
+def are_far(kept: FittedStatesConfig, states: SettledStates) -> NDArray[np.bool_]:
+    """Which rows are far from what the finger was fitted to, (R,)."""
+    return kept.widths.is_far(np.sqrt(kept.fitted.distance(_pulled(states)))[:, None]).any(axis=1)
 
 
 def extrapolations(rows: Sequence[BandRow]) -> list[str]:

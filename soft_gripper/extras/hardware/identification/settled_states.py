@@ -3,8 +3,9 @@
 A row of such a recording holds how far each tendon is pulled, and where markers on the finger came to rest. The finger
 of a model rests where its springs, weight and tendons balance (`tendon_balance`). Dry friction makes its bend lag:
 it follows the balance only as far as this is more than the friction away (play operator; Visintin, *Differential Models
-of Hysteresis*, 1994, chapter III), in the order of the rows. Where a recording places the finger is not known, so
-predicted markers are shifted by their mean distance from measured ones.
+of Hysteresis*, 1994, chapter III), in the order of the rows. Backlash makes the pulled lengths lag behind the motors in
+the same way, at all times of the recording, since motors turn back between two rows too. Where a recording places the
+finger is not known, so predicted markers are shifted by their mean distance from measured ones.
 
 A fit minimises the distances of predicted and measured markers; large ones count less than by their squares, because
 tendons that stick or slip off are not part of the model. Derivatives by the markers' places are exact, those of joint
@@ -48,6 +49,7 @@ _HUBER_DISTANCE = 0.02  # of the finger's length: distances of markers beyond th
 _TOLERANCE = 2e-4  # relative, of the cost
 _MOST_STEPS = 60
 _JITTER = 1.0  # typical changes, standard deviation of the random restarts
+_WOUND = 10  # instants at which pulled lengths are known, from one row to the next
 _ALL = "all"  # rows, or markers
 
 
@@ -65,14 +67,16 @@ class SettledStates:
     load: float = 0.0  # kg, hung on the tip
     time: Array | None = None  # (R,) s; None: not known
     names: tuple[str, ...] = ()  # of the markers; empty: they have none
-    winding: tuple[Array, Array] | None = None  # (K,) s, (K, T) m: pulled lengths at all times; None: not known
+    winding: tuple[Array, Array] | None = None  # (K,) s, (K, T) m: pulled lengths between the rows; None: not known
 
-    def pulled_before(self, delay: float) -> Array:
-        """Pulled lengths some time, s, before the rows, (R, T) m."""
-        if delay == 0 or self.winding is None or self.time is None:
+    def pulled_before(self, delay: float, backlash: float) -> Array:
+        """Lengths that motors with a backlash, m, have pulled in some time, s, before the rows, (R, T) m."""
+        if self.winding is None or self.time is None:
+            return _behind(self.pulled, backlash)
+        if delay == backlash == 0:
             return self.pulled
-        time, pulled = self.winding
-        return np.stack([np.interp(self.time - delay, time, of) for of in pulled.T], axis=-1)
+        time, wound = self.winding
+        return np.stack([np.interp(self.time - delay, time, of) for of in _behind(wound, backlash).T], axis=-1)
 
 
 def settled_states(recording: HardwareRecording, finger: Finger) -> SettledStates:
@@ -103,9 +107,10 @@ def settled_states(recording: HardwareRecording, finger: Finger) -> SettledState
     if config.blocks > 1 and config.labels is None:
         block = np.arange(len(whole)) * config.blocks // len(whole) + 1
         families = np.array([f"block {number}" for number in block])
-    known = np.isfinite(pulled).all(axis=1)
-    winding = recording.time[known], pulled[known]
-    whole &= np.arange(len(whole)) % config.every == 0
+    number = np.arange(len(whole))
+    wound = np.isfinite(pulled).all(axis=1) & (number % max(config.every // _WOUND, 1) == 0)
+    winding = recording.time[wound], pulled[wound]
+    whole &= number % config.every == 0
     at = np.array([markers.at.get(name, 1.0) for name in markers.places])
     return SettledStates(
         name,
@@ -132,7 +137,7 @@ def resting_positions(model: Model, states: SettledStates) -> Array:
 
     A row in which it finds no balance is NaN.
     """
-    pulled = states.pulled_before(model.setup.delay)
+    pulled = states.pulled_before(model.setup.delay, model.setup.backlash)
     q = pulled_positions(_loaded(model.finger, states.load), pulled, states.gravity)
     if model.setup.dry_friction == 0:
         return q
@@ -144,6 +149,16 @@ def resting_positions(model: Model, states: SettledStates) -> Array:
     for i, bend in enumerate(bends):
         q[:, bend] = lagging[..., i]
     return q
+
+
+def _behind(wound: Array, backlash: float) -> Array:
+    """Lengths (K, T) m that follow what is wound, once this is over a backlash, m, away: a play operator of each."""
+    if backlash == 0:
+        return wound
+    found, at = np.empty_like(wound), wound[:1]
+    for row, (least, most) in enumerate(zip(wound - backlash, wound + backlash, strict=True)):
+        found[row] = at = np.clip(at, least, most)
+    return found
 
 
 def _loaded(finger: Finger, mass: float) -> Finger:
@@ -388,7 +403,7 @@ def identify_states(
         free.starts(starts, seed, _JITTER),
     )
     own, others = _compared(best.model, fitted, FITTED), compared_states(best.model, tested)
-    known = confidence_of(free, best.x, best.residuals, best.jacobian, _lasting(own.errors))
+    known = confidence_of(free, best.x, best.residuals, best.jacobian, lasting(own.errors))
     left_out = _left_out(best, names, [each.name for each in known.undetermined], fitted, executor)
     scores = list(own.scores)
     for of, error in zip(fitted, left_out, strict=True):
@@ -400,11 +415,11 @@ def identify_states(
     return IdentifiedStates(best.model, states, errors, (*scores, *others.scores), left_out, best, known)
 
 
-def _lasting(errors: Sequence[Array]) -> float:
+def lasting(errors: Sequence[Array]) -> float:
     """Mean correlation time of the errors of recordings, (R, M, 3) each, in rows, at least 1."""
     columns = [column for error in errors for column in error[in_balance(error)].reshape(-1, error[0].size).T]
-    lasting = [correlation_time(column) for column in columns if np.ptp(column) > 0]
-    return max(float(np.mean(lasting)), 1.0) if lasting else 1.0
+    times = [correlation_time(column) for column in columns if np.ptp(column) > 0]
+    return max(float(np.mean(times)), 1.0) if times else 1.0
 
 
 def compared_states(model: Model, states: Sequence[SettledStates]) -> TestedStates:

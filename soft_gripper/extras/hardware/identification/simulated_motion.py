@@ -235,6 +235,7 @@ class Setup:
     supply_lag: float = quantity(0.0, "Pa", least=0)
     supply_time: float = quantity(1.0, "s", above=0)
     dry_friction: float = quantity(0.0, "rad", least=0)  # by which the whole finger lags behind its balance at most
+    backlash: float = quantity(0.0, "m", least=0)  # by which pulled lengths lag behind what is wound at most
     delay: float = quantity(0.0, "s")  # by which settled states come after the pulled lengths that they belong to
     highest_pressure: float = quantity(0.0, "Pa", least=0)  # of the recordings that were fitted; 0: none
     heaviest_load: float = quantity(0.0, "kg", least=0)  # likewise

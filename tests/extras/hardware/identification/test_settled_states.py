@@ -140,6 +140,20 @@ def test_dry_friction_lags_behind_and_follows():
     np.testing.assert_allclose(held[40:42], held[39], atol=1e-12)
 
 
+def test_backlash_is_passed_where_a_motor_turns_back_between_two_rows():
+    """One tendon in by 5 mm and out again, of which only the ends are rows: it lags by the backlash."""
+    wound = 5e-3 - np.abs(np.linspace(-5e-3, 5e-3, 21))[:, None] * np.ones(6)
+    nothing = np.zeros((2, 1, 3))
+    ends = {"pulled": wound[[0, 20]], "time": np.array([0.0, 2.0]), "winding": (np.linspace(0, 2, 21), wound)}
+    states = SettledStates("in and out", markers=nothing, places=nothing[0], families=None, gravity=None, **ends)
+    np.testing.assert_allclose(states.pulled_before(0.0, 1e-3), [[0.0] * 6, [1e-3] * 6], atol=1e-12)
+    np.testing.assert_allclose(states.pulled_before(1.0, 1e-3)[1], [4e-3] * 6, atol=1e-12)
+    model = Model(TRUE.finger, Setup(backlash=1e-3))
+    np.testing.assert_allclose(
+        resting_positions(model, states)[1], pulled_positions(TRUE.finger, np.full((1, 6), 1e-3))[0], atol=1e-12
+    )
+
+
 def test_the_file_of_the_fitted_finger(found, tmp_path):
     """Only the tendons' numbers change."""
     file = model_path("package://soft_gripper/recordings/tendon_robot_v4.urdf")
