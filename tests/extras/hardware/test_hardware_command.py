@@ -81,11 +81,14 @@ def run(tmp_path_factory):
 
 
 def write_guess(file):
-    """The shipped first guess, with fewer segments; and with creep and damping of the segment, not fitted here."""
+    """The shipped first guess, with fewer segments; of the segment with what is not fitted here as in truth."""
     text = (DIRECTORY / "recordings" / file.name).read_text()
     shares, times = (" ".join(map(str, part)) for part in zip(*PUMPED.creep, strict=True))
     text = text.replace('<creep share="0.1" time="1.5"/>', f'<creep share="{shares}" time="{times}"/>')
     text = text.replace('relaxation_time="0.004"', f'relaxation_time="{PUMPED.relaxation_time}"')
+    text = text.replace('length="0.09"', f'length="{PUMPED.length}"').replace(
+        'density="1070"', f'density="{PUMPED.density}"'
+    )
     file.write_text(re.sub('segments="[0-9]+"', 'segments="4"', text))
 
 

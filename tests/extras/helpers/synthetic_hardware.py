@@ -183,10 +183,11 @@ def write_beam(folder: Path, duration: float = 2.0, truth: BeamTruth = BEAM, see
 
 @dataclass(frozen=True)
 class SegmentTruth:
-    """Of a segment of 105 mm, 25 x 25 mm, with a chamber of 12 x 8 mm at 6 mm from its middle."""
+    """Of a segment of 25 x 25 mm with a chamber of 12 x 8 mm at 6 mm from its middle."""
 
     youngs_modulus: float = 2.3e5
-    density: float = 270.0  # of what is mostly hollow
+    length: float = 0.105  # m
+    density: float = 270.0  # kg/m^3, of what is mostly hollow
     relaxation_time: float = 0.014
     creep: tuple[tuple[float, float], ...] = ((0.08, 0.1), (0.15, 1.4))
     law: tuple[float, float] = (0.705, 90e3)  # gain of a small pressure, and Pa at which the chamber balloons
@@ -218,14 +219,20 @@ def segment_motion(truth: SegmentTruth, pressure: float, time: Array, opens: flo
     area, inertia, moment = hollow(0.025, 0.012, 0.008, -0.006)
     E = truth.youngs_modulus
     rod = Rod(
-        0.105, E * inertia, np.inf, truth.density * area, truth.density * inertia, truth.relaxation_time, truth.creep
+        truth.length,
+        E * inertia,
+        np.inf,
+        truth.density * area,
+        truth.density * inertia,
+        truth.relaxation_time,
+        truth.creep,
     )
     within = _filling(truth, pressure)
 
     def drive(p: float) -> float:
         return moment * truth.gain(p) * p
 
-    return _since(time, opens, 0.105, lambda t: rod.move(t, G, lambda t: 0.0, within, drive, truth.gain))
+    return _since(time, opens, truth.length, lambda t: rod.move(t, G, lambda t: 0.0, within, drive, truth.gain))
 
 
 def _filling(truth: SegmentTruth, supply: float) -> Callable[[float], float]:

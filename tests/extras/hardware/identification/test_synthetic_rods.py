@@ -58,7 +58,8 @@ def true_segment():
     law = PressureLaw((0.0, 45e3), (0.0, gain * 45e3), (0.0, 45e3 / balloons))
     at = {"mounting_x": SEGMENT.mounting.imag, "mounting_z": SEGMENT.mounting.real}
     setup = Setup(**at, fill_time=SEGMENT.fill_time, swelling=SEGMENT.swelling)
-    return Model(of_truth("pneumatic_segment", SEGMENT, pressure_law=law), setup)
+    segment = of_truth("pneumatic_segment", SEGMENT, pressure_law=law, length=SEGMENT.length)
+    return Model(segment.with_sections(lambda part: replace(part, density=SEGMENT.density)), setup)
 
 
 def swings(time, along):
