@@ -99,7 +99,7 @@ def late_decrement(motion, markers):
 def test_the_segment_is_fitted_as_well_as_the_documentation_says():
     """By the documented fit: bend, times and creep at pressures that were not fitted hold.
 
-    The bend that is left without pressure is a miss at 15 and 20 kPa, the tip at 40 kPa, which is emptied.
+    Recovery misses its bar at 15 and 20 kPa, and so does the tip while the chamber empties from 40 kPa.
     """
     data, errors = published("pneumatic_segment").parent, []
     recordings = {name: experiments._find("pneumatic_segment", name, data) for name in SEGMENT.fitted + SEGMENT.tested}

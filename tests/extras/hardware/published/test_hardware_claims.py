@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from soft_gripper.extras.hardware.commands.printing import _score_cells
 from soft_gripper.extras.hardware.identification.fit import UNHELD, MotionScore
 from soft_gripper.extras.hardware.identification.identified_finger import repetitions
 from soft_gripper.extras.hardware.published import _of_segment, hardware_claims
@@ -112,6 +113,11 @@ def test_recovery_is_judged_where_it_was_recorded():
     assert not failing(segment=short)
     (claim,) = (claim for claim in _of_segment(identified(short)) if "recovery" in claim.text)
     assert not claim.holds
+
+
+def test_the_table_says_where_recovery_is_not_known():
+    assert [cell for cell in _score_cells(replace(GOOD, recovery_deg=np.nan)) if "nan" in str(cell)] == []
+    assert "not known" in _score_cells(replace(GOOD, recovery_deg=np.nan))
 
 
 def test_a_fit_of_the_segment_in_a_bad_minimum_fails():
