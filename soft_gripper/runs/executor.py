@@ -8,6 +8,7 @@ Drake 1.51 does not free systems written in Python along with their diagram, so 
 
 import logging
 import os
+import pickle
 import reprlib
 import resource
 import shutil
@@ -23,10 +24,13 @@ from contextlib import contextmanager
 from multiprocessing import forkserver, get_context
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
+from multiprocessing.spawn import get_preparation_data
+from pathlib import Path
 from threading import Thread
 from types import TracebackType
 from typing import Any, NamedTuple
 
+from soft_gripper.child_processes import SAFE_PATH, environment
 from soft_gripper.errors import InputError, WorkerDiedError
 from soft_gripper.library_messages import printed_as_notes
 
@@ -93,9 +97,18 @@ def _end_with(line: Connection, folder: str) -> None:
     os._exit(1)
 
 
-def make(work: Callable[..., Any], arguments: tuple[Any, ...]) -> Made:
-    """Makes a call; warnings of libraries are printed as notes, as in the parent."""
+def make(name: str, call: bytes) -> Made:
+    """Makes a call, a pickled function and its arguments; warnings of libraries are printed as notes, as in the parent.
+
+    Raises:
+        MainScriptError: naming the call, if this process cannot import what it consists of.
+    """
     with printed_as_notes():
+        try:
+            work, arguments = pickle.loads(call)
+        except (AttributeError, ImportError):
+            expected = "import it from a module; processes do not see a notebook, an interactive session or `python -c`"
+            raise MainScriptError("script", "__main__", name, expected) from None
         result = work(*arguments)
     return Made(result, _UNIT * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
 
@@ -104,22 +117,22 @@ GROWTH = 300 * 2**20  # bytes by which a process may grow after its first call b
 ATTEMPTS = 2  # at a call, if its process dies
 # Modules that most calls need, imported once by the server from which processes are forked, so that another process
 # takes only a tenth of a second; xarray loads dask.array on first use, if installed.
-_PRELOADED = ("soft_gripper.runs.sweep.run_sweep", "dask.array")
+_PRELOADED = ("soft_gripper.runs.server_folder", "soft_gripper.runs.sweep.run_sweep", "dask.array")
 _CONTEXT = get_context("forkserver")
 _PATIENCE = 5.0  # s, to wait for a dead process to disappear
 _LONGEST_PATH = 70  # bytes in the path of the temporary folder; paths of its sockets are limited to 107
 _UNGUARDED = 79  # exit code of a process whose script opens an executor when imported
-_SAFE_PATH, _THREADS = "PYTHONSAFEPATH", "OPENBLAS_NUM_THREADS"
+_THREADS = "OPENBLAS_NUM_THREADS"
 _LOGGER = logging.getLogger(__name__)
 
 
-class UnguardedScriptError(InputError):
-    """Each process imports the main script, and the script opens an executor on import."""
+class MainScriptError(InputError):
+    """Processes import the main script, and this one they cannot use."""
 
-    def __init__(self) -> None:
-        script = getattr(sys.modules["__main__"], "__file__", None)
-        expected = 'every process imports it: put its statements below `if __name__ == "__main__":`'
-        super().__init__("script", "__main__", script, expected)
+
+def _script_error(mend: str) -> MainScriptError:
+    script = getattr(sys.modules["__main__"], "__file__", None)
+    return MainScriptError("script", "__main__", script, f"every process imports it: {mend}")
 
 
 class WorkerProcesses(Executor):
@@ -134,7 +147,7 @@ class WorkerProcesses(Executor):
         """`jobs` is the number of processes.
 
         Raises:
-            InputError: if the path of the temporary folder is too long.
+            InputError: if the path of the temporary folder is too long, or if the main script comes from a pipe.
         """
         temporary = tempfile.gettempdir()
         if len(os.fsencode(temporary)) > _LONGEST_PATH:
@@ -210,14 +223,14 @@ class _Worker:
         self.has_grown = False
 
     def call(self, work: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
-        """Raises BrokenProcessPool if the process dies, UnguardedScriptError if it would run the script again."""
-        future = self._pool.submit(make, work, arguments)
+        """Raises BrokenProcessPool if the process dies, MainScriptError if it would run the script again."""
+        future = self._pool.submit(make, name_of(work, arguments), pickle.dumps((work, arguments)))
         processes = list(self._pool._processes.values())
         try:
             made = future.result()
         except BrokenProcessPool:
             if any(_exit_code(process) == _UNGUARDED for process in processes):
-                raise UnguardedScriptError from None
+                raise _script_error('put its statements below `if __name__ == "__main__":`') from None
             raise
         self._memory = made.memory if self._memory is None else self._memory
         self.has_grown = made.memory > self._memory + GROWTH
@@ -249,26 +262,24 @@ def _start_server() -> None:
     A terminal sends both to all processes, and this one ends the others. Python's tracker of resources inherits this:
     without it, another one would be started, and complain of what it does not know.
 
-    Its own imports do not come from the current folder, which Python would search first. Products of matrices take one
+    Its own imports do not come from the current folder, which Python would search first, and a main script that is a
+    pipe is refused before. Products of matrices take one
     thread, unless the user says otherwise: there is a process for every core, and threads that wait for each other take
     twice the time to judge a run.
     """
     _CONTEXT.set_forkserver_preload(list(_PRELOADED))
     handlers = {number: signal.signal(number, signal.SIG_IGN) for number in (signal.SIGINT, signal.SIGHUP)}
-    given = {_SAFE_PATH: "1", _THREADS: os.environ.get(_THREADS, "1")}
-    before = {name: os.environ.get(name) for name in given}
-    os.environ.update(given)
     try:
-        forkserver.ensure_running()
+        imported = get_preparation_data("").get("init_main_from_path")
+        if imported is not None and not Path(imported).is_file():
+            raise _script_error('save it as a file, with its statements below `if __name__ == "__main__":`')
+        with environment(SAFE_PATH | {_THREADS: os.environ.get(_THREADS, "1")}):
+            forkserver.ensure_running()
     except RuntimeError:  # raised by a process that has not yet started to work
         os._exit(_UNGUARDED)
     finally:
         for number, handler in handlers.items():
             signal.signal(number, handler)
-        for name, value in before.items():
-            os.environ.pop(name)
-            if value is not None:
-                os.environ[name] = value
 
 
 @contextmanager

@@ -19,7 +19,7 @@ from soft_gripper.errors import InputError, SimulationDivergedError, WorkerDiedE
 from soft_gripper.files.output import atomic_file
 from soft_gripper.files.row_table import write_rows
 from soft_gripper.files.text import read_text
-from soft_gripper.runs.executor import UnguardedScriptError
+from soft_gripper.runs.executor import MainScriptError
 
 _LOGGER = logging.getLogger(__name__)
 Key = TypeVar("Key")
@@ -46,14 +46,14 @@ def run_study(
         ended: called after each call, whether it failed or not.
 
     Raises:
-        UnguardedScriptError: if every worker process would run the main script again.
+        MainScriptError: if worker processes cannot import the main script, or what is called.
         Exception: the first exception of a failed call, if `failed` is None; the other calls are finished
             first.
     """
     key_of, errors = {executor.submit(work, *call): key for key, call in jobs.items()}, []
     for future in as_completed(key_of):
         key, error = key_of.pop(future), future.exception()
-        if isinstance(error, UnguardedScriptError):
+        if isinstance(error, MainScriptError):
             raise error
         if error is None:
             keep(key, future.result())

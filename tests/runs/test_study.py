@@ -9,7 +9,7 @@ import pytest
 from here_executor import HereExecutor
 
 from soft_gripper.errors import InputError, WorkerDiedError
-from soft_gripper.runs.executor import UnguardedScriptError
+from soft_gripper.runs.executor import MainScriptError
 from soft_gripper.runs.study import StudyTables, describe, run_study
 
 ONE = {"a.csv": ["n", "m", "error"]}
@@ -34,7 +34,7 @@ except InputError as error:
 
 def invert(number: int) -> float:
     if number == 99:
-        raise UnguardedScriptError
+        raise MainScriptError("script", "__main__", "mine.py", "guard it")
     return 1 / number
 
 
@@ -64,7 +64,7 @@ def test_a_failure_is_raised_when_the_others_have_ended_unless_something_stands_
 
 
 def test_a_script_that_every_process_would_run_ends_the_study(ended):
-    with pytest.raises(UnguardedScriptError):
+    with pytest.raises(MainScriptError):
         study([99], ended, lambda key, error: None)
     assert not ended
 

@@ -13,7 +13,7 @@ from refusals import refused
 
 from soft_gripper.errors import InputError, WorkerDiedError
 from soft_gripper.runs import executor as worker_processes
-from soft_gripper.runs.executor import WorkerProcesses, name_of, open_executor
+from soft_gripper.runs.executor import MainScriptError, WorkerProcesses, name_of, open_executor
 
 TESTS = Path(__file__).parents[2]
 PATHS = [str(TESTS), str(TESTS / "helpers")]
@@ -222,6 +222,33 @@ def test_a_script_without_a_guard_is_told_so(tmp_path):
     assert '__name__ == "__main__"' in said
     assert "out of memory" not in ended.stderr
     assert ended.stdout.count("begins") <= 4
+
+
+@pytest.mark.parametrize("guard", ["", 'if __name__ == "__main__": '])
+def test_a_script_on_standard_input_is_refused_before_any_call(guard):
+    """No process could import it."""
+    script = f"from soft_gripper.runs.executor import open_executor\n{guard}print(open_executor(1).__enter__())"
+    ended = subprocess.run([sys.executable, "-"], input=script, capture_output=True, text=True, timeout=60, check=False)
+    assert (ended.returncode, ended.stdout) == (1, "")
+    said = ended.stderr.strip().splitlines()[-1]
+    assert "__main__ = '<stdin>': every process imports it: save it as a file" in said
+    assert '__name__ == "__main__"' in said
+
+
+def test_a_function_that_processes_cannot_import_is_named():
+    """Such as one that is defined in a notebook."""
+    with pytest.raises(MainScriptError, match=r"__main__ = 'mine\(3\)': import it from a module"):
+        worker_processes.make("mine(3)", b"c__main__\nmine\n.")
+
+
+@pytest.mark.slow
+def test_a_program_without_a_file_has_processes():
+    script = "from soft_gripper.runs.executor import open_executor\ndef mine(number): return number\n"
+    script += "with open_executor(1) as executor: print(executor.submit(abs, -3).result(), flush=True)\n"
+    script += "with open_executor(1) as executor: executor.submit(mine, 3).result()"
+    ended = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=60, check=False)
+    assert ended.stdout == "3\n"
+    assert "__main__ = 'mine(3)': import it from a module" in ended.stderr.splitlines()[-1]
 
 
 @pytest.mark.parametrize("jobs", [0, -1, "two", 1.5])
