@@ -8,6 +8,7 @@ from contextlib import contextmanager, redirect_stdout
 from dataclasses import asdict, dataclass, field
 from io import StringIO
 from pathlib import Path
+from threading import RLock
 from typing import Any
 
 from tqdm import tqdm
@@ -17,6 +18,7 @@ from soft_gripper.files.row_table import write_csv
 COUNTED = "{desc}: {n_fmt}/{total_fmt}{postfix} [{elapsed}<{remaining}]"
 SIMULATED = "{n:.0f}/{total:.0f} s simulated [{elapsed}<{remaining}]"
 LINE_PERIOD = 15.0  # s, between the lines of progress in a file
+tqdm.set_lock(RLock())  # its own is for several processes, for which Python may start `python -c`
 
 
 class _Lines:

@@ -74,12 +74,20 @@ def _signals_wait() -> Iterator[None]:
 
 
 def _loaded(command: Command) -> Callable[[argparse.Namespace], int | None]:
-    """The function that runs a command."""
+    """The function that runs a command; its modules are imported away from the current folder.
+
+    matplotlib, which every command that simulates imports, would obey a `matplotlibrc` there, which can name programs.
+    """
+    here = os.open(".", getattr(os, "O_PATH", os.O_RDONLY))  # its path may be gone, or forbidden
+    os.chdir("/")
     try:
         run: Callable[[argparse.Namespace], int | None] = import_module(command.module).run
     except ImportError as error:
         expected = f"cannot be loaded (out of memory?): {first_line(error)}"
         raise InputError(command.name, "module", command.module, expected) from None
+    finally:
+        os.fchdir(here)
+        os.close(here)
     return run
 
 

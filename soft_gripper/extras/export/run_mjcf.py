@@ -5,6 +5,7 @@ world, and that of every free body.
 """
 
 import csv
+import os
 import sys
 from pathlib import Path
 from typing import Any
@@ -47,6 +48,7 @@ def simulate(folder: Path) -> tuple[list[str], np.ndarray]:
 
 def main() -> None:
     """Runs a folder, or opens it in MuJoCo's viewer."""
+    os.environ["PYTHONSAFEPATH"] = "1"  # glfw starts `python -c`, which would import modules of the current folder
     folders = [argument for argument in sys.argv[1:] if not argument.startswith("--")]
     folder = Path(folders[0]) if folders else Path(__file__).parent
     if "--view" in sys.argv:

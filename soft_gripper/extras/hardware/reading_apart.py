@@ -16,7 +16,8 @@ _PATIENCE = 120.0  # s
 _MOST_MEMORY = 8 << 30  # bytes
 _LEAST_MEMORY = 3 << 30  # bytes, below which the libraries themselves may not fit
 _READS = """
-import pickle, resource, sys
+import os, pickle, resource, sys
+os.chdir("/")  # matplotlib, which some readers import, would obey a matplotlibrc of the current folder
 most = int(sys.argv[1])
 resource.setrlimit(resource.RLIMIT_AS, (most, most))
 try:

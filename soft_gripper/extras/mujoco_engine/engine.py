@@ -10,7 +10,6 @@ from collections.abc import Callable, Iterator, Sequence
 from copy import deepcopy
 from dataclasses import replace
 from functools import cache, partial
-from importlib.util import find_spec
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -26,6 +25,7 @@ from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.diagrams.station_parts import Station, StationParts
 from soft_gripper.diagrams.task_plan import planned_task
 from soft_gripper.errors import InputError
+from soft_gripper.extras.mujoco_engine.library import load_mujoco
 from soft_gripper.extras.mujoco_engine.lockstep import Logs, rows_of, simulated
 from soft_gripper.extras.mujoco_engine.network import Network
 from soft_gripper.extras.mujoco_engine.plants import Exported, Plants, in_mujoco
@@ -64,7 +64,7 @@ def run_many(scenarios: Sequence[Scenario], described: bool = True) -> Iterator[
     Raises:
         InputError: if MuJoCo is not installed, or too old to step many simulations.
     """
-    _check_installed()
+    load_mujoco()
     content_of = cache(content)  # files do not change while this runs
     context_of = cache(Diagram.CreateDefaultContext)
     served = [_serve(scenario, content_of, context_of) for scenario in scenarios]
@@ -88,16 +88,11 @@ def suited_step(scenario: Scenario) -> float | None:
     Raises:
         InputError: as `run_many`.
     """
-    _check_installed()
+    load_mujoco()
     served = _serve(scenario, content, Diagram.CreateDefaultContext)
     if isinstance(served, Exception):
         return None
     return _chosen_step([served], _Models([served]))[0]
-
-
-def _check_installed() -> None:
-    if find_spec("mujoco") is None or find_spec("mujoco.batch") is None:
-        raise InputError("scenario", "engine", "mujoco", "needs MuJoCo 3.17: pip install 'soft-gripper[mujoco]'")
 
 
 class Served(NamedTuple):

@@ -22,6 +22,7 @@ from soft_gripper.extras.export.actuation import arm_actuators
 from soft_gripper.extras.export.mjcf import Mjcf, station_mjcf
 from soft_gripper.extras.export.tree import scoped_name
 from soft_gripper.extras.mujoco_engine.blocks import Rows
+from soft_gripper.extras.mujoco_engine.library import load_mujoco
 from soft_gripper.extras.mujoco_engine.normal_forces import NormalForces
 from soft_gripper.extras.mujoco_engine.touching import TouchSensors
 from soft_gripper.fingers.spatial_chain import vector_product
@@ -128,6 +129,7 @@ def in_mujoco(
         listed: models that touch others in pairs, see `station_mjcf`.
         touching: sensors of contact; None: as it is recorded.
     """
+    load_mujoco()
     import mujoco
 
     # The integrator implicitfast lets slender links that touch chatter, in steps of 0.5 ms too.
