@@ -39,5 +39,5 @@ def test_commands_run_no_module_of_the_current_folder(folder):
 @pytest.mark.slow
 def test_commands_that_take_long_run_none_either(folder):
     assert {*QUICK, *LONG} == {command.name for command in CORE}
-    ended = run_in(folder, {name: [name, *words] for name, words in LONG.items()})
+    ended = run_in(folder, {name: [name, *words] for name, words in LONG.items()}, seconds=20)
     assert [name for name, (_, ran) in ended.items() if ran] == []

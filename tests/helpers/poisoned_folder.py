@@ -9,8 +9,9 @@ from pathlib import Path
 
 RAN = "ran.txt"  # the names of the modules that ran
 SETTINGS = "no settings of the user"  # a line at which matplotlib prints a warning that names the file
-# As an installed command runs, which worker processes import. All but the first command run in forks, which need not
-# import everything again, and end after a time. Semaphores are as in Python 3.14, which starts a process for them.
+# As an installed command runs, which worker processes import. Commands that take long run in forks of the first one,
+# which have all that is imported, and end after a time. Semaphores are as in Python 3.14, which starts a process for
+# them.
 SCRIPT = """
 import json, multiprocessing, os, signal, sys
 from pathlib import Path
@@ -31,7 +32,7 @@ if __name__ == "__main__":
     lines, seconds = json.loads(sys.argv[1]), int(sys.argv[2])
     ran, found = Path("ran.txt"), {}
     for name, words in lines.items():
-        code = call_in_fork(words) if found else call(words)
+        code = call_in_fork(words) if found and seconds else call(words)
         found[name] = code, ran.read_text().split() if ran.exists() else []
         ran.unlink(missing_ok=True)
     print("FOUND", json.dumps(found))
@@ -46,8 +47,8 @@ def poison(folder: Path) -> None:
     (folder / "matplotlibrc").write_text(SETTINGS)
 
 
-def run_in(folder: Path, lines: Mapping[str, Sequence[str]], seconds: int = 60) -> dict[str, tuple[int, list[str]]]:
-    """Exit codes of commands, and modules of the folder that each ran; -14 is that of one that takes too long."""
+def run_in(folder: Path, lines: Mapping[str, Sequence[str]], seconds: int = 0) -> dict[str, tuple[int, list[str]]]:
+    """Exit codes of commands, and modules of the folder that each ran; -14 is that of one that takes more `seconds`."""
     script = folder / "bin" / "soft-gripper"
     script.parent.mkdir(exist_ok=True)
     script.write_text(SCRIPT)

@@ -1,5 +1,7 @@
 """C3D files, written here with ezc3d."""
 
+import os
+
 import numpy as np
 import pytest
 from damaged_files import damaged_bytes
@@ -105,3 +107,8 @@ def test_a_crash_of_the_library_is_said(tmp_path, describe, monkeypatch):
         read_recording(path, describe())
     assert (error.value.field, error.value.value) == ("file", "a.c3d")
     assert "-6" in error.value.expected
+
+
+def test_readers_obey_no_settings_of_the_current_folder(tmp_path):
+    """Such as a `matplotlibrc`: they are in another one."""
+    assert reading_apart.read_apart(os.path.relpath, tmp_path / "run.c3d") == str(tmp_path / "run.c3d")[1:]
