@@ -3,7 +3,7 @@
 The contacts are simulated in Drake: a peg on the inner or the outer side, with friction, anywhere from a tenth of the
 length on, at random pressures and orientations. Sensors have realistic errors, drawn anew for every contact.
 
-    python -m soft_gripper.extras.benchmark.contacts       writes the file again, to the last digit
+    python -P -m soft_gripper.extras.benchmark.contacts       writes the file again, to the last digit
 """
 
 from dataclasses import dataclass

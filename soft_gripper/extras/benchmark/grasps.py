@@ -3,7 +3,7 @@
 Two fingers close on an object, and press harder twice (`probing_grasp`, see `random_objects`). A row has the
 mean readings at the end of every pressure, by realistic sensors drawn anew for every grasp.
 
-    python -m soft_gripper.extras.benchmark.grasps       writes the files again, to the last digit
+    python -P -m soft_gripper.extras.benchmark.grasps       writes the files again, to the last digit
 """
 
 from pathlib import Path
