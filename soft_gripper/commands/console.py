@@ -18,7 +18,7 @@ from soft_gripper.files.row_table import write_csv
 COUNTED = "{desc}: {n_fmt}/{total_fmt}{postfix} [{elapsed}<{remaining}]"
 SIMULATED = "{n:.0f}/{total:.0f} s simulated [{elapsed}<{remaining}]"
 LINE_PERIOD = 15.0  # s, between the lines of progress in a file
-tqdm.set_lock(RLock())  # its own is for several processes, for which Python may start `python -c`
+tqdm.set_lock(RLock())  # its own serves processes too: Python 3.14 starts `python -c` for it, in the current folder
 
 
 class _Lines:

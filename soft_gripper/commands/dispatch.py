@@ -73,21 +73,30 @@ def _signals_wait() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _loaded(command: Command) -> Callable[[argparse.Namespace], int | None]:
-    """The function that runs a command; its modules are imported away from the current folder.
-
-    matplotlib, which every command that simulates imports, would obey a `matplotlibrc` there, which can name programs.
-    """
-    here = os.open(".", getattr(os, "O_PATH", os.O_RDONLY))  # its path may be gone, or forbidden
+@contextmanager
+def _elsewhere() -> Iterator[None]:
+    """Leaves the current folder within the block: matplotlib would obey a `matplotlibrc` there when it is imported."""
+    try:
+        here = os.open(".", getattr(os, "O_PATH", os.O_RDONLY))  # the path may be gone
+    except OSError:  # the folder may not be searched, so nothing in it is read
+        yield
+        return
     os.chdir("/")
     try:
-        run: Callable[[argparse.Namespace], int | None] = import_module(command.module).run
-    except ImportError as error:
-        expected = f"cannot be loaded (out of memory?): {first_line(error)}"
-        raise InputError(command.name, "module", command.module, expected) from None
+        yield
     finally:
         os.fchdir(here)
         os.close(here)
+
+
+def _loaded(command: Command) -> Callable[[argparse.Namespace], int | None]:
+    """The function that runs a command."""
+    try:
+        with _elsewhere():
+            run: Callable[[argparse.Namespace], int | None] = import_module(command.module).run
+    except ImportError as error:
+        expected = f"cannot be loaded (out of memory?): {first_line(error)}"
+        raise InputError(command.name, "module", command.module, expected) from None
     return run
 
 

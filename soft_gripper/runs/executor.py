@@ -31,7 +31,7 @@ from types import TracebackType
 from typing import Any, NamedTuple
 
 from soft_gripper.child_processes import SAFE_PATH, environment
-from soft_gripper.errors import InputError, WorkerDiedError
+from soft_gripper.errors import InputError, WorkerDiedError, first_line
 from soft_gripper.library_messages import printed_as_notes
 
 WAIT = 10  # s, for the scheduler to answer
@@ -106,9 +106,9 @@ def make(name: str, call: bytes) -> Made:
     with printed_as_notes():
         try:
             work, arguments = pickle.loads(call)
-        except (AttributeError, ImportError):
-            expected = "import it from a module; processes do not see a notebook, an interactive session or `python -c`"
-            raise MainScriptError("script", "__main__", name, expected) from None
+        except (AttributeError, ImportError) as error:
+            rule = "import it from a module; processes do not see a notebook, an interactive session or `python -c`"
+            raise MainScriptError("script", "__main__", name, f"{rule}: {first_line(error)}") from None
         result = work(*arguments)
     return Made(result, _UNIT * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
 
@@ -263,9 +263,8 @@ def _start_server() -> None:
     without it, another one would be started, and complain of what it does not know.
 
     Its own imports do not come from the current folder, which Python would search first, and a main script that is a
-    pipe is refused before. Products of matrices take one
-    thread, unless the user says otherwise: there is a process for every core, and threads that wait for each other take
-    twice the time to judge a run.
+    pipe is refused before. Products of matrices take one thread, unless the user says otherwise: there is a process for
+    every core, and threads that wait for each other take twice the time to judge a run.
     """
     _CONTEXT.set_forkserver_preload(list(_PRELOADED))
     handlers = {number: signal.signal(number, signal.SIG_IGN) for number in (signal.SIGINT, signal.SIGHUP)}

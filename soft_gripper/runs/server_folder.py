@@ -4,5 +4,8 @@ The server imports this first, then what its processes need. They return to the 
 """
 
 import os
+import sys
+from multiprocessing import forkserver
 
-os.chdir("/")
+if getattr(sys.modules["__main__"], "main", None) is forkserver.main:  # the server runs it
+    os.chdir("/")
