@@ -51,24 +51,24 @@ def in_parts(function: Any, sample: Array, *others: Array) -> Any:
     shape = sample.shape[:-1]
     flat = [each.reshape(-1, *each.shape[len(shape) :]) for each in (sample, *others)]
     begins = range(0, max(len(flat[0]), 1), _BATCH_SIZE)
-    parts = [function(*(each[at : at + _BATCH_SIZE] for each in flat)) for at in begins]
-    return _put_together(parts, shape)
+    parts = (function(*(each[begin : begin + _BATCH_SIZE] for each in flat)) for begin in begins)
+    return _put_together([*parts] if len(begins) == 1 else [_computed(part) for part in parts], shape)
+
+
+def _computed(part: Any) -> Any:
+    """A part whose arrays are all computed: one that is left for later keeps what it follows from."""
+    if isinstance(part, Later):
+        value = part.value
+        return Later(lambda: value)
+    return type(part)(*map(_computed, part)) if isinstance(part, tuple) else part
 
 
 def _put_together(parts: list[Any], shape: tuple[int, ...]) -> Any:
     if parts[0] is None:
         return None
     if isinstance(parts[0], Later):
-        return _later(parts, shape)
+        return Later(lambda: _put_together([part.value for part in parts], shape))
     if isinstance(parts[0], np.ndarray):
         joined = np.concatenate(parts)
         return joined.reshape((*shape, *joined.shape[1:]))
     return type(parts[0])(*(_put_together(list(each), shape) for each in zip(*parts, strict=True)))
-
-
-def _later(parts: list[Later], shape: tuple[int, ...]) -> Later:
-    """Several parts as one, computed now: they would otherwise keep what they follow from."""
-    if len(parts) > 1:
-        joined = _put_together([part.value for part in parts], shape)
-        return Later(lambda: joined)
-    return Later(lambda: _put_together([parts[0].value], shape))
