@@ -38,12 +38,11 @@ from soft_gripper.cached import Cached
 from soft_gripper.control.task import Phase
 from soft_gripper.diagrams.contact_forces import ContactForces, contact_forces
 from soft_gripper.diagrams.recording_figure import signals_figure
+from soft_gripper.diagrams.recording_file import read_netcdf, write_netcdf
 from soft_gripper.diagrams.wires import Level
-from soft_gripper.errors import InputError, first_line, shortened
-from soft_gripper.files.document import require
+from soft_gripper.errors import InputError
 from soft_gripper.files.notes import Note, as_text
 from soft_gripper.files.output import atomic_file
-from soft_gripper.files.text import check_regular
 from soft_gripper.registry import registered
 from soft_gripper.scenario.scenario_file import dump_scenario
 from soft_gripper.scenario.schema import Scenario
@@ -152,13 +151,12 @@ class Samples(Mapping[str, Array]):
             logged: contents of the logs, (T, size) each or lists of T, by port number.
         """
         self.time, self._sources, self._logged = time, sources, logged
-        self._known: dict[Derived, _KnownSteps] = {}
-        self._read: dict[str, Array] = {}
+        self._known: dict[Derived, _KnownSteps] = {}  # of blocks, some of whose outputs are not computed yet
+        self._computed: dict[Derived, dict[str, Array]] = {}  # outputs of blocks, by name
 
     def __getitem__(self, name: str) -> Array:
-        if name not in self._read:
-            self._read[name] = self.values_of(self._sources[name])
-        return self._read[name]
+        values: Array = self.values_of(self._sources[name])
+        return values
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._sources)
@@ -171,12 +169,16 @@ class Samples(Mapping[str, Array]):
         return isinstance(self._sources[name], Logged)
 
     def values_of(self, source: Source) -> Any:
-        """The values of a source at all samples."""
+        """The values of a source at all samples; the steps of a block are kept until its last output is computed."""
         if isinstance(source, Logged):
             return self._logged[source.number]
-        if source.of not in self._known:
-            self._known[source.of] = _KnownSteps(self, source.of.leaves)
-        return source.of.block.output_over_time(source.name, self._known[source.of])
+        computed = self._computed.setdefault(source.of, {})
+        if source.name not in computed:
+            known = self._known.setdefault(source.of, _KnownSteps(self, source.of.leaves))
+            computed[source.name] = source.of.block.output_over_time(source.name, known)
+            if len(computed) == len(source.of.outputs):
+                del self._known[source.of]
+        return computed[source.name]
 
 
 class _KnownSteps(dict[str, Any]):
@@ -312,9 +314,6 @@ def _is_vector(port: OutputPort | InputPort) -> bool:
     return bool(port.get_data_type() == PortDataType.kVectorValued)
 
 
-_MAGICS = (b"CDF\x01", b"CDF\x02")  # first bytes of a netCDF 3 file
-_LARGEST = 8  # maximum size of the arrays in memory, as a multiple of the file size; text takes more in memory
-
 _NO_UNIT = {"units": "1"}
 
 
@@ -356,7 +355,7 @@ class Recording:
         return found
 
     def save(self, path: Path | str) -> None:
-        """Writes one netCDF file, which xarray, MATLAB (ncread) and Julia (NCDatasets) open.
+        """Writes one netCDF 4 file, compressed, which xarray, MATLAB (ncread) and Julia (NCDatasets) open.
 
         Extras may write other forms, by the ending of the name.
         """
@@ -366,32 +365,16 @@ class Recording:
             write(self.data, file)
             return
         with atomic_file(file) as partial:
-            self.data.to_netcdf(partial, engine="scipy")
+            write_netcdf(self.data, partial)
 
     @staticmethod
     def load(path: Path | str) -> "Recording":
         """Reads a file written by `save`.
 
         Raises:
-            InputError: if the file does not exist, is not a netCDF 3 file, or is damaged.
+            InputError: if the file does not exist, is not netCDF 3 or 4, or is damaged.
         """
-        file = Path(path)
-        check_regular(file)
-        try:
-            with file.open("rb") as opened:
-                begin = opened.read(len(_MAGICS[0]))
-            require(
-                begin in _MAGICS, file, "file", file.name, "is not a netCDF 3 file; nccopy -k classic converts netCDF 4"
-            )
-            with xr.open_dataset(file, engine="scipy") as data:
-                fits = data.nbytes <= _LARGEST * file.stat().st_size
-                require(fits, file, "size", data.nbytes, "is damaged: its arrays are larger than the file")
-                return Recording(data.load())
-        except InputError:
-            raise
-        except Exception as error:  # parsers do not document their exceptions
-            expected = f"is a damaged netCDF 3 file: {shortened(first_line(error), 100)}"
-            raise InputError(file, "file", file.name, expected) from None
+        return Recording(read_netcdf(Path(path)))
 
     def forces(self) -> ContactForces:
         """The contact force of every finger over time, true and estimated, with the band of the estimate.

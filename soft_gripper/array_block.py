@@ -5,9 +5,10 @@ diagram, several blocks are composed into one, for equal fingers at once (`diagr
 functions.
 """
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 from inspect import signature
 from typing import Any
 
@@ -261,7 +262,7 @@ class ArrayBlock(LeafSystem):
 
         Args:
             output: name of the port.
-            known: time and leaves as of `over_time`; steps that are computed are added.
+            known: time and leaves as of `over_time`; steps that are computed and have several readers are added.
         """
         function, sources = self.outputs[output]
         values = function(*[self._at_all(source, known) for source in sources])
@@ -271,17 +272,26 @@ class ArrayBlock(LeafSystem):
         step = self.steps.get(name)
         if name in known or step is None or is_leaf(step):
             return known[name]
+        values = self._step_over_time(step, known)
+        if self._readers[name] > 1:
+            known[name] = values
+        return values
+
+    def _step_over_time(self, step: Step, known: dict[str, Any]) -> Any:
         if isinstance(step, Constant):
-            known[name] = np.broadcast_to(step.value, (*known[TIME].shape, *step.value.shape))
-        elif isinstance(step, Sample):
+            return np.broadcast_to(step.value, (*known[TIME].shape, *step.value.shape))
+        if isinstance(step, Sample):
             values = self._at_all(step.source, known)
-            known[name] = step.over_time(values[:, None] if step.source == TIME else values)
-        elif isinstance(step, Memory):
-            assert step.over_time is not None
-            known[name] = step.over_time(*[self._at_all(source, known) for source in step.sources])
-        elif isinstance(step, Function):
-            known[name] = step.over_time(*[self._at_all(source, known) for source in step.sources])
-        return known[name]
+            return step.over_time(values[:, None] if step.source == TIME else values)
+        assert isinstance(step, Function | Memory)
+        assert step.over_time is not None
+        return step.over_time(*[self._at_all(source, known) for source in step.sources])
+
+    @cached_property
+    def _readers(self) -> Counter[str]:
+        """How many steps and outputs of the same sample take each step."""
+        sources = (*map(sources_of, self.steps.values()), *(names for _, names in self.outputs.values()))
+        return Counter(name for names in sources for name in names)
 
     def _follows(self, name: str, period: float) -> bool:
         step = self.steps[name]

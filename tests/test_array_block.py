@@ -1,5 +1,7 @@
 """ArrayBlock: functions of arrays as ports for one sample, and over all samples of a recording at once."""
 
+import weakref
+
 import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
@@ -8,6 +10,7 @@ from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput, Tr
 from pydrake.trajectories import PiecewisePolynomial
 
 from soft_gripper.array_block import TIME, ArrayBlock
+from soft_gripper.diagrams.recording import Derived, Logged, Output, Samples
 from soft_gripper.signals import signal_of
 
 PERIOD = 0.5
@@ -237,3 +240,40 @@ def test_what_is_no_array_is_shown_and_read_as_a_list_of_samples():
     assert block.leaves("number") == ["words"]
     found = block.over_time(np.zeros(2), {"words": [["a"], ["a", "b", "c"]]}, ["number"])
     np.testing.assert_array_equal(found["number"], [[1], [3]])
+
+
+class Halves(ArrayBlock):
+    """Two outputs of a step that follows from a larger one."""
+
+    def __init__(self):
+        super().__init__()
+        self.take("x", 1)
+        self.derive("table", lambda x: np.tile(x, 1000), "x")
+        self.derive("row", self._row, "table")
+        for i in range(2):
+            self.put_out(f"half{i}", lambda row, i=i: row[..., i : i + 1].copy(), "row")
+        self.rows: list[np.ndarray] = []
+
+    def _row(self, table):
+        self.rows.append(table[..., :2].copy())
+        return self.rows[-1]
+
+
+def test_a_step_is_kept_for_further_readers_alone():
+    known = {"time": np.arange(3.0), "x": np.ones((3, 1))}
+    Halves().output_over_time("half0", known)
+    assert set(known) == {"time", "x", "row"}
+
+
+def test_steps_are_forgotten_once_all_signals_are_read():
+    """Only the outputs are kept, each computed once for all who read it."""
+    block = Halves()
+    derived = Derived(block, {"x": Logged(0)}, ["half0", "half1"])
+    sources = {f"signal{i}": Output(derived, f"half{i}") for i in range(2)}
+    samples = Samples(sources, np.arange(3.0), {0: np.ones((3, 1))})
+    assert samples["signal0"] is samples["signal0"]
+    step = weakref.ref(block.rows[-1])
+    block.rows.clear()
+    assert step() is not None
+    assert samples["signal1"].shape == (3, 1)
+    assert step() is None

@@ -122,7 +122,7 @@ def test_a_row_for_every_finger_number_of_sensors_and_held_step(evaluated: Evalu
     assert header == columns.split()
     expected = []
     for name in SCENARIOS:
-        with xr.open_dataset(evaluated.folder / name / "recording.nc", engine="scipy") as recording:
+        with xr.open_dataset(evaluated.folder / name / "recording.nc") as recording:
             fingers = [str(signal).removesuffix(".strain") for signal in recording if str(signal).endswith(".strain")]
         steps = load_scenario(name).pressure.steps["all"]
         expected += [

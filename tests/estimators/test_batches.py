@@ -15,9 +15,9 @@ def contact(shipped_finger):
 
 
 def bent_by_a_force(shape, samples):
-    """Arguments of an estimator: readings of a finger that ever more force bends, without pressure."""
+    """Arguments of an estimator: readings of a finger that a force bends ever more, without pressure."""
     finger = shape.layout.finger
-    q = np.linspace(-0.1, -0.3, samples)[:, None] * finger.angle((0.09 - finger.joint_arc_lengths).clip(0))
+    q = np.linspace(-0.2, -0.201, samples)[:, None] * finger.angle((0.09 - finger.joint_arc_lengths).clip(0))
     return shape.layout.read(q), np.zeros_like(q), np.zeros((samples, 3))
 
 
@@ -33,8 +33,8 @@ def peak(function, *arguments):
 
 def test_a_long_recording_takes_memory_for_its_results_alone(contact):
     """Cells and densities of a sample, a hundred kilobytes, are no longer kept once its posterior is known."""
-    few, many = (peak(contact.posterior, *bent_by_a_force(contact, samples)) for samples in (32, 96))
-    assert (many - few) / (96 - 32) < 2e3
+    few, many = (peak(contact.posterior, *bent_by_a_force(contact, samples)) for samples in (64, 128))
+    assert (many - few) / (128 - 64) < 2e3
 
 
 def test_parts_give_what_all_samples_give(contact):

@@ -1,8 +1,8 @@
 """Recorder: a recording of a bench that is written while it goes on, row by row.
 
-The file is that of every recording, netCDF 3 with an unlimited dimension of time: a row is appended for every sample,
-and then the number of rows in the header is raised. So it can be read at any time, and whatever ends the session, it
-has all rows up to the last that was written. What is appended reaches the disk before the number does.
+The file is netCDF 3 with an unlimited dimension of time: a row is appended for every sample, and then the number of
+rows in the header is raised. So it can be read at any time, and whatever ends the session, it has all rows up to the
+last that was written. What is appended reaches the disk before the number does.
 """
 
 import os

@@ -5,7 +5,7 @@
 | text | numbers between commas; names are in the first row, or given |
 | text of JSON objects | one object a line; the entries of a list are `name[0]`, `name[1]` ... |
 | `.c3d`, motion capture | of each point, in a pattern, and analog channels, by their labels |
-| `.nc`, netCDF 3 | variables over the dimension of the time, `name` or `name[0]`, `name[0,1]` ... |
+| `.nc`, netCDF 3 or 4 | variables over the dimension of the time, `name` or `name[0]`, `name[0,1]` ... |
 | `.bag`, `.db3`, `.mcap`, folder of a ROS 2 bag | fields of messages, see `bag_messages` |
 """
 

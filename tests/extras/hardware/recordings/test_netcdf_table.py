@@ -11,8 +11,8 @@ from soft_gripper.extras.hardware.table import Columns
 from soft_gripper.extras.hardware.table_files import read_table
 
 
-@pytest.fixture
-def file(tmp_path):
+@pytest.fixture(params=["scipy", "h5netcdf"])
+def file(tmp_path, request):
     """Variables of one and of three dimensions, the last not over time, and a clock with a date."""
     data = {
         "p": ("t", [1.0, 2.0, np.nan]),
@@ -20,7 +20,8 @@ def file(tmp_path):
         "constant": ("row", [7.0, 8.0]),
     }
     clock = np.datetime64("2026-11-24T10:00:00", "ns") + np.array([0, 10, 25], "m8[ms]")
-    xr.Dataset(data, {"t": [0.0, 0.1, 0.2], "clock": ("t", clock)}).to_netcdf(tmp_path / "a.nc", engine="scipy")
+    found = xr.Dataset(data, {"t": [0.0, 0.1, 0.2], "clock": ("t", clock)})
+    found.to_netcdf(tmp_path / "a.nc", engine=request.param)
     return tmp_path / "a.nc"
 
 
@@ -61,7 +62,7 @@ def test_the_same_as_from_text(tmp_path, describe):
         np.testing.assert_array_equal(b.markers[marker], places)
 
 
-def test_netcdf_4_is_refused(tmp_path):
+def test_netcdf_4_without_an_end_is_refused(tmp_path):
     (tmp_path / "a.nc").write_bytes(b"\x89HDF\r\n\x1a\n" + bytes(100))
     with refused("file", "a.nc"):
         read_table(tmp_path / "a.nc", Columns({}, "time"))

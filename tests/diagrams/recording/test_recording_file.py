@@ -1,0 +1,90 @@
+"""Files of recordings: compressed, written signal by signal, and nothing outside of them is read."""
+
+import tracemalloc
+
+import h5py
+import numpy as np
+import pytest
+import xarray as xr
+from refusals import refused
+
+from soft_gripper.diagrams.recording import Recording
+
+T, SIGNALS = 20_000, 10
+
+
+@pytest.fixture(scope="module")
+def recording():
+    """Random walks that stand still between samples of a sensor, 1 MB each."""
+    rng = np.random.default_rng(1)
+    walks = {f"s{i}": rng.normal(size=(T // 5, 6)).cumsum(axis=0).repeat(5, axis=0) for i in range(SIGNALS)}
+    variables = {name: (("time", "axis"), values, {"units": "rad"}) for name, values in walks.items()}
+    coords = {"time": ("time", 0.01 * np.arange(T), {"units": "s"}), "axis": list("abcdeé")}
+    return Recording(xr.Dataset(variables, coords, {"scenario": 100_000 * "a"}))
+
+
+def test_a_file_is_smaller_and_exact(recording, tmp_path):
+    recording.save(tmp_path / "a.nc")
+    assert (tmp_path / "a.nc").stat().st_size < 0.4 * recording.data.nbytes
+    found = Recording.load(tmp_path / "a.nc")
+    assert found.signals == recording.signals
+    xr.testing.assert_identical(found.data, recording.data)
+
+
+def test_saving_takes_memory_for_one_signal(recording, tmp_path):
+    Recording(recording.data[["s0"]]).save(tmp_path / "a.nc")  # what is imported is not counted
+    tracemalloc.start()
+    try:
+        recording.save(tmp_path / "b.nc")
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert peak < 3 * recording["s0"].nbytes
+
+
+@pytest.mark.parametrize("form", ["NETCDF3_CLASSIC", "NETCDF3_64BIT"])
+def test_netcdf_3_is_still_read_and_saved(recording, tmp_path, form):
+    few = recording.data.isel(time=slice(100))
+    few.to_netcdf(tmp_path / "a.nc", engine="scipy", format=form, unlimited_dims=["time"])
+    found = Recording.load(tmp_path / "a.nc")
+    xr.testing.assert_equal(found.data, few)
+    found.save(tmp_path / "b.nc")
+    xr.testing.assert_identical(Recording.load(tmp_path / "b.nc").data, found.data)
+
+
+@pytest.mark.parametrize("samples", [0, 1])
+def test_hardly_a_sample(recording, tmp_path, samples):
+    few = Recording(recording.data.isel(time=slice(samples)))
+    few.save(tmp_path / "a.nc")
+    xr.testing.assert_identical(Recording.load(tmp_path / "a.nc").data, few.data)
+
+
+def virtual(file):
+    layout = h5py.VirtualLayout((3,), float)
+    layout[:] = h5py.VirtualSource("other.h5", "s", (3,))
+    file.create_virtual_dataset("s", layout)
+
+
+@pytest.mark.parametrize(
+    "add",
+    [
+        virtual,
+        lambda file: file.create_dataset("s", (3,), float, external=[("/dev/zero", 0, 24)]),
+        lambda file: file.update(s=h5py.ExternalLink("other.h5", "s")),
+        lambda file: file.update(s=h5py.SoftLink("/t")),
+    ],
+)
+def test_arrays_outside_of_the_file_are_refused(tmp_path, add):
+    with h5py.File(tmp_path / "a.nc", "w") as file:
+        file["t"] = np.zeros(3)
+        add(file)
+    with refused("array", "s"):
+        Recording.load(tmp_path / "a.nc")
+
+
+def test_arrays_without_content_are_refused(tmp_path):
+    """A kilobyte may promise any number of zeros."""
+    with h5py.File(tmp_path / "a.nc", "w") as file:
+        file.create_dataset("s", (10**9, 1000), float, chunks=(1000, 1000))
+    with refused("size", 8 * 10**12):
+        Recording.load(tmp_path / "a.nc")
