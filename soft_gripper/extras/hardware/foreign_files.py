@@ -6,7 +6,7 @@ _CSV = "export it as text with commas"
 _BINARY: tuple[tuple[bytes, str], ...] = (  # how a file begins
     (b"MATLAB 7.3", 'is a MATLAB 7.3 file: in MATLAB, writetable(struct2table(load("log.mat")), "log.csv")'),
     (b"MATLAB 5.0", 'is a MATLAB 5 file: in MATLAB, writetable(struct2table(load("log.mat")), "log.csv")'),
-    (b"\x89HDF\r\n\x1a\n", f"is HDF5: {_CSV}; netCDF 4 is named .nc"),
+    (b"\x89HDF\r\n\x1a\n", f"is HDF5: {_CSV}; netCDF 4 is converted by nccopy -k classic"),
     (b"PK\x03\x04", f"is a workbook of a spreadsheet, or another zip archive: {_CSV}; of an .npz, numpy.savetxt"),
     (b"\xd0\xcf\x11\xe0", f"is a workbook of an old spreadsheet: {_CSV}"),
     (b"\x93NUMPY", 'is an array of NumPy: numpy.savetxt("log.csv", array, delimiter=",", header="t,a,b")'),

@@ -9,6 +9,7 @@ import xarray as xr
 from refusals import refused
 
 from soft_gripper.diagrams.recording import Recording
+from soft_gripper.errors import InputError
 
 T, SIGNALS = 20_000, 10
 
@@ -75,7 +76,7 @@ def virtual(file):
     ],
 )
 def test_arrays_outside_of_the_file_are_refused(tmp_path, add):
-    with h5py.File(tmp_path / "a.nc", "w") as file:
+    with h5py.File(tmp_path / "a.nc", "w", libver="v110") as file:
         file["t"] = np.zeros(3)
         add(file)
     with refused("array", "s"):
@@ -84,7 +85,30 @@ def test_arrays_outside_of_the_file_are_refused(tmp_path, add):
 
 def test_arrays_without_content_are_refused(tmp_path):
     """A kilobyte may promise any number of zeros."""
-    with h5py.File(tmp_path / "a.nc", "w") as file:
+    with h5py.File(tmp_path / "a.nc", "w", libver="v110") as file:
         file.create_dataset("s", (10**9, 1000), float, chunks=(1000, 1000))
     with refused("size", 8 * 10**12):
         Recording.load(tmp_path / "a.nc")
+
+
+def test_what_has_no_checksums_is_refused(recording, tmp_path):
+    """A damaged one could be read for ever."""
+    recording.data.isel(time=slice(9)).to_netcdf(tmp_path / "a.nc", engine="h5netcdf")
+    with refused("file", "a.nc"):
+        Recording.load(tmp_path / "a.nc")
+
+
+def test_a_damaged_file_is_refused(recording, tmp_path):
+    """Wherever a byte of its structure is wrong, which most of a short file is."""
+    few = recording.data.isel(time=slice(9)).drop_encoding().drop_attrs()
+    Recording(few).save(tmp_path / "a.nc")
+    content, random = (tmp_path / "a.nc").read_bytes(), np.random.default_rng(1)
+    ends = []
+    for place in random.integers(9, len(content), 60):
+        (tmp_path / "b.nc").write_bytes(content[:place] + bytes([content[place] ^ 0x55]) + content[place + 1 :])
+        try:
+            Recording.load(tmp_path / "b.nc")
+            ends.append("read")
+        except InputError:
+            ends.append("refused")
+    assert ends.count("refused") > 30

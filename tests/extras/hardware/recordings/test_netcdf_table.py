@@ -6,12 +6,17 @@ import xarray as xr
 from hardware_files import swinging, whys, write_csv
 from refusals import refused
 
+from soft_gripper.diagrams.recording_file import write_netcdf
 from soft_gripper.extras.hardware.recordings import read_recording
 from soft_gripper.extras.hardware.table import Columns
 from soft_gripper.extras.hardware.table_files import read_table
 
 
-@pytest.fixture(params=["scipy", "h5netcdf"])
+def write_netcdf_3(data, path):
+    data.to_netcdf(path, engine="scipy")
+
+
+@pytest.fixture(params=[write_netcdf_3, write_netcdf])
 def file(tmp_path, request):
     """Variables of one and of three dimensions, the last not over time, and a clock with a date."""
     data = {
@@ -21,7 +26,7 @@ def file(tmp_path, request):
     }
     clock = np.datetime64("2026-11-24T10:00:00", "ns") + np.array([0, 10, 25], "m8[ms]")
     found = xr.Dataset(data, {"t": [0.0, 0.1, 0.2], "clock": ("t", clock)})
-    found.to_netcdf(tmp_path / "a.nc", engine=request.param)
+    request.param(found, tmp_path / "a.nc")
     return tmp_path / "a.nc"
 
 
