@@ -29,6 +29,7 @@ from soft_gripper.files.notes import LEFT_OUT, MENDED, note
 _LOGGED = ("log_time",)
 _SECOND = 10**9  # ns
 _MOST_LATE = 10**9  # ns, by which a message may be stamped before another that was recorded earlier
+_MOST_DIGITS = 9  # of the place of an entry
 _MOST_SHOWN = 30  # topics or fields in a message
 _NAMES = "name", "names", "joint_names"  # fields with the names of the entries of the lists beside them
 _OWN_NAMES = "child_frame_id", "name"  # fields with the name of an entry
@@ -201,12 +202,12 @@ def _column(path: Path, name: str, topics: Mapping[str, str]) -> Column:
         known = _listed(f"{topic} ({kind})" for topic, kind in sorted(topics.items()))
         expected = f"give a topic and a field, as in /topic.field[0]; the topics of the file: {known}"
         raise InputError(path, "column", name, expected)
-    parts = re.findall(r"[^.\[\]]+|\[[^\]]*\]", name[len(topic) + 1 :])
+    parts = re.findall(r"[^.\[\]]+|\[[^\[\]]*\]", name[len(topic) + 1 :])
     return Column(name, topic, tuple(_entry(part[1:-1]) if part[0] == "[" else part for part in parts))
 
 
 def _entry(text: str) -> int | Named:
-    return int(text) if text.isdecimal() else Named(text)
+    return int(text) if text.isascii() and text.isdecimal() and len(text) <= _MOST_DIGITS else Named(text)
 
 
 def _number(path: Path, column: Column, message: Message, series: Series) -> float:

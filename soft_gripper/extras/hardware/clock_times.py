@@ -11,8 +11,9 @@ from soft_gripper.arrays import Array
 
 _DAY = 86400.0  # s
 _LOOKED_AT = 20  # cells
-_OF_DAY = re.compile(r"\d+:\d\d:\d\d(?:[.,]\d+)?")
-_MINUTES = re.compile(r"\d+:\d\d[.,]\d+")
+_LONGEST = 64  # characters of a time
+_OF_DAY = re.compile(r"\d{1,9}:\d\d:\d\d(?:[.,]\d+)?", re.ASCII)
+_MINUTES = re.compile(r"\d{1,9}:\d\d[.,]\d+", re.ASCII)
 
 
 def is_clock(cells: Sequence[str]) -> bool:
@@ -26,8 +27,9 @@ def seconds_of(cells: Sequence[str]) -> tuple[Array, int]:
 
     Dates with slashes have the month first, and those with points the day, unless that cannot be.
     """
-    texts = pd.Series([cell.strip().replace(",", ".") for cell in cells])
-    first = next(text for text in texts if ":" in text)
+    stripped = (cell.strip().replace(",", ".") for cell in cells)
+    texts = pd.Series([text if len(text) <= _LONGEST else "" for text in stripped])
+    first = next((text for text in texts if ":" in text), "")
     if _MINUTES.fullmatch(first) or _OF_DAY.fullmatch(first):
         whole = texts if _OF_DAY.fullmatch(first) else "00:" + texts
         seconds = pd.to_timedelta(whole, errors="coerce").dt.total_seconds().to_numpy(dtype=float)
