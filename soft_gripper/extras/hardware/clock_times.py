@@ -36,11 +36,18 @@ def seconds_of(cells: Sequence[str]) -> tuple[Array, int]:
         return _past_midnight(seconds)
     dates = pd.to_datetime(texts, format="ISO8601", utc=True, errors="coerce")
     if dates.isna().mean() > 0.5:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", UserWarning)  # on which of day and month comes first
-            dates = pd.to_datetime(texts, dayfirst="." in first.split(" ")[0], utc=True, errors="coerce")
+        day_first = "." in first.split(" ")[0]
+        looked_at = texts[texts.str.contains(":")][:_LOOKED_AT]  # other forms take long to read
+        if _in_other_forms(looked_at, day_first).notna().any():
+            dates = _in_other_forms(texts, day_first)
     seconds = (dates - dates.dropna().iloc[0]).dt.total_seconds().to_numpy(dtype=float) if dates.notna().any() else None
     return (np.full(len(texts), np.nan), 0) if seconds is None else (seconds, 0)
+
+
+def _in_other_forms(texts: "pd.Series[str]", day_first: bool) -> "pd.Series[pd.Timestamp]":
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # on which of day and month comes first
+        return pd.to_datetime(texts, dayfirst=day_first, utc=True, errors="coerce")
 
 
 def _past_midnight(seconds: Array) -> tuple[Array, int]:

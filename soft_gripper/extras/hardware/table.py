@@ -112,13 +112,15 @@ def runs_of(table: Table, time: str, pause: float) -> list[Table]:
     """The runs in a table: a gap of time longer than `pause`, in its unit, or time that begins anew, begins another.
 
     Raises:
-        InputError: if a run has a single row.
+        InputError: if no sample has a time, or a run has a single row.
     """
     t = table.columns([time])[:, 0]
     table, t = table.kept(np.isfinite(t)), t[np.isfinite(t)]
     step = np.diff(t, prepend=t[:1])
     number = np.cumsum((step < 0) | (step > pause))
-    runs = [table.kept(number == i) for i in range(int(number[-1]) + 1)] if len(t) else [table]
+    if not len(t):
+        raise InputError(table.path, time, 0, "no sample has a time")
+    runs = [table.kept(number == i) for i in range(int(number[-1]) + 1)]
     for run in runs:
         if len(run.rows) < 2:
             expected = f"is a run by itself in row {run.rows[0]}: is `pause` right, and does time run on?"
@@ -145,7 +147,7 @@ def without_zero_stamps(table: Table, time: str, unit: float) -> Table:
 def held(table: Table, columns: Columns) -> Table:
     """A table in whose empty cells the last value is held, if `columns.hold` is given.
 
-    Rows without any value are left out.
+    Rows without any value are left out, and rows of one time that have no signal in common are one.
     """
     if columns.hold is None:
         return table
@@ -158,7 +160,17 @@ def held(table: Table, columns: Columns) -> Table:
     is_fresh = (run[:, None] == run[last]) & (age <= columns.hold * (1 + _ROUNDING))
     filled = table.values.copy()
     filled[:, signals] = np.where(is_fresh, np.take_along_axis(values, last, axis=0), np.nan)
-    return replace(table, values=filled)
+    return replace(table, values=filled).kept(_last_of_message_groups(t, np.isfinite(values)))
+
+
+def _last_of_message_groups(t: Array, has_value: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Rows but for those, (T,), whose time the next row has too, if no signal has several values at that time."""
+    begins = np.flatnonzero(np.diff(t, prepend=np.nan) != 0)
+    if not len(begins):
+        return np.ones(len(t), dtype=bool)
+    is_single = (np.add.reduceat(has_value, begins, axis=0, dtype=int) <= 1).all(axis=1)
+    is_last = np.diff(t, append=np.nan) != 0
+    return is_last | ~np.repeat(is_single, np.diff(begins, append=len(t)))
 
 
 def since_all_began(table: Table, columns: Columns, hold: float) -> Table:

@@ -10,6 +10,7 @@ from refusals import refused
 
 from soft_gripper.errors import InputError
 from soft_gripper.extras.hardware.recording_schema import TextConfig
+from soft_gripper.extras.hardware.recordings import read_recordings
 from soft_gripper.extras.hardware.table import Columns, without_zero_stamps
 from soft_gripper.extras.hardware.table_files import read_table
 from soft_gripper.files.notes import collected
@@ -105,9 +106,20 @@ def test_signals_with_rates_of_their_own_are_held(tmp_path):
     np.testing.assert_array_equal(values[2], [0.2, 3, nan])
     values, _ = table(tmp_path, "t,a,b\n0,1,1\n5,,2\n0,,3\n", Columns(AB.names, "t", hold=10.0))
     np.testing.assert_array_equal(values[2], [0, nan, 3])  # time began anew: another run
+    together = "t,a,b\n0,1,\n0,,2\n1,3,\n1,,4\n2,5,\n2,6,\n2,,7\n"  # a row for each message, at one time
+    values, _ = table(tmp_path, together, Columns(AB.names, "t", hold=10.0))
+    np.testing.assert_array_equal(values, [[0, 1, 2], [1, 3, 4], [2, 5, 4], [2, 6, 4], [2, 6, 7]])
     values, notes = table(tmp_path, RATES)
     assert len(values) == 6
     assert notes[1] == "4 of 6 cells of b: no value there"
+
+
+def test_a_table_without_a_value_is_refused(tmp_path, describe):
+    (tmp_path / "a.csv").write_text("t,a\n0,\n1,\n")
+    described = "time: t\nreadings: [a]\nframe: {origin: [0, 0, 0]}\nhold: 0.1\n"
+    for more in ("", "pause: 10\n"):
+        with refused("t", 0):
+            read_recordings(tmp_path / "a.csv", describe(text=described + more))
 
 
 def test_times_of_zero_before_a_clock_is_set_are_left_out(tmp_path):
@@ -133,6 +145,7 @@ LONG = {
     "blanks before a comment": "t,a,b\n" + 10**6 * " " + "#\n0,1,2\n",
     "digits": f"t,a,b\n0,1,{NINES}x\n1,{NINES}:{NINES},2\n",
     "a clock of digits": f"t,a,b\n{NINES}:{NINES}:00,1,2\n" + "00:00:01,1,2\n" * 9,
+    "a clock that is none": "t,a,b\n" + "".join(f"Mon Jan 3 12:00:00 2022 at {i},1,2\n" for i in range(30000)),
     "thousands": "t;a;b\n0;1" + ",000" * 10**5 + "x;0\n1;2;3\n",
     "columns": "t,a,b" + 10**6 * ",c" + "\n0,1,2" + 10**6 * "," + "\n",
     "other columns": ",".join(f"some{i}" for i in range(10**5)) + "\n",
