@@ -25,6 +25,7 @@ import numpy as np
 from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
 from soft_gripper.files.notes import LEFT_OUT, MENDED, note
+from soft_gripper.files.number import number
 
 _LOGGED = ("log_time",)
 _SECOND = 10**9  # ns
@@ -300,7 +301,8 @@ def _stamp(value: Any) -> int | None:
     nanoseconds = parts.get("nanosec", parts.get("nsec"))
     if nanoseconds is None or "sec" not in parts:
         return None
-    return int(parts["sec"]) * _SECOND + int(nanoseconds)
+    whole, rest = (int(number(str(part))) for part in (parts["sec"], nanoseconds))  # JSON has them as text, too
+    return whole * _SECOND + rest
 
 
 def _leaves(value: Any, name: str = "") -> Iterator[str]:

@@ -19,6 +19,7 @@ _MOVES = 0.15  # of the range: followed motion while the reading stays
 _GOES_BEYOND = 0.05  # of the range, likewise
 _STDS = 5.0  # of the residuals of the line by which it is followed: curved responses and hysteresis are in them
 _STEPS = 2.0  # of the reading beside its end: a coarse one stays the same while others move a little
+_MOVING_LEVELS = 10  # values of a reading that moves; more
 
 
 class Stuck(NamedTuple):
@@ -39,10 +40,8 @@ def stuck_readings(readings: Mapping[str, Array], others: Mapping[str, Array]) -
         if len(seen) < _MIN_SAMPLES:
             continue
         if np.ptp(seen) == 0:
-            moving = any(np.nanmax(values) > np.nanmin(values) for values in readings.values() if _is_seen(values))
-            if moving:
-                question = "it never changes, and others do: is it connected?"
-                questions.append(Stuck(name, float(seen[0]), question))
+            if any(map(_moves, readings.values())):
+                questions.append(Stuck(name, float(seen[0]), "it never changes, and others do: is it connected?"))
             continue
         low, high = map(float, np.percentile(seen, [_BEYOND, 100 - _BEYOND], method="nearest"))
         inside = np.where((reading >= low) & (reading <= high), reading, np.nan)
@@ -54,8 +53,9 @@ def stuck_readings(readings: Mapping[str, Array], others: Mapping[str, Array]) -
     return questions
 
 
-def _is_seen(values: Array) -> bool:
-    return bool(np.isfinite(values).any())
+def _moves(reading: Array) -> bool:
+    """Whether a reading does more than flicker by the steps of its converter."""
+    return len(np.unique(reading[np.isfinite(reading)])) > _MOVING_LEVELS
 
 
 def _goes_on(reading: Array, end: float, other: Array) -> bool:
@@ -64,11 +64,12 @@ def _goes_on(reading: Array, end: float, other: Array) -> bool:
     at_end, free = known & (reading == end), known & (reading != end)
     if at_end.sum() < _MIN_SAMPLES or free.sum() < _MIN_SAMPLES or min(np.ptp(other[free]), np.ptp(reading[free])) == 0:
         return False
-    if abs(np.corrcoef(reading[free], other[free])[0, 1]) < _MIN_CORRELATION:
+    correlation = float(np.corrcoef(reading[free], other[free])[0, 1])
+    if not abs(correlation) >= _MIN_CORRELATION:
         return False
-    slope, zero = np.polyfit(other[free], reading[free], 1)
-    std = float(np.std(reading[free] - slope * other[free] - zero))
-    expected = slope * other[at_end] + zero
+    slope = correlation * np.std(reading[free]) / np.std(other[free])
+    std = float(np.std(reading[free] - slope * other[free]))
+    expected = np.mean(reading[free]) + slope * (other[at_end] - np.mean(other[free]))
     size, least = _range(reading[known]), max(_STDS * std, _STEPS * float(np.abs(reading[free] - end).min()))
     outward = np.sign(end - np.median(reading[free]))
     moves, beyond = _range(expected), float(outward * (np.median(expected) - end))
