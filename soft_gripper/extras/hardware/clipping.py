@@ -22,7 +22,7 @@ _STEPS = 2.0  # of the reading beside its end: a coarse one stays the same while
 _MOVING_LEVELS = 10  # values of a reading that moves; more
 
 
-class Stuck(NamedTuple):
+class StuckReading(NamedTuple):
     """A reading that stays at a value while others move."""
 
     name: str
@@ -30,7 +30,7 @@ class Stuck(NamedTuple):
     question: str
 
 
-def stuck_readings(readings: Mapping[str, Array], others: Mapping[str, Array]) -> list[Stuck]:
+def stuck_readings(readings: Mapping[str, Array], others: Mapping[str, Array]) -> list[StuckReading]:
     """Readings, (T,) by name, that seem to be clipped or dead, judged by each other and by other signals, (T,)."""
     signals = {**readings, **others}
     questions = []
@@ -41,7 +41,7 @@ def stuck_readings(readings: Mapping[str, Array], others: Mapping[str, Array]) -
             continue
         if np.ptp(seen) == 0:
             if any(map(_moves, readings.values())):
-                questions.append(Stuck(name, float(seen[0]), "it never changes, and others do: is it connected?"))
+                questions.append(StuckReading(name, float(seen[0]), "never changes, and others do: is it connected?"))
             continue
         low, high = map(float, np.percentile(seen, [_BEYOND, 100 - _BEYOND], method="nearest"))
         inside = np.where((reading >= low) & (reading <= high), reading, np.nan)
@@ -49,7 +49,7 @@ def stuck_readings(readings: Mapping[str, Array], others: Mapping[str, Array]) -
             share = float((seen == end).mean())
             if share >= _MIN_SHARE and any(_goes_on(inside, end, values) for values in followed.values()):
                 question = f"has its {word} value in {100 * share:.0f} % of the samples: is it clipped?"
-                questions.append(Stuck(name, end, question))
+                questions.append(StuckReading(name, end, question))
     return questions
 
 

@@ -15,7 +15,7 @@ from soft_gripper.extras.hardware.text_pattern import (
     filled,
     has_syntax,
     pattern_problem,
-    with_number,
+    plain_number_pattern,
 )
 from soft_gripper.files.document import load_config, require
 from soft_gripper.files.yaml_text import read_yaml
@@ -263,7 +263,7 @@ _NOT_REGULAR = "regular expressions are not read"
 
 
 def _number_misfits(pattern: str) -> Iterator[Misfit]:
-    plain = with_number(pattern)
+    plain = plain_number_pattern(pattern)
     expected = pattern_problem(plain, ("number",))
     if has_syntax(plain):
         expected = f"give text with {{number}}, such as _{{number}}g; {_NOT_REGULAR}"

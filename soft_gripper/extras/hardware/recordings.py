@@ -29,7 +29,7 @@ from soft_gripper.extras.hardware.recording_schema import (
 )
 from soft_gripper.extras.hardware.table import Columns, Table, runs_of, without_zero_stamps
 from soft_gripper.extras.hardware.table_files import is_bag_folder, read_table
-from soft_gripper.extras.hardware.text_pattern import find, with_number
+from soft_gripper.extras.hardware.text_pattern import find, plain_number_pattern
 from soft_gripper.files.document import given, require
 from soft_gripper.files.notes import LEFT_OUT, READ, Note, collected, note
 
@@ -376,14 +376,14 @@ _GRAM = 1e-3  # kg
 def pressure_in_name(path: Path, ways: list[PressureNameConfig]) -> float | None:
     """The commanded pressure in a file's name, Pa; None if there is none."""
     for way in ways:
-        if found := find(with_number(way.pattern), path.stem):
+        if found := find(plain_number_pattern(way.pattern), path.stem):
             return float(found[1]) * PRESSURE[way.unit]
     return None
 
 
 def load_in_name(path: Path, load: LoadNameConfig | None) -> float:
     """The mass at the tip according to a file name, kg; 0 if it gives none."""
-    found = find(with_number(load.pattern), path.stem) if load else None
+    found = find(plain_number_pattern(load.pattern), path.stem) if load else None
     if load is None or found is None:
         return 0.0
     return load.masses.get(found[1], float(found[1]) * _GRAM)

@@ -19,8 +19,7 @@ _LARGEST = 1e20  # largest number: admits a clock that counts nanoseconds since 
 _ROUNDING = 1e-6  # of an age that is `hold`
 _MOST_SHOWN = 12  # columns in a message
 _MOST_COMPARED, _LONGEST_COMPARED = 1000, 100  # names that a mistyped one is compared with, and their characters
-_CLOCK_JUMP = 60.0  # s, and
-_CLOCK_STEPS = 100  # median intervals: a longer step from 0 on is that of a clock that was set
+_CLOCK_JUMP, _CLOCK_STEPS = 60.0, 100  # s and median intervals: a clock that is set goes from 0 by more than both
 
 
 @dataclass(frozen=True)
@@ -160,10 +159,10 @@ def held(table: Table, columns: Columns) -> Table:
     is_fresh = (run[:, None] == run[last]) & (age <= columns.hold * (1 + _ROUNDING))
     filled = table.values.copy()
     filled[:, signals] = np.where(is_fresh, np.take_along_axis(values, last, axis=0), np.nan)
-    return replace(table, values=filled).kept(_last_of_message_groups(t, np.isfinite(values)))
+    return replace(table, values=filled).kept(_message_group_ends(t, np.isfinite(values)))
 
 
-def _last_of_message_groups(t: Array, has_value: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _message_group_ends(t: Array, has_value: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Rows but for those, (T,), whose time the next row has too, if no signal has several values at that time."""
     begins = np.flatnonzero(np.diff(t, prepend=np.nan) != 0)
     if not len(begins):
@@ -173,15 +172,15 @@ def _last_of_message_groups(t: Array, has_value: NDArray[np.bool_]) -> NDArray[n
     return is_last | ~np.repeat(is_single, np.diff(begins, append=len(t)))
 
 
-def since_all_began(table: Table, columns: Columns, hold: float) -> Table:
+def leave_out_start(table: Table, columns: Columns, hold: float) -> Table:
     """The samples from which on every signal has a value, but for those that begin later than `hold`, s."""
     if not len(table.rows):
         return table
     t = table.columns([columns.time])[:, 0]
     has_value = np.isfinite(table.values)
     begin = t[np.argmax(has_value, axis=0)]
-    late = begin[has_value.any(axis=0) & ((begin - t[:1]) * columns.time_unit <= hold)]
-    keep = ~(t < late.max(initial=-np.inf))
+    begin = begin[has_value.any(axis=0) & ((begin - t[:1]) * columns.time_unit <= hold)]
+    keep = ~(t < begin.max(initial=-np.inf))
     if not keep.all():
         note(LEFT_OUT, table.path, f"{len(t) - keep.sum()} of {len(t)} rows", "", "some signals began after them")
     return table.kept(keep)

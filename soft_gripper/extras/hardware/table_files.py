@@ -21,7 +21,7 @@ from soft_gripper.extras.hardware.bag_messages import bag_columns
 from soft_gripper.extras.hardware.c3d_points import c3d_points
 from soft_gripper.extras.hardware.reading_apart import read_apart
 from soft_gripper.extras.hardware.recording_schema import LENGTH
-from soft_gripper.extras.hardware.table import HELD, Columns, Table, held, note_missing, since_all_began
+from soft_gripper.extras.hardware.table import HELD, Columns, Table, held, leave_out_start, note_missing
 from soft_gripper.extras.hardware.text_pattern import filled
 from soft_gripper.extras.hardware.text_table import read_text_table
 from soft_gripper.files.document import require
@@ -50,7 +50,7 @@ def read_table(path: Path, columns: Columns) -> Table:
     else:
         table = held(_read_netcdf(path, columns), columns)
     if hold is not None:
-        table = since_all_began(table, columns, hold)
+        table = leave_out_start(table, columns, hold)
     note_missing(table, columns, hold)
     return table
 

@@ -44,11 +44,11 @@ def filled(pattern: str, values: Mapping[str, str]) -> str:
     return _FIELD.sub(lambda field: values.get(field[1], field[0]), pattern)
 
 
-def with_number(pattern: str) -> str:
+def plain_number_pattern(pattern: str) -> str:
     """A pattern of a number in which the regular expressions of earlier descriptions, such as `_(\\d+)g`, are plain."""
     for old in _OLD_NUMBERS:
         plain = pattern.replace(old, "{number}")
-        if plain != pattern and _SYNTAX.isdisjoint(plain):
+        if plain != pattern and (_SYNTAX | set(".|")).isdisjoint(plain):
             return plain
     return pattern
 

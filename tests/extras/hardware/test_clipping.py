@@ -61,7 +61,7 @@ def test_a_finger_at_rest_is_not_clipped(rest, noise, quantum):
 def test_a_reading_that_never_moves_is_questioned():
     counts, pressure = bending()
     counts[:, 2] = 7
-    assert stuck(counts, pressure) == [("reading 2", "it never changes, and others do: is it connected?")]
+    assert stuck(counts, pressure) == [("reading 2", "never changes, and others do: is it connected?")]
     assert stuck(np.full((100, 3), 7.0), np.arange(100.0)) == []
 
 

@@ -4,7 +4,7 @@ import time
 
 import pytest
 
-from soft_gripper.extras.hardware.text_pattern import filled, find, pattern_problem, with_number
+from soft_gripper.extras.hardware.text_pattern import filled, find, pattern_problem, plain_number_pattern
 
 
 @pytest.mark.parametrize(
@@ -39,9 +39,10 @@ def test_placeholders_are_replaced_and_nothing_else():
 
 
 def test_numbers_of_earlier_descriptions_are_still_read():
-    assert with_number(r"_(\d+)g") == "_{number}g"
-    assert with_number(r"(\d+(?:\.\d+)?)kPa") == "{number}kPa"
-    assert with_number(r"load_?(\d+)") == r"load_?(\d+)"
+    assert plain_number_pattern(r"_(\d+)g") == "_{number}g"
+    assert plain_number_pattern(r"(\d+(?:\.\d+)?)kPa") == "{number}kPa"
+    for pattern in (r"load_?(\d+)", r"load.(\d+)", r"(\d+)g|(\d+)kg"):
+        assert plain_number_pattern(pattern) == pattern
 
 
 @pytest.mark.parametrize("pattern", ["{number}x", "{word}x", "{word}{number}{word}{number}x", "a{number}b"])
