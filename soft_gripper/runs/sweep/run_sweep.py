@@ -128,8 +128,8 @@ MOST_RUNS = 10_000  # in a sweep: more than anyone would wait for
 METHODS = ("grid", "latin", "sobol")
 SweepPoint = dict[str, Any]  # values by dotted keys, see `changed_scenario`
 
-_NUMBER = r"([-+]?[0-9.]{1,40}(?:[eE][-+]?[0-9]+)?)"
-_RANGE = re.compile(rf"\s*{_NUMBER}\s*\.\.\s*{_NUMBER}\s*(%?)\s*(?::\s*([0-9]+))?\s*")
+_NUMBER = r"([-+]?[0-9.]{1,400}(?:[eE][-+]?[0-9]+)?)"
+_RANGE = re.compile(rf"\s*+{_NUMBER}\s*+\.\.\s*+{_NUMBER}\s*+(%?)\s*+(?::\s*+([0-9]++))?\s*+")
 _ENDS = "give the lower limit, the upper limit, and 2 or more values"
 _EXPECTED = "write KEY=1,2,3 or KEY=0.5..0.9:5 (five values) or, with --sample, KEY=0.5..0.9"
 
