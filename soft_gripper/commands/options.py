@@ -10,6 +10,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+from soft_gripper.files.number import number as decimal
 from soft_gripper.registry import registered
 from soft_gripper.scenario.shipped import preset_names, scenario_path
 
@@ -69,7 +70,7 @@ def number(most: float, is_most_allowed: bool = True) -> Callable[[str], float]:
 
     def read(text: str) -> float:
         with suppress(ValueError):
-            if 0 <= (value := float(text)) < most or (is_most_allowed and value == most):
+            if 0 <= (value := decimal(text)) < most or (is_most_allowed and value == most):
                 return value
         raise ValueError(f"give a number from 0 to {'' if is_most_allowed else 'below '}{most:g}")
 

@@ -18,6 +18,7 @@ from pydrake.multibody.parsing import ModelDirective
 from soft_gripper.cached import kept
 from soft_gripper.errors import InputError, is_near, meant
 from soft_gripper.extras import added
+from soft_gripper.files.number import is_number
 from soft_gripper.quantity import Rule, misfits, rules
 
 _T = TypeVar("_T")
@@ -289,6 +290,8 @@ def _converts(value: Any, schema: type) -> bool:
     if isinstance(value, bool):
         return schema is bool
     if schema in (float, int):
+        if isinstance(value, str) and not is_number(value.strip()):
+            return False
         try:
             return schema(value) == float(value) or math.isnan(float(value))
         except (TypeError, ValueError, OverflowError):

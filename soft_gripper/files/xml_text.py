@@ -5,6 +5,7 @@ import xml.etree.ElementTree as ET
 from pathlib import Path
 
 from soft_gripper.errors import InputError
+from soft_gripper.files.number import DECIMAL
 from soft_gripper.files.text import read_text
 
 DRAKE = "{http://drake.mit.edu}"  # namespace of Drake's own elements, under whichever of its names a file has it
@@ -88,7 +89,7 @@ def _of_drake(tag: str) -> str:
 
 
 LEAST, MOST = 1e-30, 1e15  # of the size of a number that is not 0: enough for all that models contain, in SI units
-_NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?|[-+]?inf(inity)?", re.ASCII | re.IGNORECASE)
+_NUMBER = re.compile(rf"{DECIMAL}|[-+]?inf(inity)?", re.IGNORECASE)
 _WORDS = {1: "a number", 2: "two numbers", 3: "three numbers", 4: "four numbers"}
 
 

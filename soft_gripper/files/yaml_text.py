@@ -10,6 +10,7 @@ import yaml
 from pydrake.common.yaml import yaml_load_data
 
 from soft_gripper.errors import InputError, first_line, in_one_line
+from soft_gripper.files.number import is_number
 from soft_gripper.files.text import read_text
 
 _DEEPEST_VALUE = 40  # mappings and lists inside each other
@@ -76,10 +77,22 @@ def _check_size(where: Path | str, text: str) -> None:
         elif isinstance(event, yaml.ScalarEvent):
             _count(where, path[-1], 1, event.value)
             sizes[event.anchor] = 1
+            _check_number(where, event)
         if len(path) > _DEEPEST_VALUE:
             raise InputError(
                 where, "depth", len(path), f"give no more than {_DEEPEST_VALUE} lists or mappings in each other"
             )
+
+
+def _check_number(where: Path | str, event: yaml.ScalarEvent) -> None:
+    """Checks that what YAML takes for a number is one to everybody: not 1_0, 0x10, octal 010, or 1:30 of base 60."""
+    text = event.value
+    resolvers = yaml.SafeLoader.yaml_implicit_resolvers.get(text[:1], ()) if event.implicit[0] else ()
+    kinds = {tag.rpartition(":")[2] for tag, expression in resolvers if expression.match(text)}
+    size = text.lower().lstrip("+-")
+    is_decimal = is_number(text) and not ("int" in kinds and size.startswith("0") and size != "0")
+    if kinds & {"int", "float"} and not is_decimal and size not in (".inf", ".nan"):
+        raise InputError(where, "number", text, "give a decimal number, such as 10 or 1.5; put text in quotes")
 
 
 def _count(where: Path | str, holder: _Open, size: int, key: str) -> None:

@@ -9,6 +9,8 @@ from typing import Annotated
 
 import numpy as np
 
+from soft_gripper.files.number import number
+
 NAN = float("nan")
 
 
@@ -59,7 +61,7 @@ def _compared(found: Sequence[Mapping[str, str]], in_drake: Sequence[Mapping[str
 
 def _number(cell: str) -> float:
     try:
-        return float(cell)
+        return number(cell)
     except ValueError:
         return NAN
 

@@ -4,6 +4,8 @@ import math
 import re
 from typing import Any, NamedTuple
 
+from soft_gripper.files.number import number
+
 FORM = "MEASURE at most NUMBER, MEASURE at least NUMBER, or MEASURE is TEXT, with a measure of a sweep"
 _TEXT = re.compile(r"(\w+) (at most|at least|is) (\S.*)")
 
@@ -35,6 +37,6 @@ def read_criterion(text: str) -> Criterion | None:
 
 def _number(text: str) -> float:
     try:
-        return float(text)
+        return number(text)
     except ValueError:
         return math.nan

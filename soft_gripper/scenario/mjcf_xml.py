@@ -282,7 +282,7 @@ def _exclude(root: ET.Element, defaults: _Defaults) -> None:
 
 def _bits(values: Mapping[str, str], name: str) -> int:
     text = values.get(name, "1")
-    return int(text) if text.isdecimal() else 1
+    return int(text) if text.isascii() and text.isdecimal() and len(text) < 20 else 1
 
 
 def _bodies(root: ET.Element) -> Iterator[tuple[ET.Element, str]]:

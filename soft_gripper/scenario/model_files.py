@@ -18,6 +18,7 @@ from pydrake.multibody.tree import ModelInstanceIndex
 from soft_gripper.control.couplings import Mimic
 from soft_gripper.errors import InputError
 from soft_gripper.files.document import require
+from soft_gripper.files.number import number
 from soft_gripper.files.text import name_of
 from soft_gripper.files.xml_text import read_xml
 from soft_gripper.fingers.cross_section import CrossSection
@@ -170,12 +171,12 @@ def _values(where: str, name: str, text: str, before: Any) -> Any:
 
 def _value(where: str, name: str, text: str, before: float) -> float:
     """The value after a change."""
-    number, percent, rest = str(text).partition("%")
+    size, percent, rest = str(text).partition("%")
     try:
-        value = float(number)
+        value = number(size)
     except ValueError:
         value = math.nan
-    relative, sign = bool(percent), number.strip()[:1]
+    relative, sign = bool(percent), size.strip()[:1]
     wrong = rest.strip() or (relative and sign not in ("+", "-")) or (not relative and sign == "+")
     if wrong or not math.isfinite(value):
         raise InputError(where, name, text, _EXPECTED)

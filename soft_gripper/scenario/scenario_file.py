@@ -195,7 +195,7 @@ def _index(place: Any, name: str) -> int:
     names = [str(entry["name"]) for entry in place if isinstance(entry, dict) and "name" in entry]
     if len(names) == len(place) and names.count(name) == 1:
         return names.index(name)
-    if name.isdecimal() and int(name) < len(place):
+    if name.isascii() and name.isdecimal() and len(name) < 10 and int(name) < len(place):
         return int(name)
     named = f", or a name; {meant(name, names)}" if names else ""
     raise LookupError(f"there is no entry '{name}': give a number from 0 to {len(place) - 1}{named}")

@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from soft_gripper.arrays import Array
+from soft_gripper.files.number import number
 
 MOST_BYTES = 65536  # of a message
 _MOST_COUNT = 2**53  # beyond, a float is not a whole number
@@ -115,14 +116,14 @@ def _number(name: str, value: object) -> float:
         return math.nan
     if isinstance(value, int | float) and not isinstance(value, bool):
         with suppress(OverflowError):  # of a whole number with hundreds of digits
-            if math.isfinite(number := float(value)):
-                return number
+            if math.isfinite(size := float(value)):
+                return size
     raise MalformedError(f"has {name} = {value!r}"[:80])
 
 
 def _from_text(message: bytes) -> list[float]:
     try:
-        return [float(part) for part in message.decode("ascii").split(",")]
+        return [number(part) for part in message.decode("ascii").split(",")]
     except ValueError:
         raise MalformedError("is not numbers between commas") from None
 

@@ -2,8 +2,10 @@
 
 from dataclasses import asdict, dataclass, field
 
+_MAX_GAP = 10**6  # numbers that may be missing; a number further on is wrong, unless others go on from it
 _MOST_MISSING = 1000  # numbers that are still waited for
-_IN_ORDER = 3  # readings in order, all behind the last number: the device counts from there, or that number was wrong
+# Readings in order, all behind the last number or far beyond it: the device counts from there, or that number was wrong
+_IN_ORDER = 3
 
 
 @dataclass
@@ -14,7 +16,7 @@ class Counts:
     lost: int = 0  # never arrived
     late: int = 0  # arrived after a later one, which had been used already
     repeated: int = 0
-    malformed: int = 0  # not what the bench describes
+    malformed: int = 0  # not what the bench describes, or with a number that cannot be right
     excess: int = 0  # more than the period of the sensors allows, or than could be used in time
     silences: int = 0  # times when no reading arrived for `stale_after`
     restarts: int = 0  # of the device, whose numbers began again, or after a wrong number
@@ -42,7 +44,7 @@ class Watch:
         """
         gap = 0
         if count is not None and self._last is not None:
-            if count > self._last:
+            if self._last < count <= self._last + _MAX_GAP:
                 gap = self._note_gap(range(self._last + 1, count))
             elif not self._is_restart(count):
                 self._note_late(count)
@@ -80,5 +82,7 @@ class Watch:
             del self._missing[count]
             self.counts.lost -= 1
             self.counts.late += 1
+        elif self._last is not None and count > self._last:
+            self.counts.malformed += 1
         else:
             self.counts.repeated += 1

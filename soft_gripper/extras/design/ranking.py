@@ -13,6 +13,7 @@ import numpy as np
 
 from soft_gripper.arrays import Array
 from soft_gripper.extras.design.study_file import LEAST, MEAN, EndConfig, LimitConfig
+from soft_gripper.files.number import number as decimal
 from soft_gripper.runs.scores.grasp import HELD
 
 GRASP, WALL = "grasp", "wall"
@@ -78,7 +79,7 @@ def number(value: Any) -> float:
     """A measure as a number: true is 1; NaN for words, and for what is missing."""
     if isinstance(value, str):
         try:
-            return {"True": 1.0, "False": 0.0}[value] if value in ("True", "False") else float(value)
+            return {"True": 1.0, "False": 0.0}[value] if value in ("True", "False") else decimal(value)
         except ValueError:
             return NAN
     return float(value) if isinstance(value, int | float) else NAN

@@ -29,7 +29,7 @@ from soft_gripper.scenario.scenario_file import changed_scenario
 LEAST, MOST = TOWARDS = ("least", "most")
 MEAN, WORST = ("mean", "worst")
 _FILES = ("file", "calibration", "bench")  # last names of keys whose value is a file
-_IS_RANGE = re.compile(r"\s*[-+0-9.eE]+\s*\.\.\s*[-+0-9.eE]+\s*%?\s*")
+_IS_RANGE = re.compile(r"\s*+[-+0-9.eE]{1,400}\s*+\.\.\s*+[-+0-9.eE]{1,400}\s*+%?\s*+")
 _RANGE_EXPECTED = "write a range, the lower limit first, such as 0.5..0.9"
 _IN_SCENARIO = "as_in_the_scenario"
 

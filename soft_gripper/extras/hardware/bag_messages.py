@@ -25,10 +25,12 @@ import numpy as np
 from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
 from soft_gripper.files.notes import LEFT_OUT, MENDED, note
+from soft_gripper.files.number import number
 
 _LOGGED = ("log_time",)
 _SECOND = 10**9  # ns
 _MOST_LATE = 10**9  # ns, by which a message may be stamped before another that was recorded earlier
+_MOST_DIGITS = 9  # of the place of an entry
 _MOST_SHOWN = 30  # topics or fields in a message
 _NAMES = "name", "names", "joint_names"  # fields with the names of the entries of the lists beside them
 _OWN_NAMES = "child_frame_id", "name"  # fields with the name of an entry
@@ -201,12 +203,12 @@ def _column(path: Path, name: str, topics: Mapping[str, str]) -> Column:
         known = _listed(f"{topic} ({kind})" for topic, kind in sorted(topics.items()))
         expected = f"give a topic and a field, as in /topic.field[0]; the topics of the file: {known}"
         raise InputError(path, "column", name, expected)
-    parts = re.findall(r"[^.\[\]]+|\[[^\]]*\]", name[len(topic) + 1 :])
+    parts = re.findall(r"[^.\[\]]+|\[[^\[\]]*\]", name[len(topic) + 1 :])
     return Column(name, topic, tuple(_entry(part[1:-1]) if part[0] == "[" else part for part in parts))
 
 
 def _entry(text: str) -> int | Named:
-    return int(text) if text.isdecimal() else Named(text)
+    return int(text) if text.isascii() and text.isdecimal() and len(text) <= _MOST_DIGITS else Named(text)
 
 
 def _number(path: Path, column: Column, message: Message, series: Series) -> float:
@@ -299,7 +301,8 @@ def _stamp(value: Any) -> int | None:
     nanoseconds = parts.get("nanosec", parts.get("nsec"))
     if nanoseconds is None or "sec" not in parts:
         return None
-    return int(parts["sec"]) * _SECOND + int(nanoseconds)
+    whole, rest = (int(number(str(part))) for part in (parts["sec"], nanoseconds))  # JSON has them as text, too
+    return whole * _SECOND + rest
 
 
 def _leaves(value: Any, name: str = "") -> Iterator[str]:

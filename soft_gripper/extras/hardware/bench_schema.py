@@ -61,6 +61,8 @@ class BenchConfig:
     tension_range: list[float] | None = quantity(None, "N", span=True)
     # Of a log: a gap of time that is longer, or time that begins anew, begins another run; None: it is one run
     pause: float | None = quantity(None, "s", above=0)
+    # Of a log: as `hold` of a recording
+    hold: float | None = quantity(None, "s", above=0)
     opening: str | None = None  # field with the set point of the opening, m; None: those of the scenario
     send: list[str] | None = None  # signals of the results, "{finger}.{signal}"; None: those of shape and contact
     record: list[str] | None = None  # signals of a recording beside those measured, sent and commanded; None: likewise

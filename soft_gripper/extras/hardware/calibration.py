@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.plane import planar_gravity
+from soft_gripper.extras.hardware.clipping import stuck_readings
 from soft_gripper.extras.hardware.finger_logs import Log, read_finger_logs, steady
 from soft_gripper.extras.hardware.free_bending import FreeBending, calibrate
 from soft_gripper.extras.hardware.recorded_run import load_run, read_signal
@@ -135,7 +136,7 @@ def _free_bending(file: Path, layout: SensorLayout, measured: _Measured) -> Free
     name, rest = layout.finger.name, _resting(time, pressure)
     if free is not None:
         rest &= free
-    _check_readings(file, name, ratios)
+    _check_readings(file, name, ratios, pressure)
     read = rest & np.isfinite(ratios).all(axis=1)
     _check_motion(file, name, ratios[read].reshape(-1, layout.paths, layout.sections))
     begins = rest & ~np.append(False, rest[:-1])
@@ -162,11 +163,15 @@ def _ranges(ratios: Array) -> Array:
     return ranges
 
 
-def _check_readings(file: Path, name: str, ratios: Array) -> None:
+def _check_readings(file: Path, name: str, ratios: Array, pressure: Array) -> None:
     for reading, lost in enumerate(np.isnan(ratios).mean(axis=0)):
         if lost > 0.5:
             expected = f"reading {reading} is NaN in {100 * lost:.0f} % of the samples; a dead sensor has no gain"
             raise InputError(file, f"{name}.strain", np.nan, expected)
+    readings = {f"reading {i}": ratio for i, ratio in enumerate(ratios.T)}
+    for stuck in stuck_readings(readings, {"pressure": pressure}):
+        expected = f"{stuck.name} {stuck.question} Its gain would be wrong: leave those samples empty, or move it less"
+        raise InputError(file, f"{name}.strain", round(stuck.value, 6), expected)
 
 
 def _check_motion(file: Path, name: str, ratios: Array) -> None:

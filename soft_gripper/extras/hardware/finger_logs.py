@@ -14,16 +14,23 @@ from soft_gripper.errors import InputError
 from soft_gripper.extras.hardware.bench_schema import BenchConfig, load_bench
 from soft_gripper.extras.hardware.measured import Measured, check_places, measured_by
 from soft_gripper.extras.hardware.recording_schema import RecordingConfig, instrument_columns, load_description
-from soft_gripper.extras.hardware.recordings import HardwareRecording, check_relative, read_recordings
-from soft_gripper.extras.hardware.table import Columns, Table, runs_of
+from soft_gripper.extras.hardware.recordings import (
+    HardwareRecording,
+    check_interval,
+    check_relative,
+    note_stuck,
+    read_recordings,
+)
+from soft_gripper.extras.hardware.table import Columns, Table, runs_of, without_zero_stamps
 from soft_gripper.extras.hardware.table_files import read_table
-from soft_gripper.files.document import given
+from soft_gripper.files.document import given, require
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.scenario.nominal_model import read_nominal_model
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.schema import Scenario
 from soft_gripper.sensors.measurement import MeasurementModel
 
+_SHORTEST_INTERVAL, _LONGEST_INTERVAL = 5e-4, 60.0  # s
 _REST = 0.3  # s at the beginning, in which a pressure against vacuum is noticed
 
 
@@ -82,7 +89,7 @@ def read_finger_logs(file: Path, log: Log) -> list[FingerLog]:
     fingers = {each.name: each for each in scene.fingers}
     gravity = np.array(scenario.gravity)
     if isinstance(log.described, BenchConfig):
-        found = [*_bench_logs(file, log.described, fingers, gravity)]
+        found = [*_bench_logs(file, log.described, fingers, gravity, scenario.sensor.period)]
     else:
         found = [*_recording_logs(file, log.described, fingers, gravity)]
     for each in found:
@@ -112,23 +119,28 @@ def _check(file: Path, log: FingerLog, layout: MeasurementModel) -> None:
         raise InputError(file, f"readings of {name}", readings, expected)
     unread = np.flatnonzero(np.isnan(log.pressure))
     if len(unread):
-        raise InputError(file, f"pressure of {name}", np.nan, f"at {log.time[unread[0]]:g} s: give a pressure")
+        lost = f"at {log.time[unread[0]]:g} s, and in {len(unread)} of {len(log.time)} samples"
+        how = "give a pressure; `hold` in the description is the age, s, up to which the last one counts"
+        raise InputError(file, f"pressure of {name}", np.nan, f"{lost}: {how}")
     for kind, measured in log.measured.items():
         check_places(file, f"measured_{kind}.place", measured.place, layout.finger.length)
 
 
 def _bench_logs(
-    file: Path, bench: BenchConfig, fingers: Mapping[str, PlantFinger], gravity: Array
+    file: Path, bench: BenchConfig, fingers: Mapping[str, PlantFinger], gravity: Array, period: float
 ) -> Iterator[FingerLog]:
-    """The fingers of a log with the fields of a bench."""
+    """The fingers of a log with the fields of a bench; `period` of the scenario's sensors, s."""
     named = given(bench.time, file, "bench.time", "a log needs the time of every row")
     whole = _table(file, bench, named)
+    whole = without_zero_stamps(whole, named, 1.0)
     runs = [whole] if bench.pause is None else runs_of(whole, named, bench.pause)
     for number, table in enumerate(runs, 1):
         time = table.columns([named])[:, 0]
         backward = np.flatnonzero(~(np.diff(time) > 0))
         if len(backward):
             raise InputError(file, named, float(time[backward[0] + 1]), "times must increase from row to row")
+        require(len(time) > 1, file, named, len(time), "needs at least 2 samples")
+        check_interval(file, named, time, *_interval_limits(period), "is the time in s?")
         of_run = file.stem if len(runs) == 1 else f"{file.stem}_{number}"
         for name, config in bench.fingers.items():
             of = f"bench.fingers.{name}"
@@ -144,10 +156,16 @@ def _bench_logs(
             if config.base_pose is not None:
                 X_WB = table.columns(config.base_pose).reshape(-1, 3, 4)
             readings = table.columns(config.readings)
+            note_stuck(file, {f"reading {i} of {name}": one for i, one in enumerate(readings.T)}, {"p": pressure})
             x, z = (None, None) if config.tip is None else table.columns(config.tip).T
             tip = None if x is None else z + 1j * x
             measured = measured_by(table, config, fingers[name].finger.length, f"{of}.")
             yield FingerLog(of_run, fingers[name], time, pressure, X_WB, gravity, readings, tip, measured)
+
+
+def _interval_limits(period: float) -> tuple[float, float]:
+    """Plausible intervals between the rows of a log, for sensors with a period, s."""
+    return min(_SHORTEST_INTERVAL, 0.5 * period), max(_LONGEST_INTERVAL, 2 * period)
 
 
 def _recording_logs(
@@ -194,4 +212,6 @@ def _table(file: Path, bench: BenchConfig, time: str) -> Table:
         for kind in ("readings", "pressures", "base_pose", "tip"):
             names |= dict.fromkeys(getattr(finger, kind) or (), f"bench.fingers.{name}.{kind}")
         names |= instrument_columns(finger, f"bench.fingers.{name}.")
-    return read_table(file, Columns(names, time, header=bench.fields or None, points="{marker}_{axis}"))
+    return read_table(
+        file, Columns(names, time, header=bench.fields or None, points="{marker}_{axis}", hold=bench.hold)
+    )

@@ -4,13 +4,19 @@ An optional field that is omitted is None: there is no such item.
 """
 
 import os
-import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from math import radians
 from operator import mul
 from pathlib import Path
 
+from soft_gripper.extras.hardware.text_pattern import (
+    MAX_LENGTH,
+    filled,
+    has_syntax,
+    pattern_problem,
+    plain_number_pattern,
+)
 from soft_gripper.files.document import load_config, require
 from soft_gripper.files.yaml_text import read_yaml
 from soft_gripper.models import DIRECTORY
@@ -21,7 +27,7 @@ PRESSURE = {"Pa": 1.0, "hPa": 1e2, "mbar": 1e2, "kPa": 1e3, "bar": 1e5, "psi": 6
 ANGLE = {"rad": 1.0, "deg": radians(1.0)}  # rad
 FORCE = {"N": 1.0, "mN": 1e-3, "gf": 9.80665e-3, "kgf": 9.80665, "lbf": 4.4482216}  # N, NIST SP 811
 TORQUE = {"N m": 1.0, "N mm": 1e-3, "mN m": 1e-3, "gf cm": 9.80665e-5}  # N m
-TIME = {"s": 1.0, "cs": 1e-2, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}  # s
+TIME = {"s": 1.0, "cs": 1e-2, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0, "d": 86400.0}  # s
 
 
 @dataclass
@@ -71,11 +77,14 @@ class MarkersConfig:
 
     def of(self, marker: str) -> list[str]:
         """The three columns of a marker."""
-        return [self.columns.format(marker=marker, axis=axis) for axis in "xyz"]
+        return [filled(self.columns, {"marker": marker, "axis": axis}) for axis in "xyz"]
 
     def misfits(self) -> Iterator[Misfit]:
-        if "{marker}" not in self.columns or "{axis}" not in self.columns:
-            yield "columns", self.columns, "must have {marker} and {axis}"
+        if expected := pattern_problem(self.columns, ("marker", "axis")):
+            yield "columns", self.columns, expected
+        for body, names in self.bodies.items():
+            if long := [name for name in names if len(name) > MAX_LENGTH]:
+                yield f"bodies.{body}", long[0], f"must have at most {MAX_LENGTH} characters"
         for name, place in self.places.items():
             if name not in self.at and name not in self.bodies.get("tip", []):
                 yield f"places.{name}", place, f"is not listed in bodies.tip: {', '.join(self.bodies.get('tip', []))}"
@@ -166,33 +175,38 @@ class LabelsConfig:
     """A column of text that names what was moved in a row."""
 
     column: str = ""
-    # Regular expression with one group: rows in which it finds the same are a family, left out of a fit together
-    family: str = "(.*)"
+    # Rows in which it matches the same text are a family, left out of a fit together. Text with {word} and {number},
+    # and | between alternatives; empty: the whole label
+    family: str = ""
 
     def misfits(self) -> Iterator[Misfit]:
-        yield from _pattern_misfits(self.family, "family")
+        expected = pattern_problem(self.family, known=("word", "number"))
+        if has_syntax(self.family):
+            expected = f"give text, such as pair{{number}}_{{word}}|seg{{number}}; {_NOT_REGULAR}"
+        if expected:
+            yield "family", self.family, expected
 
 
 @dataclass
 class PressureNameConfig:
     """A pattern that extracts the commanded pressure from a file name."""
 
-    pattern: str = ""  # regular expression with one group, the number
+    pattern: str = ""  # text with {number}, such as {number}kPa
     unit: str = quantity("kPa", known=tuple(PRESSURE))
 
     def misfits(self) -> Iterator[Misfit]:
-        yield from _pattern_misfits(self.pattern)
+        yield from _number_misfits(self.pattern)
 
 
 @dataclass
 class LoadNameConfig:
     """A pattern that extracts the mass of a load at the tip from a file name; no match means no load."""
 
-    pattern: str = ""  # regular expression with one group, the number, g
+    pattern: str = ""  # text with {number}, g, such as load_{number}g
     masses: dict[str, float] = quantity({}, "kg", above=0)  # true masses by that number, if it is not exact
 
     def misfits(self) -> Iterator[Misfit]:
-        yield from _pattern_misfits(self.pattern)
+        yield from _number_misfits(self.pattern)
 
 
 @dataclass
@@ -245,14 +259,16 @@ class MeasuredAngleConfig(InstrumentConfig):
     unit: str = quantity("rad", known=tuple(ANGLE))
 
 
-def _pattern_misfits(pattern: str, name: str = "pattern") -> Iterator[Misfit]:
-    try:
-        groups = re.compile(pattern).groups
-    except re.error as error:
-        yield name, pattern, f"is not a regular expression: {error}"
-        return
-    if groups != 1:
-        yield name, pattern, "needs one group, such as (\\d+)"
+_NOT_REGULAR = "regular expressions are not read"
+
+
+def _number_misfits(pattern: str) -> Iterator[Misfit]:
+    plain = plain_number_pattern(pattern)
+    expected = pattern_problem(plain, ("number",))
+    if has_syntax(plain):
+        expected = f"give text with {{number}}, such as _{{number}}g; {_NOT_REGULAR}"
+    if expected:
+        yield "pattern", pattern, expected
 
 
 def _scale_misfits(unit: str, scale: float | None) -> Iterator[Misfit]:
@@ -269,7 +285,7 @@ class RecordingConfig:
     header: list[str] | None = None  # column names of text; None: they are in the file
     text: TextConfig = field(default_factory=TextConfig)
     time: str = "time"  # column
-    time_unit: str = quantity("s", known=tuple(TIME))
+    time_unit: str | None = quantity(None, known=tuple(TIME))  # None: s, unless the samples are too close or far apart
     length: float = quantity(0.1, "m", above=0)  # approximate length of the straight finger, used to check units
     finger: str | None = None  # URDF with the finger that models it: package:// URI, or path relative to this file
     markers: MarkersConfig | None = None
@@ -284,7 +300,9 @@ class RecordingConfig:
     measured_angle: MeasuredAngleConfig | None = None
     labels: LabelsConfig | None = None
     frame: FrameConfig = field(default_factory=FrameConfig)
-    hold: float = quantity(0.1, "s", above=0)  # age up to which a bag's message of one topic counts for rows of another
+    # Age up to which the last value of a signal counts in rows without one, where signals have rates of their own;
+    # None: 0.1 for the topics of a bag, none for the columns of a table
+    hold: float | None = quantity(None, "s", above=0)
     # A gap of time that is longer, or time that begins anew, begins another run; None: a file is one run
     pause: float | None = quantity(None, "s", above=0)
     every: int = quantity(1, least=1)  # of so many rows of settled states one is used
@@ -302,6 +320,11 @@ class RecordingConfig:
     load_place: list[float] | None = quantity(None, "m", length=2)
     load_string: float | None = quantity(None, "m", above=0)  # on which it swings; None: it is fixed to the tip
     unknown: list[str] = field(default_factory=list)  # other information missing from the recording, as text
+
+    @property
+    def time_scale(self) -> float:
+        """Length of the unit of time, s."""
+        return TIME[self.time_unit or "s"]
 
     @property
     def columns(self) -> dict[str, str]:

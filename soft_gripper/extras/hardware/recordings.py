@@ -4,7 +4,6 @@ Headings have no sign: motion capture sometimes reports a body with symmetric ma
 """
 
 import os
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from itertools import combinations
@@ -17,6 +16,7 @@ from scipy.spatial.transform import Rotation
 from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
 from soft_gripper.extras.hardware.ambient import seems_absolute
+from soft_gripper.extras.hardware.clipping import stuck_readings
 from soft_gripper.extras.hardware.measured import Measured, measured_by
 from soft_gripper.extras.hardware.recording_schema import (
     LENGTH,
@@ -27,10 +27,11 @@ from soft_gripper.extras.hardware.recording_schema import (
     RecordingConfig,
     load_description,
 )
-from soft_gripper.extras.hardware.table import Columns, Table, runs_of
+from soft_gripper.extras.hardware.table import Columns, Table, runs_of, without_zero_stamps
 from soft_gripper.extras.hardware.table_files import is_bag_folder, read_table
+from soft_gripper.extras.hardware.text_pattern import find, plain_number_pattern
 from soft_gripper.files.document import given, require
-from soft_gripper.files.notes import LEFT_OUT, Note, collected, note
+from soft_gripper.files.notes import LEFT_OUT, READ, Note, collected, note
 
 _FARTHEST_BODY = 5.0  # lengths of the finger between its bodies, at most
 _NEAREST = 0.1  # and at least, or its markers are together
@@ -280,7 +281,29 @@ def pulled_of(table: Table, config: RecordingConfig) -> dict[str, Array]:
     return dict(zip([*described.columns, *described.antagonists], pulled.T, strict=True))
 
 
+_INTERVALS = 5e-4, 5.0  # s, plausible between samples of a soft finger
+_STATED_INTERVALS = 1e-6, np.inf  # s, if the unit of time is stated
 _FEWEST_SAMPLES = 2  # samples, minimum for a recording
+
+
+def check_interval(path: Path, field: str, time: Array, least: float, most: float, how: str) -> None:
+    """Checks that the median interval of times, (T,) s, is plausible; `how` says what to do if it is not.
+
+    Raises:
+        InputError: if it is not between `least` and `most`, s.
+    """
+    interval = float(np.median(np.diff(time)))
+    if not least <= interval <= most:
+        expected = f"samples are {duration(interval)} apart: {how}"
+        raise InputError(path, field, float(time[1]), expected)
+
+
+def duration(seconds: float) -> str:
+    """A time in the unit in which it is a number from 1 on, as far as there is one."""
+    unit = max((unit for unit in TIME if TIME[unit] <= max(seconds, TIME["ns"]) and unit != "cs"), key=TIME.__getitem__)
+    return f"{seconds / TIME[unit]:.3g} {unit}"
+
+
 _LONGEST_GAP = 60.0  # s, between two rows of one recording
 
 
@@ -341,38 +364,29 @@ def _longest(time: Array, lost: NDArray[np.bool_]) -> float:
     return float(np.diff(seen).max())
 
 
+def note_stuck(path: Path, readings: dict[str, Array], others: dict[str, Array]) -> None:
+    """Notes readings that seem to be clipped or dead, see `stuck_readings`."""
+    for stuck in stuck_readings(readings, others):
+        note(READ, path, stuck.name, f"{stuck.value:g}", stuck.question)
+
+
 _GRAM = 1e-3  # kg
 
 
 def pressure_in_name(path: Path, ways: list[PressureNameConfig]) -> float | None:
-    """The commanded pressure in a file's name, Pa; None if there is none.
-
-    Raises:
-        InputError: if the match is not a number.
-    """
+    """The commanded pressure in a file's name, Pa; None if there is none."""
     for way in ways:
-        if found := re.search(way.pattern, path.stem):
-            return _number(path, "commanded_pressure", found[1]) * PRESSURE[way.unit]
+        if found := find(plain_number_pattern(way.pattern), path.stem):
+            return float(found[1]) * PRESSURE[way.unit]
     return None
 
 
 def load_in_name(path: Path, load: LoadNameConfig | None) -> float:
-    """The mass at the tip according to a file name, kg; 0 if it gives none.
-
-    Raises:
-        InputError: if the match is not a number.
-    """
-    found = re.search(load.pattern, path.stem) if load else None
+    """The mass at the tip according to a file name, kg; 0 if it gives none."""
+    found = find(plain_number_pattern(load.pattern), path.stem) if load else None
     if load is None or found is None:
         return 0.0
-    return load.masses.get(found[1], _number(path, "load", found[1]) * _GRAM)
-
-
-def _number(path: Path, field: str, text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        raise InputError(path, f"{field}.pattern", text, "is not a number; the group must match digits only") from None
+    return load.masses.get(found[1], float(found[1]) * _GRAM)
 
 
 @dataclass(frozen=True)
@@ -436,7 +450,9 @@ def read_recordings(path: Path, config: RecordingConfig) -> list[HardwareRecordi
         InputError: naming file, column or marker, and row or time, if it contradicts the description.
     """
     with collected() as of_file:
-        table, unit = _table(path, config), TIME[config.time_unit]
+        table, unit = _table(path, config), config.time_scale
+        if config.event != "settled":
+            table = without_zero_stamps(table, config.time, unit)
     runs = [table] if config.pause is None else runs_of(table, config.time, config.pause / unit)
     names = [path.stem] if len(runs) == 1 else [f"{path.stem}_{i}" for i in range(1, len(runs) + 1)]
     found = []
@@ -456,14 +472,22 @@ def read_recording(path: Path, config: RecordingConfig) -> HardwareRecording:
 
 def _read(name: str, run: Table, config: RecordingConfig) -> HardwareRecording:
     longest_gap = np.inf if config.event == "settled" else config.pause or _LONGEST_GAP  # at rest, time does not matter
-    path, unit = run.path, TIME[config.time_unit]
+    path, unit = run.path, config.time_scale
     table = without_repeats(run, config.time, unit, longest_gap)
     time = table.columns([config.time])[:, 0] * unit
+    if config.event != "settled":
+        least, most = _INTERVALS if config.time_unit is None else _STATED_INTERVALS
+        how = f"is `time_unit` right? one of {', '.join(TIME)}; state it, even if it is s"
+        check_interval(path, config.time, time, least, most, how)
     reference = time <= time[0] + config.reference
     markers, poses = markers_of(table, config, time), poses_of(table, config)
     B = frame_of(path, config, markers, poses, reference)
     placed = {name: B.placed(p) for name, p in markers.items()}
     note_defects(path, time, placed, reference)
+    pressures, lengths = pressures_of(table, config, reference), lengths_of(table, config)
+    readings = {f"reading {i}": column for i, column in enumerate(table.columns(config.readings).T)}
+    driving = {} if pressures is None else {f"pressure {i}": column for i, column in enumerate(pressures.T)}
+    note_stuck(path, readings | {f"length {wire}": length for wire, length in lengths.items()}, driving)
     return HardwareRecording(
         name=name,
         config=config,
@@ -471,9 +495,9 @@ def _read(name: str, run: Table, config: RecordingConfig) -> HardwareRecording:
         markers=placed,
         reference={name: seen_mean(p[reference]) for name, p in placed.items()},
         poses={name: B.posed(pose) for name, pose in poses.items()},
-        pressures=pressures_of(table, config, reference),
+        pressures=pressures,
         readings=table.columns(config.readings) if config.readings else None,
-        lengths=lengths_of(table, config),
+        lengths=lengths,
         pulled=pulled_of(table, config),
         measured=measured_by(table, config, config.length),
         labels=table.labels,
@@ -489,7 +513,7 @@ def _table(path: Path, config: RecordingConfig) -> Table:
     columns = Columns(
         names=config.columns,
         time=config.time,
-        time_unit=TIME[config.time_unit],
+        time_unit=config.time_scale,
         header=config.header,
         text=config.text,
         label=None if label is None else label.column,

@@ -12,10 +12,14 @@ from numpy.typing import NDArray
 from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
 from soft_gripper.extras.hardware.recording_schema import TextConfig
+from soft_gripper.files.notes import LEFT_OUT, note
 
 HELD = 0.1  # s, see `Columns.hold`
 _LARGEST = 1e20  # largest number: admits a clock that counts nanoseconds since 1970
+_ROUNDING = 1e-6  # of an age that is `hold`
 _MOST_SHOWN = 12  # columns in a message
+_MOST_COMPARED, _LONGEST_COMPARED = 1000, 100  # names that a mistyped one is compared with, and their characters
+_CLOCK_JUMP, _CLOCK_STEPS = 60.0, 100  # s and median intervals: a clock that is set goes from 0 by more than both
 
 
 @dataclass(frozen=True)
@@ -30,7 +34,9 @@ class Columns:
     label: str | None = None  # the column of text that is not a number
     points: str = ""  # pattern of the names of a C3D point's columns, with {marker} and {axis}; empty: no points
     point_unit: float = 1.0  # m, of those columns
-    hold: float = HELD  # s, age up to which a bag's message of one topic is used in the rows of another
+    # Age, s, up to which the last value of a signal is used in rows without one; None: `HELD` in bags, and no value is
+    # used in another row of a table
+    hold: float | None = None
 
     @property
     def fields(self) -> dict[str, str]:
@@ -48,13 +54,18 @@ class Columns:
         Raises:
             InputError: naming the field whose column is missing, with the nearest, or is there several times.
         """
-        return [_place(path, field, name, there) for name, field in self.wanted.items()]
+        wanted = self.wanted
+        places: dict[str, list[int]] = {name: [] for name in wanted}
+        for i, name in enumerate(there):
+            if name in places:
+                places[name].append(i)
+        return [_place(path, field, name, there, places[name]) for name, field in wanted.items()]
 
 
-def _place(path: Path, field: str, name: str, there: Sequence[str]) -> int:
-    places = [i for i, other in enumerate(there) if other == name]
+def _place(path: Path, field: str, name: str, there: Sequence[str], places: Sequence[int]) -> int:
     if not places:
-        near = difflib.get_close_matches(name, there, n=1)
+        similar = [other for other in there[:_MOST_COMPARED] if len(other) <= _LONGEST_COMPARED]
+        near = difflib.get_close_matches(name[:_LONGEST_COMPARED], similar, n=1)
         hint = f"did you mean '{near[0]}'? " if near else ""
         shown = ", ".join(there[:_MOST_SHOWN]) + (" ..." if len(there) > _MOST_SHOWN else "")
         raise InputError(path, field, name, f"no such column; {hint}its columns: {shown}")
@@ -100,15 +111,84 @@ def runs_of(table: Table, time: str, pause: float) -> list[Table]:
     """The runs in a table: a gap of time longer than `pause`, in its unit, or time that begins anew, begins another.
 
     Raises:
-        InputError: if a run has a single row.
+        InputError: if no sample has a time, or a run has a single row.
     """
     t = table.columns([time])[:, 0]
     table, t = table.kept(np.isfinite(t)), t[np.isfinite(t)]
     step = np.diff(t, prepend=t[:1])
     number = np.cumsum((step < 0) | (step > pause))
-    runs = [table.kept(number == i) for i in range(int(number[-1]) + 1)] if len(t) else [table]
+    if not len(t):
+        raise InputError(table.path, time, 0, "no sample has a time")
+    runs = [table.kept(number == i) for i in range(int(number[-1]) + 1)]
     for run in runs:
         if len(run.rows) < 2:
             expected = f"is a run by itself in row {run.rows[0]}: is `pause` right, and does time run on?"
             raise InputError(table.path, time, float(run.columns([time])[0, 0]), expected)
     return runs
+
+
+def without_zero_stamps(table: Table, time: str, unit: float) -> Table:
+    """The samples since the clock was set, whose time then begins at 0; `unit` of the time, s.
+
+    Before a clock is set, a time of 0 is recorded.
+    """
+    t = table.columns([time])[:, 0]
+    first = int(np.argmax(t != 0)) if len(t) else 0
+    steps = np.diff(t[first:][np.isfinite(t[first:])])
+    if first == 0 or not len(steps) or not t[first] > max(_CLOCK_JUMP / unit, _CLOCK_STEPS * np.median(steps)):
+        return table
+    why = f"their time is 0: the clock was set before row {table.rows[first]}"
+    note(LEFT_OUT, table.path, f"{first} of {len(t)} rows", "", why)
+    set_clock = table.kept(np.arange(len(t)) >= first)
+    return replace(set_clock, values=set_clock.values - t[first] * (np.array(table.names) == time))
+
+
+def held(table: Table, columns: Columns) -> Table:
+    """A table in whose empty cells the last value is held, if `columns.hold` is given.
+
+    Rows without any value are left out, and rows of one time that have no signal in common are one.
+    """
+    if columns.hold is None:
+        return table
+    signals = [i for i, name in enumerate(table.names) if name != columns.time]
+    table = table.kept(np.isfinite(table.values[:, signals]).any(axis=1))
+    t, values = table.columns([columns.time])[:, 0], table.values[:, signals]
+    last = np.maximum.accumulate(np.where(np.isfinite(values), np.arange(len(t))[:, None], 0), axis=0)
+    run = np.cumsum(np.diff(t, prepend=t[:1]) < 0)  # time that begins anew begins another
+    age = (t[:, None] - t[last]) * columns.time_unit
+    is_fresh = (run[:, None] == run[last]) & (age <= columns.hold * (1 + _ROUNDING))
+    filled = table.values.copy()
+    filled[:, signals] = np.where(is_fresh, np.take_along_axis(values, last, axis=0), np.nan)
+    return replace(table, values=filled).kept(_message_group_ends(t, np.isfinite(values)))
+
+
+def _message_group_ends(t: Array, has_value: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Rows but for those, (T,), whose time the next row has too, if no signal has several values at that time."""
+    begins = np.flatnonzero(np.diff(t, prepend=np.nan) != 0)
+    if not len(begins):
+        return np.ones(len(t), dtype=bool)
+    is_single = (np.add.reduceat(has_value, begins, axis=0, dtype=int) <= 1).all(axis=1)
+    is_last = np.diff(t, append=np.nan) != 0
+    return is_last | ~np.repeat(is_single, np.diff(begins, append=len(t)))
+
+
+def leave_out_start(table: Table, columns: Columns, hold: float) -> Table:
+    """The samples from which on every signal has a value, but for those that begin later than `hold`, s."""
+    if not len(table.rows):
+        return table
+    t = table.columns([columns.time])[:, 0]
+    has_value = np.isfinite(table.values)
+    begin = t[np.argmax(has_value, axis=0)]
+    begin = begin[has_value.any(axis=0) & ((begin - t[:1]) * columns.time_unit <= hold)]
+    keep = ~(t < begin.max(initial=-np.inf))
+    if not keep.all():
+        note(LEFT_OUT, table.path, f"{len(t) - keep.sum()} of {len(t)} rows", "", "some signals began after them")
+    return table.kept(keep)
+
+
+def note_missing(table: Table, columns: Columns, hold: float | None) -> None:
+    """Notes how many cells of each column are missing; those of markers are noted with their times."""
+    why = "no value there" if hold is None else f"no value there, nor in the {hold:g} s before (`hold`)"
+    for name, count in zip(table.names, np.isnan(table.values).sum(axis=0), strict=True):
+        if count and columns.fields[name] not in ("time", "markers"):
+            note(LEFT_OUT, table.path, f"{count} of {len(table.rows)} cells of {name}", "", why)

@@ -21,7 +21,8 @@ from soft_gripper.extras.hardware.bag_messages import bag_columns
 from soft_gripper.extras.hardware.c3d_points import c3d_points
 from soft_gripper.extras.hardware.reading_apart import read_apart
 from soft_gripper.extras.hardware.recording_schema import LENGTH
-from soft_gripper.extras.hardware.table import Columns, Table
+from soft_gripper.extras.hardware.table import HELD, Columns, Table, held, leave_out_start, note_missing
+from soft_gripper.extras.hardware.text_pattern import filled
 from soft_gripper.extras.hardware.text_table import read_text_table
 from soft_gripper.files.document import require
 from soft_gripper.files.text import check_regular
@@ -38,13 +39,20 @@ def read_table(path: Path, columns: Columns) -> Table:
     """
     is_text = not is_bag_folder(path) and path.suffix.lower() not in OTHER_THAN_TEXT
     require(is_text or columns.label is None, path, "labels.column", columns.label, "is read of files of text alone")
+    hold = columns.hold
     if is_text:
-        return read_text_table(path, columns)
-    if path.suffix.lower() in BAGS or is_bag_folder(path):
-        return _read_bag(path, columns)
-    if path.suffix.lower() == ".c3d":
-        return _read_c3d(path, columns)
-    return _read_netcdf(path, columns)
+        table = held(read_text_table(path, columns), columns)
+    elif path.suffix.lower() in BAGS or is_bag_folder(path):
+        hold = HELD if hold is None else hold
+        table = _read_bag(path, columns, hold)
+    elif path.suffix.lower() == ".c3d":
+        table = _read_c3d(path, columns)
+    else:
+        table = held(_read_netcdf(path, columns), columns)
+    if hold is not None:
+        table = leave_out_start(table, columns, hold)
+    note_missing(table, columns, hold)
+    return table
 
 
 def is_bag_folder(path: Path) -> bool:
@@ -93,7 +101,7 @@ def _read_c3d(path: Path, columns: Columns) -> Table:
     frames = np.arange(points.shape[2])
 
     def of_point(label: str) -> list[str]:
-        return [columns.points.format(marker=label, axis=axis) for axis in "xyz"]
+        return [filled(columns.points, {"marker": label, "axis": axis}) for axis in "xyz"]
 
     scale = LENGTH[own] / columns.point_unit
     flat = points[:, : len(labels)].transpose(2, 1, 0).reshape(len(frames), -1) * scale
@@ -110,12 +118,12 @@ def _read_c3d(path: Path, columns: Columns) -> Table:
     return Table(path, tuple(columns.fields), np.column_stack((time, values))[:, places], frames + 1)
 
 
-def _read_bag(path: Path, columns: Columns) -> Table:
+def _read_bag(path: Path, columns: Columns, hold: float) -> Table:
     _require_extra(path, "ros", "rosbags", "mcap")
     if not is_bag_folder(path):
         check_regular(path)
     names = tuple(columns.fields)
-    values = read_apart(bag_columns, path, names[0], names[1:], columns.hold, columns.time_unit)
+    values = read_apart(bag_columns, path, names[0], names[1:], hold, columns.time_unit)
     return Table(path, names, values, np.arange(len(values)) + 1)
 
 

@@ -12,7 +12,7 @@ import re
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, NoReturn
 
 import numpy as np
 
@@ -22,20 +22,39 @@ from soft_gripper.extras.hardware.clock_times import is_clock, seconds_of
 from soft_gripper.extras.hardware.foreign_files import foreign_binary, foreign_text
 from soft_gripper.extras.hardware.table import Columns, Table
 from soft_gripper.files.notes import LEFT_OUT, MENDED, note
+from soft_gripper.files.number import is_number, number
 from soft_gripper.files.text import decoded, read_bytes
 
 _SPACE = " "  # any number of spaces and tabs
 _SEPARATORS = "\t", ";", ",", "|", _SPACE
-_COMMENT = re.compile(r"\s*(?:#|%|//)+ *")
+_COMMENT = re.compile(r"\s*+(?:#|%|//)++ *+")
 _HEAD = 1000  # lines in which the names of columns are looked for
 _LEAST_SHARE = 0.05  # of rows that must be numbers, or the form of the file was not recognised
 _MISSING = frozenset(
-    ["", "nan", "na", "n/a", "#n/a", "null", "none", "-", "--", "---", "?", "1.#qnan", "1.#ind", "#div/0!", "#value!"]
+    (
+        *("", "na", "n/a", "#n/a", "null", "none", "-", "--", "---", "?", "#div/0!", "#value!"),
+        *("nan", "+nan", "-nan", "nan(ind)", "-nan(ind)", "1.#qnan", "-1.#qnan", "1.#ind", "-1.#ind"),
+    )
 )
-_THOUSANDS = {
-    sign: re.compile(rf"[-+]?[1-9]\d{{0,2}}(?:{re.escape(other)}\d{{3}})+(?:{re.escape(sign)}\d*)?")
-    for sign, other in ((".", ","), (",", "."))
+_INFINITE = frozenset(("inf", "infinity"))  # refused by the table, with its row
+_SIGNS = {".": ",", ",": "."}  # a decimal sign, and what may separate thousands beside it
+_BLANKS = "'\u2019\xa0\u2007\u2009\u202f"  # what separates nothing else: apostrophes, and spaces that do not break
+_THOUSANDS = {  # a common space can also lie between two numbers, unless a decimal sign follows
+    sign: re.compile(
+        rf"[-+]?[1-9][0-9]{{0,2}}(?:([{other}{_BLANKS}])[0-9]{{3}}(?:\1[0-9]{{3}})*+(?:[{sign}][0-9]*)?"
+        rf"|(?: [0-9]{{3}})++[{sign}][0-9]+)"
+    )
+    for sign, other in _SIGNS.items()
 }
+_CERTAIN = {  # numbers with thousands that cannot have another decimal sign
+    sign: re.compile(
+        rf"[-+]?[1-9][0-9]{{0,2}}(?:[{other}][0-9]{{3}})++[{sign}][0-9]*|[-+]?[1-9][0-9]{{0,2}}(?:[{other}][0-9]{{3}}){{2,}}"
+    )
+    for sign, other in _SIGNS.items()
+}
+_WITH_UNIT = re.compile(r"[-+]?(?!0x)[0-9][0-9.,e]*+\s*+[^\W\d_]|[-+]?[0-9][0-9.,]*+\s*+[%°]")
+_DEEPEST = 40  # objects and lists of JSON in each other
+_LONGEST_NAME = 1000  # characters of a column's name
 
 
 class _Rows(NamedTuple):
@@ -105,17 +124,17 @@ def _of_cells(path: Path, lines: list[str], columns: Columns) -> _Rows:
     places = columns.places(path, names)
     rows = _Rows([], [], {})
     comments = 0
-    for number, line in enumerate(lines[begin:], start=begin + 1):
+    for place, line in enumerate(lines[begin:], start=begin + 1):
         cells = _split(line, separator)
         while len(cells) > len(names) and not cells[-1]:
             cells.pop()
         if len(cells) == len(names) and any(cells):
-            rows.cells.append([cells[place] for place in places])
-            rows.lines.append(number)
+            rows.cells.append([cells[i] for i in places])
+            rows.lines.append(place)
         elif _COMMENT.match(line):
             comments += 1
         elif any(cells):
-            rows.lost[number] = f"has {len(cells)} cells, and there are {len(names)} columns"
+            rows.lost[place] = f"has {len(cells)} cells, and there are {len(names)} columns"
     if any(skipped := [line for line in lines[:before] if line.strip()]):
         note(LEFT_OUT, path, f"{len(skipped)} lines before the table", "", f"the first begins '{skipped[0][:30]}'")
     if comments:
@@ -132,7 +151,9 @@ def _by_names(lines: list[str], wanted: set[str], separators: Sequence[str]) -> 
     def split() -> Iterator[tuple[str, int, list[str]]]:
         for separator in separators:
             for i, line in enumerate(lines[:_HEAD]):
-                yield separator, i + 1, _split(_COMMENT.sub("", line, count=1), separator)
+                yield separator, i + 1, _split(_uncommented(line), separator)
+                if _COMMENT.match(line):  # the mark may belong to the first name, as in %time
+                    yield separator, i + 1, _split(line, separator)
 
     best = max(split(), key=lambda each: len(wanted.intersection(each[2])))
     if wanted.isdisjoint(best[2]):
@@ -159,6 +180,11 @@ def _by_rows(lines: list[str], count: int, time: int, separators: Sequence[str])
     return separator, found[separator][0] if found[separator] else 0
 
 
+def _uncommented(line: str) -> str:
+    mark = _COMMENT.match(line)
+    return line[mark.end() :] if mark else line
+
+
 def _split(line: str, separator: str) -> list[str]:
     if '"' in line and len(separator) == 1:
         with suppress(csv.Error):  # of a cell that is too long
@@ -168,35 +194,55 @@ def _split(line: str, separator: str) -> list[str]:
 
 def _of_json(path: Path, text: str, lines: list[str], columns: Columns) -> _Rows:
     """Objects, one a line, or in a list; nested names are joined by dots, places in lists are in brackets."""
+    wanted, names = columns.wanted, dict[str, None]()
     found: dict[int, dict[str, Any]] = {}
     lost: dict[int, str] = {}
+
+    def add(place: int, value: Any) -> None:
+        content = dict(_flat(value))
+        names.update(dict.fromkeys(content))
+        found[place] = {name: content[name] for name in wanted if name in content}
+
     with suppress(ValueError, RecursionError, TypeError):
         if text.lstrip().startswith("["):
-            found = {i: dict(_flat(each)) for i, each in enumerate(json.loads(text), start=1)}
+            for i, value in enumerate(json.loads(text), start=1):
+                add(i, value)
     for i, line in enumerate([] if found else lines, start=1):
         try:
             if line.strip():
-                found[i] = dict(_flat(json.loads(line)))
+                add(i, json.loads(line))
         except (ValueError, RecursionError, TypeError):
-            lost[i] = "is not an object of JSON"
-    names = list(dict.fromkeys(name for each in found.values() for name in each))
+            lost[i] = "is not an object of JSON, or is nested too deeply"
     if not names:
         raise InputError(path, "file", path.name, "no line of it is a JSON object of numbers")
-    needed = [names[place] for place in columns.places(path, names)]
-    return _Rows([[each.get(name) for name in needed] for each in found.values()], list(found), lost)
+    columns.places(path, list(names))
+    return _Rows([[content.get(name) for name in wanted] for content in found.values()], list(found), lost)
 
 
-def _flat(value: Any, name: str = "") -> Iterator[tuple[str, Any]]:
-    if isinstance(value, dict):
-        for key, each in value.items():
-            yield from _flat(each, f"{name}.{key}" if name else key)
-    elif isinstance(value, list) and name:
-        for i, each in enumerate(value):
-            yield from _flat(each, f"{name}[{i}]")
-    elif name:
-        yield name, value
-    else:
+def _flat(value: Any) -> Iterator[tuple[str, Any]]:
+    """The entries of an object, with their names.
+
+    Raises:
+        TypeError: if it is not an object.
+        ValueError: if it is nested too deeply, or a name is too long.
+    """
+    if not isinstance(value, dict):
         raise TypeError("not an object")
+    opened = [iter(value.items())]
+    while opened:
+        for name, entry in opened[-1]:
+            if len(name) > _LONGEST_NAME or len(opened) > _DEEPEST:
+                raise ValueError("nested too deeply, or too long a name")
+            if isinstance(entry, dict):
+                opened.append(iter([(f"{name}.{key}", part) for key, part in entry.items()]))
+                break
+            if isinstance(entry, list):
+                opened.append(iter([(f"{name}[{i}]", part) for i, part in enumerate(entry)]))
+                break
+            if name:
+                yield name, entry
+        else:
+            opened.pop()
 
 
 class _Numbers(NamedTuple):
@@ -206,14 +252,29 @@ class _Numbers(NamedTuple):
 
 
 def _in_numbers(path: Path, rows: _Rows, names: Sequence[str], decimal: str | None) -> _Numbers:
-    """The rows of numbers, with the decimal sign with which most are."""
-    commas = [cell for row in rows.cells for cell in row[: len(names)] if isinstance(cell, str) and "," in cell]
+    """The rows of numbers, with the decimal sign with which most are.
+
+    Raises:
+        InputError: if a sign in them may separate decimals or thousands.
+    """
+    cells = [cell for row in rows.cells for cell in row[: len(names)] if isinstance(cell, str)]
+    commas = [cell for cell in cells if "," in cell]
     signs = (".", ",") if decimal is None and commas else (decimal or ".",)
     found = [_with_decimal(rows, names, sign) for sign in signs]
-    if len(found) == 2 and len(found[0].good) == len(found[1].good) > 0:
-        expected = 'is the comma a decimal one? say so: text: { decimal: "," }; or ".", if it separates thousands'
-        raise InputError(path, "text.decimal", commas[0], expected)
-    return max(found, key=lambda each: len(each.good))
+    best = max(range(len(signs)), key=lambda i: len(found[i].good))
+    if decimal is None and commas:
+        thousands = _SIGNS[signs[best]]
+        grouped = [cell for cell in cells if thousands in cell and _THOUSANDS[signs[best]].fullmatch(cell)]
+        if len(found[0].good) == len(found[1].good) > 0:
+            _ask_for_decimal(path, commas[0])
+        if grouped and not any(_CERTAIN[signs[best]].fullmatch(cell) for cell in grouped):
+            _ask_for_decimal(path, grouped[0])
+    return found[best]
+
+
+def _ask_for_decimal(path: Path, cell: str) -> NoReturn:
+    expected = 'does its point or comma separate decimals or thousands? say so: text: { decimal: "," }, or "."'
+    raise InputError(path, "text.decimal", cell, expected)
 
 
 def _with_decimal(rows: _Rows, names: Sequence[str], decimal: str) -> _Numbers:
@@ -225,7 +286,7 @@ def _with_decimal(rows: _Rows, names: Sequence[str], decimal: str) -> _Numbers:
             good.append(i)
         except ValueError:
             wrong = next(place for place, cell in enumerate(cells) if not _is_number(cell, decimal))
-            lost[rows.lines[i]] = f"has '{str(row[wrong])[:30]}' for {names[wrong]}, which is not a number"
+            lost[rows.lines[i]] = f"has '{str(row[wrong])[:30]}' for {names[wrong]}, {_mend(row[wrong])}"
     return _Numbers(np.array(values, dtype=float).reshape(len(good), len(names)), good, lost)
 
 
@@ -240,14 +301,28 @@ def _number(cell: Any, decimal: str = ".") -> float:
             return math.nan if cell is None else float(cell)
         except OverflowError:  # of a whole number with hundreds of digits
             return math.inf
+    if decimal == "." and is_number(cell):
+        return float(cell)
     text = cell.strip("[] \xa0").replace("\u2212", "-")
     if text.lower() in _MISSING:
         return math.nan
-    if decimal == "," and "." in text and not _THOUSANDS[","].fullmatch(text):
-        raise ValueError(text)
+    if text.lower().lstrip("+-") in _INFINITE:
+        return -math.inf if text.startswith("-") else math.inf
     if _THOUSANDS[decimal].fullmatch(text):
-        text = text.replace("," if decimal == "." else ".", "")
-    return float(text.replace(decimal, "."))
+        text = text.translate(dict.fromkeys(map(ord, f"{_SIGNS[decimal]}{_BLANKS} ")))
+    elif _SIGNS[decimal] in text:
+        raise ValueError(text)
+    return number(text.replace(decimal, "."))
+
+
+def _mend(cell: Any) -> str:
+    """Why a cell is not a number, and what would make it one."""
+    text = str(cell).strip("[] \xa0")
+    if re.fullmatch(r"[-+]?[1-9][0-9]{0,2}(?: [0-9]{3})+", text):
+        return "which is one number or several: leave out the spaces between its digits"
+    if _WITH_UNIT.match(text):
+        return "which is not a number: leave units out of the cells, `unit` in the description states them"
+    return "which is not a number"
 
 
 def _is_number(cell: Any, decimal: str = ".") -> bool:

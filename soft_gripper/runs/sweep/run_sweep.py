@@ -24,6 +24,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.diagrams.simulation import Run, check_closed, engine_step, run_many, runs_at_once
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.errors import InputError
+from soft_gripper.files.number import number
 from soft_gripper.files.output import lock_folder
 from soft_gripper.files.yaml_text import parse_yaml
 from soft_gripper.pictures.style import STYLE
@@ -85,7 +86,7 @@ def _numbers(cells: Column) -> Array:
     found = np.full(len(cells), np.nan)
     for i, text in enumerate(cells):
         with suppress(ValueError):
-            found[i] = {"True": 1.0, "False": 0.0}.get(text) or float(text.removesuffix("%"))
+            found[i] = {"True": 1.0, "False": 0.0}.get(text) or number(text.removesuffix("%"))
     return found
 
 
@@ -127,8 +128,8 @@ MOST_RUNS = 10_000  # in a sweep: more than anyone would wait for
 METHODS = ("grid", "latin", "sobol")
 SweepPoint = dict[str, Any]  # values by dotted keys, see `changed_scenario`
 
-_NUMBER = r"([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)"
-_RANGE = re.compile(rf"\s*{_NUMBER}\s*\.\.\s*{_NUMBER}\s*(%?)\s*(?::\s*([0-9]+))?\s*")
+_NUMBER = r"([-+]?[0-9.]{1,400}(?:[eE][-+]?[0-9]+)?)"
+_RANGE = re.compile(rf"\s*+{_NUMBER}\s*+\.\.\s*+{_NUMBER}\s*+(%?)\s*+(?::\s*+([0-9]++))?\s*+")
 _ENDS = "give the lower limit, the upper limit, and 2 or more values"
 _EXPECTED = "write KEY=1,2,3 or KEY=0.5..0.9:5 (five values) or, with --sample, KEY=0.5..0.9"
 

@@ -51,6 +51,7 @@ def test_null_is_a_sensor_that_was_not_read():
         (b"1,2,nan", "text"),
         (b"1,2,inf", "text"),
         (b"1,2,x", "text"),
+        (b"1,2,1_0", "text"),
         (b"\xb2,2,3", "text"),
         (b"\0" * 11, "float32"),
         (np.array([1, 2, np.nan]).tobytes(), "float64"),
@@ -103,12 +104,22 @@ def test_a_device_that_restarts_begins_again():
         assert (counts.restarts, counts.lost, counts.used) == (1, 0, 3)
 
 
-@pytest.mark.parametrize("wrong", [12, 999, 2**50])
+@pytest.mark.parametrize("wrong", [12, 999, 10**6])
 def test_a_wrong_number_blinds_for_a_moment(wrong):
     """The sixth reading has a number far ahead: what it skips is not lost, but for the number that it hid."""
     gaps, counts = watched(0, 1, 2, 3, 4, wrong, 6, 7, 8, 9, 10)
     assert gaps == [0, 0, 0, 0, 0, wrong - 5, None, None, 0, 0, 0]
     assert (counts.restarts, counts.lost, counts.late, counts.used) == (1, 1, 2, 9)
+
+
+def test_a_number_that_cannot_be_right_loses_nothing():
+    """Where others go on from it, the device counts from there."""
+    gaps, counts = watched(3, 4, 2**53 - 1, 6, 7)
+    assert gaps == [0, 0, None, 1, 0]
+    assert (counts.lost, counts.malformed, counts.restarts, counts.used) == (1, 1, 0, 4)
+    gaps, counts = watched(4, *range(2**40, 2**40 + 4))
+    assert gaps == [0, None, None, 0, 0]
+    assert (counts.lost, counts.restarts, counts.used) == (0, 1, 3)
 
 
 def test_readings_without_numbers_are_never_missing():

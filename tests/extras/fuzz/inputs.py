@@ -284,7 +284,17 @@ def logs() -> st.SearchStrategy[Input]:
         )
     )
     noise = st.builds(lambda form, seed: (damaged_bytes(form[0], seed), form[1]), whole, st.integers(0, 2**32 - 1))
-    more = st.sampled_from(("", "", "text: {decimal: ','}", "text: {separator: ' '}", "text: {encoding: utf-16}"))
+    more = st.sampled_from(
+        (
+            "",
+            "",
+            "text: {decimal: ','}",
+            "text: {separator: ' '}",
+            "text: {encoding: utf-16}",
+            "hold: 0.05\npause: 5",
+            "time_unit: min",
+        )
+    )
     return st.builds(_log, st.one_of(whole, broken, broken, noise), more)
 
 

@@ -1,5 +1,7 @@
 """Calibration from logs of a bench: raw counts in rows of text or lines of JSON, and what is refused."""
 
+import re
+
 import numpy as np
 import pytest
 from command_line import soft_gripper
@@ -151,6 +153,51 @@ def test_logs_that_do_not_fit_are_refused(bench):
     )
     assert "logs need --scenario" in calibrate(folder, scenario=None).err
     assert "either --bench or --as" in calibrate(folder, **{"as": folder / "bench.yaml"}).err
+
+
+def test_signals_with_rates_of_their_own_are_held(bench):
+    """The pressure is in rows of its own, half as often: `hold` of the description brings both together."""
+    folder, *_ = bench
+    rows = [line.split(",") for line in (folder / "log.csv").read_text().split()]
+    apart = [",".join([*row[:5], "", *row[6:]]) for row in rows]
+    apart += [f"{float(row[0]) + 0.002:g},,,,,{row[5]},," for row in rows[::2]]
+    apart.sort(key=lambda line: float(line.partition(",")[0]))
+    (folder / "apart.csv").write_text("\n".join(apart))
+    result = calibrate(folder, "apart.csv")
+    assert result.code == 2
+    assert "in 450 of 675 samples: give a pressure; `hold` in the description" in result.err
+    changed(folder, "time: t\n", "time: t\nhold: 0.11\n")
+    result = calibrate(folder, "apart.csv")
+    assert result.code == 0, result.err
+    found = load_calibration(str(folder / "mine.yaml")).fingers["finger"]
+    assert found.bend_ratio == pytest.approx(1.1, rel=3e-3)
+    assert "1 of 675 rows: some signals began after them" in result.err
+
+
+@pytest.mark.parametrize("clipped", [True, False])
+def test_a_reading_that_is_clipped_or_dead_is_refused(bench, clipped):
+    """Fitted, it would have another gain."""
+    folder, *_ = bench
+    rows = np.loadtxt(folder / "log.csv", delimiter=",")
+    rows[:, 4] = np.minimum(rows[:, 4], np.quantile(rows[:, 4], 0.7).round()) if clipped else 2048
+    np.savetxt(folder / "stuck.csv", rows, fmt="%.6g", delimiter=",")
+    result = calibrate(folder, "stuck.csv")
+    assert result.code == 2
+    assert not (folder / "mine.yaml").exists()
+    said = (
+        r"reading 3 has its largest value in (30|31|32) % .* is it clipped\?"
+        if clipped
+        else "reading 3 .*never changes"
+    )
+    assert re.search(said, result.err), result.err
+
+
+def test_a_clock_in_another_unit_is_questioned(bench):
+    folder, *_ = bench
+    rows = np.loadtxt(folder / "log.csv", delimiter=",")
+    rows[:, 0] /= 86400
+    np.savetxt(folder / "days.csv", rows, fmt="%.10g", delimiter=",")
+    assert "samples are 579 ns apart: is the time in s?" in calibrate(folder, "days.csv").err
 
 
 RECORDING = """time: t

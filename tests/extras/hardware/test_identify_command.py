@@ -198,7 +198,7 @@ event: settled
 length: 0.1
 tendons: {columns: {pull: pull_mm}, unit: mm}
 markers: {unit: mm, bodies: {tip: [tip]}, places: {tip: [0, 0, 0.008]}}
-labels: {column: what, family: "(in|out)"}
+labels: {column: what, family: "in|out"}
 frame: {origin: [0, 0, 0]}
 """
 TENDON = '<tendon name="pull" x="0.01" y="0" at="0 1" stiffness="{}" slack="{}"/>'

@@ -33,7 +33,7 @@ BEAM = f"""<?xml version="1.0"?>
 HOLLOW = BEAM.replace(SECTION, f'{SECTION} chamber_width="0.012" chamber_thickness="0.008" chamber_center="-0.006"')
 DESCRIPTION = OF_TIP + "gravity: [9.81, 0, 0]\nreference: 0.3\n"
 RELEASED = DESCRIPTION + "event: release\n"
-STEPPED = DESCRIPTION + "event: step\ncommanded_pressure: [{pattern: '(\\d+)kPa', unit: kPa}]\n"
+STEPPED = DESCRIPTION + "event: step\ncommanded_pressure: [{pattern: '{number}kPa', unit: kPa}]\n"
 
 
 def finger_of(text: str, folder: Path) -> Finger:

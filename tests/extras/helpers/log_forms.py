@@ -128,6 +128,8 @@ FORMS: dict[str, Callable[[Content], Written]] = {
     "ISO 8601 with a space": _clock("%Y-%m-%d %H:%M:%S.%f"),
     "dates with points": _clock("%d.%m.%Y %H:%M:%S.%f"),
     "dates with slashes": _clock("%m/%d/%Y %H:%M:%S.%f"),
+    "a percent sign before the time": _changed(lambda text: f"%{text}"),
+    "padded with blanks": _changed(lambda text: text.replace("\n", " " * 2000 + "\n")),
     "missing values": _changed(lambda text: text.replace("\n", ",#N/A\n").replace("#N/A", "other", 1)),
 }
 
@@ -157,7 +159,7 @@ REFUSED: dict[str, Callable[[Content], tuple[bytes, str]]] = {
     "a comma for both": lambda content: (joined(content, ",", ",").encode(), "only .* rows are numbers"),
     "words": lambda content: (
         joined(Content(content.names, [[row[0], *(12 * ["12 mm"])] for row in content.rows])).encode(),
-        "'12 mm' for base_1_x_mm, which is not a number",
+        "'12 mm' for base_1_x_mm, which is not a number: leave units out",
     ),
     "another unit of time": lambda content: (_nanoseconds("us", 1e9)(content).content, "`time_unit`"),
     "other columns": lambda content: (

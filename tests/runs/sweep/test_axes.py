@@ -1,5 +1,7 @@
 """What --vary means, and the points that follow."""
 
+import time
+
 import numpy as np
 import pytest
 from refusals import refused
@@ -49,6 +51,13 @@ def test_values_and_ranges(text, axis):
 def test_what_means_nothing_is_quoted(text):
     with refused("--vary"):
         read_axis(text)
+
+
+@pytest.mark.parametrize("text", ["0..1" + 3000 * " " + "x", 3000 * "." + "x"])
+def test_a_long_text_takes_no_time(text):
+    began = time.process_time()
+    assert isinstance(read_axis(f"a={text}"), Values)
+    assert time.process_time() - began < 0.5
 
 
 @pytest.mark.parametrize("count", ["1000000000", "9" * 5000, "10001"])

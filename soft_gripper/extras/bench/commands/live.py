@@ -154,7 +154,9 @@ def _with_hardware(scenario: Scenario, file: Path, endpoints: Endpoints, options
     measured = [f"{name}.measured_{kind}" for name, each in config.fingers.items() for kind in instruments(each)]
     bench = Bench(scenario, moving, measured)
     check_inputs(file, config, bench)
-    columns = None if config.time is None else Columns(dict.fromkeys(config.names, "fields"), config.time)
+    columns = (
+        None if config.time is None else Columns(dict.fromkeys(config.names, "fields"), config.time, hold=config.hold)
+    )
     _check_files(scenario, file, config, options)
     source = endpoints.source(config.source, 0.0 if options.fast else bench.period, columns)
     twin = Twin(scenario) if options.twin else None

@@ -12,7 +12,6 @@ tendons that stick or slip off are not part of the model. Derivatives by the mar
 positions by the parameters are finite differences, which takes no kinematics.
 """
 
-import re
 from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
@@ -36,6 +35,7 @@ from soft_gripper.extras.hardware.identification.simulated_motion import Setup
 from soft_gripper.extras.hardware.identification.tendon_balance import pulled_positions
 from soft_gripper.extras.hardware.recordings import HardwareRecording
 from soft_gripper.extras.hardware.scoring import FITTED, LEFT_OUT, TESTED, best_fit, error_columns, groups_left_out
+from soft_gripper.extras.hardware.text_pattern import find
 from soft_gripper.files.document import given, require
 from soft_gripper.files.notes import LEFT_OUT as LEFT_OUT_OF_FILE
 from soft_gripper.files.notes import note
@@ -128,8 +128,9 @@ def settled_states(recording: HardwareRecording, finger: Finger) -> SettledState
 
 
 def _family(label: str, pattern: str) -> str:
-    found = re.search(pattern, label)
-    return found[1] if found else ""
+    """The text of a label that a pattern matches, or its first alternative that does; the label without a pattern."""
+    matches = (find(alternative, label) for alternative in pattern.split("|"))
+    return next((match[0] for match in matches if match), "") if pattern else label
 
 
 def resting_positions(model: Model, states: SettledStates) -> Array:

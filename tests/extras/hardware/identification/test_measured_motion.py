@@ -76,7 +76,7 @@ def test_a_kick_of_the_hand_is_not_the_release(recording):
 
 
 def test_load_hangs_where_it_is_said_to(recording):
-    description = RELEASED + "load: {pattern: 'load_(\\d+)'}\nload_place: [-0.015, 0.002]\n"
+    description = RELEASED + "load: {pattern: 'load_{number}'}\nload_place: [-0.015, 0.002]\n"
     load = measured_motion(recording(FALLS, description, "load_52g")).load
     assert (load.mass, load.x, load.z) == pytest.approx((0.052, -0.015, 0.002))
 

@@ -8,7 +8,7 @@ from hardware_files import MARKERS, swinging, whys, write_csv
 from refusals import refused
 
 rosbags = pytest.importorskip("rosbags", reason="bags take rosbags and mcap: pip install 'soft-gripper[ros]'")
-from bag_files import NUMBERS, POINT, write_json_mcap, write_named, write_ros  # noqa: E402
+from bag_files import BEGIN, NUMBERS, POINT, write_json_mcap, write_named, write_ros  # noqa: E402
 from damaged_files import damaged_bytes  # noqa: E402
 from rosbags.rosbag2 import StoragePlugin  # noqa: E402
 
@@ -89,6 +89,37 @@ def test_a_message_is_held_until_it_is_too_old(tmp_path):
     np.testing.assert_array_equal(np.flatnonzero(np.isfinite(held)), [*range(11), *range(50, 61)])
     longer = read_table(path, Columns(columns.names, columns.time, hold=1.0)).values[:, 1]
     np.testing.assert_array_equal(longer, np.where(time < 0.5, 1.0, 2.0))
+
+
+def test_rows_without_a_message_are_counted(tmp_path):
+    """In the words and with the code of tables; rows before the first message are left out, if it comes in time."""
+    time = np.arange(100) / 100
+    slow = (time[[5, 50]], np.array([[1.0], [2.0]]))
+    path = write_ros(tmp_path / "a.bag", {"/fast": (time, time[:, None]), "/slow": slow})
+    with collected() as notes:
+        found = read_table(path, Columns({"/slow.position[0]": "readings"}, "/fast.header.stamp"))
+    assert found.values[0].tolist() == [0.05, 1.0]
+    assert [f"{note.subject}: {note.why}" for note in notes] == [
+        "5 of 100 rows: some signals began after them",
+        "73 of 95 cells of /slow.position[0]: no value there, nor in the 0.1 s before (`hold`)",
+    ]
+
+
+def test_stamps_of_zero_at_the_beginning_are_left_out(tmp_path, describe):
+    """Before the clock of a simulation came."""
+    since = 1e-9 * BEGIN
+    rows = [
+        ("/a", 0.01 * i - (since + 0.01 * i) * (i < 10), (since + 0.01 * i) * (i < 10), {"x": float(i)})
+        for i in range(99)
+    ]
+    path = write_named(tmp_path / "a.bag", rows)
+    config = describe(
+        text='time: /joints.header.stamp\nreadings: ["/joints.position[x]"]\nframe: {origin: [0, 0, 0]}\n'
+    )
+    found = read_recording(path, config)
+    np.testing.assert_allclose(found.time, np.arange(89) / 100, atol=1e-6)
+    np.testing.assert_array_equal(found.readings[:, 0], np.arange(10, 99))
+    assert whys(found) == ["10 of 99 rows: their time is 0: the clock was set before row 11"]
 
 
 def test_messages_without_a_stamp_are_ordered_by_when_they_were_recorded(tmp_path):

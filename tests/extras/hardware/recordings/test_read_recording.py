@@ -46,8 +46,8 @@ def test_gravity_turns_with_the_frame(tmp_path, describe):
 )
 def test_what_a_name_says(tmp_path, describe, name, pressure, mass):
     lines = r"""
-commanded_pressure: [{pattern: '(\d+)kPa', unit: kPa}, {pattern: '(\d+)mbar', unit: mbar}]
-load: {pattern: 'load_(\d+)g', masses: {'101': 0.102}}
+commanded_pressure: [{pattern: '{number}kPa', unit: kPa}, {pattern: '{number}mbar', unit: mbar}]
+load: {pattern: 'load_{number}g', masses: {'101': 0.102}}
 """
     recording = read_recording(write_csv(tmp_path / f"{name}.csv", swinging()), describe(lines))
     assert recording.commanded_pressure == pressure

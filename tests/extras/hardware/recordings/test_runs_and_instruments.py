@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hardware_files import swinging, write_csv
+from hardware_files import swinging, whys, write_csv
 from refusals import refused
 
 from soft_gripper.extras.hardware.recordings import find_recordings, read_recording, read_recordings
@@ -45,6 +45,48 @@ def test_without_a_pause_described_a_file_is_one_run(tmp_path, describe):
     with refused("pause", 5.0) as caught:
         read_recording(path, describe("pause: 5"))
     assert "the file has 3 runs" in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("unit", "size", "apart"),
+    [("min", 60, "167 us"), ("h", 3600, "2.78 us"), ("d", 86400, "116 ns"), ("ms", 1e-3, "10 s")],
+)
+def test_a_unit_of_time_that_is_not_stated_is_questioned(tmp_path, describe, unit, size, apart):
+    columns = swinging()
+    columns["time_s"] = 46351 + columns["time_s"] / size
+    path = write_csv(tmp_path / "a.csv", columns)
+    with refused("time_s") as caught:
+        read_recording(path, describe())
+    assert f"samples are {apart} apart: is `time_unit` right?" in str(caught.value)
+    found = read_recording(path, describe(f"time_unit: {unit}")).time
+    np.testing.assert_allclose(found - found[0], np.arange(200) / 100, atol=1e-6)
+
+
+@pytest.mark.parametrize("step", [1e-4, 10.0])
+def test_a_unit_of_time_that_is_stated_is_believed(tmp_path, describe, step):
+    columns = swinging()
+    columns["time_s"] *= step / 0.01
+    found = read_recording(write_csv(tmp_path / "a.csv", columns), describe("time_unit: s"))
+    assert found.time[1] == pytest.approx(step)
+
+
+def test_times_of_zero_before_a_clock_is_set_are_left_out(tmp_path, describe):
+    columns = swinging()
+    columns["time_s"] += 1.6e9
+    columns["time_s"][:10] = 0
+    found = read_recording(write_csv(tmp_path / "a.csv", columns), describe())
+    np.testing.assert_allclose(found.time, np.arange(190) / 100, atol=1e-6)
+    assert whys(found) == ["10 of 200 rows: their time is 0: the clock was set before row 12"]
+
+
+def test_a_clipped_length_is_noted(tmp_path, describe):
+    columns = swinging()
+    columns |= {"one": 100 + 10 * np.sin(5 * columns["time_s"]), "two": 90 + 9 * np.sin(5 * columns["time_s"])}
+    columns["two"] = np.minimum(columns["two"], 94)
+    of = "lengths: {wires: {one: {column: one}, two: {column: two, side: outer}}, unit: mm, spacing: 0.04}"
+    found = read_recording(write_csv(tmp_path / "a.csv", columns), describe(of))
+    share = 100 * np.mean(columns["two"] == 94)
+    assert whys(found) == [f"length two = 0.094: has its largest value in {share:.0f} % of the samples: is it clipped?"]
 
 
 def test_a_row_alone_is_no_run(tmp_path, describe):

@@ -1,0 +1,44 @@
+"""Numbers in text: decimal digits alone, in a time that does not grow with their square."""
+
+import math
+
+import pytest
+from refusals import refused
+
+from soft_gripper.commands.options import number as option
+from soft_gripper.files.number import is_number, number
+from soft_gripper.files.yaml_text import parse_yaml
+from soft_gripper.scenario.criterion import read_criterion
+
+ODD = ("1_0", "1\u0663", "infinity", "nan", "0x10", "1e", "", ".", "1 0", "--1", "1,5")
+
+
+@pytest.mark.parametrize("text", ["1", "-.5", "+5.", " 1e-3 ", "1E5", "007.5"])
+def test_decimal_numbers_are_read(text):
+    assert number(text) == float(text)
+
+
+@pytest.mark.parametrize("text", ODD)
+def test_what_is_not_decimal_is_refused(text):
+    with pytest.raises(ValueError, match="not a number"):
+        number(text)
+
+
+@pytest.mark.parametrize("text", [f"{'9' * 10**6}x", f".{'9' * 10**6}x", f"{'9' * 10**6}.{'9' * 10**6}x"])
+def test_a_million_digits_take_no_time(text):
+    assert not is_number(text)
+    assert math.isinf(number("9" * 10**6))
+
+
+@pytest.mark.parametrize("text", ["1_0", "0x10", "010", "1:30", "1.5_0", "-0b1"])
+def test_yaml_has_decimal_numbers_alone(text):
+    with refused("number", text):
+        parse_yaml("a.yaml", f"a: {text}")
+    assert parse_yaml("a.yaml", f"a: '{text}'") == {"a": text}
+
+
+@pytest.mark.parametrize("text", ["1_0", "1\u0663", "0x10"])
+def test_doors_of_numbers_in_text(text):
+    with pytest.raises(ValueError, match="give a number"):
+        option(100)(text)
+    assert read_criterion(f"slid_mm at most {text}") is None
