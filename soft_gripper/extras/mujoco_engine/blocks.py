@@ -23,7 +23,7 @@ from pydrake.systems.primitives import (
     Saturation,
 )
 
-from soft_gripper.array_block import TIME, ArrayBlock, Constant, Function, Memory, Sample
+from soft_gripper.array_block import TIME, ArrayBlock, Constant, Function, Memory, Sample, check_finite
 from soft_gripper.arrays import Array
 from soft_gripper.control.grip import GripForce, GripForceBound, LowSelector
 from soft_gripper.control.pid_controller import SampledPidController, Step
@@ -226,7 +226,11 @@ class Functions:
         if isinstance(step, Sample):
             return self._state[name]
         if name not in self._known:
-            self._known[name] = self._computed(name, read, time)
+            try:
+                self._known[name] = self._computed(name, read, time)
+            except ValueError:
+                check_finite(self._block, {name: read(number) for name, number in self._numbers.items()})
+                raise
         return self._known[name]
 
     def _computed(self, name: str, read: Read, time: float) -> Any:
