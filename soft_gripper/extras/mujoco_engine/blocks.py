@@ -192,8 +192,15 @@ class Functions:
     def output(self, number: int, read: Read, time: float) -> Array:
         """See Block."""
         function, sources = self._block.outputs[self._names[number]]
-        found = function(*[self._value(source, read, time) for source in sources])
+        try:
+            found = function(*[self._value(source, read, time) for source in sources])
+        except ValueError:
+            self._check_inputs(read)
+            raise
         return np.reshape(found, (*self._shape, -1))
+
+    def _check_inputs(self, read: Read) -> None:
+        check_finite(self._block, {name: read(number) for name, number in self._numbers.items()})
 
     def advance(self, read: Read, time: float, active: Rows) -> None:
         """See Block; at the first sample nothing is remembered."""
@@ -229,7 +236,7 @@ class Functions:
             try:
                 self._known[name] = self._computed(name, read, time)
             except ValueError:
-                check_finite(self._block, {name: read(number) for name, number in self._numbers.items()})
+                self._check_inputs(read)
                 raise
         return self._known[name]
 
