@@ -302,7 +302,7 @@ def test_a_further_file_is_another_region(twin, tmp_path):
 
 def test_files_that_no_task_reads_are_named(twin, tmp_path):
     """Their names do not fit the pattern; what is called like no recording is not looked at."""
-    for name in ("a.txt", "kept.txt", "Kept_2.TXT", "later.csv", "README.md", ".hidden", "LICENSE"):
+    for name in ("a.txt", "kept.txt", "Kept_2.TXT", "later.csv", "README.txt", ".hidden.csv", "LICENSE", "a.yaml"):
         (tmp_path / name).write_text("1 2\n")
     (tmp_path / "folder").mkdir()
     task = replace(twin, kept_back=Part("*.txt", 0.5)).with_kept_back(tmp_path)

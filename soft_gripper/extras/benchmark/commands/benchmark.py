@@ -21,7 +21,7 @@ from soft_gripper.extras.benchmark.benchmark_task import (
     unread_files,
 )
 from soft_gripper.extras.benchmark.contacts import FOLDER as SHIPPED
-from soft_gripper.extras.benchmark.measured_force import force_tasks
+from soft_gripper.extras.benchmark.measured_force import TRIALS, force_tasks
 from soft_gripper.extras.benchmark.ours import ours
 from soft_gripper.extras.benchmark.published import published_beside
 from soft_gripper.extras.benchmark.report import by_region, document, figure, load_scores
@@ -85,10 +85,12 @@ def _tests(given: Path | None) -> Tests:
 
 
 def _name_unread(tasks: Sequence[Task], folder: Path) -> None:
-    if unread := unread_files(tasks, folder):
-        patterns = dict.fromkeys(task.kept_back.file for task in tasks if task.kept_back is not None)
-        called = ", ".join(patterns or (f"{of}*.csv" for of in ("train", "test")))
-        print(f"{folder}: not read: {', '.join(unread)}; further recordings are called {called}", file=sys.stderr)
+    unread = [Path(file) for file in unread_files(tasks, folder)]
+    patterns = [Path(task.kept_back.file) for task in tasks if task.kept_back is not None]
+    for parent in dict.fromkeys(file.parent for file in unread):
+        names = ", ".join(file.name for file in unread if file.parent == parent)
+        called = dict.fromkeys(pattern.name for pattern in patterns if pattern.parent == parent) or TRIALS
+        print(f"{folder / parent}: not read: {names}; recordings are called {', '.join(called)}", file=sys.stderr)
 
 
 def _scores(tests: Tests, own: Mapping[str, Estimator], submission: Path | None) -> list[Score]:
