@@ -20,6 +20,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import yaml
 from matplotlib.figure import Figure
+from tqdm import tqdm
 
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.errors import InputError, SimulationDivergedError
@@ -282,7 +283,8 @@ def identify_figure(found: Tested) -> Figure:
             squeeze=False,
             constrained_layout=True,
         )
-        for column, motion, role in zip(axes.T, found.motions, roles, strict=True):
+        motions = tqdm(found.motions, desc="figure", unit="recording", dynamic_ncols=True)
+        for column, motion, role in zip(axes.T, motions, roles, strict=True):
             simulated = simulated_markers(found.model.finger, found.model.setup, motion)
             for markers, style in ((motion.markers, MEASURED), (simulated, SIMULATED)):
                 column[0].plot(motion.time, 1e3 * displacement(markers, motion), **style)

@@ -221,7 +221,8 @@ def _pulled(states: SettledStates) -> Array:
 
 def _of_motions(found: Tested, every: int) -> Iterator[_Driven]:
     """Errors of motions; of a fit as shares of the largest displacement that was measured, as it takes them."""
-    for motion in {motion.name: motion for motion in reversed(found.motions)}.values():
+    motions = {motion.name: motion for motion in reversed(found.motions)}.values()
+    for motion in tqdm(motions, desc="markers", unit="recording", dynamic_ncols=True):
         simulated = simulated_markers(found.model.finger, found.model.setup, motion)
         errors = np.abs(simulated - motion.markers)[::every]
         scale = float(np.abs(np.mean(simulated - motion.reference, axis=1)).max())
