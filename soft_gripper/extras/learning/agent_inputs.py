@@ -3,7 +3,7 @@
 SoftGripperEnv and SoftGripperVectorEnv refuse the same in the same words.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from operator import index
 from typing import Any
 
@@ -67,7 +67,8 @@ def integer_seeds(seeds: Any, count: int) -> list[int | None]:
     Raises:
         InputError: if one is no seed, or they are not as many as the environments.
     """
-    if isinstance(seeds, Sequence | np.ndarray) and not isinstance(seeds, str | bytes) and np.ndim(seeds) > 0:
+    several = seeds.ndim > 0 if isinstance(seeds, np.ndarray) else isinstance(seeds, Sequence)
+    if several and not isinstance(seeds, str | bytes):
         if len(seeds) != count:
             raise InputError("reset", "seed", seeds, f"give {count}, one for each environment")
         return [integer_seed(seed) for seed in seeds]
@@ -77,5 +78,5 @@ def integer_seeds(seeds: Any, count: int) -> list[int | None]:
 
 def check_options(options: Any) -> None:
     """Raises an InputError if a reset is given options."""
-    if options is not None and options != {}:
+    if not (options is None or (isinstance(options, Mapping) and not options)):
         raise InputError("reset", "options", options, "there are none: leave them out")

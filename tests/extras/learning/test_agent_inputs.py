@@ -57,7 +57,9 @@ def test_seeds_are_integers_of_64_bits(both, seed):
     assert one == many == ("reset", "seed", "give an integer from 0 to 2^64 - 1, or None")
 
 
-@pytest.mark.parametrize("seeds", [[1], [], [1, 2], [1, 2, 3, 4], np.array([1]), [1, 2, -1], [1, 2, 1.5], np.ones(3)])
+@pytest.mark.parametrize(
+    "seeds", [[1], [], [1, 2], [1, 2, 3, 4], np.array([1]), [1, 2, -1], [1, 2, 1.5], [[1, 2], [3], 4], np.ones(3)]
+)
 def test_there_is_a_seed_for_each_environment(both, seeds):
     with pytest.raises(InputError, match="reset: seed"):
         both[1][0].reset(seed=seeds)
@@ -69,7 +71,7 @@ def test_seeds_that_follow_each_other_have_64_bits_too(both):
     both[1][0].reset(seed=2**64 - COUNT)
 
 
-@pytest.mark.parametrize("options", [{"mass": 1.0}, [], "text", 0])
+@pytest.mark.parametrize("options", [{"mass": 1.0}, [], "text", 0, np.zeros(2)])
 def test_there_are_no_options(both, options):
     one, many = refusals(both, lambda env, _: env.reset(seed=0, options=options))
     assert one == many == ("reset", "option", "there are none: leave them out")

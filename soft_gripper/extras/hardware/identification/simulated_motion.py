@@ -114,7 +114,10 @@ def measured_motion(recording: HardwareRecording) -> MeasuredMotion:
             expected = f"{expected}; of a pose, write points that are fixed to its body as columns"
         raise InputError(recording.name, "markers.bodies.tip", names, expected)
     if config.event not in ("release", "step"):
-        raise InputError(recording.name, "event", config.event, 'give the cause of the motion: "release" or "step"')
+        expected = 'give the cause of the motion: "release" or "step"'
+        if recording.pressures is not None:
+            expected = f"{expected}, with one constant pressure in a file"
+        raise InputError(recording.name, "event", config.event, expected)
     if config.event == "step" and recording.commanded_pressure is None:
         expected = "the file name does not give the pressure as described by commanded_pressure"
         if recording.pressures is not None:

@@ -148,3 +148,5 @@ def test_a_column_of_pressures_does_not_name_the_pressure(recording):
     stepped = replace(recording(RISES_AND_FALLS, STEPPED, "run"), pressures=np.zeros((len(TIME), 1)))
     with pytest.raises(InputError, match="a column is not read instead"):
         measured_motion(stepped)
+    with pytest.raises(InputError, match="one constant pressure in a file"):
+        measured_motion(replace(stepped, config=replace(stepped.config, event=None)))
