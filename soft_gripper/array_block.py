@@ -95,7 +95,7 @@ class Memory(Step):
 def check_finite(block: LeafSystem, inputs: Mapping[str, Any]) -> None:
     """Raises an InputError that names a block and the first of its inputs in which a number is not finite.
 
-    So is a number whose square overflows, and an input that is no array is not looked at.
+    A number whose square overflows counts as not finite; inputs that are no arrays are left out.
     """
     for name, values in inputs.items():
         numbers = np.asarray(values).ravel()

@@ -237,11 +237,9 @@ def doubts_of_fit(fit: Fit | StatesFit, confidence: Confidence) -> list[str]:
     """Keys that are all undetermined, or at an end of their range, and a search that was ended before it converged."""
     free, x, (lower, upper) = fit.free, fit.x, fit.free.bounds
     ends = np.minimum(x - lower, upper - x) < _END_OF_RANGE * free.scales
-    said = (
-        []
-        if confidence.names
-        else ["no key is determined: all keep the value at which the search ended, which predicts what is left out too"]
-    )
+    said = []
+    if not confidence.names:
+        said.append("no key is determined: the values at which the search ended predict what is left out, too")
     said += [
         f"{name} ends at {value:.3g}, a bound of its range: fix it, or try --starts 5"
         for name, value in zip(np.array(free.names)[ends], free.values(x)[ends], strict=True)
@@ -253,7 +251,7 @@ def doubts_of_fit(fit: Fit | StatesFit, confidence: Confidence) -> list[str]:
 
 
 def doubts_of_states(found: IdentifiedStates) -> list[str]:
-    """Those of a fit to settled states, and tendons that no row tightens."""
+    """Doubts of a fit to settled states, and tendons that no row tightens."""
     slack = slack_tendons(found.model, found.states[: len(found.left_out)])
     said = f"no row tightens {', '.join(slack)}: do they pull the other way?"
     return doubts_of_fit(found.fit, found.confidence) + ([said] if slack else [])

@@ -326,7 +326,7 @@ def marker_slopes(free: FreeParameters, x: Array, states: SettledStates, rows: N
 
 
 def slack_tendons(model: Model, recordings: Sequence[SettledStates]) -> list[str]:
-    """Names of the tendons that no row tightens so far that it moves a marker."""
+    """Names of the tendons without which no marker would be elsewhere, in any row in which the finger is in balance."""
     finger, setup = model.finger, model.setup
 
     def markers(states: SettledStates, slack: int | None = None) -> Array:
@@ -335,14 +335,16 @@ def slack_tendons(model: Model, recordings: Sequence[SettledStates]) -> list[str
         q = pulled_positions(_loaded(finger, states.load), pulled, states.gravity)
         return predicted_markers(finger, states, q)[0]
 
-    tight = [markers(states) for states in recordings]
+    def change(slack: int) -> Array:
+        pairs = [(place, markers(states, slack)) for states, place in zip(recordings, places, strict=True)]
+        return np.concatenate([(without - place)[in_balance(place)] for place, without in pairs])
+
+    places = [markers(states) for states in recordings]
+    if not any(in_balance(place).any() for place in places):
+        return []
+    most = _SLACK_MOTION * finger.length  # what buckles without a tendon is NaN, and needs it
     return [
-        tendon.name
-        for i, tendon in enumerate(finger.tendons)
-        if not any(
-            (np.linalg.norm(markers(states, i) - place, axis=-1) > _SLACK_MOTION * finger.length).any()
-            for states, place in zip(recordings, tight, strict=True)
-        )
+        tendon.name for i, tendon in enumerate(finger.tendons) if (np.linalg.norm(change(i), axis=-1) <= most).all()
     ]
 
 

@@ -388,3 +388,5 @@ def test_a_tendon_that_no_row_tightens_is_named():
     soft = robot(np.zeros(6), [0.0] * 6, [1e-7] * 6)
     assert slack_tendons(Model(soft), [states]) == [f"t{i}" for i in range(6)]
     assert slack_tendons(TRUE, [states]) == []
+    nothing = unbalanced(states, np.arange(30))
+    assert slack_tendons(TRUE, [nothing]) == []
