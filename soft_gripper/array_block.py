@@ -19,9 +19,11 @@ from pydrake.systems.framework import BasicVector, Context, DiscreteValues, Inpu
 
 from soft_gripper.arrays import Array
 from soft_gripper.cached import Cached, weakly
+from soft_gripper.errors import InputError
 from soft_gripper.signals import describe
 
 TIME = "time"  # source of a `sample` that takes the time, s
+_OVERFLOWS = 1e150  # the square of a larger number is infinite
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,6 +92,18 @@ class Memory(Step):
     over_time: Callable[..., Any] | None = None  # from the sources at all samples; None: known only during a run
 
 
+def check_finite(block: LeafSystem, inputs: Mapping[str, Any]) -> None:
+    """Raises an InputError that names a block and the first of its inputs in which a number is not finite.
+
+    A number whose square overflows counts as not finite; inputs that are no arrays are left out.
+    """
+    for name, values in inputs.items():
+        numbers = np.asarray(values).ravel()
+        bad = numbers[~(np.abs(numbers) < _OVERFLOWS)] if numbers.dtype.kind == "f" else numbers[:0]
+        if len(bad):
+            raise InputError(block.GetSystemPathname(), name, float(bad[0]), "must be finite, and no larger than 1e150")
+
+
 class ArrayBlock(LeafSystem):
     """A block whose outputs follow from its inputs by functions, given in its constructor step by step.
 
@@ -99,6 +113,9 @@ class ArrayBlock(LeafSystem):
 
     Which sample is the first of a run is known from the state, not from the clock: a run may begin at any time, and one
     that goes on with the context of another, at a later time, goes on with its samples and memories.
+
+    Where a function fails on an input that is not finite, as linear algebra does, an InputError names block and input.
+    Nothing of the sample is remembered then: the block goes on when its inputs are finite again.
     """
 
     takes_axes = True  # functions for one sample take leading axes too, as those for a recording do
@@ -230,9 +247,14 @@ class ArrayBlock(LeafSystem):
         """Declares a vector output, ``function(*sources)``, folded into axes; see `describe`."""
         size = int(np.prod([len(labels) for labels in axes.values()]))
         value = _of_all(function, [self._read[source] for source in sources])
+        check_inputs = weakly(self._check_inputs)
 
         def calc(context: Context, output: BasicVector) -> None:
-            output.SetFromVector(np.asarray(value(context)).reshape(-1))
+            try:
+                output.SetFromVector(np.asarray(value(context)).reshape(-1))
+            except ValueError:
+                check_inputs(context)
+                raise
 
         port = self.DeclareVectorOutputPort(name, size, calc, self._tickets_of(sources))
         describe(port, unit, meanings, **axes)
@@ -265,7 +287,11 @@ class ArrayBlock(LeafSystem):
             known: time and leaves as of `over_time`; steps that are computed and have several readers are added.
         """
         function, sources = self.outputs[output]
-        values = function(*[self._at_all(source, known) for source in sources])
+        try:
+            values = function(*[self._at_all(source, known) for source in sources])
+        except ValueError:
+            check_finite(self, {name: known[name] for name in self.leaves(output)})
+            raise
         return np.reshape(values, (len(known[TIME]), -1))
 
     def _at_all(self, name: str, known: dict[str, Any]) -> Any:
@@ -363,7 +389,15 @@ class ArrayBlock(LeafSystem):
         self._read[name], self._tickets[name] = cached.Eval, {cached.ticket}
 
     def _calc_step(self, name: str, context: Context, value: AbstractValue) -> None:
-        value.set_value(self._calcs[name](context))
+        try:
+            value.set_value(self._calcs[name](context))
+        except ValueError:
+            self._check_inputs(context)
+            raise
+
+    def _check_inputs(self, context: Context) -> None:
+        ports = [self.get_input_port(i) for i in range(self.num_input_ports())]
+        check_finite(self, {port.get_name(): port.Eval(context) for port in ports if port.HasValue(context)})
 
     def _tickets_of(self, sources: Sequence[str]) -> set[Any]:
         return {ticket for source in sources for ticket in self._tickets[source]}

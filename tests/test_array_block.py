@@ -11,6 +11,7 @@ from pydrake.trajectories import PiecewisePolynomial
 
 from soft_gripper.array_block import TIME, ArrayBlock
 from soft_gripper.diagrams.recording import Derived, Logged, Output, Samples
+from soft_gripper.errors import InputError
 from soft_gripper.signals import signal_of
 
 PERIOD = 0.5
@@ -277,3 +278,55 @@ def test_steps_are_forgotten_once_all_signals_are_read():
     assert step() is not None
     assert samples["signal1"].shape == (3, 1)
     assert step() is None
+
+
+class Solving(ArrayBlock):
+    """Solves for its inputs, as linear algebra that checks them does, in a step that is kept and in an output."""
+
+    def __init__(self):
+        super().__init__()
+        self.take("x", 2)
+        self.take("y", 1)
+        self.derive("root", lambda x: np.linalg.cholesky(x[..., None] * np.eye(2))[..., 1, 1], "x")
+        self.put_out("root", lambda root: root, "root")
+        self.put_out("y root", lambda y: np.linalg.cholesky(y[..., None])[..., 0, 0], "y")
+
+
+@pytest.mark.parametrize(("port", "output"), [("x", "root"), ("y", "y root")])
+@pytest.mark.parametrize("hostile", [np.nan, np.inf, 1e308])
+def test_a_function_that_fails_on_an_input_that_is_not_finite_names_block_and_input(port, output, hostile, monkeypatch):
+    """For one sample, and for a recording."""
+    solve = np.linalg.cholesky
+
+    def checked(matrix):
+        if not np.isfinite(matrix @ matrix).all():
+            raise np.linalg.LinAlgError("the text of numpy")
+        return solve(matrix)
+
+    monkeypatch.setattr(np.linalg, "cholesky", checked)
+    block = Solving()
+    block.set_name("solving")
+    inputs = {"x": np.tile([4.0, 9.0], (3, 1)), "y": np.full((3, 1), 16.0)}
+    assert block.over_time(np.arange(3.0), inputs, [output])[output][0] > 1
+    inputs[port][1, -1] = hostile
+    context = block.CreateDefaultContext()
+    for name, values in inputs.items():
+        block.GetInputPort(name).FixValue(context, values[1])
+    found = []
+    with np.errstate(all="ignore"), pytest.raises(InputError) as caught:
+        block.GetOutputPort(output).Eval(context)
+    found.append(caught.value)
+    with np.errstate(all="ignore"), pytest.raises(InputError) as caught:
+        block.over_time(np.arange(3.0), inputs, [output])
+    for error in (*found, caught.value):
+        assert (error.where, error.field) == ("::solving", port)
+        assert error.value == pytest.approx(hostile, nan_ok=True)
+
+
+def test_a_function_that_fails_on_finite_inputs_says_why_itself():
+    block = Solving()
+    context = block.CreateDefaultContext()
+    block.GetInputPort("x").FixValue(context, [4.0, -9.0])
+    block.GetInputPort("y").FixValue(context, [1.0])
+    with pytest.raises(np.linalg.LinAlgError):
+        block.GetOutputPort("root").Eval(context)

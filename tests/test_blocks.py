@@ -13,6 +13,7 @@ from pydrake.systems.framework import Diagram, PortDataType
 import soft_gripper
 from soft_gripper.array_block import ArrayBlock
 from soft_gripper.diagrams.station import make_private_station, make_station
+from soft_gripper.errors import InputError
 from soft_gripper.estimators.calibration_range import CalibrationRange
 from soft_gripper.estimators.finger_shape import FingerShape
 from soft_gripper.scenario.scenario_file import load_scenario
@@ -111,17 +112,22 @@ class Run:
 
     def advance(self, samples):
         """Goes on by so many samples, and keeps what is put out when each has come."""
-        context = self.simulator.get_mutable_context()
         for _ in range(samples):
-            number = len(self.rows)
-            if number:
-                self.simulator.AdvanceTo(number * PERIOD)
-            for name, values in self.inputs.items():
-                if values.shape[1]:
-                    self.block.GetInputPort(name).FixValue(context, values[number])
-            if not number:
-                self.simulator.Initialize()
-            self.rows.append({name: self.block.GetOutputPort(name).Eval(context) for name in followed(self.block)})
+            self.take(len(self.rows))
+            self.rows.append(self.outputs(followed(self.block)))
+
+    def take(self, number):
+        """Goes on to a sample, and gives its inputs."""
+        if number:
+            self.simulator.AdvanceTo(number * PERIOD)
+        for name, values in self.inputs.items():
+            if values.shape[1]:
+                self.block.GetInputPort(name).FixValue(self.simulator.get_mutable_context(), values[number])
+        if not number:
+            self.simulator.Initialize()
+
+    def outputs(self, names):
+        return {name: self.block.GetOutputPort(name).Eval(self.simulator.get_context()) for name in names}
 
     def values(self):
         return {name: np.array([row[name] for row in self.rows]) for name in self.rows[0]}
@@ -160,3 +166,46 @@ def test_over_a_recording_a_block_puts_out_what_it_does_sample_by_sample(example
         for name, values in run.values().items():
             scale = np.abs(values[np.isfinite(values)]).max(initial=1e-300)
             np.testing.assert_allclose(values, expected[name], rtol=0, atol=1e-6 * scale, err_msg=name)
+
+
+HOSTILE = {2: np.nan, 3: np.inf, 4: 1e308}  # by sample
+
+
+def last_outputs(block, inputs, hostile=None):
+    """Outputs at the last sample; only a sample of a `hostile` input, and the update after it, may be refused."""
+    run, refusals = Run(block, inputs), []
+    for number in range(SAMPLES):
+        try:
+            run.take(number)
+        except InputError as refusal:
+            refusals.append((number - 1, refusal))
+            block.GetInputPort(hostile).FixValue(run.simulator.get_mutable_context(), inputs[hostile][0])
+            run.take(number)
+        try:
+            found = run.outputs(block.outputs)
+        except InputError as refusal:
+            refusals.append((number, refusal))
+    for number, refusal in refusals:
+        assert number in HOSTILE
+        assert (refusal.where, refusal.field) == (block.GetSystemPathname(), hostile)
+    return found
+
+
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")
+@pytest.mark.parametrize("kind", block_classes())
+def test_a_block_goes_on_after_inputs_that_are_not_finite(examples, kind):
+    """It puts out NaN, or names itself and the input, as long as it remembers them, and numbers again after that."""
+    for block in examples[kind]:
+        sizes = ports(block)
+        if not all(sizes.values()):
+            continue
+        sane = {
+            name: np.nan_to_num(values, nan=0.01) for name, values in drawn(block, np.random.default_rng(1)).items()
+        }
+        expected = last_outputs(block, sane)
+        for name in sizes:
+            hostile = sane[name].copy()
+            for number, value in HOSTILE.items():
+                hostile[number] = value
+            for output, value in last_outputs(block, {**sane, name: hostile}, name).items():
+                assert np.isfinite(value[np.isfinite(expected[output])]).all(), (type(block), name, output)

@@ -347,8 +347,8 @@ class ToolFollower(LeafSystem):
 
     At every sample the desired tool velocity is GAIN times its error, turning and shifting evenly; Drake's
     DoDifferentialInverseKinematics finds the joint velocities that come nearest to that in the same direction. Where
-    there are none, as when the target jumps aside in full motion, the joints brake. `robot_state` is read once, as the
-    simulation begins.
+    there are none, as when the target jumps aside in full motion, or is not finite, the joints brake. `robot_state` is
+    read once, as the simulation begins.
     """
 
     def __init__(
@@ -375,6 +375,13 @@ class ToolFollower(LeafSystem):
         self._arm.SetPositionsAndVelocities(self._scratch, state)
         positions, velocities = np.split(state, 2)
         missing = GAIN * self._missing(self._target.Eval(context))
+        velocity = velocities - np.clip(velocities, -self._brake, self._brake)
+        if np.isfinite(missing @ missing):
+            velocity = self._toward(missing, positions, velocities, velocity)
+        values.set_value(np.concatenate([positions + self._period * velocity, velocity]))
+
+    def _toward(self, missing: Array, positions: Array, velocities: Array, otherwise: Array) -> Array:
+        """The velocities of the joints that move the tool by a desired velocity; others where there are none."""
         world, leads = self._arm.world_frame(), self._law.leads
         jacobian = self._arm.CalcJacobianSpatialVelocity(
             self._scratch, JacobianWrtVariable.kV, self._tool, [0, 0, 0], world, world
@@ -383,10 +390,8 @@ class ToolFollower(LeafSystem):
             positions[leads], velocities[leads], missing, jacobian @ self._law.matrix, self._parameters
         )
         if found.status == DifferentialInverseKinematicsStatus.kNoSolutionFound:
-            velocity = velocities - np.clip(velocities, -self._brake, self._brake)
-        else:
-            velocity = self._law.matrix @ found.joint_velocities
-        values.set_value(np.concatenate([positions + self._period * velocity, velocity]))
+            return otherwise
+        return np.asarray(self._law.matrix @ found.joint_velocities)
 
     def _missing(self, X_WGoal: RigidTransform) -> Array:
         """The rotation and translation to the desired pose of the tool, rad and m in the world, (6,)."""

@@ -38,6 +38,11 @@ class _Output:
     limits: tuple[float, float] = field(metadata=valid(span=True, sizes=(0.0, inf)))
 
 
+def _is_sizeable(value: float) -> bool:
+    """Whether a number, and its square, are finite: an integral of larger ones would take minutes to unwind."""
+    return isfinite(value * value)
+
+
 class SampledPidController(LeafSystem):
     """PID with output limits, back-calculation, and a filtered derivative on the measurement.
 
@@ -60,8 +65,8 @@ class SampledPidController(LeafSystem):
 
     Give it a measurement that is sampled with the same period: the output follows its inputs at once, so that
     the loop gains no delay, and only the memory is sampled. The start is bumpless: I begins so that the
-    first output is `initial_output`. While set point or measurement is not finite the output is held, and so is the
-    memory; while `applied` is not, nothing unwinds.
+    first output is `initial_output`. While set point or measurement is not finite, or the square of the result
+    overflows, the output is held, and so is the memory; while `applied` is like that, nothing unwinds.
     """
 
     def __init__(self, gains: PidGains, period: float, minimum: float, maximum: float, initial_output: float = 0.0):
@@ -88,23 +93,23 @@ class SampledPidController(LeafSystem):
         """The result of a sample, from the memory of the one before."""
         integral, derivative, last, held = memory
         error = set_point - measurement
-        if not isfinite(error):
-            return Step(memory, nan)
         gains, period = self._gains, self.period
         if isnan(last):  # the first measurement
             integral, last = held - gains.kp * error, measurement
         smoothing = gains.derivative_filter + period
         derivative = (gains.derivative_filter * derivative + gains.kd * (measurement - last)) / smoothing
         unlimited = gains.kp * error + integral - derivative
+        integral += period * gains.ki * error
+        if not _is_sizeable(unlimited + integral):
+            return Step(memory, nan)
         given = min(max(unlimited, self._limits[0]), self._limits[1])
-        return Step([integral + period * gains.ki * error, derivative, measurement, given], unlimited)
+        return Step([integral, derivative, measurement, given], unlimited)
 
     def remembered(self, step: Step, applied: float) -> list[float]:
         """The memory after a sample, by back-calculation from the output that was applied."""
         integral, derivative, measurement, given = step.memory
-        if isfinite(applied - step.unlimited):
-            integral += self.period * (applied - step.unlimited) / self._gains.tracking_time
-        return [integral, derivative, measurement, given]
+        unwound = integral + self.period * (applied - step.unlimited) / self._gains.tracking_time
+        return [unwound if _is_sizeable(unwound) else integral, derivative, measurement, given]
 
     def _remember(self, context: Context, values: DiscreteValues) -> None:
         step = self._step.Eval(context)

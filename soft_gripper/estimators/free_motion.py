@@ -146,7 +146,7 @@ def _recorded_middles(middle: Array) -> Array:
 
 
 def _acceleration(middles: Array, period: float) -> Array:
-    return np.nan_to_num(np.diff(middles, 2, axis=-2)[..., 0, :] / period**2)
+    return np.nan_to_num(np.diff(middles, 2, axis=-2)[..., 0, :] / period**2, posinf=0.0, neginf=0.0)
 
 
 def recorded_lag(function: object, driving: Array, gravity: Array, pull: Array) -> tuple[Lag, ...]:

@@ -173,10 +173,17 @@ class RecursiveShape:
         )
 
     def step(self, before: Filter, readings: Array, driving: Array, gravity: Array) -> Filter:
-        """State of knowledge after one more sample."""
+        """State of knowledge after one more sample.
+
+        Where driving torque or gravity is not finite, so are the joints, and the readings teach nothing.
+        """
         layout, mechanics = self.layout, self.mechanics
+        is_driven = np.isfinite((driving**2).sum(axis=-1) + (gravity**2).sum(axis=-1))[..., None]
+        if not is_driven.all():
+            readings = np.where(is_driven, readings, np.nan)
+            driving, gravity = (np.where(is_driven, values, 0.0) for values in (driving, gravity))
         mean, covariance = self._drifted(before.mean, before.covariance)
-        at = mechanics.posture(before.q)
+        at = mechanics.posture(np.where(np.isfinite(before.q), before.q, 0.0))
         weight, modes = mechanics.weight(at, gravity), mechanics.load_modes(at)
         strain, by_load, by_state = self._expected(mean, driving, weight, modes)
         difference: Array = layout.measured(readings) - (1 + self._gains(mean)) * strain - self._offsets(mean)
@@ -192,7 +199,7 @@ class RecursiveShape:
         jumped = innovation > _limits(noise.shape[-1])[0]
         covariance = covariance + jumped[..., None, None] * np.diag(_LOAD_JUMP**2 * self._before * ~self._is_slow)
         outlier = self._is_outlier(difference - by_load, noise, covariance, by_state, lasting)
-        noise = np.where(outlier, _MISSING_VARIANCE, noise)
+        noise, difference = np.where(outlier, _MISSING_VARIANCE, noise), np.where(outlier, 0.0, difference)
         average = before.difference + _AVERAGE * (difference - before.difference) * (noise < _MISSING_VARIANCE)
         loaded = self._is_loaded(before, average, difference, covariance, by_state, noise, lasting)
         blind = self._is_blind(noise < _MISSING_VARIANCE)
@@ -201,6 +208,7 @@ class RecursiveShape:
         known = mean, covariance, left, by_state, noise, lasting
         mean, covariance, drive = self._update(*known, loaded, blind & ~loaded)
         q = mechanics.free(self.effective_driving(drive, driving) + weight + self._torque(modes, mean))
+        q = np.where(is_driven, q, np.nan)
         limit = chdtri(np.maximum(read.sum(axis=-1), 1), _CHANCE)
         return Filter(mean, covariance, average, loaded, innovation / limit, drive, q, away, stroke)
 

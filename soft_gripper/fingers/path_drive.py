@@ -109,7 +109,7 @@ class TendonDrive(_OnPaths):
         as commanded                           +-------------+ ---> actuation  (nu) N m, of the model's joints
 
     With friction its state is z and the lengths of the tendons, which are updated with every step of the plant, and
-    every 5 ms if it has none.
+    every 5 ms if it has none. What a state of the plant that is not finite would make of them is not stored.
     """
 
     def __init__(self, finger: PlantFinger, command: str):
@@ -152,7 +152,8 @@ class TendonDrive(_OnPaths):
         """The state of the friction, (..., 2 T), when the tendons have moved as the plant has."""
         lengths = path_lengths(self._tendons.paths, self._joints(state))
         sliding, was = np.split(before, 2, axis=-1)
-        return np.concatenate([self._tendons.turned(sliding, was - lengths), lengths], axis=-1)
+        after = np.concatenate([self._tendons.turned(sliding, was - lengths), lengths], axis=-1)
+        return np.where(np.isfinite(after), after, before)
 
     def _inputs(self, context: Context) -> tuple[Array, Array]:
         return self.get_input_port(0).Eval(context), self._commanded.Eval(context)

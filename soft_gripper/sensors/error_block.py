@@ -46,7 +46,8 @@ class ErrorBlock(ArrayBlock):
         standard_normal (draws * R) --> +------------+
 
     `standard_normal` is a random input: connect a RandomSource of the same period, whose first sample also gives the
-    draws for the run. Give it an ideal signal that is sampled every `period` s, from time 0.
+    draws for the run. Give it an ideal signal that is sampled every `period` s, from time 0. A value that is not
+    finite is put out and not remembered: in place of it a delay line repeats the value before.
     """
 
     def __init__(
@@ -65,7 +66,8 @@ class ErrorBlock(ArrayBlock):
         run, each = model.draws
 
         def step(memory: Array, ideal: Array, draws: Array) -> _Sample:
-            return _Sample(*model.step(memory, ideal, _rows(draws, readings)[..., run:, :]))
+            after, disturbed = model.step(memory, ideal, _rows(draws, readings)[..., run:, :])
+            return _Sample(np.where(np.isfinite(after), after, memory), disturbed)
 
         self.take(ideal, readings)
         self.take("standard_normal", (run + each) * readings, RandomDistribution.kGaussian)

@@ -161,3 +161,15 @@ def test_ports():
     names = [pid.get_input_port(i).get_name() for i in range(pid.num_input_ports())]
     assert names == ["set_point", "measurement", "applied"]
     assert (pid.num_output_ports(), pid.get_output_port().get_name()) == (1, "output")
+
+
+@pytest.mark.parametrize("port", ["set_point", "measurement", "applied"])
+@pytest.mark.parametrize("hostile", [[NAN, np.inf, -np.inf], [1e308], [-1e308, 1e308]])
+def test_numbers_that_are_not_finite_or_overflow_leave_nothing_behind(port, hostile):
+    """The output stays within its limits, and follows from the inputs again."""
+    gains = PidGains(2.0, 5.0, 10.0 * T, derivative_filter=0.0)
+    signals = {"set_point": np.full(12, 0.4), "measurement": np.linspace(0, 0.1, 12), "applied": np.full(12, 0.2)}
+    signals[port][4 : 4 + len(hostile)] = hostile
+    found = outputs(gains, signals["set_point"], signals["measurement"], applied=signals["applied"])
+    assert np.abs(found).max() <= 1e3
+    assert len(set(found[-4:])) > 1

@@ -84,3 +84,23 @@ def test_the_drive_of_a_finger_reaches_its_own_joints_alone(tmp_path):
             np.testing.assert_allclose(own, torques)
             assert np.abs(torques).min() > 1e-6
         assert set(actuation.values()) <= {0.0}, "the other finger is driven by its own"
+
+
+@pytest.mark.parametrize("hostile", [np.nan, np.inf, 1e308])
+def test_a_state_that_is_not_finite_leaves_nothing_in_the_friction(hostile):
+    """Of two environments one is hit: it goes on from where it was, and the other does not notice."""
+    plant = MultibodyPlant(0.01)
+    finger, _ = add_fingers(Parser(plant), DIRECTORY / "grippers/two_finger_tendons.urdf")
+    plant.Finalize()
+    drive, states = TendonDrive(finger, "tension"), np.zeros((6, 2, plant.num_multibody_states()))
+    bent = [joint.position_start() for joint in finger.joints_of("bending")]
+    states[..., bent] = 0.01 * np.arange(6)[:, None, None]
+    before = expected = drive.at_rest(states[0])
+    states[2, 1, bent] = hostile
+    with np.errstate(all="ignore"):
+        for number in range(1, 6):
+            before = drive.travelled(before, states[number])
+            expected = drive.travelled(expected, np.tile(states[number, :1], (2, 1)))
+    np.testing.assert_array_equal(before[0], expected[0])
+    np.testing.assert_allclose(before[1], expected[1], atol=0.05)
+    assert np.isfinite(drive.actuation(states[-1], np.full((2, 1), 2.0), before)).all()

@@ -13,6 +13,8 @@ from pathlib import Path
 from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
 
+_RECORDINGS = (".csv", ".txt", ".tsv", ".dat", ".xlsx", ".c3d")  # forms in which recordings are published
+_NO_RECORDING = (".", "README", "LICENSE")  # how names of such files begin that are none
 VERSION = 2  # of the benchmark: scores and submissions of another are not comparable
 
 
@@ -101,6 +103,18 @@ def digest(file: Path) -> str:
 def missing_files(task: Task, folder: Path) -> list[str]:
     """Files of a task that a data folder does not have."""
     return [file for file in task.sha256 if not (folder / file).is_file()]
+
+
+def unread_files(tasks: Sequence[Task], folder: Path) -> list[str]:
+    """Recordings beside those of tasks that none of them reads, by their paths in the folder of these."""
+    read = {file for task in tasks for file in task.sha256}
+    beside = {path for parent in {(folder / file).parent for file in read} for path in parent.iterdir()}
+    names = {
+        path.relative_to(folder).as_posix()
+        for path in beside
+        if path.suffix.lower() in _RECORDINGS and not path.name.startswith(_NO_RECORDING)
+    }
+    return sorted(names - read)
 
 
 def read_training(task: Task, folder: Path, copies: Path) -> list[Recorded]:

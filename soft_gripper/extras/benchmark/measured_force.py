@@ -28,6 +28,7 @@ from soft_gripper.scenario.sensor_presets import uncertainty
 
 FORCES = "measured_force"  # below the data folder: a folder for every task
 BENCH, SCENARIO = "bench.yaml", "finger.yaml"
+TRIALS = "train*.csv", "test*.csv"
 _SETTLED = 1.0  # s for which a pressure has rested before what is read counts
 _RESTING = 0.02  # of the range of the pressure in a run: what it may vary by in that time
 _FREE = 0.05  # of that range above the lowest pressure, up to which the finger is free
@@ -43,11 +44,9 @@ def force_tasks(data: Path) -> list[Task]:
 
 
 def _task(folder: Path) -> Task:
-    train, tested = (sorted(file.name for file in folder.glob(f"{of}*.csv")) for of in ("train", "test"))
-    for of, found in (("train", train), ("test", tested)):
-        require(
-            len(found) > 0, folder, f"{of}*.csv", None, "give logs of presses, to train on and of other days to test"
-        )
+    train, tested = (sorted(file.name for file in folder.glob(pattern)) for pattern in TRIALS)
+    for pattern, found in zip(TRIALS, (train, tested), strict=True):
+        require(len(found) > 0, folder, pattern, None, "give logs of presses, to train on and of other days to test")
     log = _log(folder)
     assert isinstance(log.described, BenchConfig)
     ((_, finger),) = log.described.fingers.items()

@@ -88,7 +88,8 @@ def check_rigid(
             if np.nanmax(change) > _RIGID * length:
                 worst = int(np.nanargmax(change))
                 found = f"their distance changes by {change[worst] * 1e3:.1f} mm at {time[worst]:.2f} s"
-                raise InputError(path, f"markers.bodies.{body}", f"{a}, {b}", f"{found}: are they on one rigid body?")
+                expected = f"{found}: are they on one rigid body? Markers along a finger need a body each"
+                raise InputError(path, f"markers.bodies.{body}", f"{a}, {b}", expected)
 
 
 def check_base_rests(path: Path, markers: dict[str, Array], bodies: dict[str, list[str]], length: float) -> None:

@@ -45,6 +45,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
+from tqdm import tqdm
 
 from soft_gripper.arrays import Array
 from soft_gripper.extras.hardware.identification.confidence import UNOBSERVABLE, confidence_of, correlation_time
@@ -208,7 +209,8 @@ def learned_growth(found: IdentifiedStates) -> float:
         return LeftOut(np.abs(away / band)[:, None], np.sqrt(distances)[:, None])
 
     regions = [shapes.regions(), *(shapes.halves(most) for most in _HALVES)]
-    return learned_widths(np.ones((1, 1)), [*regions_left_out(regions, without)]).growth
+    left_out = tqdm(regions_left_out(regions, without), desc="bands of loads", unit="region", dynamic_ncols=True)
+    return learned_widths(np.ones((1, 1)), [*left_out]).growth
 
 
 def _centred(values: Array) -> Array:

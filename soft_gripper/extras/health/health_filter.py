@@ -119,12 +119,17 @@ class HealthFilter:
         )
 
     def step(self, known: Known, readings: Array, driving: Array, gravity: Array) -> Known:
-        """Memory after one more sample; see ShapeFunction for the inputs."""
+        """Memory after one more sample; see ShapeFunction for the inputs.
+
+        A sample whose driving torque or gravity is not finite, or of which the squares overflow, is left out.
+        """
+        if not np.isfinite((driving**2).sum() + (gravity**2).sum()):
+            return known
         layout, finger = self.layout, self.layout.finger
         known = self._begun(known) if known.samples >= LOOK else known
         weight = self._mechanics.weight(self._mechanics.posture(finger.angle(driving)), gravity)
         free = layout.matrix @ finger.angle(driving + weight)
-        finite = np.isfinite(readings)
+        finite = np.isfinite(readings**2)
         repeated = readings == known.last
         changed = finite & np.isfinite(known.last) & ~repeated
         repeated &= changed.any()

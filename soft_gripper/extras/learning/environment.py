@@ -20,6 +20,13 @@ from pydrake.systems.framework import Context, System
 from soft_gripper.diagrams.simulation import solver_config
 from soft_gripper.diagrams.view.meshcat_view import open_meshcat
 from soft_gripper.errors import InputError, first_line
+from soft_gripper.extras.learning.agent_inputs import (
+    check_options,
+    check_order,
+    check_rendered,
+    finite_actions,
+    integer_seed,
+)
 from soft_gripper.extras.learning.config import EnvironmentConfig, load_environment
 from soft_gripper.extras.learning.episode_variation import Draw, apply_draw, draw, varied_fingers
 from soft_gripper.extras.learning.station import LARGEST, LearningStation, home, make_learning_station, resting_action
@@ -91,10 +98,18 @@ class SoftGripperEnv(DrakeGymEnv):
         )
         self.metadata = {"render_modes": [*MODES], "render_fps": round(1 / config.time_step)}
         self.info_handler = self._info  # DrakeGymEnv drops one that is given to its constructor
+        self._is_closed = False
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Vector, dict[str, Any]]:
-        """Begins an episode; there are no `options`."""
-        observation, info = super().reset(seed=seed, options=options)
+        """Begins an episode.
+
+        Raises:
+            InputError: if the seed is no integer from 0 to 2^64 - 1, options are given, as there are none, or the
+                environment is closed.
+        """
+        check_order("reset", is_begun=True, is_closed=self._is_closed)
+        check_options(options)
+        observation, info = super().reset(seed=integer_seed(seed))
         self._observed = observation.astype(np.float32)
         return self._observed, info
 
@@ -102,21 +117,34 @@ class SoftGripperEnv(DrakeGymEnv):
         """Applies an action for a time step.
 
         Raises:
-            InputError: if the action is not finite, or has another shape than `action_space`.
+            InputError: if the action is not finite, or has another shape than `action_space`; or before a reset, or
+                after `close`.
         """
-        shape = self.action_space.shape
-        numbers = _as_numbers(action)
-        if numbers is None or numbers.shape != shape or not np.isfinite(numbers).all():
-            raise InputError("step", "action", action, f"give finite numbers of shape {shape}, from -1 to 1")
+        self._check_begun("step")
+        numbers = finite_actions(action, "action", self.action_space.shape)
         reason = self._advance(np.clip(numbers, -1.0, 1.0))
         if reason:
             return self._observed, 0.0, False, True, {"diverged": reason}
         return self._observed, self._judgement.reward, self._judgement.terminated, self._is_late(), self._judgement.info
 
     def render(self) -> NDArray[np.uint8] | None:
-        """The scene as a picture, (height, width, 3), or in Meshcat."""
+        """The scene as a picture, (height, width, 3), or in Meshcat.
+
+        Raises:
+            InputError: before a reset, after `close`, or without a `render_mode`.
+        """
+        self._check_begun("render")
+        check_rendered(self.render_mode, MODES)
         picture = super().render()
         return None if picture is None else picture.copy()  # Drake's own is overwritten by the next one
+
+    def close(self) -> None:
+        """Ends the use of the environment."""
+        self._is_closed = True
+        super().close()
+
+    def _check_begun(self, act: str) -> None:
+        check_order(act, is_begun=self.simulator is not None, is_closed=self._is_closed)
 
     def _advance(self, action: NDArray[np.float64]) -> str:
         """Takes a step; returns why it diverged, if it did."""
@@ -166,13 +194,6 @@ class SoftGripperEnv(DrakeGymEnv):
     def _info(self, _: Simulator) -> dict[str, Any]:
         """The ground truth at the start of an episode: the draw."""
         return asdict(self._drawn)
-
-
-def _as_numbers(action: Any) -> NDArray[np.float64] | None:
-    try:
-        return np.asarray(action, dtype=float)
-    except (TypeError, ValueError):
-        return None
 
 
 def make_task(station: LearningStation, config: EnvironmentConfig) -> Task:

@@ -6,7 +6,7 @@ leading axis. MuJoCo takes contact at points, as the shipped scenes do in Drake.
 
 from collections.abc import Mapping, Sequence
 from copy import deepcopy
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -21,6 +21,13 @@ from pydrake.systems.primitives import MatrixGain
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.errors import InputError
+from soft_gripper.extras.learning.agent_inputs import (
+    check_options,
+    check_order,
+    check_rendered,
+    finite_actions,
+    integer_seeds,
+)
 from soft_gripper.extras.learning.config import EnvironmentConfig, load_environment
 from soft_gripper.extras.learning.episode_variation import Draw, draw, varied_fingers
 from soft_gripper.extras.learning.station import (
@@ -39,8 +46,18 @@ from soft_gripper.extras.mujoco_engine.network import Network
 from soft_gripper.extras.mujoco_engine.normal_forces import NormalForces
 from soft_gripper.extras.mujoco_engine.plants import Exported, Plants, in_mujoco
 from soft_gripper.extras.mujoco_engine.variation import Variation, begin, varied
+from soft_gripper.files.document import check_config
+from soft_gripper.quantity import valid
 from soft_gripper.scenario.schema import Scenario
 from soft_gripper.sensors.sensor_block import SensorBlock
+
+
+@dataclass(frozen=True)
+class _Copies:
+    """How many environments there are, and threads that step them."""
+
+    num_envs: int = field(metadata=valid(least=1, most=2**16))
+    threads: int = field(metadata=valid(least=1, most=2**10))
 
 
 class SoftGripperVectorEnv(VectorEnv[Any, Any, Any]):
@@ -61,14 +78,15 @@ class SoftGripperVectorEnv(VectorEnv[Any, Any, Any]):
         """Builds the stations.
 
         Args:
-            num_envs: number of environments.
+            num_envs: number of environments, at most 65536.
             environment: name of a shipped environment, or path of a file; see `load_environment`.
             changes: of it.
-            threads: that step the plants.
+            threads: that step the plants, at most 1024.
 
         Raises:
-            InputError: if anything in the file is invalid, or the task handles no object.
+            InputError: if a number or anything in the file is invalid, or the task handles no object.
         """
+        check_config("vector environment", _Copies(num_envs, threads))
         self.environment = load_environment(environment, changes)
         config = self.environment.config
         if config.grasp is None and config.pick_place is None:
@@ -81,19 +99,25 @@ class SoftGripperVectorEnv(VectorEnv[Any, Any, Any]):
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self._random = [np_random(None)[0] for _ in range(num_envs)]
-        self._over = np.zeros(num_envs, bool)
+        self._over, self._is_begun = np.zeros(num_envs, bool), False
 
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[NDArray[np.float32], dict[str, Any]]:
-        """Begins an episode in all environments; seeds of environments follow each other if one is given."""
-        seeds = [seed + i for i in range(self.num_envs)] if isinstance(seed, int) else seed
-        for i, own in enumerate(seeds or ()):
+        """Begins an episode in all environments; seeds of environments follow each other if one is given.
+
+        Raises:
+            InputError: if a seed is no integer from 0 to 2^64 - 1, there are fewer or more than environments, options
+                are given, as there are none, or the environments are closed.
+        """
+        check_order("reset", is_begun=True, is_closed=self.closed)
+        check_options(options)
+        for i, own in enumerate(integer_seeds(seed, self.num_envs)):
             if own is not None:
                 self._random[i] = np_random(own)[0]
         self._stations.begin(np.arange(self.num_envs), self._random)
         self._stations.observe()
-        self._over[:] = False
+        self._over[:], self._is_begun = False, True
         return self._stations.observed.astype(np.float32), {}
 
     def step(
@@ -102,11 +126,13 @@ class SoftGripperVectorEnv(VectorEnv[Any, Any, Any]):
         """Applies actions for a time step.
 
         Raises:
-            InputError: if the actions are not finite, or have another shape than `action_space`.
+            InputError: if the actions are not finite, or have another shape than `action_space`; or before a reset, or
+                after `close`.
         """
-        given, shape = np.asarray(actions, dtype=float), self.action_space.shape
-        if given.shape != shape or not np.isfinite(given).all():
-            raise InputError("step", "actions", actions, f"give finite numbers of shape {shape}, from -1 to 1")
+        check_order("step", self._is_begun, self.closed)
+        shape = self.action_space.shape
+        assert shape is not None
+        given = finite_actions(actions, "actions", shape)
         begun, stations = self._over.copy(), self._stations
         anew = np.flatnonzero(begun)
         judged = stations.step(np.clip(given, -1.0, 1.0), anew, self._random)
@@ -115,6 +141,12 @@ class SoftGripperVectorEnv(VectorEnv[Any, Any, Any]):
         info = {**judged.info, **{f"_{name}": ~begun for name in judged.info}}
         self._over = terminated | truncated
         return stations.observed.astype(np.float32), reward, terminated, truncated, info
+
+    def render(self) -> tuple[Any, ...] | None:
+        """Raises an InputError: these environments are not rendered."""
+        check_order("render", self._is_begun, self.closed)
+        check_rendered(self.render_mode, ())
+        return None
 
 
 class _Stations:

@@ -23,7 +23,7 @@ from pydrake.systems.primitives import (
     Saturation,
 )
 
-from soft_gripper.array_block import TIME, ArrayBlock, Constant, Function, Memory, Sample
+from soft_gripper.array_block import TIME, ArrayBlock, Constant, Function, Memory, Sample, check_finite
 from soft_gripper.arrays import Array
 from soft_gripper.control.grip import GripForce, GripForceBound, LowSelector
 from soft_gripper.control.pid_controller import SampledPidController, Step
@@ -192,8 +192,15 @@ class Functions:
     def output(self, number: int, read: Read, time: float) -> Array:
         """See Block."""
         function, sources = self._block.outputs[self._names[number]]
-        found = function(*[self._value(source, read, time) for source in sources])
+        try:
+            found = function(*[self._value(source, read, time) for source in sources])
+        except ValueError:
+            self._check_inputs(read)
+            raise
         return np.reshape(found, (*self._shape, -1))
+
+    def _check_inputs(self, read: Read) -> None:
+        check_finite(self._block, {name: read(number) for name, number in self._numbers.items()})
 
     def advance(self, read: Read, time: float, active: Rows) -> None:
         """See Block; at the first sample nothing is remembered."""
@@ -226,7 +233,11 @@ class Functions:
         if isinstance(step, Sample):
             return self._state[name]
         if name not in self._known:
-            self._known[name] = self._computed(name, read, time)
+            try:
+                self._known[name] = self._computed(name, read, time)
+            except ValueError:
+                self._check_inputs(read)
+                raise
         return self._known[name]
 
     def _computed(self, name: str, read: Read, time: float) -> Any:

@@ -60,6 +60,20 @@ def test_where_it_begins_nothing_moves():
     np.testing.assert_allclose(follower.signal("desired_state"), np.tile([*HOME, *np.zeros(6)], (51, 1)), atol=1e-6)
 
 
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")
+def test_a_pose_that_is_not_finite_brakes_and_is_not_remembered():
+    follower = Follower()
+    follower.go(*FAR, 0.2)
+    for hostile in (np.nan, np.inf, 1e308):
+        follower.station.diagram.GetInputPort("arm.X_WTool").FixValue(
+            follower.context, Value(RigidTransform([hostile, 0.0, 0.0]))
+        )
+        follower.simulator.AdvanceTo(follower.context.get_time() + 0.1)
+    assert np.abs(follower.signal("desired_state")[-1, 6:]).max() < 1e-9
+    follower.go(*FAR, 0.2)
+    assert np.abs(follower.signal("desired_state")[-1, 6:]).max() > 0.05
+
+
 def test_joints_keep_their_velocity_limits():
     follower = Follower()
     follower.go(*FAR, 1.0)

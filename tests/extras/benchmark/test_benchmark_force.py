@@ -10,6 +10,7 @@ from scale_files import FORCES, GRAM
 from soft_gripper.errors import InputError
 from soft_gripper.extras.benchmark.baselines import nearest, ridge
 from soft_gripper.extras.benchmark.benchmark_task import read_tests, read_training
+from soft_gripper.extras.benchmark.commands.benchmark import _tests
 from soft_gripper.extras.benchmark.measured_force import force_tasks
 from soft_gripper.extras.benchmark.ours import ours
 from soft_gripper.extras.benchmark.scores import answers, scores
@@ -82,3 +83,15 @@ def test_folders_that_do_not_fit_are_refused(data, tmp_path, file, change, said)
         path.write_text(text.replace(*change) if isinstance(change, tuple) else change(text))
     with pytest.raises(InputError, match=said):
         [read_training(task, task.folder, tmp_path / "copies") for task in force_tasks(tmp_path)]
+
+
+def test_logs_that_no_pattern_fits_are_named(data, tmp_path, capsys):
+    """And are given to no one as a test."""
+    copytree(data, tmp_path, dirs_exist_ok=True)
+    folder = tmp_path / "measured_force/scale"
+    (folder / "test.csv").rename(folder / "test_1.csv")
+    for name in ("Test_2.csv", "monday.CSV"):
+        (folder / name).write_bytes((folder / "test_1.csv").read_bytes())
+    _tests(tmp_path)
+    (line,) = [line for line in capsys.readouterr().err.splitlines() if "not read" in line]
+    assert line == f"{folder}: not read: Test_2.csv, monday.CSV; recordings are called train*.csv, test*.csv"

@@ -22,6 +22,7 @@ from soft_gripper.extras.benchmark.benchmark_task import (
     missing_files,
     read_tests,
     read_training,
+    unread_files,
 )
 from soft_gripper.extras.benchmark.contacts import FOLDER
 from soft_gripper.extras.benchmark.report import document, load_scores
@@ -297,3 +298,14 @@ def test_a_further_file_is_another_region(twin, tmp_path):
     assert task.sha256.keys() == {"a.txt", "kept.txt"}
     (kept,) = read_tests(task, tmp_path)["kept"]
     np.testing.assert_allclose(kept.inputs, own.inputs[25:])
+
+
+def test_files_that_no_task_reads_are_named(twin, tmp_path):
+    """Their names do not fit the pattern; what is called like no recording is not looked at."""
+    for name in ("a.txt", "kept.txt", "Kept_2.TXT", "later.csv", "README.txt", ".hidden.csv", "LICENSE", "a.yaml"):
+        (tmp_path / name).write_text("1 2\n")
+    (tmp_path / "folder").mkdir()
+    task = replace(twin, kept_back=Part("*.txt", 0.5)).with_kept_back(tmp_path)
+    other = replace(task, sha256={"later.csv": "0"})
+    assert unread_files([task], tmp_path) == ["Kept_2.TXT", "later.csv"]
+    assert unread_files([task, other], tmp_path) == ["Kept_2.TXT"]

@@ -238,6 +238,27 @@ def test_settled_states_of_a_tendon(settled):
     assert "left out" in outcome.out
 
 
+@pytest.mark.slow
+def test_a_fit_that_determines_nothing_writes_its_guess_and_says_so(settled):
+    """Without gravity the density changes nothing; families are predicted all the same."""
+    outcome = identify("rest.csv", free=("density",))
+    assert outcome.code == 0, outcome.err
+    assert "WARNING: no key is determined" in outcome.out
+    assert {path.name for path in (settled / "out").iterdir()} == WRITTEN
+    assert "# Fitted: nothing" in (settled / "out/fitted.setup.yaml").read_text()
+    assert {row["role"] for row in csv_rows(settled / "out/fitted.csv")} == {"fit", "left out"}
+
+
+def test_tendons_that_pull_the_other_way_are_asked_for(settled):
+    """The column counts what is let out; nothing is written."""
+    header, *rows = (settled / "rest.csv").read_text().splitlines()
+    turned = [",".join([*row.split(",")[:2], f"-{row.split(',')[2]}", *row.split(",")[3:]]) for row in rows]
+    (settled / "rest.csv").write_text("\n".join([header, *turned]) + "\n")
+    line = refusal(*command("rest.csv", free=("tendon.slack", "tendon.stiffness")))
+    assert "rest: tendons = 'pull': no row tightens any of them: do they pull the other way" in line
+    assert not [*(settled / "out").iterdir()]
+
+
 def test_what_was_found_survives_the_end_of_the_command(settled, monkeypatch):
     """A fit that fails after its last step has left the finger so far, and a line for every step; both files whole."""
 

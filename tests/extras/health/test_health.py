@@ -420,3 +420,19 @@ def test_a_reading_that_repeats_itself_from_the_first_is_at_fault_after_some_loo
     found = named(probabilities(layout, readings, pressure, errors))
     assert found[0] == 0
     assert FAULTS[int(found[-1])] == "dead"
+
+
+@pytest.mark.parametrize("hostile", [np.nan, np.inf, 1e308])
+@pytest.mark.parametrize("which", [0, 1, 2])  # readings, driving torque, gravity
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")
+def test_inputs_that_are_not_finite_leave_nothing_behind(layout, hostile, which):
+    """A look later every probability is a number again, and the finger is as healthy as before."""
+    health = HealthFilter(layout, replace(uncertainty_of(REALISTIC), bend_per_pressure=0.005), PERIOD)
+    known, still = health.begin(), (layout.read(layout.straight), np.zeros(layout.finger.segments), np.zeros(3))
+    for number in range(4 * LOOK):
+        sample = [part.copy() for part in still]
+        if number == LOOK + 3:
+            sample[which][0] = hostile
+        known = health.step(known, *sample)
+    assert np.isfinite(health.of_readings(known)).all()
+    assert health.probabilities(known)[0] > 0.5

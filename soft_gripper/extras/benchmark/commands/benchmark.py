@@ -4,7 +4,7 @@ import argparse
 import json
 import os
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -13,8 +13,15 @@ from tqdm import tqdm
 
 from soft_gripper.errors import InputError
 from soft_gripper.extras.benchmark.baselines import Estimator, baselines
-from soft_gripper.extras.benchmark.benchmark_task import Task, missing_files, read_tests, read_training
-from soft_gripper.extras.benchmark.measured_force import force_tasks
+from soft_gripper.extras.benchmark.benchmark_task import (
+    Task,
+    missing_files,
+    read_tests,
+    read_training,
+    unread_files,
+)
+from soft_gripper.extras.benchmark.contacts import FOLDER as SHIPPED
+from soft_gripper.extras.benchmark.measured_force import TRIALS, force_tasks
 from soft_gripper.extras.benchmark.ours import ours
 from soft_gripper.extras.benchmark.published import published_beside
 from soft_gripper.extras.benchmark.report import by_region, document, figure, load_scores
@@ -72,7 +79,18 @@ def _tests(given: Path | None) -> Tests:
         else:
             whole = task.with_kept_back(folder)
             found[whole] = folder, read_tests(whole, folder)
+    for folder in {folder for task, (folder, _) in found.items() if task.folder != SHIPPED}:
+        _name_unread([task for task, (own, _) in found.items() if own == folder], folder)
     return found
+
+
+def _name_unread(tasks: Sequence[Task], folder: Path) -> None:
+    unread = [Path(file) for file in unread_files(tasks, folder)]
+    patterns = [Path(task.kept_back.file) for task in tasks if task.kept_back is not None]
+    for parent in dict.fromkeys(file.parent for file in unread):
+        names = ", ".join(file.name for file in unread if file.parent == parent)
+        called = dict.fromkeys(pattern.name for pattern in patterns if pattern.parent == parent) or TRIALS
+        print(f"{folder / parent}: not read: {names}; recordings are called {', '.join(called)}", file=sys.stderr)
 
 
 def _scores(tests: Tests, own: Mapping[str, Estimator], submission: Path | None) -> list[Score]:

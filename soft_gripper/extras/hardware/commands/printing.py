@@ -12,7 +12,7 @@ from soft_gripper.extras.hardware.identification.identified_finger import (
     Identified,
     Tested,
     doubts,
-    doubts_of_fit,
+    doubts_of_states,
     repetitions,
 )
 from soft_gripper.extras.hardware.identification.model_band import BandRow, extrapolations
@@ -66,7 +66,7 @@ def print_identified_states(found: TestedStates) -> None:
     print_rows(found.scores, "marker errors, the mean offset removed, by the family of the rows")
     if isinstance(found, IdentifiedStates):
         print("Left out: predicted by a fit to the other families; each family has a mean offset of its own.")
-        for doubt in doubts_of_fit(found.fit, found.confidence):
+        for doubt in doubts_of_states(found):
             print(f"WARNING: {doubt}")
 
 

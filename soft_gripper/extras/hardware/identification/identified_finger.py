@@ -20,6 +20,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import yaml
 from matplotlib.figure import Figure
+from tqdm import tqdm
 
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.errors import InputError, SimulationDivergedError
@@ -43,7 +44,7 @@ from soft_gripper.extras.hardware.identification.free_parameters import (
     free_parameters,
     pressure_law,
 )
-from soft_gripper.extras.hardware.identification.settled_states import StatesFit
+from soft_gripper.extras.hardware.identification.settled_states import IdentifiedStates, StatesFit, slack_tendons
 from soft_gripper.extras.hardware.identification.simulated_motion import (
     Hold,
     MeasuredMotion,
@@ -51,6 +52,7 @@ from soft_gripper.extras.hardware.identification.simulated_motion import (
     simulated_markers,
     turned,
 )
+from soft_gripper.extras.hardware.progress import wait_for
 from soft_gripper.extras.hardware.scoring import FITTED, TESTED, best_fit
 from soft_gripper.files.document import check_document, require
 from soft_gripper.files.notes import LEFT_OUT, note
@@ -173,13 +175,14 @@ def _scored(
     calls: Sequence[tuple[Model, MeasuredMotion, str]], executor: Executor
 ) -> tuple[tuple[MeasuredMotion, ...], tuple[MotionScore, ...]]:
     """Recordings with what was not recorded, and their scores; one in which the finger diverges is left out."""
-    pending = [(motion.name, executor.submit(_score, model, motion, role)) for model, motion, role in calls]
+    pending = [executor.submit(_score, model, motion, role) for model, motion, role in calls]
+    wait_for(pending, "comparing", "recording")
     motions, scores = list[MeasuredMotion](), list[MotionScore]()
-    for name, future in pending:
+    for (_, compared, _), future in zip(calls, pending, strict=True):
         try:
             motion, row = future.result()
         except SimulationDivergedError as error:
-            note(LEFT_OUT, name, "recording", "", str(error))
+            note(LEFT_OUT, compared.name, "recording", "", str(error))
             continue
         motions.append(motion)
         scores.append(row)
@@ -231,10 +234,13 @@ def _spread_of(rows: Sequence[MotionScore]) -> str:
 
 
 def doubts_of_fit(fit: Fit | StatesFit, confidence: Confidence) -> list[str]:
-    """Keys at an end of their range, and a search that was ended before it converged."""
+    """Keys that are all undetermined, or at an end of their range, and a search that was ended before it converged."""
     free, x, (lower, upper) = fit.free, fit.x, fit.free.bounds
     ends = np.minimum(x - lower, upper - x) < _END_OF_RANGE * free.scales
-    said = [
+    said = []
+    if not confidence.names:
+        said.append("no key is determined: the values at which the search ended predict what is left out, too")
+    said += [
         f"{name} ends at {value:.3g}, a bound of its range: fix it, or try --starts 5"
         for name, value in zip(np.array(free.names)[ends], free.values(x)[ends], strict=True)
         if name in confidence.names
@@ -242,6 +248,13 @@ def doubts_of_fit(fit: Fit | StatesFit, confidence: Confidence) -> list[str]:
     if not fit.converged:
         said.append("the search was ended before it converged: go on from the finger that it wrote, or free fewer keys")
     return said
+
+
+def doubts_of_states(found: IdentifiedStates) -> list[str]:
+    """Doubts of a fit to settled states, and tendons that no row tightens."""
+    slack = slack_tendons(found.model, found.states[: len(found.left_out)])
+    said = f"no row tightens {', '.join(slack)}: do they pull the other way?"
+    return doubts_of_fit(found.fit, found.confidence) + ([said] if slack else [])
 
 
 def _score(model: Model, motion: MeasuredMotion, role: str) -> tuple[MeasuredMotion, MotionScore]:
@@ -268,7 +281,8 @@ def identify_figure(found: Tested) -> Figure:
             squeeze=False,
             constrained_layout=True,
         )
-        for column, motion, role in zip(axes.T, found.motions, roles, strict=True):
+        motions = tqdm(found.motions, desc="figure", unit="recording", dynamic_ncols=True)
+        for column, motion, role in zip(axes.T, motions, roles, strict=True):
             simulated = simulated_markers(found.model.finger, found.model.setup, motion)
             for markers, style in ((motion.markers, MEASURED), (simulated, SIMULATED)):
                 column[0].plot(motion.time, 1e3 * displacement(markers, motion), **style)
@@ -351,7 +365,10 @@ def with_finger(path: Path, finger: Finger) -> str:
 
 def fit_remarks(confidence: Confidence) -> list[str]:
     """Remarks on a fit, for the file of its set-up."""
-    return [f"Fitted: {', '.join(confidence.names)}", *map(str, confidence.undetermined)]
+    return [
+        f"Fitted: {', '.join(confidence.names) or 'nothing, since no key is determined'}",
+        *map(str, confidence.undetermined),
+    ]
 
 
 def write_fitted(initial: Path, path: Path, model: Model, remarks: Sequence[str] = ()) -> None:

@@ -18,6 +18,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from tqdm import tqdm
 
 from soft_gripper.arrays import Array
 from soft_gripper.extras.hardware.identification.beside_finger import BesideFinger
@@ -115,7 +116,10 @@ def learned_band(found: Identified | IdentifiedStates) -> FittedStatesConfig:
 
     fitted, size = FittedStates(states[seen], spread), sizes(seen)
     near = errors(np.zeros(len(fit.x)), seen) / size
-    each_way = [[*regions_left_out([regions], without)] for regions in (fitted.regions(), fitted.halves())]
+    each_way = [
+        [*tqdm(regions_left_out([regions], without), desc="bands", unit="region", dynamic_ncols=True)]
+        for regions in (fitted.regions(), fitted.halves())
+    ]
     widths = max((learned_widths(near, left_out) for left_out in each_way), key=attrgetter("growth"))
     of_states = size if learned.is_local else None
     return kept_states(_names(found.model.finger, states), fitted, widths, sizes=of_states, most=_MOST_KEPT)
@@ -217,7 +221,8 @@ def _pulled(states: SettledStates) -> Array:
 
 def _of_motions(found: Tested, every: int) -> Iterator[_Driven]:
     """Errors of motions; of a fit as shares of the largest displacement that was measured, as it takes them."""
-    for motion in {motion.name: motion for motion in reversed(found.motions)}.values():
+    motions = {motion.name: motion for motion in reversed(found.motions)}.values()
+    for motion in tqdm(motions, desc="markers", unit="recording", dynamic_ncols=True):
         simulated = simulated_markers(found.model.finger, found.model.setup, motion)
         errors = np.abs(simulated - motion.markers)[::every]
         scale = float(np.abs(np.mean(simulated - motion.reference, axis=1)).max())

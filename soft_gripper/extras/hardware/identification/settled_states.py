@@ -24,7 +24,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
-from tqdm import tqdm
 
 from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
@@ -33,6 +32,7 @@ from soft_gripper.extras.hardware.identification.fit import Progress, Report
 from soft_gripper.extras.hardware.identification.free_parameters import FreeParameters, Model, free_parameters
 from soft_gripper.extras.hardware.identification.simulated_motion import Setup
 from soft_gripper.extras.hardware.identification.tendon_balance import pulled_positions
+from soft_gripper.extras.hardware.progress import wait_for
 from soft_gripper.extras.hardware.recordings import HardwareRecording
 from soft_gripper.extras.hardware.scoring import FITTED, LEFT_OUT, TESTED, best_fit, error_columns, groups_left_out
 from soft_gripper.extras.hardware.text_pattern import find
@@ -51,6 +51,8 @@ _MOST_STEPS = 60
 _JITTER = 1.0  # typical changes, standard deviation of the random restarts
 _WOUND = 10  # instants at which pulled lengths are known, from one row to the next
 _ALL = "all"  # rows, or markers
+_FAR = 10.0  # lengths of the finger by which a tendon is let out so that it is slack
+_SLACK_MOTION = 1e-3  # of the finger's length: a tendon without which no marker is further away is slack
 
 
 @dataclass(frozen=True)
@@ -86,9 +88,15 @@ def settled_states(recording: HardwareRecording, finger: Finger) -> SettledState
         InputError: if tendons or markers are not described, or the finger does not have the tendons.
     """
     config, name = recording.config, recording.name
-    markers = given(config.markers, name, "markers", "describe the markers on the tip, and their places there")
+    expected = "describe the markers on the tip, and their places there"
+    if config.poses and config.markers is None:
+        expected = "places of markers are read, not poses: name the columns of a position as those of a marker"
+    markers = given(config.markers, name, "markers", expected)
     require(len(markers.places) > 0, name, "markers.places", {}, "give at least one marker on the tip and its place")
-    require(len(recording.pulled) > 0, name, "tendons", None, "describe the columns of pulled lengths")
+    expected = "describe the columns of pulled lengths"
+    if recording.pressures is not None:
+        expected = "settled states are of tendons: describe a file for each constant pressure, with event: step"
+    require(len(recording.pulled) > 0, name, "tendons", None, expected)
     names = [tendon.name for tendon in finger.tendons]
     if sorted(names) != sorted(recording.pulled):
         expected = f"name the tendons of the finger '{finger.name}': {', '.join(names) or 'it has none'}"
@@ -318,6 +326,29 @@ def marker_slopes(free: FreeParameters, x: Array, states: SettledStates, rows: N
     return np.stack(columns, axis=-1)
 
 
+def slack_tendons(model: Model, recordings: Sequence[SettledStates]) -> list[str]:
+    """Names of the tendons without which no marker would be elsewhere, in any row in which the finger is in balance."""
+    finger, setup = model.finger, model.setup
+
+    def markers(states: SettledStates, slack: int | None = None) -> Array:
+        pulled = states.pulled_before(setup.delay, setup.backlash).copy()
+        pulled[:, [] if slack is None else [slack]] = -_FAR * finger.length
+        q = pulled_positions(_loaded(finger, states.load), pulled, states.gravity)
+        return predicted_markers(finger, states, q)[0]
+
+    def change(slack: int) -> Array:
+        pairs = [(place, markers(states, slack)) for states, place in zip(recordings, places, strict=True)]
+        return np.concatenate([(without - place)[in_balance(place)] for place, without in pairs])
+
+    places = [markers(states) for states in recordings]
+    if not any(in_balance(place).any() for place in places):
+        return []
+    most = _SLACK_MOTION * finger.length  # what buckles without a tendon is NaN, and needs it
+    return [
+        tendon.name for i, tendon in enumerate(finger.tendons) if (np.linalg.norm(change(i), axis=-1) <= most).all()
+    ]
+
+
 def note_unbalanced(states: SettledStates, errors: Array) -> None:
     """Notes rows in which the finger finds no balance, by their errors, (R, M, 3)."""
     for row in np.flatnonzero(~in_balance(errors)):
@@ -394,9 +425,13 @@ def identify_states(
         setup: initial guess of the set-up; None: the default.
 
     Raises:
-        InputError: if a key cannot be fitted, or no fit comes near the markers.
+        InputError: if a key cannot be fitted, no row tightens a tendon, or no fit comes near the markers.
     """
     free = free_parameters(finger, names, [], setup)
+    tendons = [tendon.name for tendon in finger.tendons]
+    if len(slack_tendons(free.model, fitted)) == len(tendons):
+        expected = "no row tightens any of them: do they pull the other way, or is their slack too large?"
+        raise InputError(fitted[0].name, "tendons", ", ".join(tendons), expected)
     everything = [np.full(len(states.pulled), True) for states in fitted]
     best = best_fit(
         lambda start: fit_states(free, fitted, everything, start, report),
@@ -445,14 +480,16 @@ def _left_out(
 ) -> tuple[Array, ...]:
     """Errors of every row by a fit without its family, which is placed as a recording of its own, (R, M, 3) m.
 
-    The fits begin with the best one; what that could not determine stays as it is there.
+    The fits begin with the best one; what that could not determine stays as it is there, and if that is everything, the
+    best one predicts them.
     """
     others = groups_left_out([states.families for states in fitted])
     found = tuple(np.full(states.markers.shape, np.nan) for states in fitted)
     if len(others) < 2:
         return found
     pending = [executor.submit(_fit_from, best.model, names, undetermined, fitted, rows) for rows in others]
-    for rows, future in zip(others, tqdm(pending, desc="left out", unit="family", dynamic_ncols=True), strict=True):
+    wait_for(pending, "left out", "family")
+    for rows, future in zip(others, pending, strict=True):
         model = future.result()
         for errors, states, keep in zip(found, fitted, rows, strict=True):
             errors[~keep] = state_errors(model, states, ~keep)[~keep]
@@ -464,6 +501,8 @@ def _fit_from(
 ) -> Model:
     free = free_parameters(model.finger, names, [], model.setup)
     free = free.fixing(free.start, undetermined)
+    if not free.names:
+        return free.model
     return fit_states(free, fitted, rows, free.start).model
 
 

@@ -47,6 +47,7 @@ _ABOVE_NOISE = 0.1  # share of the largest displacement that only an event can c
 _REACHED = 0.5  # share of the largest displacement that identifies the rise and fall of the event
 _BEFORE_EVENT = 0.05  # s, by which an event may be earlier than it is detected
 _STILL_HELD = 0.97  # of the displacement before the valve closes
+_CONSTANT = 0.2  # of the largest pressure: what it may vary by while the valve is open
 _LETTING_GO = 0.03  # s, initial guess of the time that a hand takes
 SETTLED_TIME = 0.2  # s, averaging period of settled values
 
@@ -109,11 +110,18 @@ def measured_motion(recording: HardwareRecording) -> MeasuredMotion:
     names = config.markers.bodies.get(_TIP, []) if config.markers else []
     if len(names) < 2:
         expected = "name at least two markers that are glued to the tip, to measure its rotation"
+        if config.poses:
+            expected = f"{expected}; of a pose, write points that are fixed to its body as columns"
         raise InputError(recording.name, "markers.bodies.tip", names, expected)
     if config.event not in ("release", "step"):
-        raise InputError(recording.name, "event", config.event, 'give the cause of the motion: "release" or "step"')
+        expected = 'give the cause of the motion: "release" or "step"'
+        if recording.pressures is not None:
+            expected = f"{expected}, with one constant pressure in a file"
+        raise InputError(recording.name, "event", config.event, expected)
     if config.event == "step" and recording.commanded_pressure is None:
         expected = "the file name does not give the pressure as described by commanded_pressure"
+        if recording.pressures is not None:
+            expected = f"{expected}; a column is not read instead: write a file for each constant pressure"
         raise InputError(recording.name, "commanded_pressure", None, expected)
     markers = as_planar(np.stack([recording.markers[name][:, [0, 2]] for name in names], axis=1))
     reference = as_planar(np.stack([recording.reference[name][[0, 2]] for name in names]))
@@ -121,6 +129,7 @@ def measured_motion(recording: HardwareRecording) -> MeasuredMotion:
     events = _release(recording, away) if config.event == "release" else _steps(recording, away)
     if config.event == "step":
         reference = _just_before(recording, markers, events[0])
+        _check_constant(recording, *events)
     gravity = np.zeros(3) if recording.gravity is None else recording.gravity
     if config.load_string is not None:
         expected = "give it, since a load swings on its load_string"
@@ -147,6 +156,27 @@ def _just_before(recording: HardwareRecording, markers: Planar, begin: float) ->
     span = (recording.time > end - recording.config.reference) & (recording.time <= end)
     mean: Planar = np.nanmean(markers[span if span.any() else recording.time < begin], axis=0)
     return mean
+
+
+def _check_constant(recording: HardwareRecording, opens: float, closes: float) -> None:
+    """Checks that pressures, if they were measured, are constant from a third of the time of an open valve on.
+
+    Raises:
+        InputError: if one changes by more than a fifth of the largest.
+    """
+    if recording.pressures is None:
+        return
+    begin = opens + (closes - opens) / 3
+    held = recording.pressures[(recording.time > begin) & (recording.time < closes - _BEFORE_EVENT)]
+    held = held[np.isfinite(held).all(axis=1)]
+    span = np.ptp(held, axis=0) if len(held) else np.zeros(1)
+    if span.max() > _CONSTANT * np.abs(held).max(initial=0.0):
+        least, most = (1e-3 * end(held[:, span.argmax()]) for end in (np.min, np.max))
+        changes = f"{least:.3g} to {most:.3g} kPa from {begin:.2f} to {closes:.2f} s"
+        expected = (
+            "one constant pressure is read, that of the file's name: write a file for each, with a rest before it"
+        )
+        raise InputError(recording.name, "pressures", changes, expected)
 
 
 def _load(recording: HardwareRecording) -> TipLoad | None:

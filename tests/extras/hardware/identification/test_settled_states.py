@@ -9,9 +9,15 @@ from here_executor import HereExecutor
 from refusals import refused
 
 from soft_gripper.errors import InputError
+from soft_gripper.extras.hardware.commands.printing import print_identified_states
 from soft_gripper.extras.hardware.identification import settled_states as module
 from soft_gripper.extras.hardware.identification.free_parameters import Model, free_parameters
-from soft_gripper.extras.hardware.identification.identified_finger import read_finger, with_finger
+from soft_gripper.extras.hardware.identification.identified_finger import (
+    doubts_of_states,
+    read_finger,
+    with_finger,
+)
+from soft_gripper.extras.hardware.identification.model_band import learned_band
 from soft_gripper.extras.hardware.identification.settled_states import (
     SettledStates,
     fit_states,
@@ -19,12 +25,13 @@ from soft_gripper.extras.hardware.identification.settled_states import (
     predicted_markers,
     resting_positions,
     settled_states,
+    slack_tendons,
     state_errors,
     states_figure,
 )
 from soft_gripper.extras.hardware.identification.simulated_motion import Setup
 from soft_gripper.extras.hardware.identification.tendon_balance import pulled_positions
-from soft_gripper.extras.hardware.recording_schema import load_description
+from soft_gripper.extras.hardware.recording_schema import PoseConfig, load_description
 from soft_gripper.extras.hardware.recordings import find_recordings
 from soft_gripper.files.notes import collected
 from soft_gripper.fingers.cross_section import CrossSection
@@ -207,6 +214,23 @@ def test_rows_of_a_file(tmp_path):
 
 
 @pytest.mark.parametrize(
+    ("poses", "pressures", "said"),
+    [(True, False, "not poses: name the columns"), (False, True, "a file for each constant pressure")],
+)
+def test_recordings_that_are_not_read_are_told_how_they_would_be(tmp_path, poses, pressures, said):
+    (tmp_path / "made.csv").write_text(f"{COLUMNS}\n0,in_1,1,-2,10,20,150\n1,in_2,2,-2,11,21,151\n")
+    (tmp_path / "made.yaml").write_text(DESCRIBED)
+    (recording,) = find_recordings([str(tmp_path / "made.csv")])
+    if poses:
+        pose = PoseConfig(["x", "y", "z"], ["w", "i", "j", "k"])
+        recording = replace(recording, config=replace(recording.config, markers=None, poses={"tip": pose}))
+    if pressures:
+        recording = replace(recording, pulled={}, pressures=np.zeros((2, 1)))
+    with pytest.raises(InputError, match=said):
+        settled_states(recording, TWO)
+
+
+@pytest.mark.parametrize(
     ("old", "new", "field"),
     [
         ("t1: b_mm", "t9: b_mm", "tendons.columns"),
@@ -328,3 +352,41 @@ def test_a_delay_is_found():
         np.array([0.1]),
     )
     assert found.model.setup.delay == pytest.approx(0.5, abs=0.01)
+
+
+def test_what_nothing_determines_is_predicted_by_the_best_fit(capsys):
+    """Without weight the density changes nothing: families left out are predicted all the same, and it is said."""
+    states = states_of(rows=30)
+    found = identify_states(TRUE.finger, ["density"], [states], [], HereExecutor())
+    (density,) = found.confidence.undetermined
+    assert density.value == pytest.approx(SECTION.density)
+    assert "left out" in capsys.readouterr().err
+    one = states.families == "both"
+    expected = state_errors(found.model, states, one)[one]
+    np.testing.assert_allclose(found.left_out[0][one], expected, atol=1e-12)
+    assert doubts_of_states(found)[0].startswith("no key is determined")
+    print_identified_states(found)
+    assert "WARNING: no key is determined" in capsys.readouterr().out
+    learned_band(found)
+
+
+def test_tendons_that_pull_the_other_way_are_refused():
+    """All are let out where the motors pull them in: no row tightens any."""
+    states = states_of(rows=30)
+    with refused("tendons", ", ".join(f"t{i}" for i in range(6))):
+        identify_states(
+            GUESS, ["tendon.stiffness"], [replace(states, pulled=-np.abs(states.pulled))], [], HereExecutor()
+        )
+
+
+def test_a_tendon_that_no_row_tightens_is_named():
+    """One is let out all the time; or the fit slackens all, because they bend the finger the wrong way."""
+    states, pulled = states_of(rows=30), states_of(rows=30).pulled
+    pulled[:, 2] = -20e-3
+    found = identify_states(GUESS, ["tendon.stiffness"], [replace(states, pulled=pulled)], [], HereExecutor())
+    assert doubts_of_states(found) == ["no row tightens t2: do they pull the other way?"]
+    soft = robot(np.zeros(6), [0.0] * 6, [1e-7] * 6)
+    assert slack_tendons(Model(soft), [states]) == [f"t{i}" for i in range(6)]
+    assert slack_tendons(TRUE, [states]) == []
+    nothing = unbalanced(states, np.arange(30))
+    assert slack_tendons(TRUE, [nothing]) == []

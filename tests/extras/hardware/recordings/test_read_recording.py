@@ -146,6 +146,7 @@ LOST = changed(**{f"tip_{i}_{axis}_mm": np.full(200, np.nan) for i in (1, 2, 3) 
         (exchanged(("tip_1", "tip_3"), slice(120, 150)), "tip_1, tip_3': swap names at 1.20, 1.50 s"),
         (exchanged(("tip_1", "base_1"), slice(120, None)), "swap names at 1.20 s"),
         (FALLING, "tip_1, tip_2': their distance changes by"),
+        (FALLING, "on one rigid body? Markers along a finger need a body each"),
         (changed(base_1_x_mm=20 + 40 * np.sin(TIME)), "are their markers exchanged?"),
         (LOST, "none of them is ever seen"),
         (changed(time_s=np.full(200, np.nan)), "samples with a time"),

@@ -1,0 +1,21 @@
+"""Progress of calls that are made elsewhere."""
+
+import sys
+from collections.abc import Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, wait
+from typing import Any
+
+from tqdm import tqdm
+
+_TERMINAL_PERIOD, _LOG_PERIOD = 1.0, 10.0  # s, between two reports while no call ends
+
+
+def wait_for(calls: Sequence["Future[Any]"], title: str, unit: str) -> None:
+    """Waits until all calls have ended, and says on stderr how many have, and for how long they have been made."""
+    period = _TERMINAL_PERIOD if sys.stderr.isatty() else _LOG_PERIOD
+    with tqdm(total=len(calls), desc=title, unit=unit, dynamic_ncols=True) as bar:
+        pending = set(calls)
+        while pending:
+            ended, pending = wait(pending, period, FIRST_COMPLETED)
+            bar.update(len(ended))
+            bar.refresh()

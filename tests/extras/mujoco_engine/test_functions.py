@@ -1,0 +1,32 @@
+"""Functions of a block over many environments: what they say of an input that is not finite."""
+
+import numpy as np
+import pytest
+
+pytest.importorskip("mujoco")
+
+from soft_gripper.array_block import ArrayBlock
+from soft_gripper.errors import InputError
+from soft_gripper.extras.mujoco_engine.blocks import Functions
+
+
+class Solving(ArrayBlock):
+    """A step and an output that fail on what is not finite."""
+
+    def __init__(self):
+        super().__init__()
+        self.take("x", 1)
+        self.derive("checked", np.asarray_chkfinite, "x")
+        self.put_out("of_step", lambda x: x, "checked")
+        self.put_out("of_input", np.asarray_chkfinite, "x")
+
+
+@pytest.mark.parametrize("number", [0, 1])
+def test_a_failure_names_the_block_and_the_input_of_any_environment(number):
+    values = np.ones((3, 1))
+    functions = Functions(Solving(), 3)
+    assert functions.output(number, lambda _: values, 0.0).shape == (3, 1)
+    functions.forget()
+    values[1] = np.nan
+    with pytest.raises(InputError, match="x = nan: must be finite"):
+        functions.output(number, lambda _: values, 0.0)
