@@ -140,12 +140,27 @@ def add_text(parser: Parser, text: str, path: Path, suffix: str) -> list[ModelIn
     Raises:
         InputError: if it would end the process.
     """
-    _check(path, text, lambda: ET.fromstring(text))
+    _check(path, text, lambda: _without_includes(path, ET.fromstring(text)))
     with TemporaryDirectory(prefix=PREFIX) as folder:
         expanded = Path(folder) / f"{path.stem}{MARK}{suffix}"
         expanded.write_text(_BETWEEN.sub(">\n<", text), encoding="utf-8")  # lines of messages tell elements apart
         getlines(str(expanded))  # kept while Drake's messages are read
         return list(parser.AddModels(str(expanded)))
+
+
+def _without_includes(path: Path, root: ET.Element) -> ET.Element:
+    """The root of a model that includes nothing: Drake follows files that include themselves without an end.
+
+    Raises:
+        InputError: for an <include> that is where no model can be.
+    """
+    for element in root.iter():
+        if (include := element.find("include")) is not None:
+            uri = include.findtext("uri") or include.get("file")
+            raise InputError(
+                path, f"{element.tag.rpartition('}')[2]}.include", uri, "include models in <sdf>, <world> or <model>"
+            )
+    return root
 
 
 _MOST_TEXTS = 16  # of about 0.1 MB: a sweep reads the same ones for every run

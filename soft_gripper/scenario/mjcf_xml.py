@@ -14,13 +14,13 @@ from soft_gripper.arrays import Array
 from soft_gripper.control.couplings import Mimic
 from soft_gripper.errors import InputError
 from soft_gripper.files.notes import MENDED, READ, note
-from soft_gripper.files.xml_text import finite_numbers, read_numbers, read_xml
+from soft_gripper.files.xml_text import finite_numbers, read_numbers
+from soft_gripper.scenario.included_files import IncludedFiles
 from soft_gripper.scenario.link_inertia import NEXT_TO_NONE, NOT_POSSIBLE, SPECK, SPECK_WHY, possible_inertia
 from soft_gripper.scenario.mesh_object import check_mesh_file, converted, weighable
 from soft_gripper.scenario.model_xml import Ready, check_chains
 
 _DENSITY = "1000"  # kg/m^3, of a geom for which none is given
-_DEEPEST_INCLUDE = 10  # files that include each other
 _FULL = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # entries of fullinertia
 _ACTUATORS = ("motor", "general", "position", "velocity", "intvelocity", "damper")
 _JOINTS = ("joint", "freejoint")
@@ -33,7 +33,7 @@ def ready_mjcf(path: Path, root: ET.Element) -> Ready:
     Raises:
         InputError: if a file that it names is missing or cannot be read, or files include each other.
     """
-    _include(path, path.parent, root, 0)
+    _include(path.parent, root, IncludedFiles(path, root))
     if not (root.get("model") or "").strip():
         root.set("model", path.stem)
     defaults = _defaults(root)
@@ -47,25 +47,19 @@ def ready_mjcf(path: Path, root: ET.Element) -> Ready:
     return Ready(ET.tostring(root, encoding="unicode"), mimics)
 
 
-def _include(path: Path, folder: Path, around: ET.Element, depth: int) -> None:
-    """Puts the contents of included files in the place of each <include>."""
-    place = 0
-    while place < len(around):
-        element = around[place]
+def _include(folder: Path, around: ET.Element, files: IncludedFiles) -> None:
+    """Puts the contents of included files, which are named from a folder, in the place of each <include>."""
+    content: list[ET.Element] = []
+    for element in around:
         if element.tag == "include":
-            file = folder / element.get("file", "")
-            if depth >= _DEEPEST_INCLUDE or not os.path.isfile(file):
-                expected = f"lies in {depth} files that include each other" if depth else f"there is no file {file}"
-                raise InputError(path, "include.file", element.get("file", ""), expected)
-            around.remove(element)
-            included = read_xml(file)
-            _include(path, folder, included, depth + 1)
-            for i, child in enumerate(included):
-                around.insert(place + i, child)
-            place += len(included)
+            name = element.get("file", "")
+            with files.read("include.file", name, folder / name) as included:
+                _include(folder, included, files)
+            content += included
         else:
-            _include(path, folder, element, depth)
-            place += 1
+            _include(folder, element, files)
+            content.append(element)
+    around[:] = content
 
 
 def _find_meshes(path: Path, root: ET.Element, defaults: _Defaults) -> None:

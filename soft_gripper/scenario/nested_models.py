@@ -9,11 +9,10 @@ import xml.etree.ElementTree as ET
 from pathlib import Path
 
 from soft_gripper.errors import InputError
-from soft_gripper.files.xml_text import DRAKE, joint_end, read_xml
-from soft_gripper.scenario.mesh_names import mesh_file, named_in_packages
+from soft_gripper.files.xml_text import DRAKE, joint_end
+from soft_gripper.scenario.included_files import IncludedFiles, sdf_file
 
 _VERSION = (1, 7)  # of SDFormat, the first in which poses name the frames in which they are given
-_DEEPEST_INCLUDE = 10  # files that include each other
 _POSED = ("link", "frame", "model")
 _NAMES = (*_POSED, "joint")
 _ATTRIBUTES = ("relative_to", "attached_to", "expressed_in", "canonical_link", "placement_frame")
@@ -30,8 +29,9 @@ def flatten(path: Path, root: ET.Element) -> None:
     """
     if root.find(".//include") is None and root.find(".//model/model") is None:
         return
+    files = IncludedFiles(path, root)
     for around in [root, *root.findall("world")]:
-        _include(path, around, ())
+        _include(path, around, files)
     version = _version(path, root)
     for model in [*root.findall("model"), *root.findall("world/model")]:
         _modernize(model, version)
@@ -61,26 +61,22 @@ def _version(path: Path, root: ET.Element) -> tuple[int, ...]:
         raise InputError(path, "sdf.version", text, "give a version such as 1.7") from None
 
 
-def _include(path: Path, around: ET.Element, inside: tuple[Path, ...]) -> None:
+def _include(path: Path, around: ET.Element, files: IncludedFiles) -> None:
     """Replaces each <include> in an element, and in the models in it, by the model that it names."""
     for model in around.findall("model"):
-        _include(path, model, inside)
+        _include(path, model, files)
     for place, include in [each for each in enumerate(around) if each[1].tag == "include"]:
-        around[place] = _included(path, include, (*inside, path))
+        around[place] = _included(path, include, files)
 
 
-def _included(path: Path, include: ET.Element, inside: tuple[Path, ...]) -> ET.Element:
-    uri = (include.findtext("uri") or "").strip()
-    file = _file(path, uri)
-    if len(inside) > _DEEPEST_INCLUDE:
-        raise InputError(
-            path, "include.uri", uri, f"lies in more than {_DEEPEST_INCLUDE} files that include each other"
-        )
-    root = read_xml(file)
-    models = [*root.findall("model"), *root.findall("include")] if root.tag == "sdf" else []
-    if len(models) != 1:
-        raise InputError(path, "include.uri", uri, f"must be SDFormat with one model: {file}")
-    _include(file, root, inside)
+def _included(path: Path, include: ET.Element, files: IncludedFiles) -> ET.Element:
+    _check_manner(path, include)
+    uri, file = sdf_file(path, include)
+    with files.read("include.uri", uri, file) as root:
+        models = [*root.findall("model"), *root.findall("include")] if root.tag == "sdf" else []
+        if len(models) != 1:
+            raise InputError(path, "include.uri", uri, f"must be SDFormat with one model: {file}")
+        _include(file, root, files)
     (model,) = root.findall("model")
     _modernize(model, _version(file, root))
     for mesh in model.iter("mesh"):
@@ -98,19 +94,16 @@ def _included(path: Path, include: ET.Element, inside: tuple[Path, ...]) -> ET.E
     return model
 
 
-def _file(path: Path, uri: str) -> Path:
-    """The SDFormat file behind the URI of an <include>, which may name the folder of a model."""
-    beside = Path(os.path.realpath(path.parent)) / uri.removeprefix("file://")
-    folders = [folder for folder in (beside, *named_in_packages(uri, path)) if os.path.isdir(folder)]
-    if not folders:
-        try:
-            return mesh_file(uri, path)
-        except InputError as error:
-            raise InputError(path, "include.uri", uri, error.expected) from None
-    names = [(sdf.text or "").strip() for sdf in read_xml(folders[0] / "model.config").findall("sdf")]
-    if not names or not os.path.isfile(folders[0] / names[-1]):
-        raise InputError(folders[0] / "model.config", "sdf", ", ".join(names), "names no file of the model")
-    return folders[0] / names[-1]
+def _check_manner(path: Path, include: ET.Element) -> None:
+    """Checks that an <include> asks for nothing but a whole model under a name of its own."""
+    if (merge := include.get("merge", "false").strip()) not in ("false", "0"):
+        raise InputError(
+            path, "include.merge", merge, "leave it out: links get the name of the included model before them"
+        )
+    for element in include:
+        if isinstance(element.tag, str) and element.tag.endswith("params"):
+            expected = "leave it out, and include a file with these changes"
+            raise InputError(path, "include.experimental:params", include.findtext("uri"), expected)
 
 
 def _modernize(model: ET.Element, version: tuple[int, ...]) -> None:

@@ -37,3 +37,41 @@ def test_elements_and_comments_are_kept(tmp_path):
 def test_a_file_of_very_many_elements_is_refused():
     with refused("element", "l"):
         parse_xml("big.urdf", f"<robot>{60_000 * '<l/>'}</robot>")
+
+
+@pytest.mark.parametrize("text", [f"<a>{200_000 * '<!--'}</a>", f"<a>{100_000 * '<!-- -- '}", "<a/><!-- -- "])
+def test_comments_that_do_not_end(text):
+    with refused("file", "a.urdf"):
+        parse_xml("a.urdf", text)
+
+
+def test_many_prefixes_are_declared():
+    with refused("prefix", "p0"):
+        parse_xml("a.urdf", f"<a>{''.join(f'<p{i}:x/>' for i in range(20_000))}</a>")
+
+
+NAME = 5_000 * "n"
+
+
+@pytest.mark.parametrize(
+    ("text", "field", "value"),
+    [
+        (f"<a name='{NAME}'/>", "a.name", NAME),
+        (f"<a model='{5_000 * '1 '}'/>", "a.model", 5_000 * "1 "),
+        (f"<a {NAME}='1'/>", f"a.{NAME}", NAME),
+        (f"<{NAME}/>", NAME, NAME),
+    ],
+)
+def test_names_have_a_length(text, field, value):
+    with refused(field, value):
+        parse_xml("a.urdf", text)
+
+
+def test_lists_of_numbers_may_be_long():
+    vertices = 20_000 * "-1.5e-3 0 +2.0 "
+    assert parse_xml("a.xml", f"<mesh vertex='{vertices}'/>").get("vertex") == vertices
+
+
+def test_texts_have_a_length():
+    with refused("file", "a.urdf"):
+        parse_xml("a.urdf", f"<a>{9_000_000 * ' '}</a>")
