@@ -2,6 +2,7 @@
 
 import re
 import xml.etree.ElementTree as ET
+from collections import Counter
 from pathlib import Path
 
 from soft_gripper.errors import InputError
@@ -14,6 +15,7 @@ MAX_ELEMENTS = 50_000  # many times as many as any model has, and fewer than tak
 MAX_CHARACTERS = 2**23  # many times as long as any model, but for one with all vertices of a large mesh
 _MAX_WORD = 4096  # characters of names, as of a path; Drake's parsers recur for each character
 _MAX_PREFIXES = 100  # without a declaration
+_MAX_ATTRIBUTES = 200  # of an element
 _NAMES = ("name", "model")  # may be numbers
 _NUMBERS = re.compile(r"[-+.\deE\s]*")
 _COMMENT = re.compile(r"<!--.*?(?:-->|\Z)", re.DOTALL)
@@ -83,6 +85,8 @@ class _Builder(ET.TreeBuilder):
             raise InputError(self._where, "element", tag, f"is one of more than {MAX_ELEMENTS}: no model needs as many")
         if self._depth > _DEEPEST_ELEMENT:
             raise InputError(self._where, "element", tag, f"lies in more than {_DEEPEST_ELEMENT} others")
+        if len(attrs) > _MAX_ATTRIBUTES:
+            raise InputError(self._where, f"attributes of <{tag}>", len(attrs), f"give at most {_MAX_ATTRIBUTES}")
         self._check_length(tag, tag)
         for name, value in attrs.items():
             self._check_length(f"{tag}.{name}", name)
@@ -103,6 +107,31 @@ def _of_drake(tag: str) -> str:
     """A tag, in Drake's namespace if a file has that by another name, such as drake.mit.edu."""
     uri, _, name = tag.rpartition("}")
     return DRAKE + name if uri.endswith("drake.mit.edu") else tag
+
+
+# What a model may have at most, which is more than others have: Drake takes time by the square of these.
+_MAX_COUNTS = dict.fromkeys(("link", "body", "frame", "finger"), 500)
+_MAX_COUNTS |= dict.fromkeys(("joint", "transmission", "default"), 1500) | dict.fromkeys(
+    ("visual", "collision", "geom"), 2500
+)
+_MAX_SHAPES = 500  # in a link
+
+
+def check_counts(where: object, model: ET.Element) -> None:
+    """Checks that a model is not so large that Drake takes minutes for it.
+
+    Raises:
+        InputError: if it has too many links, joints or shapes.
+    """
+    counts = Counter(element.tag for element in model.iter() if isinstance(element.tag, str))
+    for tag, most in _MAX_COUNTS.items():
+        if counts[tag] > most:
+            raise InputError(where, f"<{tag}>", counts[tag], f"give at most {most} of them")
+    for link in [element for element in model.iter() if element.tag in ("link", "body")]:
+        if (count := sum(shape.tag in ("collision", "geom") for shape in link)) > _MAX_SHAPES:
+            raise InputError(
+                f"{where}: {link.tag} '{link.get('name')}'", "shapes", count, f"give at most {_MAX_SHAPES}"
+            )
 
 
 LEAST, MOST = 1e-30, 1e15  # of the size of a number that is not 0: enough for all that models contain, in SI units

@@ -18,7 +18,7 @@ from soft_gripper.errors import InputError, first_line
 from soft_gripper.files.document import require
 from soft_gripper.files.notes import LEFT_OUT, READ, note
 from soft_gripper.files.text import read_text
-from soft_gripper.files.xml_text import joint_end, parse_xml
+from soft_gripper.files.xml_text import check_counts, joint_end, parse_xml
 from soft_gripper.library_messages import MARK, PREFIX, of_drake, without_messages
 from soft_gripper.scenario.model_numbers import check_numbers
 
@@ -130,6 +130,7 @@ def check_file(path: Path) -> ET.Element | None:
     if path.suffix.lower() not in _XML:
         return None
     root = parse_xml(path, text := read_text(path))
+    check_counts(path, root)
     _check(path, text, lambda: root)
     return root
 

@@ -4,7 +4,6 @@ import math
 import os
 import xml.etree.ElementTree as ET
 from collections.abc import Collection, Iterator, Mapping
-from itertools import combinations
 from pathlib import Path
 from typing import NamedTuple
 
@@ -14,7 +13,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.control.couplings import Mimic
 from soft_gripper.errors import InputError
 from soft_gripper.files.notes import MENDED, READ, note
-from soft_gripper.files.xml_text import finite_numbers, read_numbers
+from soft_gripper.files.xml_text import check_counts, finite_numbers, read_numbers
 from soft_gripper.scenario.included_files import IncludedFiles
 from soft_gripper.scenario.link_inertia import NEXT_TO_NONE, NOT_POSSIBLE, SPECK, SPECK_WHY, possible_inertia
 from soft_gripper.scenario.mesh_object import check_mesh_file, converted, weighable
@@ -24,6 +23,7 @@ _DENSITY = "1000"  # kg/m^3, of a geom for which none is given
 _FULL = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # entries of fullinertia
 _ACTUATORS = ("motor", "general", "position", "velocity", "intvelocity", "damper")
 _JOINTS = ("joint", "freejoint")
+_WITH_DEFAULTS = ("geom", "joint", "actuator")
 _Defaults = Mapping[str, Mapping[str, Mapping[str, str]]]  # attributes by class and tag
 
 
@@ -34,6 +34,7 @@ def ready_mjcf(path: Path, root: ET.Element) -> Ready:
         InputError: if a file that it names is missing or cannot be read, or files include each other.
     """
     _include(path.parent, root, IncludedFiles(path, root))
+    check_counts(path, root)
     if not (root.get("model") or "").strip():
         root.set("model", path.stem)
     defaults = _defaults(root)
@@ -43,8 +44,7 @@ def ready_mjcf(path: Path, root: ET.Element) -> Ready:
         _mend_masses(path, world, _Masses(defaults, *counts), "main")
     mimics = _take_mimics(path, root, {name for name, _ in _joints(root, defaults)})
     _make_motors(path, root, defaults)
-    _exclude(root, defaults)
-    return Ready(ET.tostring(root, encoding="unicode"), mimics)
+    return Ready(ET.tostring(root, encoding="unicode"), mimics, tuple(_apart(root, defaults)))
 
 
 def _include(folder: Path, around: ET.Element, files: IncludedFiles) -> None:
@@ -97,12 +97,11 @@ def _defaults(root: ET.Element) -> _Defaults:
     found: dict[str, dict[str, dict[str, str]]] = {"main": {}}
 
     def add(default: ET.Element, around: str, name: str) -> None:
-        own = found.setdefault(name, {tag: dict(values) for tag, values in found[around].items()})
+        own = found.setdefault(name, dict(found[around]))
         for element in default:
-            if element.tag == "default":
-                continue
             tag = "actuator" if element.tag in _ACTUATORS else str(element.tag)
-            own[tag] = {**own.get(tag, {}), **element.attrib}
+            if tag in _WITH_DEFAULTS:
+                own[tag] = {**own.get(tag, {}), **element.attrib}
         for inner in default.findall("default"):
             add(inner, name, inner.get("class", ""))
 
@@ -261,17 +260,19 @@ def _make_motors(path: Path, root: ET.Element, defaults: _Defaults) -> None:
             default.remove(element)
 
 
-def _exclude(root: ET.Element, defaults: _Defaults) -> None:
-    """Says which bodies never touch by the masks of their geoms, which Drake does not know."""
-    masks: dict[str, list[tuple[int, int]]] = {}
+def _apart(root: ET.Element, defaults: _Defaults) -> Iterator[tuple[list[str], list[str]]]:
+    """Bodies that never touch others by the masks of their geoms, which Drake does not know, and these others."""
+    groups: dict[tuple[int, int], list[str]] = {}
     for body, childclass in _bodies(root):
-        of_geoms = [_with_defaults(geom, "geom", defaults, childclass) for geom in body.findall("geom")]
-        pairs = [(_bits(values, "contype"), _bits(values, "conaffinity")) for values in of_geoms]
-        masks[body.get("name", "")] = [pair for pair in pairs if any(pair)]
-    contact = ET.SubElement(root, "contact")
-    for one, other in combinations([name for name, found in masks.items() if name and found], 2):
-        if not any(a & d or c & b for a, b in masks[one] for c, d in masks[other]):
-            ET.SubElement(contact, "exclude", body1=one, body2=other)
+        contype = conaffinity = 0
+        for geom in body.findall("geom"):
+            values = _with_defaults(geom, "geom", defaults, childclass)
+            contype, conaffinity = contype | _bits(values, "contype"), conaffinity | _bits(values, "conaffinity")
+        if body.get("name") and (contype or conaffinity):
+            groups.setdefault((contype, conaffinity), []).append(body.get("name", ""))
+    for (a, b), names in groups.items():
+        if others := [name for (c, d), more in groups.items() if not (a & d or c & b) for name in more]:
+            yield names, others
 
 
 def _bits(values: Mapping[str, str], name: str) -> int:

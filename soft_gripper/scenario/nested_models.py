@@ -6,6 +6,7 @@ name of the model takes the place of its own, in which its poses are given.
 
 import os
 import xml.etree.ElementTree as ET
+from collections.abc import Collection
 from pathlib import Path
 
 from soft_gripper.errors import InputError
@@ -35,8 +36,7 @@ def flatten(path: Path, root: ET.Element) -> None:
     version = _version(path, root)
     for model in [*root.findall("model"), *root.findall("world/model")]:
         _modernize(model, version)
-        for nested in model.findall("model"):
-            _merge(path, model, nested)
+        _merge_all(path, model)
     root.set("version", ".".join(map(str, max(version, _VERSION))))
 
 
@@ -119,11 +119,17 @@ def _modernize(model: ET.Element, version: tuple[int, ...]) -> None:
         _modernize(nested, version)
 
 
+def _merge_all(path: Path, around: ET.Element) -> None:
+    """Moves what nested models hold into the model around them."""
+    nested = around.findall("model")
+    for model in nested:
+        _merge(path, around, model)
+    _scope(around, {model.get("name", "") for model in nested})
+
+
 def _merge(path: Path, around: ET.Element, nested: ET.Element) -> None:
-    """Moves what a nested model holds into the model around it."""
     name = nested.get("name", "")
-    for inner in nested.findall("model"):
-        _merge(path, nested, inner)
+    _merge_all(path, nested)
     fix_if_static(nested)
     links = [link.get("name", "") for link in nested.findall("link")]
     if (frame := nested.get("placement_frame")) is not None:
@@ -144,8 +150,6 @@ def _merge(path: Path, around: ET.Element, nested: ET.Element) -> None:
     around.append(frame_of_model)
     around.extend([element for element in nested if element.tag in _NAMES])
     around.extend([element for element in nested if str(element.tag).startswith(DRAKE)])
-    for element in around:
-        _scope(element, name)
 
 
 def _place(element: ET.Element) -> None:
@@ -176,12 +180,16 @@ def _renamed(name: str, prefix: str) -> str:
     return prefix if name == "__model__" else name if not name or name in _OUTER else f"{prefix}_{name}"
 
 
-def _scope(element: ET.Element, nested: str) -> None:
+def _scope(model: ET.Element, nested: Collection[str]) -> None:
     """Writes names such as `hand::palm` as what they are now."""
-    begin = f"{nested}::"
-    for part in element.iter():
+    for part in model.iter() if nested else ():
         for key, value in part.attrib.items():
-            if (key in _ATTRIBUTES or part.tag == "mimic") and value.startswith(begin):
+            if (key in _ATTRIBUTES or part.tag == "mimic") and _is_inside(value, nested):
                 part.set(key, value.replace("::", "_"))
-        if part.tag in _TEXTS and (part.text or "").strip().startswith(begin):
-            part.text = (part.text or "").strip().replace("::", "_")
+        if part.tag in _TEXTS and _is_inside(text := (part.text or "").strip(), nested):
+            part.text = text.replace("::", "_")
+
+
+def _is_inside(name: str, nested: Collection[str]) -> bool:
+    model, colons, _ = name.partition("::")
+    return bool(colons) and model in nested

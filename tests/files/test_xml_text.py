@@ -3,7 +3,7 @@
 import pytest
 from refusals import refused
 
-from soft_gripper.files.xml_text import parse_xml, read_xml
+from soft_gripper.files.xml_text import check_counts, parse_xml, read_xml
 
 BOMB = """<!DOCTYPE a [<!ENTITY x "xxxxxxxxxx"><!ENTITY y "&x;&x;&x;&x;&x;&x;&x;&x;&x;&x;">
 <!ENTITY z "&y;&y;&y;&y;&y;&y;&y;&y;&y;&y;">]><a b="&z;"/>"""
@@ -75,3 +75,21 @@ def test_lists_of_numbers_may_be_long():
 def test_texts_have_a_length():
     with refused("file", "a.urdf"):
         parse_xml("a.urdf", f"<a>{9_000_000 * ' '}</a>")
+
+
+def test_elements_have_few_attributes():
+    with refused("attributes of <a>", 300):
+        parse_xml("a.urdf", "<a " + " ".join(f"a{i}='1'" for i in range(300)) + "/>")
+
+
+@pytest.mark.parametrize(("tag", "most"), [("link", 500), ("body", 500), ("joint", 1500), ("geom", 2500)])
+def test_models_have_a_size(tag, most):
+    check_counts("a.xml", parse_xml("a.xml", f"<m>{most * f'<{tag}/>'}</m>"))
+    with refused(f"<{tag}>", most + 1):
+        check_counts("a.xml", parse_xml("a.xml", f"<m>{(most + 1) * f'<{tag}/>'}</m>"))
+
+
+def test_links_have_some_shapes():
+    link = f"<link name='l'><visual/>{501 * '<collision/>'}</link>"
+    with refused("shapes", 501):
+        check_counts("a.urdf", parse_xml("a.urdf", f"<robot>{link}</robot>"))
