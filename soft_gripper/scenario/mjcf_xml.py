@@ -16,7 +16,8 @@ from soft_gripper.files.notes import MENDED, READ, note
 from soft_gripper.files.xml_text import check_counts, finite_numbers, read_numbers
 from soft_gripper.scenario.included_files import IncludedFiles
 from soft_gripper.scenario.link_inertia import NEXT_TO_NONE, NOT_POSSIBLE, SPECK, SPECK_WHY, possible_inertia
-from soft_gripper.scenario.mesh_object import check_mesh_file, converted, weighable
+from soft_gripper.scenario.mesh_checks import check_mesh_file
+from soft_gripper.scenario.mesh_object import converted, weighable
 from soft_gripper.scenario.model_xml import Ready, check_chains
 
 _DENSITY = "1000"  # kg/m^3, of a geom for which none is given
@@ -38,10 +39,10 @@ def ready_mjcf(path: Path, root: ET.Element) -> Ready:
     if not (root.get("model") or "").strip():
         root.set("model", path.stem)
     defaults = _defaults(root)
-    _find_meshes(path, root, defaults)
+    meshes = _find_meshes(path, root, defaults)
     counts = _take_groups(path, root)
     for world in root.findall("worldbody"):
-        _mend_masses(path, world, _Masses(defaults, *counts), "main")
+        _mend_masses(path, world, _Masses(defaults, meshes, *counts), "main")
     mimics = _take_mimics(path, root, {name for name, _ in _joints(root, defaults)})
     _make_motors(path, root, defaults)
     return Ready(ET.tostring(root, encoding="unicode"), mimics, tuple(_apart(root, defaults)))
@@ -62,8 +63,8 @@ def _include(folder: Path, around: ET.Element, files: IncludedFiles) -> None:
     around[:] = content
 
 
-def _find_meshes(path: Path, root: ET.Element, defaults: _Defaults) -> None:
-    """Gives meshes their names and files that Drake reads."""
+def _find_meshes(path: Path, root: ET.Element, defaults: _Defaults) -> dict[str, bool]:
+    """Gives meshes files that Drake reads, and names; returns whether each has a file: Drake leaves out the others."""
     options: dict[str, str] = {}
     for compiler in root.findall("compiler"):
         options |= compiler.attrib
@@ -83,6 +84,7 @@ def _find_meshes(path: Path, root: ET.Element, defaults: _Defaults) -> None:
                 raise error.inside(path) from None
             mesh.set("file", str(found))
             mesh.attrib.pop("content_type", None)
+    return {mesh.get("name", ""): bool(mesh.get("file")) for mesh in root.findall("asset/mesh")}
 
 
 def _weighed(root: ET.Element, defaults: _Defaults, all_are: bool) -> set[str | None]:
@@ -119,9 +121,10 @@ def _name(element: ET.Element) -> str:
 
 
 class _Masses(NamedTuple):
-    """Masses of geoms: by their classes, and only in some groups."""
+    """Masses of geoms: by their classes, of meshes with files, and only in some groups."""
 
     defaults: _Defaults
+    meshes: Mapping[str, bool]
     first: float
     last: float
 
@@ -150,8 +153,14 @@ def _mend_masses(path: Path, around: ET.Element, masses: _Masses, childclass: st
 
 
 def _has_mass(path: Path, geom: ET.Element, masses: _Masses, childclass: str) -> bool:
-    """Whether a geom has a mass; one of a group that has none loses it."""
+    """Whether a geom has a mass; one of a group that has none loses it.
+
+    Raises:
+        InputError: if its mesh is missing.
+    """
     values = _with_defaults(geom, "geom", masses.defaults, childclass)
+    if (mesh := values.get("mesh")) is not None and mesh not in masses.meshes:
+        raise InputError(f"{path}: {_name(geom)}", "mesh", mesh, "no mesh of <asset> has this name")
     if (
         not masses.first
         <= finite_numbers(f"{path}: {_name(geom)}", "group", values.get("group", "0"), 1)[0]
@@ -161,7 +170,7 @@ def _has_mass(path: Path, geom: ET.Element, masses: _Masses, childclass: str) ->
         return False
     name = "mass" if "mass" in values else "density"
     (value,) = finite_numbers(f"{path}: {_name(geom)}", name, values.get(name, _DENSITY), 1)
-    return value > 0
+    return value > 0 and (mesh is None or masses.meshes[mesh])
 
 
 def scale_masses(path: Path, root: ET.Element, factor: float) -> None:

@@ -14,8 +14,9 @@ from soft_gripper.errors import InputError
 from soft_gripper.files.notes import LEFT_OUT, note
 from soft_gripper.files.xml_text import DRAKE, MOST, check_counts, finite_numbers, joint_end, number
 from soft_gripper.scenario.link_inertia import massless, repair_inertia
+from soft_gripper.scenario.mesh_checks import check_mesh_file
 from soft_gripper.scenario.mesh_names import is_known_package, mesh_file
-from soft_gripper.scenario.mesh_object import check_mesh_file, converted, outward
+from soft_gripper.scenario.mesh_object import converted, outward
 from soft_gripper.scenario.nested_models import fix_if_static, flatten
 
 # What a URDF may have, by the element around it; all else is for other programs.

@@ -61,6 +61,20 @@ def test_masks_of_many_bodies_are_few_groups(tmp_path):
     assert filtered == [[(i - j) % 3 != 0 or i == j for j in range(6)] for i in range(6)]
 
 
+@pytest.mark.parametrize("default", ["", '<default><geom type="mesh" mesh="none"/></default>'])
+def test_a_mesh_that_is_missing_is_named(tmp_path, default):
+    geom = "<geom/>" if default else '<geom type="mesh" mesh="none"/>'
+    with refused("mesh", "none"):
+        read(tmp_path, f"<mujoco>{default}<worldbody><body><freejoint/>{geom}</body></worldbody></mujoco>")
+
+
+def test_bodies_of_meshes_that_drake_leaves_out_have_a_mass(tmp_path):
+    asset = '<asset><mesh name="m" vertex="0 0 0 1 0 0 0 1 0 0 0 1"/></asset>'
+    body = '<body><freejoint/><geom type="mesh" mesh="m"/></body>'
+    plant, _, _ = read(tmp_path, f"<mujoco>{asset}<worldbody>{body}</worldbody></mujoco>")
+    assert plant.CalcTotalMass(plant.CreateDefaultContext()) == pytest.approx(1e-3)
+
+
 def test_open_meshes_that_give_a_mass_are_noted(tmp_path):
     box = trimesh.creation.box((0.1, 0.1, 0.1))
     box.update_faces(np.arange(len(box.faces)) > 1)
