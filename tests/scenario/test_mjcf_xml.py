@@ -65,12 +65,12 @@ def test_masks_of_many_bodies_are_few_groups(tmp_path):
 def test_a_mesh_that_is_missing_is_named(tmp_path, default):
     geom = "<geom/>" if default else '<geom type="mesh" mesh="none"/>'
     with refused("mesh", "none"):
-        read(tmp_path, f"<mujoco>{default}<worldbody><body><freejoint/>{geom}</body></worldbody></mujoco>")
+        read(tmp_path, f"<mujoco>{default}<worldbody><body><joint/>{geom}</body></worldbody></mujoco>")
 
 
 def test_bodies_of_meshes_that_drake_leaves_out_have_a_mass(tmp_path):
     asset = '<asset><mesh name="m" vertex="0 0 0 1 0 0 0 1 0 0 0 1"/></asset>'
-    body = '<body><freejoint/><geom type="mesh" mesh="m"/></body>'
+    body = '<body><joint/><geom type="mesh" mesh="m"/></body>'
     plant, _, _ = read(tmp_path, f"<mujoco>{asset}<worldbody>{body}</worldbody></mujoco>")
     assert plant.CalcTotalMass(plant.CreateDefaultContext()) == pytest.approx(1e-3)
 
