@@ -8,7 +8,7 @@ import struct
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 from urllib.parse import unquote
 
 from trimesh.resolvers import FilePathResolver
@@ -101,7 +101,8 @@ class _Gltf:
     def __init__(self, path: Path, content: Any):
         self._path, self._content = path, content
 
-    def refuse(self, field: str, value: object, expected: str) -> None:
+    def refuse(self, field: str, value: object, expected: str) -> NoReturn:
+        """Raises an InputError."""
         raise InputError(self._path, field, value, expected)
 
     def entries(self, name: str) -> Sequence[Mapping[str, Any]]:
@@ -109,14 +110,14 @@ class _Gltf:
         found = self._content.get(name, []) if isinstance(self._content, dict) else None
         if not isinstance(found, list) or not all(isinstance(entry, dict) for entry in found):
             self.refuse(name, found, "must be a list of objects")
-        return found or []
+        return found
 
     def count(self, entry: Mapping[str, Any], field: str, default: int | None = None, least: int = 0) -> int:
         """A whole number of an entry."""
         value = entry.get(field, default)
         if type(value) is not int or value < least:
             self.refuse(field, value, f"give a whole number of at least {least}")
-        return int(value)  # type: ignore[arg-type]
+        return value
 
     def referred(self, entry: Mapping[str, Any], field: str, name: str) -> Mapping[str, Any]:
         """The entry of a list to which another refers."""
@@ -125,6 +126,15 @@ class _Gltf:
         if index >= len(known):
             self.refuse(field, index, f"there are {len(known)} {name}")
         return known[index]
+
+    def indices(self, entry: Mapping[str, Any], field: str) -> list[int]:
+        """The nodes that an entry lists."""
+        found = entry.get(field, [])
+        if not isinstance(found, list):
+            self.refuse(field, found, "must be a list of numbers")
+        for index in found:
+            self.referred({field: index}, field, "nodes")
+        return found
 
 
 def _check_gltf(path: Path) -> None:
@@ -140,7 +150,7 @@ def _check_gltf(path: Path) -> None:
         begin, length = gltf.count(view, "byteOffset", 0), gltf.count(view, "byteLength", least=1)
         if begin + length > sizes[view["buffer"]]:
             gltf.refuse("bufferView.byteLength", length, f"its buffer ends at {sizes[view['buffer']]} bytes")
-        if not 0 <= gltf.count(view, "byteStride", 0) <= 252:
+        if gltf.count(view, "byteStride", 0) > 252:
             gltf.refuse("bufferView.byteStride", view["byteStride"], "give at most 252")
     for accessor in gltf.entries("accessors"):
         _check_accessor(gltf, accessor)
@@ -190,7 +200,7 @@ def _check_accessor(gltf: _Gltf, accessor: Mapping[str, Any]) -> None:
     if "sparse" in accessor:
         gltf.refuse("accessor.sparse", accessor["sparse"], "leave it out, and give all values")
     view, count = gltf.referred(accessor, "bufferView", "bufferViews"), gltf.count(accessor, "count", least=1)
-    width = _COMPONENTS[int(component or 0)] * _WIDTHS[str(kind)]
+    width = _COMPONENTS[component] * _WIDTHS[kind]
     stride = max(gltf.count(view, "byteStride", 0), width)
     if gltf.count(accessor, "byteOffset", 0) + (count - 1) * stride + width > view["byteLength"]:
         gltf.refuse("accessor.count", count, f"its bufferView has {view['byteLength']} bytes")
@@ -200,7 +210,7 @@ def _check_mesh(gltf: _Gltf, mesh: Mapping[str, Any]) -> None:
     primitives = mesh.get("primitives")
     if not isinstance(primitives, list) or not primitives or not all(isinstance(part, dict) for part in primitives):
         gltf.refuse("mesh.primitives", primitives, "must be a list of objects")
-    for part in primitives or []:
+    for part in primitives:
         attributes = part.get("attributes")
         if not isinstance(attributes, dict) or "POSITION" not in attributes:
             gltf.refuse("primitive.attributes", attributes, "give a POSITION")
@@ -220,15 +230,11 @@ def _check_tree(gltf: _Gltf) -> None:
             if field in node:
                 gltf.referred(node, field, name)
     for node in nodes:
-        children = node.get("children", [])
-        for child in children if isinstance(children, list) else [None]:
-            gltf.referred({"children": child}, "children", "nodes")
+        for child in gltf.indices(node, "children"):
             if child in parents:
                 gltf.refuse("node.children", child, "is a child of two nodes; nodes must be a tree")
             parents.add(child)
     for scene in gltf.entries("scenes"):
-        roots = scene.get("nodes", [])
-        for root in roots if isinstance(roots, list) else [None]:
-            gltf.referred({"nodes": root}, "nodes", "nodes")
+        for root in gltf.indices(scene, "nodes"):
             if root in parents:
                 gltf.refuse("scene.nodes", root, "is a child of a node; nodes must be a tree")

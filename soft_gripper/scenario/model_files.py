@@ -396,9 +396,9 @@ def add_fingers(
     if not expanded.fingers:
         raise InputError(path, "finger", None, "there is no <finger> in the file")
     with drake_reads(path, "file", path.name, path):
-        text, mimics = ready(path, deepcopy(expanded.robot))
-        (model,) = add_text(parser, text, path, ".urdf")
-    couple(path, plant, model, mimics)
+        found = ready(path, deepcopy(expanded.robot))
+        (model,) = add_text(parser, found.text, path, ".urdf")
+    couple(path, plant, model, found.mimics)
     return [PlantFinger(finger, plant, model) for finger in expanded.fingers]
 
 
