@@ -2,6 +2,7 @@
 
 import re
 import xml.etree.ElementTree as ET
+from collections import Counter
 from pathlib import Path
 
 from soft_gripper.errors import InputError
@@ -11,9 +12,15 @@ from soft_gripper.files.text import read_text
 DRAKE = "{http://drake.mit.edu}"  # namespace of Drake's own elements, under whichever of its names a file has it
 ET.register_namespace("drake", DRAKE.strip("{}"))
 _DEEPEST_ELEMENT = 100  # elements inside each other
-_MOST_ELEMENTS = 50_000  # elements: many times as many as any model has, and fewer than take minutes
-_COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
-_PREFIX = re.compile(r"[<\s/]([A-Za-z_][\w.-]*):[A-Za-z_][\w.-]*(?=[\s=/>])")
+MAX_ELEMENTS = 50_000  # many times as many as any model has, and fewer than take minutes
+MAX_CHARACTERS = 2**23  # many times as long as any model, but for one with all vertices of a large mesh
+_MAX_WORD = 4096  # characters of names, as of a path; Drake's parsers recur for each character
+_MAX_PREFIXES = 100  # without a declaration
+_MAX_ATTRIBUTES = 200  # of an element
+_NAMES = ("name", "model")  # may be numbers
+_NUMBERS = re.compile(r"[-+.\deE\s]*")
+_COMMENT = re.compile(r"<!--.*?(?:-->|\Z)", re.DOTALL)
+_PREFIX = re.compile(r"(?<=[<\s/])([A-Za-z_][\w.-]*):[A-Za-z_][\w.-]*(?=[\s=/>])")
 _ROOT = re.compile(r"<[A-Za-z_][\w:.-]*")
 _UNNAMED = re.compile(r"""\sxmlns\s*=\s*("[^"]*"|'[^']*')""")
 
@@ -31,14 +38,17 @@ def parse_xml(where: Path | str, text: str) -> ET.Element:
     declaration, and white space before all else; a namespace of elements without a prefix means nothing.
 
     Raises:
-        InputError: if the text is not well-formed, has a DOCTYPE, is nested too deeply, or is too large.
+        InputError: if the text is not well-formed, has a DOCTYPE, is nested too deeply, or it or a name is too long.
     """
+    if len(text) > MAX_CHARACTERS:
+        expected = f"has {len(text)} characters; give at most {MAX_CHARACTERS}, and meshes as files of their own"
+        raise InputError(where, "file", Path(where).name, expected)
     text = _UNNAMED.sub("", text.lstrip())
     try:
         return _parsed(where, text)
     except ET.ParseError as error:
         try:
-            return _parsed(where, _forgiven(text))
+            return _parsed(where, _forgiven(where, text))
         except ET.ParseError:
             raise InputError(where, "file", Path(where).name, f"is not well-formed XML: {error}") from None
     except UnicodeEncodeError:
@@ -49,10 +59,13 @@ def _parsed(where: Path | str, text: str) -> ET.Element:
     return ET.fromstring(text, ET.XMLParser(target=_Builder(where)))
 
 
-def _forgiven(text: str) -> str:
+def _forgiven(where: Path | str, text: str) -> str:
     """XML text without comments, but with their lines, and with a declaration of each prefix that has none."""
-    text = _COMMENT.sub(lambda comment: "\n" * comment[0].count("\n"), text)
+    text = _COMMENT.sub(lambda comment: "\n" * comment[0].count("\n") if comment[0].endswith("-->") else "<", text)
     prefixes = sorted(set(_PREFIX.findall(text)) - {"xml", "xmlns"} - set(re.findall(r"\sxmlns:([\w.-]+)\s*=", text)))
+    if len(prefixes) > _MAX_PREFIXES:
+        expected = f"is one of more than {_MAX_PREFIXES} prefixes without a declaration; declare them by xmlns"
+        raise InputError(where, "prefix", prefixes[0], expected)
     uris = {"drake": DRAKE.strip("{}")}
     declared = "".join(f' xmlns:{prefix}="{uris.get(prefix, prefix)}"' for prefix in prefixes)
     return _ROOT.sub(lambda root: root[0] + declared, text, count=1)
@@ -69,13 +82,22 @@ class _Builder(ET.TreeBuilder):
     def start(self, tag: str, attrs: dict[str, str]) -> ET.Element:
         self._depth += 1
         self._count += 1
-        if self._count > _MOST_ELEMENTS:
-            raise InputError(
-                self._where, "element", tag, f"is one of more than {_MOST_ELEMENTS}: no model needs as many"
-            )
+        if self._count > MAX_ELEMENTS:
+            raise InputError(self._where, "element", tag, f"is one of more than {MAX_ELEMENTS}: no model needs as many")
         if self._depth > _DEEPEST_ELEMENT:
             raise InputError(self._where, "element", tag, f"lies in more than {_DEEPEST_ELEMENT} others")
+        if len(attrs) > _MAX_ATTRIBUTES:
+            raise InputError(self._where, f"attributes of <{tag}>", len(attrs), f"give at most {_MAX_ATTRIBUTES}")
+        self._check_length(tag, tag)
+        for name, value in attrs.items():
+            self._check_length(f"{tag}.{name}", name)
+            if name in _NAMES or _NUMBERS.fullmatch(value) is None:
+                self._check_length(f"{tag}.{name}", value)
         return super().start(_of_drake(tag), attrs)
+
+    def _check_length(self, field: str, word: str) -> None:
+        if len(word) > _MAX_WORD:
+            raise InputError(self._where, field, word, f"is longer than {_MAX_WORD} characters")
 
     def end(self, tag: str) -> ET.Element:
         self._depth -= 1
@@ -86,6 +108,31 @@ def _of_drake(tag: str) -> str:
     """A tag, in Drake's namespace if a file has that by another name, such as drake.mit.edu."""
     uri, _, name = tag.rpartition("}")
     return DRAKE + name if uri.endswith("drake.mit.edu") else tag
+
+
+# What a model may have at most, which is more than others have: Drake takes time by the square of these.
+_MAX_COUNTS = dict.fromkeys(("link", "body", "frame", "finger"), 500)
+_MAX_COUNTS |= dict.fromkeys(("joint", "transmission", "default"), 1500) | dict.fromkeys(
+    ("visual", "collision", "geom"), 2500
+)
+_MAX_SHAPES = 500  # in a link
+
+
+def check_counts(where: object, model: ET.Element) -> None:
+    """Checks that a model is not so large that Drake takes minutes for it.
+
+    Raises:
+        InputError: if it has too many links, joints or shapes.
+    """
+    counts = Counter(element.tag for element in model.iter() if isinstance(element.tag, str))
+    for tag, most in _MAX_COUNTS.items():
+        if counts[tag] > most:
+            raise InputError(where, f"<{tag}>", counts[tag], f"give at most {most} of them")
+    for link in [element for element in model.iter() if element.tag in ("link", "body")]:
+        if (count := sum(shape.tag in ("collision", "geom") for shape in link)) > _MAX_SHAPES:
+            raise InputError(
+                f"{where}: {link.tag} '{link.get('name')}'", "shapes", count, f"give at most {_MAX_SHAPES}"
+            )
 
 
 LEAST, MOST = 1e-30, 1e15  # of the size of a number that is not 0: enough for all that models contain, in SI units

@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 from soft_gripper.errors import InputError
 from soft_gripper.files.text import read_text
-from soft_gripper.files.xml_text import DRAKE, joint_end, parse_xml
+from soft_gripper.files.xml_text import DRAKE, check_counts, joint_end, parse_xml
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_element import FingerElement, read_finger_element
 from soft_gripper.fingers.finger_links import finger_to_urdf
@@ -191,6 +191,7 @@ _KEPT_TEXTS = 16  # files, or expansions of about 0.1 MB: a sweep reads the same
 def _read(source: _Source) -> _Unexpanded:
     path, only_name = source.path, source.only_name
     robot = _parse_robot(path, source.text)
+    check_counts(path, robot)
     remove_links(path, robot, source.without)
     _take_guard(path, robot)
     if source.model_name is not None:

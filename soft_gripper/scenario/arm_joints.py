@@ -1,7 +1,7 @@
 """The joints of a model once Drake has read it, whatever the format of its file: limits, actuators, couplings."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from pydrake.geometry import CollisionFilterDeclaration, GeometrySet
@@ -130,3 +130,16 @@ def exclude_self_contact(parser: Parser, model: ModelInstanceIndex) -> None:
     frames = [plant.GetBodyFrameIdOrThrow(index) for index in plant.GetBodyIndices(model)]
     everything = CollisionFilterDeclaration().ExcludeWithin(GeometrySet(frames))
     scene_graph.collision_filter_manager().Apply(everything)
+
+
+def exclude_contact(
+    parser: Parser, model: ModelInstanceIndex, apart: Iterable[tuple[Iterable[str], Iterable[str]]]
+) -> None:
+    """Bodies of a model, in pairs of groups of their names, do not touch each other."""
+    plant, scene_graph = parser.plant(), parser.scene_graph()
+    for pair in apart if scene_graph is not None else ():
+        one, other = (
+            GeometrySet([plant.GetBodyFrameIdOrThrow(plant.GetBodyByName(name, model).index()) for name in names])
+            for names in pair
+        )
+        scene_graph.collision_filter_manager().Apply(CollisionFilterDeclaration().ExcludeBetween(one, other))

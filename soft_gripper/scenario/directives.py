@@ -18,7 +18,8 @@ from pydrake.multibody.plant import MultibodyPlant
 from soft_gripper.errors import InputError
 from soft_gripper.files.document import require
 from soft_gripper.models import package_map
-from soft_gripper.scenario.drake_parsing import check_file, check_inside, drake_reads
+from soft_gripper.scenario.drake_parsing import check_inside, drake_reads
+from soft_gripper.scenario.included_files import check_files
 
 _FILE = "file://"
 _PACKAGE = "package://"
@@ -86,6 +87,6 @@ def _path(file: str, where: str, packages: PackageMap) -> Path:
 def _check_model(path: Path, where: str, file: str) -> None:
     """Checks a file before Drake reads it."""
     require(path.is_file(), where, "file", file, f"there is no file {path}")
-    root = check_file(path)
+    root = check_files(path)
     if root is not None and root.find(".//finger") is not None:
         raise InputError(where, "file", file, "holds a <finger>, which Drake does not know; list the file in `models`")

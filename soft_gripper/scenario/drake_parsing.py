@@ -18,7 +18,7 @@ from soft_gripper.errors import InputError, first_line
 from soft_gripper.files.document import require
 from soft_gripper.files.notes import LEFT_OUT, READ, note
 from soft_gripper.files.text import read_text
-from soft_gripper.files.xml_text import joint_end, parse_xml
+from soft_gripper.files.xml_text import check_counts, joint_end, parse_xml
 from soft_gripper.library_messages import MARK, PREFIX, of_drake, without_messages
 from soft_gripper.scenario.model_numbers import check_numbers
 
@@ -130,6 +130,7 @@ def check_file(path: Path) -> ET.Element | None:
     if path.suffix.lower() not in _XML:
         return None
     root = parse_xml(path, text := read_text(path))
+    check_counts(path, root)
     _check(path, text, lambda: root)
     return root
 
@@ -140,12 +141,27 @@ def add_text(parser: Parser, text: str, path: Path, suffix: str) -> list[ModelIn
     Raises:
         InputError: if it would end the process.
     """
-    _check(path, text, lambda: ET.fromstring(text))
+    _check(path, text, lambda: _without_includes(path, ET.fromstring(text)))
     with TemporaryDirectory(prefix=PREFIX) as folder:
         expanded = Path(folder) / f"{path.stem}{MARK}{suffix}"
         expanded.write_text(_BETWEEN.sub(">\n<", text), encoding="utf-8")  # lines of messages tell elements apart
         getlines(str(expanded))  # kept while Drake's messages are read
         return list(parser.AddModels(str(expanded)))
+
+
+def _without_includes(path: Path, root: ET.Element) -> ET.Element:
+    """The root of a model that includes nothing: Drake follows files that include themselves without an end.
+
+    Raises:
+        InputError: for an <include> that is where no model can be.
+    """
+    for element in root.iter():
+        if (include := element.find("include")) is not None:
+            uri = include.findtext("uri") or include.get("file")
+            raise InputError(
+                path, f"{element.tag.rpartition('}')[2]}.include", uri, "include models in <sdf>, <world> or <model>"
+            )
+    return root
 
 
 _MOST_TEXTS = 16  # of about 0.1 MB: a sweep reads the same ones for every run

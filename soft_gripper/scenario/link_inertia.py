@@ -3,14 +3,18 @@
 import xml.etree.ElementTree as ET
 from collections.abc import Collection
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from pydrake.geometry import GeometryId, SceneGraphInspector
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.tree import ModelInstanceIndex
 
 from soft_gripper.arrays import Array
+from soft_gripper.errors import InputError, first_line
 from soft_gripper.files.notes import MENDED, READ, note
 from soft_gripper.files.xml_text import joint_end, number
+from soft_gripper.library_messages import of_drake
 
 SPECK = (1e-3, 4e-8 * np.eye(3))  # kg, kg m^2: a ball of 1 g and 1 cm radius
 NEXT_TO_NONE = (1e-9, 1e-15 * np.eye(3))  # kg, kg m^2
@@ -144,16 +148,19 @@ def note_spread(path: Path, parser: Parser, model: ModelInstanceIndex, stands: b
     """Notes which links have far larger inertias than bodies of their shapes and masses can have.
 
     The first link of a model that `stands`, fixed to the world, does not count.
+
+    Raises:
+        InputError: if a mesh, seen or touched, is a line, a point or empty: Drake finds no box around it.
     """
     plant, scene_graph = parser.plant(), parser.scene_graph()
     if scene_graph is None:
         return
     inspector = scene_graph.model_inspector()
-    for body in [plant.get_body(index) for index in plant.GetBodyIndices(model)][1 if stands else 0 :]:
+    for i, body in enumerate(map(plant.get_body, plant.GetBodyIndices(model))):
         mass, center = body.default_mass(), body.default_com()
         shapes = inspector.GetGeometries(plant.GetBodyFrameIdOrThrow(body.index()))
-        boxes = [(inspector.GetPoseInFrame(shape), inspector.GetObbInGeometryFrame(shape)) for shape in shapes]
-        if not mass > 0 or not boxes or any(box is None for _, box in boxes):
+        boxes = [(inspector.GetPoseInFrame(shape), _box(path, inspector, shape)) for shape in shapes]
+        if (i == 0 and stands) or not mass > 0 or not boxes or any(box is None for _, box in boxes):
             continue
         far = max(
             np.linalg.norm(X_BG @ box.center() - center) + np.linalg.norm(box.half_width()) for X_BG, box in boxes
@@ -163,3 +170,12 @@ def note_spread(path: Path, parser: Parser, model: ModelInstanceIndex, stands: b
         if radius > _LARGEST_GYRATION * far:
             why = f"its mass lies {1e3 * radius:.3g} mm from its centre, and its shape ends at {1e3 * far:.3g} mm"
             note(READ, path, f"link '{body.name()}': inertia", "", f"{why}; is it in other units?")
+
+
+def _box(path: Path, inspector: SceneGraphInspector, shape: GeometryId) -> Any:
+    """The oriented box around a shape; None if it has no end."""
+    try:
+        return inspector.GetObbInGeometryFrame(shape)
+    except RuntimeError as error:
+        mesh = inspector.GetShape(shape).source().description()
+        raise InputError(path, "mesh", mesh, f"Drake cannot read it: {of_drake(first_line(error))}") from None

@@ -21,27 +21,14 @@ from soft_gripper.files.output import atomic_file, writable_folder
 from soft_gripper.files.text import read_text
 from soft_gripper.files.xml_text import DRAKE
 from soft_gripper.scenario.deformables import deformable_kind
+from soft_gripper.scenario.mesh_checks import NamedFiles, check_mesh_file
 from soft_gripper.scenario.msh_file import read_msh
 from soft_gripper.scenario.schema import MeshConfig
 from soft_gripper.scenario.solid_mesh import closed_parts, solid, together
 
-_LARGEST = 2**25  # bytes of a mesh file: over half a million faces of an STL file
 _MATERIALS = re.compile(r"<bind_material>.*?</bind_material>", re.DOTALL)
 _MOST_CHECKED = 50_000  # faces of a mesh of which it is checked which way they are turned: seconds
 _CONVERSION = f"2, trimesh {trimesh.__version__}"  # to be increased when the same mesh leads to another OBJ file
-
-
-def check_mesh_file(path: Path) -> None:
-    """Checks a mesh file before it is read.
-
-    Raises:
-        InputError: if there is none, or reading it would take minutes and gigabytes.
-    """
-    if not os.path.isfile(path):
-        raise InputError(path, "mesh", path.name, "there is no such file")
-    size = path.stat().st_size
-    if size > _LARGEST:
-        raise InputError(path, "size", size, f"give a mesh of at most {_LARGEST} bytes, with fewer faces")
 
 
 def read_scene(path: Path) -> trimesh.Scene:
@@ -57,7 +44,7 @@ def read_scene(path: Path) -> trimesh.Scene:
     if path.suffix.lower() == ".msh":
         return trimesh.Scene([read_msh(path)])
     try:
-        scene = trimesh.load_scene(path)
+        scene = trimesh.load_scene(path, resolver=NamedFiles(path))
         if path.suffix.lower() == ".dae" and not _has_faces(scene):  # a material that is missing hides all faces
             bare = _MATERIALS.sub("", read_text(path))
             scene = trimesh.load_scene(BytesIO(bare.encode()), file_type="dae")

@@ -4,7 +4,6 @@ import math
 import os
 import xml.etree.ElementTree as ET
 from collections.abc import Collection, Iterator, Mapping
-from itertools import combinations
 from pathlib import Path
 from typing import NamedTuple
 
@@ -14,16 +13,18 @@ from soft_gripper.arrays import Array
 from soft_gripper.control.couplings import Mimic
 from soft_gripper.errors import InputError
 from soft_gripper.files.notes import MENDED, READ, note
-from soft_gripper.files.xml_text import finite_numbers, read_numbers, read_xml
+from soft_gripper.files.xml_text import check_counts, finite_numbers, read_numbers
+from soft_gripper.scenario.included_files import IncludedFiles
 from soft_gripper.scenario.link_inertia import NEXT_TO_NONE, NOT_POSSIBLE, SPECK, SPECK_WHY, possible_inertia
-from soft_gripper.scenario.mesh_object import check_mesh_file, converted, weighable
+from soft_gripper.scenario.mesh_checks import check_mesh_file
+from soft_gripper.scenario.mesh_object import converted, weighable
 from soft_gripper.scenario.model_xml import Ready, check_chains
 
 _DENSITY = "1000"  # kg/m^3, of a geom for which none is given
-_DEEPEST_INCLUDE = 10  # files that include each other
 _FULL = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # entries of fullinertia
 _ACTUATORS = ("motor", "general", "position", "velocity", "intvelocity", "damper")
 _JOINTS = ("joint", "freejoint")
+_WITH_DEFAULTS = ("geom", "joint", "actuator")
 _Defaults = Mapping[str, Mapping[str, Mapping[str, str]]]  # attributes by class and tag
 
 
@@ -33,43 +34,37 @@ def ready_mjcf(path: Path, root: ET.Element) -> Ready:
     Raises:
         InputError: if a file that it names is missing or cannot be read, or files include each other.
     """
-    _include(path, path.parent, root, 0)
+    _include(path.parent, root, IncludedFiles(path, root))
+    check_counts(path, root)
     if not (root.get("model") or "").strip():
         root.set("model", path.stem)
     defaults = _defaults(root)
-    _find_meshes(path, root, defaults)
+    meshes = _find_meshes(path, root, defaults)
     counts = _take_groups(path, root)
     for world in root.findall("worldbody"):
-        _mend_masses(path, world, _Masses(defaults, *counts), "main")
+        _mend_masses(path, world, _Masses(defaults, meshes, *counts), "main")
     mimics = _take_mimics(path, root, {name for name, _ in _joints(root, defaults)})
     _make_motors(path, root, defaults)
-    _exclude(root, defaults)
-    return Ready(ET.tostring(root, encoding="unicode"), mimics)
+    return Ready(ET.tostring(root, encoding="unicode"), mimics, tuple(_apart(root, defaults)))
 
 
-def _include(path: Path, folder: Path, around: ET.Element, depth: int) -> None:
-    """Puts the contents of included files in the place of each <include>."""
-    place = 0
-    while place < len(around):
-        element = around[place]
+def _include(folder: Path, around: ET.Element, files: IncludedFiles) -> None:
+    """Puts the contents of included files, which are named from a folder, in the place of each <include>."""
+    content: list[ET.Element] = []
+    for element in around:
         if element.tag == "include":
-            file = folder / element.get("file", "")
-            if depth >= _DEEPEST_INCLUDE or not os.path.isfile(file):
-                expected = f"lies in {depth} files that include each other" if depth else f"there is no file {file}"
-                raise InputError(path, "include.file", element.get("file", ""), expected)
-            around.remove(element)
-            included = read_xml(file)
-            _include(path, folder, included, depth + 1)
-            for i, child in enumerate(included):
-                around.insert(place + i, child)
-            place += len(included)
+            name = element.get("file", "")
+            with files.read("include.file", name, folder / name) as included:
+                _include(folder, included, files)
+            content += included
         else:
-            _include(path, folder, element, depth)
-            place += 1
+            _include(folder, element, files)
+            content.append(element)
+    around[:] = content
 
 
-def _find_meshes(path: Path, root: ET.Element, defaults: _Defaults) -> None:
-    """Gives meshes their names and files that Drake reads."""
+def _find_meshes(path: Path, root: ET.Element, defaults: _Defaults) -> dict[str, bool]:
+    """Gives meshes files that Drake reads, and names; returns whether each has a file: Drake leaves out the others."""
     options: dict[str, str] = {}
     for compiler in root.findall("compiler"):
         options |= compiler.attrib
@@ -89,6 +84,7 @@ def _find_meshes(path: Path, root: ET.Element, defaults: _Defaults) -> None:
                 raise error.inside(path) from None
             mesh.set("file", str(found))
             mesh.attrib.pop("content_type", None)
+    return {mesh.get("name", ""): bool(mesh.get("file")) for mesh in root.findall("asset/mesh")}
 
 
 def _weighed(root: ET.Element, defaults: _Defaults, all_are: bool) -> set[str | None]:
@@ -103,12 +99,11 @@ def _defaults(root: ET.Element) -> _Defaults:
     found: dict[str, dict[str, dict[str, str]]] = {"main": {}}
 
     def add(default: ET.Element, around: str, name: str) -> None:
-        own = found.setdefault(name, {tag: dict(values) for tag, values in found[around].items()})
+        own = found.setdefault(name, dict(found[around]))
         for element in default:
-            if element.tag == "default":
-                continue
             tag = "actuator" if element.tag in _ACTUATORS else str(element.tag)
-            own[tag] = {**own.get(tag, {}), **element.attrib}
+            if tag in _WITH_DEFAULTS:
+                own[tag] = {**own.get(tag, {}), **element.attrib}
         for inner in default.findall("default"):
             add(inner, name, inner.get("class", ""))
 
@@ -126,9 +121,10 @@ def _name(element: ET.Element) -> str:
 
 
 class _Masses(NamedTuple):
-    """Masses of geoms: by their classes, and only in some groups."""
+    """Masses of geoms: by their classes, of meshes with files, and only in some groups."""
 
     defaults: _Defaults
+    meshes: Mapping[str, bool]
     first: float
     last: float
 
@@ -157,8 +153,14 @@ def _mend_masses(path: Path, around: ET.Element, masses: _Masses, childclass: st
 
 
 def _has_mass(path: Path, geom: ET.Element, masses: _Masses, childclass: str) -> bool:
-    """Whether a geom has a mass; one of a group that has none loses it."""
+    """Whether a geom has a mass; one of a group that has none loses it.
+
+    Raises:
+        InputError: if its mesh is missing.
+    """
     values = _with_defaults(geom, "geom", masses.defaults, childclass)
+    if (mesh := values.get("mesh")) is not None and mesh not in masses.meshes:
+        raise InputError(f"{path}: {_name(geom)}", "mesh", mesh, "no mesh of <asset> has this name")
     if (
         not masses.first
         <= finite_numbers(f"{path}: {_name(geom)}", "group", values.get("group", "0"), 1)[0]
@@ -168,7 +170,7 @@ def _has_mass(path: Path, geom: ET.Element, masses: _Masses, childclass: str) ->
         return False
     name = "mass" if "mass" in values else "density"
     (value,) = finite_numbers(f"{path}: {_name(geom)}", name, values.get(name, _DENSITY), 1)
-    return value > 0
+    return value > 0 and (mesh is None or masses.meshes[mesh])
 
 
 def scale_masses(path: Path, root: ET.Element, factor: float) -> None:
@@ -267,17 +269,19 @@ def _make_motors(path: Path, root: ET.Element, defaults: _Defaults) -> None:
             default.remove(element)
 
 
-def _exclude(root: ET.Element, defaults: _Defaults) -> None:
-    """Says which bodies never touch by the masks of their geoms, which Drake does not know."""
-    masks: dict[str, list[tuple[int, int]]] = {}
+def _apart(root: ET.Element, defaults: _Defaults) -> Iterator[tuple[list[str], list[str]]]:
+    """Bodies that never touch others by the masks of their geoms, which Drake does not know, and these others."""
+    groups: dict[tuple[int, int], list[str]] = {}
     for body, childclass in _bodies(root):
-        of_geoms = [_with_defaults(geom, "geom", defaults, childclass) for geom in body.findall("geom")]
-        pairs = [(_bits(values, "contype"), _bits(values, "conaffinity")) for values in of_geoms]
-        masks[body.get("name", "")] = [pair for pair in pairs if any(pair)]
-    contact = ET.SubElement(root, "contact")
-    for one, other in combinations([name for name, found in masks.items() if name and found], 2):
-        if not any(a & d or c & b for a, b in masks[one] for c, d in masks[other]):
-            ET.SubElement(contact, "exclude", body1=one, body2=other)
+        contype = conaffinity = 0
+        for geom in body.findall("geom"):
+            values = _with_defaults(geom, "geom", defaults, childclass)
+            contype, conaffinity = contype | _bits(values, "contype"), conaffinity | _bits(values, "conaffinity")
+        if body.get("name") and (contype or conaffinity):
+            groups.setdefault((contype, conaffinity), []).append(body.get("name", ""))
+    for (a, b), names in groups.items():
+        if others := [name for (c, d), more in groups.items() if not (a & d or c & b) for name in more]:
+            yield names, others
 
 
 def _bits(values: Mapping[str, str], name: str) -> int:

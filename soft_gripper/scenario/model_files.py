@@ -30,7 +30,7 @@ from soft_gripper.fingers.paths import Chamber, Tendon
 from soft_gripper.fingers.plant_finger import PlantFinger, add_torsion_springs
 from soft_gripper.fingers.urdf import ExpandedUrdf, expand_urdf, read_fingers
 from soft_gripper.models import DIRECTORY, PACKAGE, package_map
-from soft_gripper.scenario.arm_joints import couple, exclude_self_contact, set_limits
+from soft_gripper.scenario.arm_joints import couple, exclude_contact, exclude_self_contact, set_limits
 from soft_gripper.scenario.deformables import deformable_body, deformable_kind
 from soft_gripper.scenario.drake_parsing import add_file, add_text, check_inside, drake_reads
 from soft_gripper.scenario.link_inertia import note_spread
@@ -237,6 +237,7 @@ class _Prepared(NamedTuple):
     suffix: str = ""  # of the format of the text
     fingers: Sequence[Finger] = ()
     mimics: Sequence[Mimic] = ()
+    apart: Sequence[tuple[list[str], list[str]]] = ()
 
 
 def _prepared(
@@ -259,7 +260,7 @@ def _prepared(
         return _Prepared(found.text, ".sdf", mimics=found.mimics)
     if kind == "mujoco":
         found = ready_mjcf(path, read_xml(path))
-        return _Prepared(found.text, ".xml", mimics=found.mimics)
+        return _Prepared(found.text, ".xml", mimics=found.mimics, apart=found.apart)
     if kind in mesh_suffixes():
         return _Prepared(mesh_to_sdf(path, config.mesh, config.name, config.mass, config.friction), ".sdf")
     return _Prepared(None)
@@ -308,7 +309,8 @@ def load_model(
     parser.package_map().AddMap(package_map())
     shapes = touching(parser)
     with drake_reads(where, "file", config.file, path):
-        text, suffix, fingers, mimics = _prepared(plant, path, kind, config, where, arm is not None, visuals, points)
+        prepared = _prepared(plant, path, kind, config, where, arm is not None, visuals, points)
+        text, suffix, fingers, mimics, apart = prepared
         _check_fingers_keep(config, where, fingers)
         if text is not None and config.mass is not None and kind not in mesh_suffixes():
             text = with_mass(where, config.mass, text, path, suffix)
@@ -321,6 +323,7 @@ def load_model(
         raise InputError(where, "name", config.name, "is taken by another model")
     plant.RenameModelInstance(models[0], config.name)
     couple(path, plant, models[0], mimics)
+    exclude_contact(parser, models[0], apart)
     if config.friction is not None and kind not in mesh_suffixes():
         set_friction(where, config.friction, parser, shapes)
     note_spread(path, parser, models[0], stands=not config.free and config.parent == "world")
@@ -394,9 +397,9 @@ def add_fingers(
     if not expanded.fingers:
         raise InputError(path, "finger", None, "there is no <finger> in the file")
     with drake_reads(path, "file", path.name, path):
-        text, mimics = ready(path, deepcopy(expanded.robot))
-        (model,) = add_text(parser, text, path, ".urdf")
-    couple(path, plant, model, mimics)
+        found = ready(path, deepcopy(expanded.robot))
+        (model,) = add_text(parser, found.text, path, ".urdf")
+    couple(path, plant, model, found.mimics)
     return [PlantFinger(finger, plant, model) for finger in expanded.fingers]
 
 

@@ -12,10 +12,11 @@ from typing import NamedTuple
 from soft_gripper.control.couplings import Mimic
 from soft_gripper.errors import InputError
 from soft_gripper.files.notes import LEFT_OUT, note
-from soft_gripper.files.xml_text import DRAKE, MOST, finite_numbers, joint_end, number
+from soft_gripper.files.xml_text import DRAKE, MOST, check_counts, finite_numbers, joint_end, number
 from soft_gripper.scenario.link_inertia import massless, repair_inertia
+from soft_gripper.scenario.mesh_checks import check_mesh_file
 from soft_gripper.scenario.mesh_names import is_known_package, mesh_file
-from soft_gripper.scenario.mesh_object import check_mesh_file, converted, outward
+from soft_gripper.scenario.mesh_object import converted, outward
 from soft_gripper.scenario.nested_models import fix_if_static, flatten
 
 # What a URDF may have, by the element around it; all else is for other programs.
@@ -49,10 +50,11 @@ _OF_AXIS = ("axis", "axis2", "limit", "dynamics", "mimic")
 
 
 class Ready(NamedTuple):
-    """Text that Drake reads, and the couplings of its joints."""
+    """Text that Drake reads, the couplings of its joints, and pairs of groups of bodies that never touch each other."""
 
     text: str
     mimics: tuple[Mimic, ...]
+    apart: tuple[tuple[list[str], list[str]], ...] = ()
 
 
 def ready(path: Path, root: ET.Element, is_arm: bool = False, free: bool = False, child: str | None = None) -> Ready:
@@ -71,6 +73,7 @@ def ready(path: Path, root: ET.Element, is_arm: bool = False, free: bool = False
     mimics: list[Mimic] = []
     if root.tag == "sdf":
         flatten(path, root)
+        check_counts(path, root)
     for model in models_of(root):
         _drop_others(path, model)
         _refuse_xacro(path, model)

@@ -6,14 +6,14 @@ name of the model takes the place of its own, in which its poses are given.
 
 import os
 import xml.etree.ElementTree as ET
+from collections.abc import Collection
 from pathlib import Path
 
 from soft_gripper.errors import InputError
-from soft_gripper.files.xml_text import DRAKE, joint_end, read_xml
-from soft_gripper.scenario.mesh_names import mesh_file, named_in_packages
+from soft_gripper.files.xml_text import DRAKE, joint_end
+from soft_gripper.scenario.included_files import IncludedFiles, sdf_file
 
 _VERSION = (1, 7)  # of SDFormat, the first in which poses name the frames in which they are given
-_DEEPEST_INCLUDE = 10  # files that include each other
 _POSED = ("link", "frame", "model")
 _NAMES = (*_POSED, "joint")
 _ATTRIBUTES = ("relative_to", "attached_to", "expressed_in", "canonical_link", "placement_frame")
@@ -30,13 +30,13 @@ def flatten(path: Path, root: ET.Element) -> None:
     """
     if root.find(".//include") is None and root.find(".//model/model") is None:
         return
+    files = IncludedFiles(path, root)
     for around in [root, *root.findall("world")]:
-        _include(path, around, ())
+        _include(path, around, files)
     version = _version(path, root)
     for model in [*root.findall("model"), *root.findall("world/model")]:
         _modernize(model, version)
-        for nested in model.findall("model"):
-            _merge(path, model, nested)
+        _merge_all(path, model)
     root.set("version", ".".join(map(str, max(version, _VERSION))))
 
 
@@ -61,26 +61,22 @@ def _version(path: Path, root: ET.Element) -> tuple[int, ...]:
         raise InputError(path, "sdf.version", text, "give a version such as 1.7") from None
 
 
-def _include(path: Path, around: ET.Element, inside: tuple[Path, ...]) -> None:
+def _include(path: Path, around: ET.Element, files: IncludedFiles) -> None:
     """Replaces each <include> in an element, and in the models in it, by the model that it names."""
     for model in around.findall("model"):
-        _include(path, model, inside)
+        _include(path, model, files)
     for place, include in [each for each in enumerate(around) if each[1].tag == "include"]:
-        around[place] = _included(path, include, (*inside, path))
+        around[place] = _included(path, include, files)
 
 
-def _included(path: Path, include: ET.Element, inside: tuple[Path, ...]) -> ET.Element:
-    uri = (include.findtext("uri") or "").strip()
-    file = _file(path, uri)
-    if len(inside) > _DEEPEST_INCLUDE:
-        raise InputError(
-            path, "include.uri", uri, f"lies in more than {_DEEPEST_INCLUDE} files that include each other"
-        )
-    root = read_xml(file)
-    models = [*root.findall("model"), *root.findall("include")] if root.tag == "sdf" else []
-    if len(models) != 1:
-        raise InputError(path, "include.uri", uri, f"must be SDFormat with one model: {file}")
-    _include(file, root, inside)
+def _included(path: Path, include: ET.Element, files: IncludedFiles) -> ET.Element:
+    _check_manner(path, include)
+    uri, file = sdf_file(path, include)
+    with files.read("include.uri", uri, file) as root:
+        models = [*root.findall("model"), *root.findall("include")] if root.tag == "sdf" else []
+        if len(models) != 1:
+            raise InputError(path, "include.uri", uri, f"must be SDFormat with one model: {file}")
+        _include(file, root, files)
     (model,) = root.findall("model")
     _modernize(model, _version(file, root))
     for mesh in model.iter("mesh"):
@@ -98,19 +94,16 @@ def _included(path: Path, include: ET.Element, inside: tuple[Path, ...]) -> ET.E
     return model
 
 
-def _file(path: Path, uri: str) -> Path:
-    """The SDFormat file behind the URI of an <include>, which may name the folder of a model."""
-    beside = Path(os.path.realpath(path.parent)) / uri.removeprefix("file://")
-    folders = [folder for folder in (beside, *named_in_packages(uri, path)) if os.path.isdir(folder)]
-    if not folders:
-        try:
-            return mesh_file(uri, path)
-        except InputError as error:
-            raise InputError(path, "include.uri", uri, error.expected) from None
-    names = [(sdf.text or "").strip() for sdf in read_xml(folders[0] / "model.config").findall("sdf")]
-    if not names or not os.path.isfile(folders[0] / names[-1]):
-        raise InputError(folders[0] / "model.config", "sdf", ", ".join(names), "names no file of the model")
-    return folders[0] / names[-1]
+def _check_manner(path: Path, include: ET.Element) -> None:
+    """Checks that an <include> asks for nothing but a whole model under a name of its own."""
+    if (merge := include.get("merge", "false").strip()) not in ("false", "0"):
+        raise InputError(
+            path, "include.merge", merge, "leave it out: links get the name of the included model before them"
+        )
+    for element in include:
+        if isinstance(element.tag, str) and element.tag.endswith("params"):
+            expected = "leave it out, and include a file with these changes"
+            raise InputError(path, "include.experimental:params", include.findtext("uri"), expected)
 
 
 def _modernize(model: ET.Element, version: tuple[int, ...]) -> None:
@@ -126,11 +119,17 @@ def _modernize(model: ET.Element, version: tuple[int, ...]) -> None:
         _modernize(nested, version)
 
 
+def _merge_all(path: Path, around: ET.Element) -> None:
+    """Moves what nested models hold into the model around them."""
+    nested = around.findall("model")
+    for model in nested:
+        _merge(path, around, model)
+    _scope(around, {model.get("name", "") for model in nested})
+
+
 def _merge(path: Path, around: ET.Element, nested: ET.Element) -> None:
-    """Moves what a nested model holds into the model around it."""
     name = nested.get("name", "")
-    for inner in nested.findall("model"):
-        _merge(path, nested, inner)
+    _merge_all(path, nested)
     fix_if_static(nested)
     links = [link.get("name", "") for link in nested.findall("link")]
     if (frame := nested.get("placement_frame")) is not None:
@@ -151,8 +150,6 @@ def _merge(path: Path, around: ET.Element, nested: ET.Element) -> None:
     around.append(frame_of_model)
     around.extend([element for element in nested if element.tag in _NAMES])
     around.extend([element for element in nested if str(element.tag).startswith(DRAKE)])
-    for element in around:
-        _scope(element, name)
 
 
 def _place(element: ET.Element) -> None:
@@ -183,12 +180,16 @@ def _renamed(name: str, prefix: str) -> str:
     return prefix if name == "__model__" else name if not name or name in _OUTER else f"{prefix}_{name}"
 
 
-def _scope(element: ET.Element, nested: str) -> None:
+def _scope(model: ET.Element, nested: Collection[str]) -> None:
     """Writes names such as `hand::palm` as what they are now."""
-    begin = f"{nested}::"
-    for part in element.iter():
+    for part in model.iter() if nested else ():
         for key, value in part.attrib.items():
-            if (key in _ATTRIBUTES or part.tag == "mimic") and value.startswith(begin):
+            if (key in _ATTRIBUTES or part.tag == "mimic") and _is_inside(value, nested):
                 part.set(key, value.replace("::", "_"))
-        if part.tag in _TEXTS and (part.text or "").strip().startswith(begin):
-            part.text = (part.text or "").strip().replace("::", "_")
+        if part.tag in _TEXTS and _is_inside(text := (part.text or "").strip(), nested):
+            part.text = text.replace("::", "_")
+
+
+def _is_inside(name: str, nested: Collection[str]) -> bool:
+    model, colons, _ = name.partition("::")
+    return bool(colons) and model in nested

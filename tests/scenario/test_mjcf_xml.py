@@ -10,6 +10,8 @@ from refusals import refused
 
 from soft_gripper.diagrams.scene import add_model
 from soft_gripper.files.notes import collected
+from soft_gripper.files.xml_text import parse_xml
+from soft_gripper.scenario.mjcf_xml import ready_mjcf
 from soft_gripper.scenario.msh_file import read_msh
 from soft_gripper.scenario.schema import ModelConfig
 
@@ -36,6 +38,41 @@ def test_bodies_touch_if_their_masks_match(tmp_path, other, touches):
         for name in "ab"
     )
     assert inspector.CollisionFiltered(one, two) is not touches
+
+
+def test_masks_of_many_bodies_are_few_groups(tmp_path):
+    """Every third of 300 balls touches the others of its kind."""
+    balls = "".join(
+        f'<body name="b{i}" pos="{i} 0 0"><joint/><geom size="0.1" contype="{1 << i % 3}" conaffinity="{1 << i % 3}"/>'
+        "</body>"
+        for i in range(300)
+    )
+    root = parse_xml("m.xml", f"<mujoco><worldbody>{balls}</worldbody></mujoco>")
+    ready = ready_mjcf(tmp_path / "m.xml", root)
+    assert len(ready.apart) == 3
+    assert len(ready.text) < 1.5 * len(balls)
+    plant, scene_graph, _ = read(tmp_path, f"<mujoco><worldbody>{balls}</worldbody></mujoco>")
+    inspector = scene_graph.model_inspector()
+    shapes = [
+        inspector.GetGeometries(plant.GetBodyFrameIdOrThrow(plant.GetBodyByName(f"b{i}").index()), Role.kProximity)[0]
+        for i in range(6)
+    ]
+    filtered = [[inspector.CollisionFiltered(one, other) for other in shapes] for one in shapes]
+    assert filtered == [[(i - j) % 3 != 0 or i == j for j in range(6)] for i in range(6)]
+
+
+@pytest.mark.parametrize("default", ["", '<default><geom type="mesh" mesh="none"/></default>'])
+def test_a_mesh_that_is_missing_is_named(tmp_path, default):
+    geom = "<geom/>" if default else '<geom type="mesh" mesh="none"/>'
+    with refused("mesh", "none"):
+        read(tmp_path, f"<mujoco>{default}<worldbody><body><joint/>{geom}</body></worldbody></mujoco>")
+
+
+def test_bodies_of_meshes_that_drake_leaves_out_have_a_mass(tmp_path):
+    asset = '<asset><mesh name="m" vertex="0 0 0 1 0 0 0 1 0 0 0 1"/></asset>'
+    body = '<body><joint/><geom type="mesh" mesh="m"/></body>'
+    plant, _, _ = read(tmp_path, f"<mujoco>{asset}<worldbody>{body}</worldbody></mujoco>")
+    assert plant.CalcTotalMass(plant.CreateDefaultContext()) == pytest.approx(1e-3)
 
 
 def test_open_meshes_that_give_a_mass_are_noted(tmp_path):

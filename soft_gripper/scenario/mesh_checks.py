@@ -1,0 +1,240 @@
+"""Mesh files, checked before trimesh or Drake reads them: neither limits what it reads, and Drake's checks are few."""
+
+import binascii
+import json
+import os
+import re
+import struct
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, NoReturn
+from urllib.parse import unquote
+
+from trimesh.resolvers import FilePathResolver
+
+from soft_gripper.errors import InputError
+from soft_gripper.files.text import read_bytes
+
+MESH_SUFFIXES = (".obj", ".stl", ".dae", ".ply", ".off", ".gltf", ".glb", ".msh", ".vtk")
+_MAX_SIZE = 2**25  # bytes of a mesh file, or one that it names: over half a million faces of an STL file
+_MAX_GROUPS = 5000  # of an OBJ file; trimesh makes a mesh of each
+_MAX_LINE = 2**14  # characters of an OBJ file: a face of over 1000 vertices, of which triangles are made
+_GROUP = re.compile(rb"^\s*(?:o|g|usemtl)\s", re.MULTILINE)
+_NAMED = {
+    ".obj": re.compile(rb"^\s*mtllib\s+(.*\S)", re.MULTILINE),
+    ".mtl": re.compile(rb"^\s*(?:map_\w+|bump|disp|decal|refl|norm)\s+(?:.*\s)?(\S+)", re.MULTILINE),
+}
+
+
+def check_mesh_file(path: Path) -> None:
+    """Checks a mesh file before it is read.
+
+    Raises:
+        InputError: if there is none, it is no kind of mesh, or reading it, or what it names, would fail or take
+            minutes and gigabytes.
+    """
+    if not os.path.isfile(path):
+        raise InputError(path, "mesh", path.name, "there is no such file")
+    if path.suffix.lower() not in MESH_SUFFIXES:
+        raise InputError(path, "mesh", path.name, f"give a file of one of these kinds: {', '.join(MESH_SUFFIXES)}")
+    _check_size(path)
+    _check_content(path, path.stat().st_mtime_ns)
+
+
+def _check_size(path: Path) -> None:
+    if (size := path.stat().st_size) > _MAX_SIZE:
+        raise InputError(path, "size", size, f"give a mesh of at most {_MAX_SIZE} bytes, with fewer faces")
+
+
+@lru_cache(maxsize=256)
+def _check_content(path: Path, modified: int) -> None:
+    """Checks what a file holds; `modified`, ns: a changed file is read again."""
+    suffix = path.suffix.lower()
+    if suffix in (".gltf", ".glb"):
+        _check_gltf(path)
+    elif suffix == ".obj":
+        content = read_bytes(path)
+        for what, count, most in (
+            ("groups", len(_GROUP.findall(content)), _MAX_GROUPS),
+            ("longest line", max(map(len, content.splitlines()), default=0), _MAX_LINE),
+        ):
+            if count > most:
+                raise InputError(path, what, count, f"must be at most {most}")
+        for library in _NAMED[suffix].findall(content):
+            if (materials := _named(path, os.fsdecode(library))).is_file():
+                for name in _NAMED[".mtl"].findall(read_bytes(materials)):
+                    _named(materials, os.fsdecode(name))
+
+
+def _named(path: Path, name: str) -> Path:
+    """The file that a mesh file names, which need not be there.
+
+    Raises:
+        InputError: if it is a pipe or a device, or too large.
+    """
+    file = path.parent / name
+    if os.path.exists(file):
+        if not os.path.isfile(file):
+            raise InputError(path, "file", name, "is not a regular file")
+        _check_size(file)
+    return file
+
+
+class NamedFiles(FilePathResolver):
+    """The files that a mesh names, for trimesh."""
+
+    def get(self, name: str) -> bytes:
+        """The content of a file; raises an InputError for a pipe or what is too large."""
+        _named(Path(self.file_path), name)
+        content: bytes = super().get(name)
+        return content
+
+
+_COMPONENTS = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}  # bytes
+_WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}  # numbers
+
+
+class _Gltf:
+    """The JSON of a glTF file, whose entries refer to each other by their indices."""
+
+    def __init__(self, path: Path, content: Any):
+        self._path, self._content = path, content
+
+    def refuse(self, field: str, value: object, expected: str) -> NoReturn:
+        """Raises an InputError."""
+        raise InputError(self._path, field, value, expected)
+
+    def entries(self, name: str) -> Sequence[Mapping[str, Any]]:
+        """The objects of a list."""
+        found = self._content.get(name, []) if isinstance(self._content, dict) else None
+        if not isinstance(found, list) or not all(isinstance(entry, dict) for entry in found):
+            self.refuse(name, found, "must be a list of objects")
+        return found
+
+    def count(self, entry: Mapping[str, Any], field: str, default: int | None = None, least: int = 0) -> int:
+        """A whole number of an entry."""
+        value = entry.get(field, default)
+        if type(value) is not int or value < least:
+            self.refuse(field, value, f"give a whole number of at least {least}")
+        return value
+
+    def referred(self, entry: Mapping[str, Any], field: str, name: str) -> Mapping[str, Any]:
+        """The entry of a list to which another refers."""
+        known = self.entries(name)
+        index = self.count(entry, field)
+        if index >= len(known):
+            self.refuse(field, index, f"there are {len(known)} {name}")
+        return known[index]
+
+    def indices(self, entry: Mapping[str, Any], field: str) -> list[int]:
+        """The nodes that an entry lists."""
+        found = entry.get(field, [])
+        if not isinstance(found, list):
+            self.refuse(field, found, "must be a list of numbers")
+        for index in found:
+            self.referred({field: index}, field, "nodes")
+        return found
+
+
+def _check_gltf(path: Path) -> None:
+    """Checks that all that a glTF file refers to is there, and that its nodes are a tree."""
+    content, binary = _parts(path, read_bytes(path))
+    try:
+        gltf = _Gltf(path, json.loads(content, parse_constant=lambda name: float(f"bad {name}")))
+    except (ValueError, RecursionError):
+        raise InputError(path, "mesh", path.name, "is not glTF: its JSON is damaged") from None
+    sizes = [_buffer_size(gltf, path, buffer, binary) for buffer in gltf.entries("buffers")]
+    for view in gltf.entries("bufferViews"):
+        gltf.referred(view, "buffer", "buffers")
+        begin, length = gltf.count(view, "byteOffset", 0), gltf.count(view, "byteLength", least=1)
+        if begin + length > sizes[view["buffer"]]:
+            gltf.refuse("bufferView.byteLength", length, f"its buffer ends at {sizes[view['buffer']]} bytes")
+        if gltf.count(view, "byteStride", 0) > 252:
+            gltf.refuse("bufferView.byteStride", view["byteStride"], "give at most 252")
+    for accessor in gltf.entries("accessors"):
+        _check_accessor(gltf, accessor)
+    for image in gltf.entries("images"):
+        if not (uri := str(image.get("uri", "data:"))).startswith("data:"):
+            _named(path, unquote(uri))
+    for mesh in gltf.entries("meshes"):
+        _check_mesh(gltf, mesh)
+    _check_tree(gltf)
+
+
+def _parts(path: Path, data: bytes) -> tuple[bytes, int]:
+    """The JSON of a file, and the size of the buffer in a binary one, bytes."""
+    if not data.startswith(b"glTF"):
+        return data, 0
+    try:
+        length, kind = struct.unpack_from("<II", data, 12)
+        rest = data[20 + length :]
+        binary = struct.unpack_from("<I", rest)[0] if rest else 0
+    except struct.error:
+        raise InputError(path, "mesh", path.name, "is not glTF: it is too short") from None
+    if kind != 0x4E4F534A or length > len(data) - 20 or binary > max(len(rest) - 8, 0):
+        raise InputError(path, "mesh", path.name, "is not glTF: its parts are longer than the file")
+    return data[20 : 20 + length], binary
+
+
+def _buffer_size(gltf: _Gltf, path: Path, buffer: Mapping[str, Any], binary: int) -> int:
+    size, uri = gltf.count(buffer, "byteLength", least=1), buffer.get("uri")
+    present = binary
+    if isinstance(uri, str) and uri.startswith("data:"):
+        try:
+            present = len(binascii.a2b_base64(uri.partition(",")[2]))
+        except binascii.Error:
+            present = 0
+    elif isinstance(uri, str):
+        file = _named(path, unquote(uri))
+        present = file.stat().st_size if file.is_file() else 0
+    if size > present:
+        gltf.refuse("buffer.byteLength", size, f"its data are {present} bytes")
+    return size
+
+
+def _check_accessor(gltf: _Gltf, accessor: Mapping[str, Any]) -> None:
+    component, kind = accessor.get("componentType"), accessor.get("type")
+    if not (isinstance(component, int) and component in _COMPONENTS and isinstance(kind, str) and kind in _WIDTHS):
+        gltf.refuse("accessor.type", [component, kind], "is no type of glTF")
+    if "sparse" in accessor:
+        gltf.refuse("accessor.sparse", accessor["sparse"], "leave it out, and give all values")
+    view, count = gltf.referred(accessor, "bufferView", "bufferViews"), gltf.count(accessor, "count", least=1)
+    width = _COMPONENTS[component] * _WIDTHS[kind]
+    stride = max(gltf.count(view, "byteStride", 0), width)
+    if gltf.count(accessor, "byteOffset", 0) + (count - 1) * stride + width > view["byteLength"]:
+        gltf.refuse("accessor.count", count, f"its bufferView has {view['byteLength']} bytes")
+
+
+def _check_mesh(gltf: _Gltf, mesh: Mapping[str, Any]) -> None:
+    primitives = mesh.get("primitives")
+    if not isinstance(primitives, list) or not primitives or not all(isinstance(part, dict) for part in primitives):
+        gltf.refuse("mesh.primitives", primitives, "must be a list of objects")
+    for part in primitives:
+        attributes = part.get("attributes")
+        if not isinstance(attributes, dict) or "POSITION" not in attributes:
+            gltf.refuse("primitive.attributes", attributes, "give a POSITION")
+        if gltf.referred(attributes, "POSITION", "accessors")["type"] != "VEC3":
+            gltf.refuse("primitive.attributes.POSITION", attributes["POSITION"], "must be an accessor of type VEC3")
+        for name in attributes:
+            gltf.referred(attributes, name, "accessors")
+        for field, name in (("indices", "accessors"), ("material", "materials")):
+            if field in part:
+                gltf.referred(part, field, name)
+
+
+def _check_tree(gltf: _Gltf) -> None:
+    nodes, parents = gltf.entries("nodes"), set[int]()
+    for node in [*nodes, *gltf.entries("scenes")]:
+        for field, name in (("mesh", "meshes"), ("camera", "cameras"), ("skin", "skins")):
+            if field in node:
+                gltf.referred(node, field, name)
+    for node in nodes:
+        for child in gltf.indices(node, "children"):
+            if child in parents:
+                gltf.refuse("node.children", child, "is a child of two nodes; nodes must be a tree")
+            parents.add(child)
+    for scene in gltf.entries("scenes"):
+        for root in gltf.indices(scene, "nodes"):
+            if root in parents:
+                gltf.refuse("scene.nodes", root, "is a child of a node; nodes must be a tree")
