@@ -17,6 +17,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from soft_gripper.errors import InputError
+from soft_gripper.files.text import read_text
 
 SUMS = "SHA256SUMS"
 
@@ -29,9 +30,9 @@ def write_checksums(folder: Path) -> None:
 def is_whole(folder: Path) -> bool:
     """Whether a folder still has all files that `write_checksums` found, unchanged."""
     try:
-        written = (folder / SUMS).read_text(encoding="utf-8").splitlines()
+        written = read_text(folder / SUMS).splitlines()
         return bool(written) and set(written) <= set(_checksums(folder).splitlines())
-    except (OSError, UnicodeError):
+    except (OSError, InputError):
         return False
 
 

@@ -18,7 +18,7 @@ from trimesh.visual.material import SimpleMaterial
 from soft_gripper.errors import InputError, first_line
 from soft_gripper.files.notes import MENDED, READ, Note, kept, note
 from soft_gripper.files.output import atomic_file, writable_folder
-from soft_gripper.files.text import read_text
+from soft_gripper.files.text import check_regular, read_bytes, read_text
 from soft_gripper.files.xml_text import DRAKE
 from soft_gripper.scenario.deformables import deformable_kind
 from soft_gripper.scenario.msh_file import read_msh
@@ -39,9 +39,7 @@ def check_mesh_file(path: Path) -> None:
     """
     if not os.path.isfile(path):
         raise InputError(path, "mesh", path.name, "there is no such file")
-    size = path.stat().st_size
-    if size > _LARGEST:
-        raise InputError(path, "size", size, f"give a mesh of at most {_LARGEST} bytes, with fewer faces")
+    check_regular(path, _LARGEST)
 
 
 def read_scene(path: Path) -> trimesh.Scene:
@@ -85,7 +83,7 @@ def converted(path: Path) -> Path:
         InputError: if the mesh is missing or cannot be read, or the cache cannot be written to.
     """
     check_mesh_file(path)
-    name = _digest(path.read_bytes() + path.suffix.lower().encode() + _CONVERSION.encode())
+    name = _digest(read_bytes(path, _LARGEST) + path.suffix.lower().encode() + _CONVERSION.encode())
     kept = cache_folder() / f"{name}.obj"
     if not kept.is_file():
         text, materials = _to_obj(path, f"{name}.mtl")

@@ -31,6 +31,7 @@ from soft_gripper.extras.bench.threads import Inbox, Message, Outbox, write_all
 from soft_gripper.extras.hardware.table import Columns
 from soft_gripper.extras.hardware.table_files import OTHER_THAN_TEXT, is_bag_folder, read_table
 from soft_gripper.files.document import given
+from soft_gripper.files.text import check_regular
 from soft_gripper.registry import OWN, blamed_on
 
 MOST_WAITING = 4096  # messages that are read at once
@@ -213,6 +214,7 @@ class Endpoints:
             )
             return (dict(zip(table.names, row, strict=True)) for row in table.values.tolist())
         file = self._stack.enter_context(path.open("rb"))
+        check_regular(path)
         lines = enumerate(line for line in _lines(path, file) if line.strip())
         return (line for number, line in lines if number or line.lstrip()[:1] in b"{+-.0123456789")
 

@@ -12,6 +12,7 @@ from pathlib import Path
 
 from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
+from soft_gripper.files.text import read_bytes
 
 VERSION = 2  # of the benchmark: scores and submissions of another are not comparable
 
@@ -95,7 +96,7 @@ class Task:
 
 def digest(file: Path) -> str:
     """The SHA-256 of a file."""
-    return hashlib.sha256(file.read_bytes()).hexdigest()
+    return hashlib.sha256(read_bytes(file)).hexdigest()
 
 
 def missing_files(task: Task, folder: Path) -> list[str]:

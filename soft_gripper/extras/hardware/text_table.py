@@ -6,7 +6,6 @@ of the table, or not one of numbers, is left out with a note. Whatever is in col
 """
 
 import csv
-import json
 import math
 import re
 from collections.abc import Iterator, Sequence
@@ -21,6 +20,7 @@ from soft_gripper.errors import InputError
 from soft_gripper.extras.hardware.clock_times import is_clock, seconds_of
 from soft_gripper.extras.hardware.foreign_files import foreign_binary, foreign_text
 from soft_gripper.extras.hardware.table import Columns, Table
+from soft_gripper.files.json_text import parse_json
 from soft_gripper.files.notes import LEFT_OUT, MENDED, note
 from soft_gripper.files.text import decoded, read_bytes
 
@@ -170,14 +170,14 @@ def _of_json(path: Path, text: str, lines: list[str], columns: Columns) -> _Rows
     """Objects, one a line, or in a list; nested names are joined by dots, places in lists are in brackets."""
     found: dict[int, dict[str, Any]] = {}
     lost: dict[int, str] = {}
-    with suppress(ValueError, RecursionError, TypeError):
+    with suppress(ValueError, TypeError):
         if text.lstrip().startswith("["):
-            found = {i: dict(_flat(each)) for i, each in enumerate(json.loads(text), start=1)}
+            found = {i: dict(_flat(each)) for i, each in enumerate(parse_json(path, text, finite=False), start=1)}
     for i, line in enumerate([] if found else lines, start=1):
         try:
             if line.strip():
-                found[i] = dict(_flat(json.loads(line)))
-        except (ValueError, RecursionError, TypeError):
+                found[i] = dict(_flat(parse_json(path, line, finite=False)))
+        except (ValueError, TypeError):
             lost[i] = "is not an object of JSON"
     names = list(dict.fromkeys(name for each in found.values() for name in each))
     if not names:
