@@ -17,7 +17,7 @@ _MAX_SCALAR = 50_000  # characters of a value
 _MAX_DEPTH = 40  # mappings and lists inside each other
 _MAX_VALUES = 40_000  # those of an alias count every time
 _MAX_NUMBER = 2**63  # of whole numbers
-_TAGS = ("!Rpy",)  # Drake's, of poses; others are of random quantities
+_TAGS = ("!Rpy", "!AngleAxis", "!Identity")  # Drake's, of poses; others are of random quantities
 
 
 def read_yaml(path: Path) -> Any:

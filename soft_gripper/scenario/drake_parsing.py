@@ -17,7 +17,7 @@ from soft_gripper.cached import kept
 from soft_gripper.errors import InputError, first_line
 from soft_gripper.files.document import require
 from soft_gripper.files.notes import LEFT_OUT, READ, note
-from soft_gripper.files.text import check_regular, read_text
+from soft_gripper.files.text import MAX_TEXT_BYTES, check_regular, read_text
 from soft_gripper.files.xml_text import joint_end, parse_xml
 from soft_gripper.library_messages import MARK, PREFIX, of_drake, without_messages
 from soft_gripper.scenario.model_numbers import check_numbers
@@ -129,6 +129,9 @@ def check_file(path: Path) -> ET.Element | None:
         InputError: if it is XML that would end the process.
     """
     if path.suffix.lower() not in _XML:
+        is_model = not path.name.endswith(".dmd.yaml")
+        require(is_model, path, "file", path.name, "holds directives: add them by add_directives")
+        check_regular(path, MAX_TEXT_BYTES)
         return None
     root = parse_xml(path, text := read_text(path))
     _check(path, text, lambda: root)

@@ -549,11 +549,6 @@ class Scenario(ByValue):
         for i, text in enumerate(self.success):
             if read_criterion(text) is None:
                 yield f"success[{i}]", text, f"must be {FORM}"
-        for i, directive in enumerate(self.directives):
-            kinds = [each.name for each in ModelDirective.__fields__]
-            given = [kind for kind in kinds if getattr(directive, kind) is not None]
-            if len(given) != 1:
-                yield f"directives[{i}]", given, f"must have one of {', '.join(kinds)}"
         for name in ("publish_illustration", "enable_meshcat_creation"):
             if self.visualization is not None and not getattr(self.visualization, name):
                 yield (
