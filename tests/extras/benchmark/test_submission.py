@@ -111,7 +111,7 @@ def of_nothing(found):
     ("change", "said"),
     [
         (shorter, "must be (100, 1)"),
-        (not_a_number, "must be finite"),
+        (not_a_number, "NaN is not a number of JSON"),
         (negative, "must not be negative"),
         (without_a_region, "near base, middle, near tip"),
         (of_other_data, "contact_force.sha256.contacts_test.csv"),
