@@ -168,7 +168,8 @@ def _check_files(scenario: Scenario, file: Path, config: BenchConfig, options: a
     """Checks that no output replaces what this command reads, nor a file that the command line does not name."""
     outputs = [options.mcap] if options.mcap is not None else []
     if config.sink is not None and config.sink.startswith("file:"):
-        outputs.append(sink := file_path(urlsplit(config.sink)))
+        sink = file_path(urlsplit(config.sink))
+        outputs += [] if sink.is_fifo() else [sink]  # a pipe is opened when it is written to
         asked = options.sink is not None or not os.path.isfile(sink)
         require(asked, file, "sink", config.sink, "exists, and would be emptied: name it by --sink, or another file")
     for output in outputs:
