@@ -263,7 +263,7 @@ def _check_transform(where: Path | str, value: dict[str, Any], field: str, frame
     )
     _check_three(where, value.get("translation", [0, 0, 0]), f"{field}.translation", "must be three numbers, m")
     rotation, expected = value.get("rotation", {}), "write !Rpy { deg: [roll, pitch, yaw] }"
-    parts = dict(rotation) if isinstance(rotation, dict) else {_TAG: None}
+    parts: dict[str, Any] = dict(rotation) if isinstance(rotation, dict) else {_TAG: None}
     known = _ROTATIONS.get(parts.pop(_TAG, "!Identity"))
     require(known is not None and parts.keys() == known, where, f"{field}.rotation", rotation, expected)
     for name, part in parts.items():
