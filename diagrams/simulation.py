@@ -33,6 +33,7 @@ from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.diagrams.view.meshcat_view import PERIOD
 from soft_gripper.diagrams.wiring.sensors import RANDOM
 from soft_gripper.errors import InputError, SimulationDivergedError
+from soft_gripper.files.text import read_bytes
 from soft_gripper.models import DIRECTORY
 from soft_gripper.registry import registered
 from soft_gripper.scenario.checks import checked_scenario
@@ -96,7 +97,10 @@ def content(path: Path) -> str | None:
         return str([(each.name, each.stat().st_mtime_ns) for each in sorted(DIRECTORY.rglob("*"))])
     if not path.is_file() or path.suffix.lower() == ".gltf":
         return None
-    content = path.read_bytes()
+    try:
+        content = read_bytes(path)
+    except InputError:
+        return None
     is_mesh = path.suffix.lower() in mesh_suffixes()
     return None if not is_mesh and any(mark in content for mark in _NAMES_OTHERS) else sha256(content).hexdigest()
 

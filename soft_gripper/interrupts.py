@@ -10,6 +10,19 @@ _REPEAT_TIME = 0.5  # s within which several signals are one: `timeout` and term
 
 
 @contextmanager
+def waiting() -> Iterator[None]:
+    """Delays Ctrl-C, SIGTERM and SIGHUP while modules are imported.
+
+    Libraries catch any exception of their optional imports, SystemExit too, and would go on as if nothing had happened.
+    """
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, ENDS)
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+@contextmanager
 def held_back() -> Iterator[Callable[[], bool]]:
     """Holds Ctrl-C, SIGTERM and SIGHUP back within the block; yields a function that returns whether one has arrived.
 

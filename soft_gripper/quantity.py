@@ -44,6 +44,7 @@ class Rule:
     length: int | None = None  # of a list
     filled: bool = False  # a list, mapping or text that is not empty
     span: bool = False  # a list [least, most]
+    framed: bool = False  # poses may be in a frame
     parts: Mapping[str, "Rule"] = field(default_factory=dict)  # of the fields of a config of Drake's
 
     @property

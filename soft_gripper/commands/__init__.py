@@ -5,22 +5,23 @@ import signal
 import sys
 from collections.abc import Sequence
 
-from soft_gripper.commands.dispatch import dispatch
-from soft_gripper.commands.options import ExitCode
+from soft_gripper.interrupts import waiting
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Runs one command, see `dispatch`."""
-    _replace_closed_streams()
-    os.environ["MPLBACKEND"] = "agg"  # figures only go to files, and matplotlib rejects unknown backend names
-    for number in (signal.SIGTERM, signal.SIGHUP):
-        if signal.getsignal(number) != signal.SIG_IGN:  # ignored under nohup
-            signal.signal(number, _end)
+    """Runs one command, see `dispatch`, which is imported here, where Ctrl-C ends in one line."""
     try:
+        _replace_closed_streams()
+        os.environ["MPLBACKEND"] = "agg"  # figures only go to files, and matplotlib rejects unknown backend names
+        with waiting():
+            from soft_gripper.commands.dispatch import dispatch
+        for number in (signal.SIGTERM, signal.SIGHUP):
+            if signal.getsignal(number) != signal.SIG_IGN:  # ignored under nohup
+                signal.signal(number, _end)
         return dispatch(arguments)
     except KeyboardInterrupt:
         print("soft-gripper: interrupted; all files already written are complete", file=sys.stderr)
-        return ExitCode.INTERRUPTED
+        return 128 + signal.SIGINT
 
 
 def _replace_closed_streams() -> None:

@@ -3,7 +3,6 @@
 import argparse
 import io
 import os
-import signal
 import sys
 import traceback
 from collections.abc import Callable, Iterator, Sequence
@@ -15,7 +14,7 @@ from soft_gripper.commands.options import PROGRAM, Command, ExitCode
 from soft_gripper.commands.parser import parsed
 from soft_gripper.errors import InputError, SimulationDivergedError, WorkerDiedError, first_line, in_one_line
 from soft_gripper.files.output import release_folders
-from soft_gripper.interrupts import ENDS
+from soft_gripper.interrupts import waiting
 from soft_gripper.library_messages import printed_as_notes
 
 
@@ -25,7 +24,7 @@ def dispatch(arguments: Sequence[str] | None = None) -> ExitCode:
         sys.stdout.reconfigure(errors="backslashreplace")  # for characters that the terminal cannot show
     options = argparse.Namespace()
     try:
-        with _signals_wait():
+        with waiting():
             options = _parsed(arguments)
             run = _loaded(options.command)
         options.console = Console(getattr(options, "quiet", False), getattr(options, "json", False))
@@ -53,6 +52,9 @@ def dispatch(arguments: Sequence[str] | None = None) -> ExitCode:
 
 
 def _parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
+    for word in sys.argv[1:] if arguments is None else arguments:
+        if not _is_text(word):
+            raise InputError("command line", "argument", word, "is not UTF-8: give files names that are")
     try:
         return parsed(arguments)
     except SystemExit:  # after --help, whose reader may have closed the pipe early
@@ -60,17 +62,13 @@ def _parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
         raise
 
 
-@contextmanager
-def _signals_wait() -> Iterator[None]:
-    """Delays Ctrl-C, SIGTERM and SIGHUP while modules are imported.
-
-    Libraries catch any exception of their optional imports, SystemExit too, and would go on as if nothing had happened.
-    """
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, ENDS)
+def _is_text(word: str) -> bool:
+    """Whether a word of the command line can be written into tables and messages: names of files may be any bytes."""
     try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        word.encode()
+    except UnicodeEncodeError:
+        return False
+    return True
 
 
 @contextmanager

@@ -23,9 +23,11 @@ from soft_gripper.diagrams.simulation import check_closed, run_station
 from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.diagrams.view.meshcat_view import hidden_meshcat, write_animation
+from soft_gripper.errors import InputError
 from soft_gripper.evaluation.paper.forces import recorded_force_table
 from soft_gripper.files.output import atomic_file, check_file, lock_folder
 from soft_gripper.files.row_table import print_rows
+from soft_gripper.files.text import read_text
 from soft_gripper.pictures.phases import phases_figure
 from soft_gripper.pictures.video import check_video, write_video
 from soft_gripper.registry import registered
@@ -141,7 +143,11 @@ def fits(folder: Path, scenario: Scenario) -> bool:
     file = folder / "scenario.yaml"
     if not os.path.isfile(file):
         return True
-    return file.read_text(encoding="utf-8", errors="replace") == dump_scenario(scenario, folder)
+    try:
+        text = read_text(file)
+    except InputError:
+        return False
+    return text == dump_scenario(scenario, folder)
 
 
 def _check_files(options: argparse.Namespace, read: Sequence[str]) -> None:

@@ -8,7 +8,7 @@ from functools import cache
 from numbers import Integral, Real
 from pathlib import Path
 from types import NoneType, UnionType
-from typing import Any, TypeVar, get_args, get_origin, get_type_hints
+from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 from pydrake.common.schema import Transform
@@ -45,7 +45,7 @@ _PRIMITIVES: dict[object, tuple[type, str]] = {
     str: (str, "text"),
 }
 _MOST_WHOLE = 2**32 - 1  # of Drake's seeds
-_ANY = Rule()
+_ANY, _FRAMED = Rule(), Rule(framed=True)
 
 
 def load_config(path: Path, document: Any, schema: type[_T], retain_map_defaults: bool = True) -> _T:
@@ -187,12 +187,10 @@ def _check(where: Path | str, value: Any, schema: Any, field: str, rule: Rule, s
         _must(rule.of_group(value), where, field, value)
     elif kind is Transform and isinstance(value, Transform):
         _must(None if _is_finite(value) else "must be a pose of finite numbers", where, field, value)
-    elif kind is ModelDirective:  # which Drake checks: a pose in it may be in a frame
-        fits = isinstance(value, dict | ModelDirective)
-        _must(None if fits else "must be a directive, such as add_model", where, field, value)
-        for key, item in value.items() if isinstance(value, dict) else ():
-            _mapping(where, item, f"{field}.{key}")
+    elif kind is np.ndarray:
+        _check(where, value.tolist() if isinstance(value, np.ndarray) else value, list[float], field, rule, strict)
     elif fields := _fields(kind):
+        rule = _FRAMED if kind is ModelDirective else rule
         _check_fields(where, value, kind, fields, field, rule, strict)
 
 
@@ -200,8 +198,7 @@ def _check(where: Path | str, value: Any, schema: Any, field: str, rule: Rule, s
 def _taken_apart(schema: Any) -> tuple[bool, Any, Any]:
     """Whether a type may be None, what it is otherwise, and the type of the entries of a list or mapping."""
     parts = get_args(schema)
-    # From Python 3.14 on the unions of Drake's configs are of that type too.
-    if get_origin(schema) is UnionType and NoneType in parts and len(parts) == 2:
+    if get_origin(schema) in (UnionType, Union) and NoneType in parts and len(parts) == 2:
         return True, *_taken_apart(*(part for part in parts if part is not NoneType))[1:]
     return False, get_origin(schema) or schema, parts[-1 if get_origin(schema) is dict else 0] if parts else None
 
@@ -217,9 +214,12 @@ def _check_fields(
         if key not in fields:
             kind = InputError if is_near(key, fields) else _UnknownKeyError
             raise kind(where, name, item, f"no such key; {meant(key, fields)}")
-        _check(where, item, fields[key], name, known.get(key, _ANY), strict or is_object)
+        _check(where, item, fields[key], name, known.get(key, _FRAMED if rule.framed else _ANY), strict or is_object)
     if schema is Transform:
-        _check_transform(where, document, field)
+        _check_transform(where, document, field, rule.framed)
+    if schema is ModelDirective:
+        kinds = [name for name, item in document.items() if item is not None]
+        _must(None if len(kinds) == 1 else f"must have one of {', '.join(fields)}", where, field, kinds)
     for name, item in vars(schema()).items() if is_own and not is_object else ():
         if name not in document:
             _check(where, item, fields[name], _below(field, name), known[name], strict=True)
@@ -253,17 +253,25 @@ def _is_finite(pose: Transform) -> bool:
         return False
 
 
-def _check_transform(where: Path | str, value: dict[str, Any], field: str) -> None:
-    """Poses are fixed: not random, and not in a frame, which Drake would ignore here."""
+_ROTATIONS = {"!Rpy": {"deg"}, "!AngleAxis": {"angle_deg", "axis"}, "!Identity": set[str]()}
+
+
+def _check_transform(where: Path | str, value: dict[str, Any], field: str, framed: bool) -> None:
+    """Poses are fixed: not random and, unless it is `framed`, not in a frame, which Drake would ignore here."""
     base = value.get("base_frame")
-    require(base is None, where, f"{field}.base_frame", base, "leave it out; `parent` of a model names a frame")
+    require(
+        framed or base is None, where, f"{field}.base_frame", base, "leave it out; `parent` of a model names a frame"
+    )
     _check_three(where, value.get("translation", [0, 0, 0]), f"{field}.translation", "must be three numbers, m")
     rotation, expected = value.get("rotation", {}), "write !Rpy { deg: [roll, pitch, yaw] }"
-    empty = rotation == {}
-    tagged = isinstance(rotation, dict) and rotation.keys() == {_TAG, "deg"} and rotation[_TAG] == "!Rpy"
-    require(empty or tagged, where, f"{field}.rotation", rotation, expected)
-    if tagged:
-        _check_three(where, rotation["deg"], f"{field}.rotation.deg", expected)
+    parts: dict[str, Any] = dict(rotation) if isinstance(rotation, dict) else {_TAG: None}
+    known = _ROTATIONS.get(parts.pop(_TAG, "!Identity"))
+    require(known is not None and parts.keys() == known, where, f"{field}.rotation", rotation, expected)
+    for name, part in parts.items():
+        three = [part, 0, 0] if name == "angle_deg" else part
+        _check_three(where, three, f"{field}.rotation.{name}", expected)
+    axis = parts.get("axis", [1])
+    require(any(map(float, axis)), where, f"{field}.rotation.axis", axis, "must not be zero")
 
 
 def _check_three(where: Path | str, value: Any, field: str, expected: str) -> None:

@@ -4,6 +4,7 @@ A folder of results appears at once, with its checksums (SHA256SUMS). Resuming t
 may lie next to incomplete results.
 """
 
+import errno
 import fcntl
 import hashlib
 import itertools
@@ -17,6 +18,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from soft_gripper.errors import InputError
+from soft_gripper.files.text import read_text
 
 SUMS = "SHA256SUMS"
 
@@ -29,9 +31,9 @@ def write_checksums(folder: Path) -> None:
 def is_whole(folder: Path) -> bool:
     """Whether a folder still has all files that `write_checksums` found, unchanged."""
     try:
-        written = (folder / SUMS).read_text(encoding="utf-8").splitlines()
+        written = read_text(folder / SUMS).splitlines()
         return bool(written) and set(written) <= set(_checksums(folder).splitlines())
-    except (OSError, UnicodeError):
+    except (OSError, InputError):
         return False
 
 
@@ -54,12 +56,12 @@ _KEPT_CHARACTERS = 40  # characters of a name, its suffix among them, that a par
 def atomic_file(path: Path) -> Iterator[Path]:
     """A name to write to; when the block ends without an error, the file written replaces `path`.
 
-    A symlink is followed. A file that is not regular, such as a named pipe, is kept and written to.
+    A symlink is followed. A device, such as /dev/null, is kept and written to.
     """
     _require_name(path)
     target = Path(os.path.realpath(path))
     try:
-        with (_written_through if _is_special(target) else _replaced)(target, path.name) as partial:
+        with (_written_through if _is_device(target) else _replaced)(target, path.name) as partial:
             yield partial
     except OSError as error:
         raise InputError("output", "file", str(path), f"cannot be written: {error.strerror or error}") from None
@@ -85,12 +87,19 @@ def _written_through(target: Path, name: str) -> Iterator[Path]:
             shutil.copyfileobj(written, file)
 
 
-def _is_special(path: Path) -> bool:
-    """Whether a path leads to something that is neither a regular file nor a folder."""
+def _is_device(path: Path) -> bool:
+    """Whether a path leads to a device that takes characters.
+
+    Raises:
+        OSError: if it leads to anything else that is not a regular file: writing to a pipe waits for a reader.
+    """
     try:
-        return not stat.S_ISREG(path.stat().st_mode)
+        mode = path.stat().st_mode
     except FileNotFoundError:
         return False
+    if not (stat.S_ISREG(mode) or stat.S_ISCHR(mode)):
+        raise OSError(errno.EINVAL, "it is not a regular file")
+    return stat.S_ISCHR(mode)
 
 
 @contextmanager
@@ -202,10 +211,10 @@ def check_file(path: Path, reads: Iterable[Path | str] = ()) -> None:
     _keep_inputs(reads, [path])
     try:
         target = Path(os.path.realpath(path))
-        special = _is_special(target)
+        is_device = _is_device(target)
     except (OSError, ValueError) as error:
         raise InputError("output", "file", str(path), f"cannot be written: {_reason(error)}") from None
-    if not special:
+    if not is_device:
         _try_writing("file", path, target.parent, path.name)
 
 
@@ -217,9 +226,9 @@ def _keep_inputs(inputs: Iterable[Path | str], outputs: Iterable[Path]) -> None:
 
 
 def _are_same(one: Path, other: Path) -> bool:
-    """Whether two paths lead to one file that can be lost, so not to a pipe or a device."""
+    """Whether two paths lead to one file that can be lost, so not to a device."""
     try:
-        return one.samefile(other) and not _is_special(one)
+        return one.samefile(other) and not _is_device(one)
     except (OSError, ValueError):  # there is no such file
         return False
 

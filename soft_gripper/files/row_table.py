@@ -22,7 +22,7 @@ from typing import Annotated, Any, TypeVar, get_args, get_origin, get_type_hints
 
 from soft_gripper.errors import InputError
 from soft_gripper.files.output import atomic_file
-from soft_gripper.files.text import read_text
+from soft_gripper.files.text import MAX_BYTES, read_text
 
 Row = TypeVar("Row")
 
@@ -48,7 +48,7 @@ def read_csv(path: Path, row: type[Row]) -> list[Row]:
     """
     names = columns(row)
     try:
-        records = list(csv.DictReader(StringIO(read_text(path))))
+        records = list(csv.DictReader(StringIO(read_text(path, MAX_BYTES))))
         rows = [of_cells([record[name] for name in names], row) for record in records]
     except (KeyError, TypeError, ValueError, csv.Error) as error:
         if isinstance(error, InputError):

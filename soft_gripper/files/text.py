@@ -1,10 +1,14 @@
-"""Files supplied by the user."""
+"""Files supplied by the user: the only place where their bytes and their text are read."""
 
 import codecs
 import os
 from pathlib import Path
 
 from soft_gripper.errors import InputError
+
+MAX_BYTES = 2**28  # of a file that is read at once: half an hour of a log of 20 columns at 1 kHz
+MAX_TEXT_BYTES = 2**25  # of a model, a description or a document
+_LFS_POINTER = b"version https://git-lfs.github.com/spec/"
 
 
 def name_of(name_or_path: object) -> str:
@@ -18,44 +22,62 @@ def name_of(name_or_path: object) -> str:
     return str(name_or_path)
 
 
-def check_regular(path: Path) -> None:
-    """Checks a file before it is opened: reading from a pipe would block.
+def check_regular(path: Path, max_bytes: int | None = None) -> None:
+    """Checks a file before it is opened: reading from a pipe would block, and from a device it may never end.
+
+    Args:
+        path: of the file.
+        max_bytes: size that it may have; None: any, for files that are not read at once.
 
     Raises:
-        InputError: if there is none, or it is not a regular file.
+        InputError: if there is none, it is not regular, it is too large, or a pointer of Git LFS is in its place.
     """
+    _read(path, len(_LFS_POINTER), max_bytes)
+
+
+def read_bytes(path: Path, max_bytes: int = MAX_BYTES) -> bytes:
+    """The content of a regular file.
+
+    Raises:
+        InputError: as `check_regular`, or if the file cannot be read.
+    """
+    data = _read(path, max_bytes + 1, max_bytes)
+    _check_size(path, len(data), max_bytes)  # some files of /proc say that they are empty
+    return data
+
+
+def read_text(path: Path, max_bytes: int = MAX_TEXT_BYTES) -> str:
+    """The text of a regular file, in UTF-8, or in UTF-16 or UTF-32 with a byte order mark.
+
+    Raises:
+        InputError: as `read_bytes`, or if it is not text.
+    """
+    return decoded(path, read_bytes(path, max_bytes))
+
+
+def _read(path: Path, count: int, max_bytes: int | None) -> bytes:
+    """The first `count` bytes of a file, which is checked."""
     try:
-        os.stat(path)  # reports what is wrong, such as a loop of symlinks
+        size = os.stat(path).st_size  # reports what is wrong, such as a loop of symlinks
         if not os.path.isfile(path):
             raise InputError(path, "file", path.name, "cannot be read: it is not a regular file")
+        _check_size(path, size, max_bytes)
+        with open(path, "rb") as file:
+            data = file.read(count)
     except OSError as error:
         raise InputError(path, "file", path.name, f"cannot be read: {error.strerror}") from None
     except InputError:
         raise
     except ValueError as error:
         raise InputError("file", "name", str(path), f"cannot be read: {error}") from None
+    if data.startswith(_LFS_POINTER):
+        raise InputError(path, "file", path.name, "is a pointer of Git LFS: git lfs pull")
+    return data
 
 
-def read_bytes(path: Path) -> bytes:
-    """The content of a regular file.
-
-    Raises:
-        InputError: if the file cannot be read, or is not a regular file.
-    """
-    check_regular(path)
-    try:
-        return path.read_bytes()
-    except OSError as error:
-        raise InputError(path, "file", path.name, f"cannot be read: {error.strerror}") from None
-
-
-def read_text(path: Path) -> str:
-    """The text of a regular file, in UTF-8, or in UTF-16 or UTF-32 with a byte order mark.
-
-    Raises:
-        InputError: if the file cannot be read, or is not a regular file.
-    """
-    return decoded(path, read_bytes(path))
+def _check_size(path: Path, size: int, max_bytes: int | None) -> None:
+    if max_bytes is not None and size > max_bytes:
+        raise InputError(path, "size", size, f"give a file of at most {max_bytes} bytes")
 
 
 _MARKS = (  # those of UTF-32 begin like those of UTF-16

@@ -2,20 +2,23 @@
 
 import copy
 import unicodedata
+from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 import yaml
-from pydrake.common.yaml import yaml_load_data
 
 from soft_gripper.errors import InputError, first_line, in_one_line
 from soft_gripper.files.number import is_number
 from soft_gripper.files.text import read_text
 
-_DEEPEST_VALUE = 40  # mappings and lists inside each other
-_LARGEST = 100_000  # values; those of an alias count every time
-_TAGS = ("!Rpy",)  # Drake's, of poses; others are of random quantities
+_MAX_TEXT = 300_000  # characters: a second of work
+_MAX_SCALAR = 50_000  # characters of a value
+_MAX_DEPTH = 40  # mappings and lists inside each other
+_MAX_VALUES = 40_000  # those of an alias count every time
+_MAX_NUMBER = 2**63  # of whole numbers
+_TAGS = ("!Rpy", "!AngleAxis", "!Identity")  # Drake's, of poses; others are of random quantities
 
 
 def read_yaml(path: Path) -> Any:
@@ -37,74 +40,87 @@ def parse_yaml(where: Path | str, text: str) -> Any:
 @lru_cache(maxsize=16)  # a sweep reads the same file for every run
 def _parsed(where: Path | str, text: str) -> Any:
     name = Path(where).name
+    if len(text) > _MAX_TEXT:
+        raise InputError(where, "length", len(text), f"give no more than {_MAX_TEXT} characters")
     try:
-        _check_size(where, text)
-        data = yaml_load_data(text, private=True)
+        data = _Loader(where, text).get_single_data()
     except yaml.YAMLError as error:
         raise InputError(where, "file", name, f"is not YAML: {' '.join(str(error).split())}") from None
     except InputError:
         raise
-    except ValueError as error:  # of numbers and dates
+    except (ValueError, OverflowError) as error:  # of numbers and dates
         raise InputError(where, "file", name, f"holds what is no value: {in_one_line(first_line(error))}") from None
     _check_plain(where, data, "")
     return {key: data[key] for key in data if not key.startswith("_")} if isinstance(data, dict) else data
 
 
-class _Open:
-    """A mapping or list that is being read."""
+class _Loader(yaml.SafeLoader):
+    """Reads tags as Drake's `yaml_load_data` does; the values that a text stands for are counted before they exist."""
 
-    def __init__(self, event: Any):
-        self.anchor, self.size = event.anchor, 1
-        self.keys: set[str] | None = set() if isinstance(event, yaml.MappingStartEvent) else None
-        self.at_key = True
+    def __init__(self, where: Path | str, text: str):
+        super().__init__(text)
+        self._where, self._depth = where, 0
+        self._sizes: dict[yaml.Node, int] = {}  # values in each node that is complete
+
+    def compose_scalar_node(self, anchor: str | None) -> yaml.ScalarNode:
+        node = super().compose_scalar_node(anchor)
+        self._require(len(node.value) <= _MAX_SCALAR, "length", len(node.value), f"{_MAX_SCALAR} characters of a value")
+        self._count(node, 1)
+        _check_number(self._where, node)
+        return node
+
+    def compose_sequence_node(self, anchor: str | None) -> yaml.SequenceNode:
+        self._descend()
+        node = super().compose_sequence_node(anchor)
+        self._ascend(node, node.value)
+        return node
+
+    def compose_mapping_node(self, anchor: str | None) -> yaml.MappingNode:
+        self._descend()
+        node = super().compose_mapping_node(anchor)
+        keys = [key.value for key, _ in node.value if isinstance(key, yaml.ScalarNode) and key.value != "<<"]
+        if len(set(keys)) < len(keys):
+            key = next(key for i, key in enumerate(keys) if key in keys[:i])
+            raise InputError(self._where, "key", key, "appears more than once")
+        self._ascend(node, [part for pair in node.value for part in pair])
+        return node
+
+    def _descend(self) -> None:
+        self._depth += 1
+        self._require(self._depth <= _MAX_DEPTH, "depth", self._depth, f"{_MAX_DEPTH} lists or mappings in each other")
+
+    def _ascend(self, node: yaml.Node, parts: Sequence[yaml.Node]) -> None:
+        self._depth -= 1
+        if open_part := next((part for part in parts if part not in self._sizes), None):
+            (alias,) = (name for name, value in self.anchors.items() if value is open_part)
+            raise InputError(self._where, "alias", alias, "stands inside what it stands for")
+        self._count(node, 1 + sum(map(self._sizes.__getitem__, parts)))
+
+    def _count(self, node: yaml.Node, size: int) -> None:
+        self._sizes[node] = size
+        count = max(size, len(self._sizes))
+        self._require(count <= _MAX_VALUES, "size", count, f"{_MAX_VALUES} values")
+
+    def _require(self, fine: bool, field: str, number: int, limit: str) -> None:
+        if not fine:
+            raise InputError(self._where, field, number, f"give no more than {limit}")
 
 
-def _check_size(where: Path | str, text: str) -> None:
-    """Checks the parser's events, which need no recursion for what is nested."""
-    sizes: dict[str, int] = {}
-    path = [_Open(yaml.SequenceStartEvent(None, None, True))]
-    for event in yaml.parse(text, Loader=yaml.SafeLoader):
-        if isinstance(event, yaml.CollectionStartEvent):
-            path.append(_Open(event))
-        elif isinstance(event, yaml.CollectionEndEvent):
-            closed = path.pop()
-            _count(where, path[-1], closed.size, "")
-            sizes[closed.anchor] = closed.size
-        elif isinstance(event, yaml.AliasEvent):
-            if event.anchor not in sizes:
-                raise InputError(where, "alias", event.anchor, "stands inside what it stands for, or before it")
-            _count(where, path[-1], sizes[event.anchor], "")
-        elif isinstance(event, yaml.ScalarEvent):
-            _count(where, path[-1], 1, event.value)
-            sizes[event.anchor] = 1
-            _check_number(where, event)
-        if len(path) > _DEEPEST_VALUE:
-            raise InputError(
-                where, "depth", len(path), f"give no more than {_DEEPEST_VALUE} lists or mappings in each other"
-            )
-
-
-def _check_number(where: Path | str, event: yaml.ScalarEvent) -> None:
+def _check_number(where: Path | str, node: yaml.ScalarNode) -> None:
     """Checks that what YAML takes for a number is one to everybody: not 1_0, 0x10, octal 010, or 1:30 of base 60."""
-    text = event.value
-    resolvers = yaml.SafeLoader.yaml_implicit_resolvers.get(text[:1], ()) if event.implicit[0] else ()
-    kinds = {tag.rpartition(":")[2] for tag, expression in resolvers if expression.match(text)}
-    size = text.lower().lstrip("+-")
-    is_decimal = is_number(text) and not ("int" in kinds and size.startswith("0") and size != "0")
-    if kinds & {"int", "float"} and not is_decimal and size not in (".inf", ".nan"):
-        raise InputError(where, "number", text, "give a decimal number, such as 10 or 1.5; put text in quotes")
+    kind, size = node.tag.rpartition(":")[2], node.value.lower().lstrip("+-")
+    if node.style is not None or kind not in ("int", "float") or size in (".inf", ".nan"):
+        return
+    is_octal = kind == "int" and size.startswith("0") and size != "0"
+    if is_octal or not is_number(node.value):
+        raise InputError(where, "number", node.value, "give a decimal number, such as 10 or 1.5; put text in quotes")
 
 
-def _count(where: Path | str, holder: _Open, size: int, key: str) -> None:
-    """Counts a value, or a key, of the mapping or list that contains it."""
-    holder.size += size
-    if holder.size > _LARGEST:
-        raise InputError(where, "size", holder.size, f"give no more than {_LARGEST} values")
-    if holder.keys is not None and holder.at_key and key:
-        if key in holder.keys and key != "<<":
-            raise InputError(where, "key", key, "appears more than once")
-        holder.keys.add(key)
-    holder.at_key = not holder.at_key
+def _tagged(loader: _Loader, tag: str, node: yaml.Node) -> dict[Any, Any]:
+    return loader.construct_mapping(node) | {"_tag": tag}
+
+
+_Loader.add_multi_constructor("", _tagged)
 
 
 def _check_plain(where: Path | str, value: Any, field: str) -> None:
@@ -121,5 +137,7 @@ def _check_plain(where: Path | str, value: Any, field: str) -> None:
     elif isinstance(value, str):
         if any(unicodedata.category(char) in ("Cc", "Cs") and char not in "\n\t" for char in value):
             raise InputError(where, field, value, "leave out control characters and halves of characters")
+    elif isinstance(value, int) and abs(value) >= _MAX_NUMBER:
+        raise InputError(where, field, value, f"give a whole number below {_MAX_NUMBER}")
     elif not isinstance(value, int | float | None):
         raise InputError(where, field, value, "give text, in quotes, or a number")

@@ -38,6 +38,7 @@ from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.scene import add_plant
 from soft_gripper.diagrams.view.meshcat_view import box_corners, nearest_eye, upright_view, viewing_direction
 from soft_gripper.diagrams.view.torque_colors import link_colors
+from soft_gripper.files.text import read_bytes
 from soft_gripper.scenario.schema import Scenario
 
 
@@ -46,10 +47,9 @@ def give_normals(scene_graph: SceneGraph, source: SourceId) -> None:
     inspector = scene_graph.model_inspector()
     for geometry in inspector.GetAllGeometryIds(Role.kPerception):
         shape = inspector.GetShape(geometry)
-        if isinstance(shape, Mesh) and shape.extension() == ".obj" and shape.source().is_path():
-            text = shape.source().path().read_text(encoding="utf-8")
-            if "\nvn " not in text:
-                scene_graph.ChangeShape(source, geometry, _with_normals(shape))
+        is_file = isinstance(shape, Mesh) and shape.extension() == ".obj" and shape.source().is_path()
+        if is_file and b"\nvn " not in read_bytes(shape.source().path()):
+            scene_graph.ChangeShape(source, geometry, _with_normals(shape))
 
 
 def _with_normals(mesh: Mesh) -> Mesh:

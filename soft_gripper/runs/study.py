@@ -18,7 +18,7 @@ from typing import Any, TypeVar
 from soft_gripper.errors import InputError, SimulationDivergedError, WorkerDiedError
 from soft_gripper.files.output import atomic_file
 from soft_gripper.files.row_table import write_rows
-from soft_gripper.files.text import read_text
+from soft_gripper.files.text import MAX_BYTES, read_text
 from soft_gripper.runs.executor import MainScriptError
 
 _LOGGER = logging.getLogger(__name__)
@@ -171,7 +171,7 @@ class StudyTables:
     def _read(self) -> None:
         """Reads the rows as they were written, without an incomplete last line."""
         tables = [self._rows_of(table) for table in self._columns]
-        sums = set(read_text(self._sums).split()) if self._sums.is_file() else set()
+        sums = set(read_text(self._sums, MAX_BYTES).split()) if self._sums.is_file() else set()
         found = {key: [rows[key] for rows in tables] for key in tables[0] if all(key in rows for rows in tables)}
         self.rows = {key: rows for key, rows in found.items() if _sum(rows) in sums}
         if changed := max(map(len, tables)) - len(self.rows):
@@ -179,14 +179,15 @@ class StudyTables:
 
     def _rows_of(self, table: str) -> dict[tuple[str, ...], list[str]]:
         file, columns = self._folder / table, list(self._columns[table])
-        text = read_text(file) if file.exists() else ""
+        text = read_text(file, MAX_BYTES) if file.exists() else ""
         try:
             header, *rows = list(csv.reader(io.StringIO(text[: text.rfind("\n") + 1], newline=""))) or [columns]
         except csv.Error as error:
             raise InputError("study", "--resume", str(file), f"is not a table: {error}") from None
         if header != columns:
             raise InputError("study", "--resume", str(file), f"must have the columns {', '.join(columns)}")
-        return {tuple(row[: self._keys]): row for row in rows}
+        # A NUL in the place of a comma has the same checksum.
+        return {tuple(row[: self._keys]): row for row in rows if len(row) == len(columns)}
 
     def _write(self, order: Sequence[tuple[str, ...]]) -> None:
         self.rows = {key: self.rows[key] for key in order}

@@ -16,13 +16,17 @@ from pydrake.multibody.parsing import (
 from pydrake.multibody.plant import MultibodyPlant
 
 from soft_gripper.errors import InputError
-from soft_gripper.files.document import require
+from soft_gripper.files.document import check_document, require
+from soft_gripper.files.yaml_text import read_yaml
 from soft_gripper.models import package_map
 from soft_gripper.scenario.drake_parsing import check_inside, drake_reads
 from soft_gripper.scenario.included_files import check_files
 
 _FILE = "file://"
 _PACKAGE = "package://"
+_MAX_DIRECTIVES = 1000  # of a scenario, those of its files among them
+_MAX_DEPTH = 20  # files that add each other
+_MAX_BYTES = 300_000  # of these files together: a second of work
 
 
 def parts_with_files(directives: Sequence[ModelDirective]) -> Iterator[Any]:
@@ -44,8 +48,13 @@ def add_directives(plant: MultibodyPlant, directives: Sequence[ModelDirective]) 
     packages = parser.package_map()
     packages.AddMap(package_map())
     flat: list[ModelDirective] = []
+    counts: dict[Path, int] = {}
+    count = len(directives)
     for i, directive in enumerate(directives):
         where, kind = f"directives[{i}]", _kind(directive)
+        if directive.add_directives is not None:
+            count += _count_directives(directive.add_directives.file, where, packages, (), counts)
+        require(count <= _MAX_DIRECTIVES, where, "count", count, f"give no more than {_MAX_DIRECTIVES} directives")
         with drake_reads(where, kind, getattr(getattr(directive, kind), "file", None)):
             located = ModelDirectives(directives=[_located(directive, where, packages)])
             flat += FlattenModelDirectives(located, packages).directives
@@ -53,6 +62,46 @@ def add_directives(plant: MultibodyPlant, directives: Sequence[ModelDirective]) 
         _check_model(_path(part.file, "directives", packages), "directives", part.file)
     with drake_reads("scenario", "directives", f"{len(flat)} directives"):  # together: they weld what they have added
         ProcessModelDirectives(ModelDirectives(directives=flat), parser)
+
+
+def _count_directives(
+    file: str, where: str, packages: PackageMap, around: tuple[Path, ...], counts: dict[Path, int]
+) -> int:
+    """Checks a file of directives, and counts them and those of the files that it adds.
+
+    Drake reads such a file without an end if it adds itself, and ends the process.
+
+    Args:
+        file: path or URI.
+        where: place that names the file, for messages.
+        packages: where packages are.
+        around: the files that add this one.
+        counts: numbers of directives that are known, by file.
+
+    Raises:
+        InputError: if a file cannot be read, does not fit Drake's schema, adds itself, or adds too many others.
+    """
+    path = Path(os.path.realpath(_path(file, where, packages)))
+    require(path not in around, where, "file", file, "adds itself")
+    require(len(around) < _MAX_DEPTH, where, "file", file, f"lies in {_MAX_DEPTH} files that add each other")
+    if path not in counts:
+        document = read_yaml(path)
+        size = sum(map(os.path.getsize, (*counts, *around, path)))
+        require(
+            size <= _MAX_BYTES, where, "file", file, f"makes the files of directives larger than {_MAX_BYTES} bytes"
+        )
+        require(isinstance(document, dict), path, "file", path.name, "holds no directives")
+        check_document(path, document, ModelDirectives)
+        directives = document.get("directives", [])
+        count = len(directives)
+        for i, directive in enumerate(directives):
+            require(count <= _MAX_DIRECTIVES, path, "count", count, f"give no more than {_MAX_DIRECTIVES} directives")
+            if (added := directive.get("add_directives")) is not None:
+                inside, name = f"{path}: directives[{i}]", added.get("file", "")
+                require(name.startswith((_FILE, _PACKAGE)), inside, "file", name, "give file:///... or package://...")
+                count += _count_directives(name, inside, packages, (*around, path), counts)
+        counts[path] = count
+    return counts[path]
 
 
 def _kind(directive: ModelDirective) -> str:

@@ -17,7 +17,7 @@ from soft_gripper.cached import kept
 from soft_gripper.errors import InputError, first_line
 from soft_gripper.files.document import require
 from soft_gripper.files.notes import LEFT_OUT, READ, note
-from soft_gripper.files.text import read_text
+from soft_gripper.files.text import MAX_TEXT_BYTES, check_regular, read_text
 from soft_gripper.files.xml_text import check_counts, joint_end, parse_xml
 from soft_gripper.library_messages import MARK, PREFIX, of_drake, without_messages
 from soft_gripper.scenario.model_numbers import check_numbers
@@ -46,8 +46,9 @@ def check_uris(path: Path, uris: Iterable[str]) -> None:
     for uri in uris:
         if uri.startswith(_SCHEMES):
             check_inside(path, uri)
-        elif os.path.exists(file := os.path.join(path.parent, uri.removeprefix("file://"))):
-            require(os.path.isfile(file) or os.path.isdir(file), path, "file", uri, "is not a regular file")
+        elif os.path.exists(file := path.parent / uri.removeprefix("file://")) and not os.path.isdir(file):
+            require(os.path.isfile(file), path, "file", uri, "is not a regular file")
+            check_regular(file)
 
 
 def named_uris(root: ET.Element) -> Iterator[str]:
@@ -128,6 +129,9 @@ def check_file(path: Path) -> ET.Element | None:
         InputError: if it is XML that would end the process.
     """
     if path.suffix.lower() not in _XML:
+        is_model = not path.name.endswith(".dmd.yaml")
+        require(is_model, path, "file", path.name, "holds directives: add them by add_directives")
+        check_regular(path, MAX_TEXT_BYTES)
         return None
     root = parse_xml(path, text := read_text(path))
     check_counts(path, root)

@@ -1,7 +1,6 @@
 """Mesh files, checked before trimesh or Drake reads them: neither limits what it reads, and Drake's checks are few."""
 
 import binascii
-import json
 import os
 import re
 import struct
@@ -14,7 +13,8 @@ from urllib.parse import unquote
 from trimesh.resolvers import FilePathResolver
 
 from soft_gripper.errors import InputError
-from soft_gripper.files.text import read_bytes
+from soft_gripper.files.json_text import parse_json
+from soft_gripper.files.text import check_regular, read_bytes
 
 MESH_SUFFIXES = (".obj", ".stl", ".dae", ".ply", ".off", ".gltf", ".glb", ".msh", ".vtk")
 _MAX_SIZE = 2**25  # bytes of a mesh file, or one that it names: over half a million faces of an STL file
@@ -38,13 +38,8 @@ def check_mesh_file(path: Path) -> None:
         raise InputError(path, "mesh", path.name, "there is no such file")
     if path.suffix.lower() not in MESH_SUFFIXES:
         raise InputError(path, "mesh", path.name, f"give a file of one of these kinds: {', '.join(MESH_SUFFIXES)}")
-    _check_size(path)
+    check_regular(path, _MAX_SIZE)
     _check_content(path, path.stat().st_mtime_ns)
-
-
-def _check_size(path: Path) -> None:
-    if (size := path.stat().st_size) > _MAX_SIZE:
-        raise InputError(path, "size", size, f"give a mesh of at most {_MAX_SIZE} bytes, with fewer faces")
 
 
 @lru_cache(maxsize=256)
@@ -77,7 +72,7 @@ def _named(path: Path, name: str) -> Path:
     if os.path.exists(file):
         if not os.path.isfile(file):
             raise InputError(path, "file", name, "is not a regular file")
-        _check_size(file)
+        check_regular(file, _MAX_SIZE)
     return file
 
 
@@ -140,10 +135,7 @@ class _Gltf:
 def _check_gltf(path: Path) -> None:
     """Checks that all that a glTF file refers to is there, and that its nodes are a tree."""
     content, binary = _parts(path, read_bytes(path))
-    try:
-        gltf = _Gltf(path, json.loads(content, parse_constant=lambda name: float(f"bad {name}")))
-    except (ValueError, RecursionError):
-        raise InputError(path, "mesh", path.name, "is not glTF: its JSON is damaged") from None
+    gltf = _Gltf(path, parse_json(path, content))
     sizes = [_buffer_size(gltf, path, buffer, binary) for buffer in gltf.entries("buffers")]
     for view in gltf.entries("bufferViews"):
         gltf.referred(view, "buffer", "buffers")

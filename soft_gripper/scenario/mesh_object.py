@@ -18,7 +18,7 @@ from trimesh.visual.material import SimpleMaterial
 from soft_gripper.errors import InputError, first_line
 from soft_gripper.files.notes import MENDED, READ, Note, kept, note
 from soft_gripper.files.output import atomic_file, writable_folder
-from soft_gripper.files.text import read_text
+from soft_gripper.files.text import read_bytes, read_text
 from soft_gripper.files.xml_text import DRAKE
 from soft_gripper.scenario.deformables import deformable_kind
 from soft_gripper.scenario.mesh_checks import NamedFiles, check_mesh_file
@@ -72,7 +72,7 @@ def converted(path: Path) -> Path:
         InputError: if the mesh is missing or cannot be read, or the cache cannot be written to.
     """
     check_mesh_file(path)
-    name = _digest(path.read_bytes() + path.suffix.lower().encode() + _CONVERSION.encode())
+    name = _digest(read_bytes(path) + path.suffix.lower().encode() + _CONVERSION.encode())
     kept = cache_folder() / f"{name}.obj"
     if not kept.is_file():
         text, materials = _to_obj(path, f"{name}.mtl")

@@ -6,6 +6,7 @@ import numpy as np
 import trimesh
 
 from soft_gripper.errors import InputError
+from soft_gripper.files.text import read_bytes
 
 _HEAD = 16  # bytes: the numbers of vertices, normals, points of textures and faces
 
@@ -16,7 +17,7 @@ def read_msh(path: Path) -> trimesh.Trimesh:
     Raises:
         InputError: if its size is not what its head says, or a face has a vertex that does not exist.
     """
-    content = path.read_bytes()
+    content = read_bytes(path)
     counts = np.frombuffer(content[:_HEAD].ljust(_HEAD, b"\0"), "<i4").astype(int)
     vertices, normals, points, faces = counts
     begin = _HEAD + 12 * vertices + 12 * normals + 8 * points

@@ -237,3 +237,29 @@ def test_what_the_machine_does_not_bear(error: Exception, monkeypatch, tmp_path:
     lock = os.open(tmp_path, os.O_RDONLY)
     fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)  # what was claimed is free again
     os.close(lock)
+
+
+def test_ctrl_c_while_the_command_line_is_imported_is_one_line() -> None:
+    """Python itself starts in some 50 ms, before which nothing can answer."""
+    script = """if True:
+        import builtins, os, signal, sys
+        from soft_gripper.commands import main
+        load = builtins.__import__
+        def interrupted(name, *rest):
+            os.kill(os.getpid(), signal.SIGINT)
+            builtins.__import__ = load
+            return load(name, *rest)
+        builtins.__import__ = interrupted
+        sys.exit(main(["show", "free_bending"]))"""
+    found = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
+    assert found.stderr == "soft-gripper: interrupted; all files already written are complete\n"
+    assert (found.returncode, found.stdout) == (130, "")
+
+
+def test_a_name_that_is_not_utf_8_is_refused(tmp_path: Path) -> None:
+    file = os.fsencode(tmp_path / "a") + b"\xff.yaml"
+    Path(os.fsdecode(file)).write_text("models: []")
+    found = subprocess.run([*map(os.fsencode, COMMAND), b"show", file], capture_output=True, check=False)
+    assert found.returncode == 2
+    assert found.stderr.startswith(b"soft-gripper: command line: argument = ")
+    assert found.stderr.endswith(b"is not UTF-8: give files names that are\n")

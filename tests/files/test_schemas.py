@@ -12,6 +12,7 @@ from pathlib import Path
 from types import NoneType, UnionType
 from typing import Any, NamedTuple, get_args, get_origin, get_type_hints
 
+import numpy as np
 import pytest
 from pydrake.common.schema import Transform
 from pydrake.common.yaml import yaml_dump_typed, yaml_load_data
@@ -91,6 +92,8 @@ def cases(kind: Any, rule: Rule) -> Cases:
         return mappings(cases(parts[-1], rule), rule)
     if kind is Transform:
         return POSES
+    if kind is np.ndarray:
+        return cases(list[float], rule)
     if kind is ModelDirective:
         return DIRECTIVES
     inside = is_dataclass(kind) or hasattr(kind, "__fields__")
@@ -98,10 +101,25 @@ def cases(kind: Any, rule: Rule) -> Cases:
 
 
 DIRECTIVES = Cases(
-    [{"add_weld": {"parent": "world", "child": "thing::base"}}],
     [
-        Wrong("x", "", "x", "must be a directive, such as add_model"),
+        {"add_weld": {"parent": "world", "child": "thing::base"}},
+        {"add_model": {"default_free_body_pose": {"b": {"base_frame": "world", "translation": [0, 0, 1]}}}},
+        {"add_frame": {"X_PF": {"base_frame": "world", "rotation": {"_tag": "!Identity"}}}},
+    ],
+    [
+        Wrong("x", "", "x", "must be a mapping"),
+        Wrong({}, "", [], "must have one of add_model, "),
+        Wrong({"add_model": {}, "add_weld": {}}, "", ["add_model", "add_weld"], "must have one of add_model, "),
         Wrong({"add_model": 0}, ".add_model", 0, "must be a mapping"),
+        Wrong({"add_model": {"nmae": "a"}}, ".add_model.nmae", "a", "did you mean 'name'?"),
+        Wrong({"add_model": {"name": ["a"]}}, ".add_model.name", ["a"], "must be text"),
+        Wrong({"add_model": {"default_joint_positions": 0.1}}, ".add_model.default_joint_positions", 0.1, "a mapping"),
+        Wrong(
+            {"add_model": {"default_joint_positions": {"a": 1}}}, ".add_model.default_joint_positions.a", 1, "a list"
+        ),
+        Wrong({"add_frame": {"X_PF": math.inf}}, ".add_frame.X_PF", math.inf, "must be a mapping"),
+        Wrong({"add_frame": {"X_PF": {"base_frame": 1}}}, ".add_frame.X_PF.base_frame", 1, "must be text"),
+        Wrong({"add_collision_filter_group": {"members": "a"}}, ".add_collision_filter_group.members", "a", "a list"),
     ],
 )
 
@@ -212,7 +230,12 @@ def _turned(tag: str, value: Any) -> dict[str, Any]:
 
 _AXIS = {"_tag": "!AngleAxis", "angle_deg": 3, "axis": [0, 0, 0]}
 POSES = Cases(
-    [{}, {"translation": [0, 1, 2.5]}, {"rotation": _turned("!Rpy", [0, 0, 90])}],
+    [
+        {},
+        {"translation": [0, 1, 2.5]},
+        {"rotation": _turned("!Rpy", [0, 0, 90])},
+        {"rotation": _AXIS | {"axis": [0, 0, 2]}},
+    ],
     [
         _pose(".translation", [0, 1], translation=[0, 1]),
         _pose(".translation[2]", math.inf, translation=[0, 0, math.inf]),
@@ -221,7 +244,7 @@ POSES = Cases(
         _pose(".rotation.deg", ["up"], rotation=_turned("!Rpy", ["up"])),
         _pose(".rotation", {"deg": [0, 0, 0]}, rotation={"deg": [0, 0, 0]}),
         _pose(".rotation", {"_tag": "!Uniform"}, rotation={"_tag": "!Uniform"}),
-        _pose(".rotation", _AXIS, rotation=_AXIS),
+        _pose(".rotation.axis", [0, 0, 0], rotation=_AXIS),
         _pose(".rotation", 90, rotation=90),
         _pose(".base_frame", "world", base_frame="world"),
         Wrong(None, "", None, "must be a mapping"),

@@ -5,7 +5,7 @@ import os
 import pytest
 
 from soft_gripper.errors import InputError
-from soft_gripper.files.text import read_text
+from soft_gripper.files.text import check_regular, read_bytes, read_text
 
 
 def test_text_with_and_without_a_mark(tmp_path):
@@ -19,11 +19,17 @@ def test_what_cannot_be_read(tmp_path):
     (tmp_path / "folder").mkdir()
     (tmp_path / "loop").symlink_to("loop")
     (tmp_path / "binary").write_bytes(b"\xff\xfe\x00")
+    (tmp_path / "pointer").write_text("version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 5\n")
+    with (tmp_path / "sparse").open("wb") as file:
+        file.truncate(10**12)
     reasons = {
         "pipe": "not a regular file",
         "folder": "not a regular file",
         "loop": "symbolic links",
         "binary": "not a text file",
+        "pointer": "is a pointer of Git LFS: git lfs pull",
+        "sparse": "size = 1000000000000: give a file of at most 33554432 bytes",
+        "/dev/zero": "not a regular file",
         "none": "No such file",
         "x" * 300: "too long",
         "a\0b": "null",
@@ -31,3 +37,19 @@ def test_what_cannot_be_read(tmp_path):
     for name, reason in reasons.items():
         with pytest.raises(InputError, match=reason):
             read_text(tmp_path / name)
+
+
+def test_file_that_grows_while_it_is_read(tmp_path, monkeypatch):
+    """As files of /proc, whose size is 0 whatever they hold."""
+    (tmp_path / "a").write_bytes(b"x" * 100)
+    monkeypatch.setattr(os, "stat", lambda path: os.stat_result([0o100644, *[0] * 9]))
+    with pytest.raises(InputError, match="size = 11: give a file of at most 10 bytes"):
+        read_bytes(tmp_path / "a", max_bytes=10)
+
+
+def test_pointers_of_git_lfs(tmp_path):
+    """Every kind of file says what it is before anything looks for what it holds."""
+    for suffix in ("csv", "nc", "c3d", "bag", "mcap", "db3"):
+        (file := tmp_path / f"a.{suffix}").write_text("version https://git-lfs.github.com/spec/v1\nsize 5\n")
+        with pytest.raises(InputError, match="is a pointer of Git LFS"):
+            check_regular(file)

@@ -3,7 +3,6 @@
 import os
 import stat
 import subprocess
-import threading
 from pathlib import Path
 
 import pytest
@@ -78,17 +77,20 @@ def test_folder_in_the_place_of_a_file(tmp_path, inside):
         writable_folder(tmp_path / "a_file" / inside)
 
 
-def test_a_pipe_is_written_through(tmp_path):
+def test_a_pipe_is_not_waited_for(tmp_path):
     os.mkfifo(tmp_path / "pipe")
-    read = []
-    reader = threading.Thread(target=lambda: read.append((tmp_path / "pipe").read_bytes()))
-    reader.start()
-    with atomic_file(tmp_path / "pipe") as partial:
-        partial.write_bytes(b"new")
-    reader.join()
-    assert read == [b"new"]
+    with pytest.raises(InputError, match="cannot be written: it is not a regular file"):
+        check_file(tmp_path / "pipe")
+    with pytest.raises(InputError, match="cannot be written: it is not a regular file"), atomic_file(tmp_path / "pipe"):
+        pass
     assert stat.S_ISFIFO((tmp_path / "pipe").lstat().st_mode)
-    assert list(tmp_path.iterdir()) == [tmp_path / "pipe"]
+
+
+def test_a_device_is_written_to():
+    check_file(Path("/dev/null"))
+    with atomic_file(Path("/dev/null")) as partial:
+        partial.write_bytes(b"new")
+    assert stat.S_ISCHR(os.stat("/dev/null").st_mode)
 
 
 @pytest.mark.parametrize("exists", [True, False])
@@ -118,8 +120,6 @@ def test_what_cannot_be_a_file(tmp_path):
 
 
 def test_what_can_be_a_file_leaves_nothing_but_its_folder(tmp_path):
-    os.mkfifo(tmp_path / "pipe")
-    check_file(tmp_path / "pipe")
     check_file(tmp_path / "new" / "a.txt")
     assert list((tmp_path / "new").iterdir()) == []
 

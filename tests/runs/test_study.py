@@ -137,6 +137,13 @@ def test_a_row_of_either_table_that_was_changed_does_not_count(tmp_path, caplog)
     assert "2 rows" in caplog.text
 
 
+def test_a_row_with_another_number_of_cells_does_not_count(tmp_path):
+    """Checksums are of the cells with NUL between them, which a cell may hold."""
+    filled(tmp_path)
+    (tmp_path / "a.csv").write_text(WHOLE[::-1].replace(",", "\0", 1)[::-1])
+    assert list(begun(tmp_path, ONE, resume=True).rows) == [("0",), ("1",)]
+
+
 def test_another_study_and_other_columns_are_not_resumed(tmp_path):
     filled(tmp_path)
     for arguments in ({"columns": ONE, "about": "other"}, {"columns": {"a.csv": ["n", "other"]}}):

@@ -7,6 +7,8 @@ from collections import defaultdict
 from dataclasses import fields, is_dataclass, replace
 
 import pytest
+from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlantConfig
+from pydrake.systems.framework import DiagramBuilder
 from refusals import refused
 from schema_page import scenario_classes
 
@@ -16,6 +18,7 @@ from soft_gripper.extras import added
 from soft_gripper.quantity import rules
 from soft_gripper.scenario.checks import checked_scenario
 from soft_gripper.scenario.scenario_file import load_scenario
+from soft_gripper.scenario.schema import Scenario
 from soft_gripper.scenario.shipped import scenario_names
 
 NAN = ".nan"
@@ -298,3 +301,9 @@ def test_more_models_than_can_be_read():
 @pytest.mark.parametrize("name", scenario_names())
 def test_shipped_scenarios_end(name):
     load_scenario(name, ["plant_config.time_step=0.00005"])
+
+
+def test_contact_approximations_are_those_of_the_installed_drake():
+    rule = rules(Scenario)["plant_config"].parts["discrete_contact_approximation"]
+    for name in rule.choices:
+        AddMultibodyPlant(MultibodyPlantConfig(time_step=0.01, discrete_contact_approximation=name), DiagramBuilder())

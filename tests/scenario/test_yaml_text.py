@@ -22,6 +22,11 @@ WRONG = {
     "a: 2001-01-01": "a = .*: give text, in quotes",
     "a: 2001-99-99": "holds what is no value",
     f"a: {'9' * 5000}": "holds what is no value",
+    f"a: 1{':1' * 2000}.0": "holds what is no value",
+    f"a: {2**63}": "give a whole number below 9223372036854775808",
+    f"a: {'x' * 50_001}": "length = 50001: give no more than 50000 characters of a value",
+    f"{'x ' * 25_001}: 1": "length = 50001",
+    f"a: {'#' * 300_000}": "length = 300003: give no more than 300000 characters",
     'b: ["x\\0y"]': r"b\[0\] = .*: leave out control characters",
     "a: 1\nb: 2\na: 3": "key = 'a': appears more than once",
     "a: {b: {c: 1, c: 2}}": "key = 'c': appears more than once",
@@ -42,7 +47,14 @@ def test_what_is_no_plain_data(text: str) -> None:
 def test_aliases_that_multiply_are_counted() -> None:
     lines = ["_a: &a [1, 1, 1, 1, 1, 1, 1, 1, 1]"]
     lines += [f"_{new}: &{new} [{', '.join([f'*{old}'] * 9)}]" for old, new in zip("abcdefgh", "bcdefghi", strict=True)]
-    with refused("size", 132861):
+    with refused("size", 66430):
+        parse_yaml("a.yaml", "\n".join(lines))
+
+
+def test_merges_that_multiply_are_counted() -> None:
+    lines = ["_a: &a {k: 1}"]
+    lines += [f"_{new}: &{new} {{<<: [{', '.join([f'*{old}'] * 99)}]}}" for old, new in zip("abc", "bcd", strict=True)]
+    with refused("size"):
         parse_yaml("a.yaml", "\n".join(lines))
 
 

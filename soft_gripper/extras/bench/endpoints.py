@@ -31,6 +31,7 @@ from soft_gripper.extras.bench.threads import Inbox, Message, Outbox, write_all
 from soft_gripper.extras.hardware.table import Columns
 from soft_gripper.extras.hardware.table_files import OTHER_THAN_TEXT, is_bag_folder, read_table
 from soft_gripper.files.document import given
+from soft_gripper.files.text import check_regular
 from soft_gripper.registry import OWN, blamed_on
 
 MOST_WAITING = 4096  # messages that are read at once
@@ -115,7 +116,7 @@ class Endpoints:
             "serial": lambda: self.patient(writer(self._serial(parts).fileno())),
             "lcm": lambda: _lcm_sink(*_lcm(parts)),
             "stdio": lambda: self.patient(print_out),
-            "file": lambda: self.patient(self._file_writer(_path(parts))),
+            "file": lambda: self.patient(self._file_writer(file_path(parts))),
         }
         found: Sink | None = self._opened("sink", address, open_one)
         return found or self.patient(self._own_sink(address))
@@ -185,7 +186,7 @@ class Endpoints:
         return self._ports[name]
 
     def _file_source(self, parts: SplitResult, columns: Columns | None, period: float) -> "Source":
-        path = _path(parts)
+        path = file_path(parts)
         if path.exists() and not path.is_file() and not path.is_dir():  # a pipe or device, which may wait
             descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
             self._stack.callback(os.close, descriptor)
@@ -213,6 +214,7 @@ class Endpoints:
             )
             return (dict(zip(table.names, row, strict=True)) for row in table.values.tolist())
         file = self._stack.enter_context(path.open("rb"))
+        check_regular(path)
         lines = enumerate(line for line in _lines(path, file) if line.strip())
         return (line for number, line in lines if number or line.lstrip()[:1] in b"{+-.0123456789")
 
@@ -328,7 +330,8 @@ def _place(parts: SplitResult) -> tuple[str, int]:
     return parts.hostname or LOOPBACK, parts.port
 
 
-def _path(parts: SplitResult) -> Path:
+def file_path(parts: SplitResult) -> Path:
+    """The file that an address names."""
     return Path(unquote(f"{parts.netloc}{parts.path}"))
 
 

@@ -19,6 +19,8 @@ from typing import Any
 import numpy as np
 
 from soft_gripper.arrays import Array
+from soft_gripper.errors import InputError
+from soft_gripper.files.json_text import parse_json
 from soft_gripper.files.number import number
 
 MOST_BYTES = 65536  # of a message
@@ -93,8 +95,8 @@ def encoded(results: Mapping[str, float | Array], form: str) -> bytes:
 
 def _from_json(message: bytes) -> dict[str, float]:
     try:
-        found = json.loads(message)
-    except (ValueError, RecursionError):
+        found = parse_json("message", message)
+    except InputError:
         raise MalformedError("is not JSON") from None
     if not isinstance(found, dict):
         raise MalformedError("is not a JSON object")

@@ -12,6 +12,7 @@ from pathlib import Path
 
 from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
+from soft_gripper.files.text import read_bytes
 
 _RECORDINGS = (".csv", ".txt", ".tsv", ".dat", ".xlsx", ".c3d")  # forms in which recordings are published
 _NO_RECORDING = (".", "README", "LICENSE")  # how names of such files begin that are none
@@ -97,7 +98,7 @@ class Task:
 
 def digest(file: Path) -> str:
     """The SHA-256 of a file."""
-    return hashlib.sha256(file.read_bytes()).hexdigest()
+    return hashlib.sha256(read_bytes(file)).hexdigest()
 
 
 def missing_files(task: Task, folder: Path) -> list[str]:

@@ -1,6 +1,5 @@
 """Results of the benchmark: a document that can be compared, and a figure."""
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from importlib.metadata import version
@@ -19,6 +18,7 @@ from soft_gripper.extras.benchmark.benchmark_task import VERSION, Task
 from soft_gripper.extras.benchmark.published import published_beside
 from soft_gripper.extras.benchmark.scores import Score
 from soft_gripper.extras.benchmark.tasks import TASKS
+from soft_gripper.files.json_text import read_json
 from soft_gripper.pictures.style import ESTIMATOR_COLORS, STYLE, estimator_style
 
 SHOWN = {"m": (1e3, "mm")}  # factor and unit in figures and tables
@@ -42,11 +42,9 @@ def load_scores(file: Path) -> list[Score]:
     Raises:
         InputError: if it is none, or of other data.
     """
+    found = read_json(file)
     try:
-        found = json.loads(file.read_text(encoding="utf-8"))
         stated, rows, checksums = found.get("benchmark"), list(found["scores"]), dict(found["sha256"])
-    except OSError as error:
-        raise InputError(file, "file", file.name, f"cannot be read: {error.strerror}") from None
     except (ValueError, KeyError, TypeError, AttributeError):
         raise InputError(file, "file", file.name, "was not written by soft-gripper benchmark") from None
     if stated != VERSION:

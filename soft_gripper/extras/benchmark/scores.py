@@ -128,7 +128,7 @@ def with_unknown(stated: Array) -> Array:
 def _called(name: str, task: Task, function: Any, *arguments: object) -> Any:
     try:
         return function(*arguments)
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         expected = "must run: estimator(task, train) -> predict, predict(inputs) -> mean or (mean, std)"
         raise InputError(name, f"failed on {task.name}", described(error), expected) from error
 
@@ -168,7 +168,7 @@ def checked(name: str, task: Task, samples: int, mean: object, std: object) -> E
 def _array(name: str, task: Task, what: str, value: object, shape: tuple[int, int]) -> Array:
     try:
         array = np.asarray(value, dtype=float)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise InputError(name, f"{what} on {task.name}", type(value).__name__, f"must be numbers {shape}") from None
     if array.shape != shape:
         raise InputError(name, f"shape of {what} on {task.name}", array.shape, f"must be {shape}")

@@ -14,6 +14,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
 from soft_gripper.extras.benchmark.benchmark_task import VERSION, Part, Task
 from soft_gripper.extras.benchmark.scores import Answers, Estimated, Tested, checked
+from soft_gripper.files.json_text import read_json
 from soft_gripper.files.output import atomic_file
 
 _DIGITS = 7  # of what is stated
@@ -83,11 +84,9 @@ def read_submission(file: Path) -> Submission:
     Raises:
         InputError: if it is none, or of another version of the benchmark.
     """
+    found = read_json(file)
     try:
-        found = json.loads(file.read_text(encoding="utf-8"))
         stated, estimator, tasks = found["benchmark"], found["estimator"], dict(found["tasks"])
-    except OSError as error:
-        raise InputError(file, "file", file.name, f"cannot be read: {error.strerror}") from None
     except (ValueError, KeyError, TypeError):
         raise InputError(file, "file", file.name, "was not written by soft-gripper benchmark --submit") from None
     if stated != VERSION:

@@ -19,7 +19,7 @@ from soft_gripper.extras.hardware.published import BEAM, SEGMENT, recording_file
 from soft_gripper.extras.hardware.recording_schema import load_description
 from soft_gripper.extras.hardware.recordings import read_recording
 from soft_gripper.files.row_table import read_csv
-from soft_gripper.files.text import read_text
+from soft_gripper.files.text import MAX_BYTES, read_text
 from soft_gripper.fingers.kinematics import as_points
 
 
@@ -65,7 +65,7 @@ def _read_grasps(known: Sequence[str]) -> Callable[[Path], Recorded]:
     """Readings, and 1 for the shape that is held; 0 for all if it is not one of the known ones."""
 
     def read(path: Path) -> Recorded:
-        _, *rows = csv.reader(StringIO(read_text(path)))
+        _, *rows = csv.reader(StringIO(read_text(path, MAX_BYTES)))
         held = [[float(row[0] == shape) for shape in known] for row in rows]
         return Recorded(np.array([row[1:] for row in rows], dtype=float), np.array(held))
 
@@ -101,7 +101,7 @@ _BASE, _TIP = [17, 19], [31, 33]  # x and z of the positions
 
 def _read_arm(path: Path) -> Recorded:
     """Wire encoders (V), pressures (psi), and the tip relative to the base (m); incomplete rows are dropped."""
-    lines = path.read_text().replace("[", "").replace("]", "").splitlines()
+    lines = read_text(path, MAX_BYTES).replace("[", "").replace("]", "").splitlines()
     table = np.array([row for row in map(_numbers, lines) if len(row) == 38 and np.isfinite(row).all()])
     inputs = np.hstack([table[:, _ENCODERS], table[:, _PRESSURES]])
     return Recorded(inputs, table[:, _TIP] - table[:, _BASE])
@@ -184,7 +184,7 @@ _SEGMENT_FILES = {
 
 def _read_tendons(path: Path) -> Recorded:
     """Lengths of nine tendons that are pulled in (mm), and the tip (m)."""
-    _, *rows = csv.reader(StringIO(read_text(path)))
+    _, *rows = csv.reader(StringIO(read_text(path, MAX_BYTES)))
     table = np.array([row[2:] for row in rows], dtype=float)
     return Recorded(table[:, :9], 1e-3 * table[:, 9:])
 

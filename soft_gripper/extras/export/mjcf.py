@@ -63,6 +63,7 @@ from soft_gripper.scenario.schema import Scenario
 EXPLICIT_STEP = 0.002
 _RIGID = 1e9  # N/m, stiffness from which on a shape is not a skin
 _STIFF = "0.999 0.9999 0.001"  # shares of the force that holds a coupling, of MuJoCo's soft constraints
+_MIN_GYRATION = 3e-5  # m, radius of gyration that a body has at least
 _HALF_SPACE = "1 1 0.1"  # m, of a plane as it is drawn; it has no end
 
 
@@ -224,7 +225,9 @@ class _Writer:
         if not mass > 0:
             return
         inertia = inertia_of(body)
-        full = text([*inertia.get_moments(), *inertia.get_products()])
+        # MuJoCo takes no inertia of zero, which point masses have, and rods about their axes.
+        lacking = _MIN_GYRATION**2 * mass - np.linalg.eigvalsh(inertia.CopyToFullMatrix3()).min()
+        full = text([*(inertia.get_moments() + max(lacking, 0.0)), *inertia.get_products()])
         ET.SubElement(element, "inertial", pos=text(body.default_com()), mass=repr(float(mass)), fullinertia=full)
 
     def _add_geoms(self, element: ET.Element, body: RigidBody) -> None:

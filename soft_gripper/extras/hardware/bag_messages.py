@@ -10,7 +10,6 @@ Messages are ordered by the stamp that is the time, where they have it, and else
 It runs in a process of its own (`reading_apart`), and imports what it needs there.
 """
 
-import json
 import re
 from bisect import bisect_right
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
@@ -24,6 +23,7 @@ import numpy as np
 
 from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
+from soft_gripper.files.json_text import parse_json
 from soft_gripper.files.notes import LEFT_OUT, MENDED, note
 from soft_gripper.files.number import number
 
@@ -351,7 +351,7 @@ def _mcap(path: Path, stack: ExitStack) -> Bag:
 
     def decoded(schema: Any, channel: Any, data: bytes) -> Any:
         if channel.message_encoding == "json":
-            return json.loads(data)
+            return parse_json(path, data, finite=False)
         kinds = {"cdr": ("ros2msg", store.deserialize_cdr), "ros1": ("ros1msg", store.deserialize_ros1)}
         defined, deserialize = kinds.get(channel.message_encoding, ("", None))
         if deserialize is None or schema is None or schema.encoding != defined:

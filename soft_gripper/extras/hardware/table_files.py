@@ -37,6 +37,8 @@ def read_table(path: Path, columns: Columns) -> Table:
     Raises:
         InputError: if it cannot be read, has no samples, or lacks a column.
     """
+    for part in path.iterdir() if is_bag_folder(path) else (path,):
+        check_regular(part)
     is_text = not is_bag_folder(path) and path.suffix.lower() not in OTHER_THAN_TEXT
     require(is_text or columns.label is None, path, "labels.column", columns.label, "is read of files of text alone")
     hold = columns.hold
@@ -120,8 +122,6 @@ def _read_c3d(path: Path, columns: Columns) -> Table:
 
 def _read_bag(path: Path, columns: Columns, hold: float) -> Table:
     _require_extra(path, "ros", "rosbags", "mcap")
-    if not is_bag_folder(path):
-        check_regular(path)
     names = tuple(columns.fields)
     values = read_apart(bag_columns, path, names[0], names[1:], hold, columns.time_unit)
     return Table(path, names, values, np.arange(len(values)) + 1)

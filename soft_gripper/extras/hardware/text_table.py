@@ -6,7 +6,6 @@ of the table, or not one of numbers, is left out with a note. Whatever is in col
 """
 
 import csv
-import json
 import math
 import re
 from collections.abc import Iterator, Sequence
@@ -21,6 +20,7 @@ from soft_gripper.errors import InputError
 from soft_gripper.extras.hardware.clock_times import is_clock, seconds_of
 from soft_gripper.extras.hardware.foreign_files import foreign_binary, foreign_text
 from soft_gripper.extras.hardware.table import Columns, Table
+from soft_gripper.files.json_text import parse_json
 from soft_gripper.files.notes import LEFT_OUT, MENDED, note
 from soft_gripper.files.number import is_number, number
 from soft_gripper.files.text import decoded, read_bytes
@@ -203,15 +203,15 @@ def _of_json(path: Path, text: str, lines: list[str], columns: Columns) -> _Rows
         names.update(dict.fromkeys(content))
         found[place] = {name: content[name] for name in wanted if name in content}
 
-    with suppress(ValueError, RecursionError, TypeError):
+    with suppress(ValueError, TypeError):
         if text.lstrip().startswith("["):
-            for i, value in enumerate(json.loads(text), start=1):
+            for i, value in enumerate(parse_json(path, text, finite=False), start=1):
                 add(i, value)
     for i, line in enumerate([] if found else lines, start=1):
         try:
             if line.strip():
-                add(i, json.loads(line))
-        except (ValueError, RecursionError, TypeError):
+                add(i, parse_json(path, line, finite=False))
+        except (ValueError, TypeError):
             lost[i] = "is not an object of JSON, or is nested too deeply"
     if not names:
         raise InputError(path, "file", path.name, "no line of it is a JSON object of numbers")

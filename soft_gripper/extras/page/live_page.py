@@ -10,8 +10,10 @@ from typing import Any
 
 from pydrake.systems.framework import OutputPort
 
+from soft_gripper.errors import InputError
 from soft_gripper.extras.page.panel import Panel
 from soft_gripper.extras.page.signal_feed import SignalFeed
+from soft_gripper.files.json_text import parse_json
 from soft_gripper.scenario.schema import Scenario
 from soft_gripper.signals import signal_of
 
@@ -47,8 +49,8 @@ class SessionPage:
     def take(self, message: str | bytes, listener: Callable[[str], None]) -> None:
         """Takes a command, or `{"signals": [NAME, ...]}`, the signals that are sent from now on."""
         try:
-            found = json.loads(message)
-        except (ValueError, RecursionError):
+            found = parse_json("page", message)
+        except InputError:
             found = None
         match found:
             case {"signals": [*names]} if all(isinstance(name, str) and name in self.feed.known for name in names):

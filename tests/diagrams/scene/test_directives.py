@@ -15,6 +15,7 @@ from refusals import refused
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
+from soft_gripper.errors import InputError
 from soft_gripper.models import package_map
 from soft_gripper.scenario import directives as module
 from soft_gripper.scenario import model_files
@@ -211,5 +212,79 @@ def test_directives_that_are_refused(tmp_path: Path, directive: str, field: str)
 
 @pytest.mark.parametrize("directive", ["add_modle: {name: a, file: a.urdf}", "7", "{}"])
 def test_directives_that_drake_does_not_know(tmp_path: Path, directive: str) -> None:
-    with refused("file" if directive.startswith("add") else "directives[0]"):
+    with refused("directives[0].add_modle" if directive.startswith("add") else "directives[0]"):
         scenario_of(tmp_path, f"directives:\n- {directive}\n{FINGER}")
+
+
+def _files(*texts: str) -> dict[str, str]:
+    """Files of directives by name: the first is the one that the scenario adds."""
+    return {f"{name}.dmd.yaml": text for name, text in zip("abcdefg", texts, strict=False)}
+
+
+def _adds(*names: str) -> str:
+    return "directives:\n" + "".join(f"- add_directives: {{file: 'file://FOLDER/{name}.dmd.yaml'}}\n" for name in names)
+
+
+_PAIRS = [_adds(name, name) for name in "bcdefg"]
+_FRAMES = ", ".join(f"{{add_frame: {{name: f{i}, X_PF: {{base_frame: world}}}}}}" for i in range(20))
+_LAUGHS = "".join(f"_{new}: &{new} [{', '.join([f'*{old}'] * 9)}]\n" for old, new in zip("abcde", "bcdef", strict=True))
+ENDLESS = {
+    "itself": (_files(_adds("a")), "directives[0]: file = 'file://FOLDER/a.dmd.yaml': adds itself"),
+    "each other": (_files(_adds("b"), _adds("a")), "b.dmd.yaml: directives[0]: file = "),
+    "a pipe": (
+        _files(_adds("pipe")),
+        "pipe.dmd.yaml: file = 'pipe.dmd.yaml': cannot be read: it is not a regular file",
+    ),
+    "a tree": (_files(*_PAIRS, f"directives: [{_FRAMES}]"), "count = 1407: give no more than 1000 directives"),
+    "no file": (_files(_adds("none")), "none.dmd.yaml: file = 'none.dmd.yaml': cannot be read: No such file"),
+    "a relative path": (_files("directives: [{add_directives: {file: b}}]"), "file = 'b': give file:///... or package"),
+    "an alias": (_files("directives: &a [*a]"), "a.dmd.yaml: alias = 'a': stands inside what it stands for"),
+    "laughs": (_files(f"_a: &a [1]\n{_LAUGHS}directives: *f"), "a.dmd.yaml: size = "),
+    "nothing": (_files(""), "a.dmd.yaml: file = 'a.dmd.yaml': holds no directives"),
+    "a number": (
+        _files("directives: [{add_frame: {name: x, X_PF: .inf}}]"),
+        "directives[0].add_frame.X_PF = inf: must",
+    ),
+    "names": (_files("directives: [{add_frame: {name: [x]}}]"), "directives[0].add_frame.name = ['x']: must be text"),
+    "a model": (
+        _files("directives: [{add_model: {name: x, file: 'file://FOLDER/a.dmd.yaml'}}]"),
+        "holds directives: add them by add_directives",
+    ),
+}
+
+
+@pytest.mark.parametrize(("files", "line"), ENDLESS.values(), ids=ENDLESS)
+def test_files_of_directives_that_are_refused(tmp_path: Path, files: dict[str, str], line: str) -> None:
+    os.mkfifo(tmp_path / "pipe.dmd.yaml")
+    for name, text in files.items():
+        (tmp_path / name).write_text(text.replace("FOLDER", str(tmp_path)))
+    scenario = scenario_of(tmp_path, f"directives: [{{add_directives: {{file: a.dmd.yaml}}}}]\n{FINGER}")
+    with pytest.raises(InputError) as caught:
+        make_station(scenario)
+    assert line.replace("FOLDER", str(tmp_path)) in str(caught.value)
+
+
+def test_files_of_directives_as_drake_reads_them(tmp_path: Path) -> None:
+    """Poses with every rotation, nested files in a namespace, templates, groups; the last line may end anywhere."""
+    (tmp_path / "inner.dmd.yaml").write_text(
+        f"directives:\n- add_model: {{name: arm, file: {PENDULUM}, default_joint_positions: {{theta: [0.4]}}}}\n"
+        "- add_collision_filter_group: {name: g, members: ['arm::arm'], ignored_collision_filter_groups: [g]}"
+    )
+    (tmp_path / "outer.dmd.yaml").write_text(
+        f"""\
+directives:
+- add_model_instance: {{name: left}}
+- add_directives: {{file: 'file://{tmp_path}/inner.dmd.yaml', model_namespace: left}}
+- add_frame: &frame
+    name: one
+    X_PF: {{base_frame: 'left::arm::arm', rotation: !AngleAxis {{angle_deg: 90, axis: [0, 0, 2]}}}}
+- add_frame: {{<<: *frame, name: other, X_PF: {{base_frame: one, rotation: !Identity {{}}, translation: [1e-1, 0, 0]}}}}
+- add_frame: {{name: third, X_PF: {{base_frame: world, translation: [0, 0, 1], rotation: !Rpy {{deg: [0, 0, 90]}}}}}}"""
+    )
+    text = f"directives: [{{add_directives: {{file: outer.dmd.yaml}}}}]\n{FINGER.replace('[0, 0, 1]', '[3, 0, 1]')}"
+    plant = make_station(scenario_of(tmp_path, text)).plant
+    arm = plant.GetModelInstanceByName("left::arm")
+    one, other = (plant.GetFrameByName(name, arm) for name in ("one", "other"))
+    p_OneOther = other.GetFixedPoseInBodyFrame().translation() - one.GetFixedPoseInBodyFrame().translation()
+    np.testing.assert_allclose(p_OneOther, [0, 0.1, 0], atol=1e-12)
+    assert plant.HasFrameNamed("third")

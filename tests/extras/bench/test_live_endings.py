@@ -24,6 +24,7 @@ def here(tmp_path, monkeypatch):
 
 
 def live(*options):
+    Path("results.csv").unlink(missing_ok=True)
     return soft_gripper(*LIVE, "--bench", "bench.yaml", "--fast", *options)
 
 
@@ -125,6 +126,18 @@ def test_no_sink_replaces_what_is_read(here, sink):
     before = Path("readings.csv").read_text()
     assert "is an input of this command" in refusal(*LIVE, "--bench", "bench.yaml", "--fast", "--sink", f"file:{sink}")
     assert Path("readings.csv").read_text() == before
+
+
+@pytest.mark.parametrize("sink", ["file:thesis.txt", "file:///{here}/thesis.txt", "file:thesis%2Etxt", "file:link.txt"])
+def test_no_sink_of_a_description_empties_a_file(here, sink):
+    Path("thesis.txt").write_text("years")
+    Path("link.txt").symlink_to("thesis.txt")
+    bench = Path("bench.yaml").read_text()
+    Path("bench.yaml").write_text(re.sub("^sink: .*$", f"sink: '{sink.format(here=here)}'", bench, flags=re.MULTILINE))
+    assert "would be emptied: name it by --sink" in refusal(*LIVE, "--bench", "bench.yaml", "--fast")
+    assert Path("thesis.txt").read_text() == "years"
+    assert live("--sink", "file:thesis.txt").code == 0
+    assert Path("thesis.txt").read_text() != "years"
 
 
 def test_a_second_session_keeps_the_first_recording(here):

@@ -148,7 +148,14 @@ ROW |= {"median": 1.0, "percentile_95": 1.0, "proper": 1.0, "within_band_percent
     ("text", "said"),
     [
         ("{}", "was not written by"),
-        ("nothing", "was not written by"),
+        ("nothing", "cannot be read as JSON"),
+        ("[" * 100_000, "depth = 'more than 40'"),
+        ('{"benchmark": 2, "benchmark": 2}', "appears more than once"),
+        (json.dumps({"benchmark": 2, "sha256": {}, "scores": [ROW | {"mean": float("nan")}]}), "NaN is not a number"),
+        (
+            json.dumps({"benchmark": 2, "sha256": {}, "scores": [ROW | {"mean": 10**400}]}),
+            "a whole number of 401 digits",
+        ),
         ('{"schema": 2, "sha256": {}, "scores": []}', "must be 2: score again"),
         ('{"benchmark": 2, "sha256": {}, "scores": 3}', "was not written by"),
         ('[{"benchmark": 2}]', "was not written by"),

@@ -3,6 +3,7 @@
 import hashlib
 import json
 import runpy
+import sys
 from dataclasses import replace
 from itertools import pairwise
 from operator import attrgetter
@@ -130,6 +131,8 @@ def test_the_document_is_the_same_each_time(twin, tmp_path):
         (lambda inputs: (0 * inputs, 0 * inputs + len(inputs)), "must use past inputs only"),
         (lambda inputs: "text", "must be numbers"),
         (lambda inputs: 1 / 0, "ZeroDivisionError"),
+        (lambda inputs: [[10**400, 0]] * len(inputs), "must be numbers"),
+        (lambda inputs: sys.exit(3), r"sys.exit\(3\) was called"),
         (None, "must be a function"),
     ],
 )

@@ -111,7 +111,7 @@ def of_nothing(found):
     ("change", "said"),
     [
         (shorter, "must be (100, 1)"),
-        (not_a_number, "must be finite"),
+        (not_a_number, "NaN is not a number of JSON"),
         (negative, "must not be negative"),
         (without_a_region, "near base, middle, near tip"),
         (of_other_data, "contact_force.sha256.contacts_test.csv"),
@@ -132,7 +132,9 @@ def test_submissions_that_do_not_fit_are_refused(submitted, change, said):
 
 
 def test_other_files_are_refused(submitted):
-    for file, said in (("scores.json", "was not written by"), ("nothing.json", "cannot be read")):
+    (submitted / "deep.json").write_text("[" * 100_000)
+    said_of = {"scores.json": "was not written by", "nothing.json": "cannot be read", "deep.json": "more than 40"}
+    for file, said in (*said_of.items(), ("/dev/zero", "is not a regular file")):
         outcome = scored(submitted, submitted / file)
         assert outcome.code == 2
         assert said in outcome.err

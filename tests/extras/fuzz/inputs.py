@@ -1,5 +1,6 @@
 """Hostile input of every kind: files, and the command that is to read them."""
 
+import json
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -59,13 +60,13 @@ WITH_ARM: dict[str, Any] = {
 
 @dataclass(frozen=True)
 class Input:
-    """Files by their names, and a command."""
+    """Files by their names, and a command; a file is its content, the size of a sparse one, or where a link leads."""
 
-    files: dict[str, bytes]
+    files: dict[str, bytes | int | str]
     arguments: list[str]
 
 
-def _input(text: str, name: str, scenario: dict[str, Any], command: str) -> Input:
+def scenario_input(text: str, name: str, scenario: dict[str, Any], command: str) -> Input:
     files = {"finger.urdf": FINGER, "thing.sdf": THING, "arm.urdf": ARM, "scenario.yaml": yaml_dump(scenario)}
     files |= {"part.sdf": THING, "part.stl": PART, name: text}
     encoded = {file: content.encode("utf-8", "surrogateescape") for file, content in files.items()}
@@ -90,14 +91,18 @@ _COMMANDS = st.sampled_from(("show", "show", "run"))
 def scenarios() -> st.SearchStrategy[Input]:
     """Scenarios whose data or text is changed, with an arm and without."""
     bases = (SCENARIO, WITH_ARM)
-    data = [documents(base).map(lambda found: _input(_dump(found), "scenario.yaml", {}, "run")) for base in bases]
-    text = [texts(yaml_dump(base)).map(lambda found: _input(found, "scenario.yaml", {}, "show")) for base in bases]
+    data = [
+        documents(base).map(lambda found: scenario_input(_dump(found), "scenario.yaml", {}, "run")) for base in bases
+    ]
+    text = [
+        texts(yaml_dump(base)).map(lambda found: scenario_input(found, "scenario.yaml", {}, "show")) for base in bases
+    ]
     return st.one_of(*data, *text)
 
 
 def _models(name: str, base: str, scenario: dict[str, Any]) -> st.SearchStrategy[Input]:
     changed = st.one_of(elements(base), elements(base), texts(base))
-    return st.builds(lambda text, command: _input(text, name, scenario, command), changed, _COMMANDS)
+    return st.builds(lambda text, command: scenario_input(text, name, scenario, command), changed, _COMMANDS)
 
 
 def fingers() -> st.SearchStrategy[Input]:
@@ -162,7 +167,7 @@ def _mesh(suffix: str, content: str | bytes) -> st.SearchStrategy[Input]:
     text = content if isinstance(content, str) else content.decode("utf-8", "surrogateescape")
     thing = {**SCENARIO["models"][1], "file": f"thing.{suffix}"}
     scenario = {**SCENARIO, "models": [SCENARIO["models"][0], thing]}
-    return texts(text).map(lambda changed: _input(changed, f"thing.{suffix}", scenario, "show"))
+    return texts(text).map(lambda changed: scenario_input(changed, f"thing.{suffix}", scenario, "show"))
 
 
 def _choice(*options: str) -> st.SearchStrategy[str]:
@@ -218,7 +223,7 @@ def command_lines() -> st.SearchStrategy[Input]:
         _choice("finger.urdf", "folder", "."),
     )
     lines = st.one_of(run, show, expand, numbers, reading)
-    return lines.map(lambda arguments: Input(_input("", "empty", SCENARIO, "show").files, arguments))
+    return lines.map(lambda arguments: Input(scenario_input("", "empty", SCENARIO, "show").files, arguments))
 
 
 CONTACTS = xr.Dataset(
@@ -295,10 +300,10 @@ def logs() -> st.SearchStrategy[Input]:
             "time_unit: min",
         )
     )
-    return st.builds(_log, st.one_of(whole, broken, broken, noise), more)
+    return st.builds(log_input, st.one_of(whole, broken, broken, noise), more)
 
 
-def _log(log: tuple[bytes, str], more: str) -> Input:
+def log_input(log: tuple[bytes, str], more: str) -> Input:
     described = "\n".join((_OF_LOG, log[1], more)).encode()
     files = {"log.csv": log[0], "d.yaml": described, "finger.yaml": yaml_dump(_FINGER_OF_LOG).encode()}
     return Input(files, ["calibrate", "log.csv", "--scenario", "finger.yaml", "--as", "d.yaml", "--out", "found.yaml"])
@@ -330,6 +335,49 @@ def _numeric(value: Any, field: str = "") -> Iterator[str]:
         yield field
 
 
+DIRECTIVES: dict[str, Any] = {
+    "directives": [
+        {"add_model_instance": {"name": "left"}},
+        {"add_frame": {"name": "shelf", "X_PF": {"base_frame": "world", "translation": [0.5, 0.0, 0.3]}}},
+        {
+            "add_model": {
+                "name": "pendulum",
+                "file": "package://drake/examples/pendulum/Pendulum.urdf",
+                "default_joint_positions": {"theta": [0.4]},
+            }
+        },
+        {"add_weld": {"parent": "shelf", "child": "pendulum::base", "X_PC": {"translation": [0.0, 0.0, 0.1]}}},
+        {"add_collision_filter_group": {"name": "g", "members": ["pendulum::arm"], "member_groups": []}},
+    ]
+}
+ADDS = {"directives": [{"add_directives": {"file": "a.dmd.yaml"}}], "models": SCENARIO["models"][:1]}
+
+
+def directives_input(text: str) -> Input:
+    return scenario_input(text, "a.dmd.yaml", ADDS, "show")
+
+
+def directives() -> st.SearchStrategy[Input]:
+    """Files of Drake's directives whose data or text is changed."""
+    whole = yaml_dump(DIRECTIVES)
+    return st.one_of(documents(DIRECTIVES).map(_dump), texts(whole)).map(directives_input)
+
+
+_SCORE = {"task": "contact_tip", "region": "middle", "estimator": "it", "samples": 1, "unit": "m", "mean": 1.0}
+_SCORE |= {"median": 1.0, "percentile_95": 1.0, "proper": 1.0, "within_band_percent": None, "band": None}
+RESULTS = {"benchmark": 2, "sha256": {}, "scores": [_SCORE | {"unknown_percent": None}]}
+
+
+def results_input(text: str) -> Input:
+    return Input({"a.json": text.encode("utf-8", "surrogateescape")}, ["benchmark", "--compare", "a.json"])
+
+
+def results() -> st.SearchStrategy[Input]:
+    """Results of the benchmark, in JSON, whose data or text is changed."""
+    changed = documents(RESULTS).map(lambda found: json.dumps(found, default=str))
+    return st.one_of(changed, changed, texts(json.dumps(RESULTS))).map(results_input)
+
+
 KINDS: dict[str, Callable[[], st.SearchStrategy[Input]]] = {
     "scenarios": scenarios,
     "fingers": fingers,
@@ -338,6 +386,8 @@ KINDS: dict[str, Callable[[], st.SearchStrategy[Input]]] = {
     "mjcf": mjcf,
     "nested": nested,
     "meshes": meshes,
+    "directives": directives,
+    "results": results,
     "command lines": command_lines,
     "contacts": contacts,
     "recordings": recordings,

@@ -27,6 +27,8 @@ class Ended:
     out: str
     err: str
     seconds: float
+    cpu: float = 0.0  # s of the processor
+    memory: float = 0.0  # MB, at most at once, those of the imported libraries among them
 
 
 class Sandbox:
@@ -69,23 +71,23 @@ def _in_child(arguments: list[str], folder: str, limit: float) -> dict[str, Any]
         child = os.fork()
         if child == 0:
             _become_command(arguments, folder, nothing.fileno(), out.fileno(), err.fileno())
-        code = _wait(child, begin + limit)
+        code, usage = _wait(child, begin + limit)
         seconds = time.monotonic() - begin
         out.seek(0)
         err.seek(0)
         texts = (file.read().decode(errors="replace") for file in (out, err))
-        return {"code": code, "out": next(texts), "err": next(texts), "seconds": seconds}
+        used = {"cpu": usage.ru_utime + usage.ru_stime, "memory": usage.ru_maxrss / 1e3}
+        return {"code": code, "out": next(texts), "err": next(texts), "seconds": seconds} | used
 
 
-def _wait(child: int, deadline: float) -> int | None:
+def _wait(child: int, deadline: float) -> tuple[int | None, resource.struct_rusage]:
     while time.monotonic() < deadline:
-        found, status = os.waitpid(child, os.WNOHANG)
+        found, status, usage = os.wait4(child, os.WNOHANG)
         if found:
-            return os.waitstatus_to_exitcode(status)
+            return os.waitstatus_to_exitcode(status), usage
         time.sleep(0.005)
     os.killpg(child, signal.SIGKILL)
-    os.waitpid(child, 0)
-    return None
+    return None, os.wait4(child, 0)[2]
 
 
 def _become_command(arguments: list[str], folder: str, nothing: int, out: int, err: int) -> None:

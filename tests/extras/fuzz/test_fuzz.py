@@ -13,6 +13,7 @@ import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from inputs import KINDS, Input
 from sandbox import Ended, Sandbox
+from shapes import SHAPES
 
 pytestmark = pytest.mark.slow
 
@@ -74,7 +75,13 @@ def run(found: Input, sandbox: Sandbox) -> tuple[Ended, str | None]:
         folder = Path(name)
         (folder / "folder").mkdir()
         for file, content in found.files.items():
-            (folder / file).write_bytes(content)
+            if isinstance(content, str):
+                (folder / file).symlink_to(content)
+            elif isinstance(content, int):
+                with (folder / file).open("wb") as opened:
+                    opened.truncate(content)
+            else:
+                (folder / file).write_bytes(content)
         ended = sandbox.call(found.arguments, folder, LIMIT)
         left = {str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file()} - set(found.files)
     return ended, fault(found, ended, left)
@@ -89,6 +96,19 @@ def test_hostile_input(kind: str, sandbox: Sandbox) -> None:
         assert wrong is None, f"{wrong}\n{found.arguments}\n{ended}"
 
     try_one()
+
+
+CPU, EXTRA_MEMORY = 2.0, 500.0  # s, MB: what refusing a file may cost beyond the start of the program
+
+
+@pytest.mark.parametrize(("door", "shape"), [(door, shape) for door, shapes in SHAPES.items() for shape in shapes])
+def test_shapes_without_an_end(door: str, shape: str, sandbox: Sandbox, tmp_path: Path) -> None:
+    """Deep, wide, long, self-including and endless files are refused, or read, soon and in little memory."""
+    start = sandbox.call(["--version"], tmp_path)
+    ended, wrong = run(SHAPES[door][shape](), sandbox)
+    assert wrong is None, f"{wrong}\n{ended}"
+    assert ended.cpu < CPU, ended
+    assert ended.memory - start.memory < EXTRA_MEMORY, ended
 
 
 def test_the_fuzz_test_notices(sandbox: Sandbox, tmp_path: Path) -> None:

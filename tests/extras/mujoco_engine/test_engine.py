@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 from pydrake.common.schema import Transform
 from pydrake.math import RigidTransform
+from scipy.integrate import solve_ivp
 
 from soft_gripper.diagrams.simulation import run_many, simulate
 from soft_gripper.errors import InputError
 from soft_gripper.extras.mujoco_engine import engine
 from soft_gripper.extras.mujoco_engine.engine import _change, _End
 from soft_gripper.runs.sweep.run_sweep import measured_runs
-from soft_gripper.scenario.scenario_file import changed_scenario
+from soft_gripper.scenario.scenario_file import changed_scenario, load_scenario
 
 pytest.importorskip("mujoco")
 
@@ -29,6 +30,29 @@ def test_a_free_finger_bends_as_in_drake():
     strains = [each["left_finger.strain"].values[-1] for each in (one, other)]
     assert strains[0] == pytest.approx(strains[1], abs=1e-5)
     assert "5 ms" in one.data.attrs["engine_step"]
+
+
+def test_point_masses_of_directives_swing_as_a_pendulum_does(tmp_path):
+    """MuJoCo takes no bodies without rotational inertia."""
+    angle, damping, moment, torque = 0.4, 0.1, 0.25, 0.5 * 9.81  # rad, N m s, kg m^2, N m: 1 kg at 0.5 m
+    pendulum = (
+        "{name: p, file: package://drake/examples/pendulum/Pendulum.urdf, default_joint_positions: {theta: [%g]}}"
+    )
+    (tmp_path / "s.yaml").write_text(
+        f"directives: [{{add_model: {pendulum % angle}}}]\n"
+        "models: [{name: f, file: package://soft_gripper/grippers/finger.urdf, X_PC: {translation: [3, 0, 1]}}]\n"
+        "pressure: {steps: {all: [0]}, settle: 1.0, hold_samples: 2}\n"
+        "engine: mujoco\nengine_step: 0.001\n"
+    )
+    data = simulate(load_scenario(tmp_path / "s.yaml")).data
+    swing = solve_ivp(
+        lambda _, y: (y[1], -(damping * y[1] + torque * np.sin(y[0])) / moment),
+        (0, data["time"][-1]),
+        (angle, 0),
+        t_eval=data["time"],
+        rtol=1e-8,
+    )
+    np.testing.assert_allclose(data["plant.state"].sel(state="p_theta_q"), swing.y[0], atol=2e-3)
 
 
 def test_a_held_box_is_held_as_hard_as_in_drake():

@@ -1,6 +1,7 @@
 """soft-gripper live: readings of hardware in, estimates and commands out, in real time, and a page that shows them."""
 
 import argparse
+import os
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -9,6 +10,7 @@ from functools import partial
 from pathlib import Path
 from shutil import get_terminal_size
 from typing import Any, NamedTuple
+from urllib.parse import urlsplit
 
 import numpy as np
 
@@ -18,7 +20,7 @@ from soft_gripper.diagrams.recording import Recording
 from soft_gripper.errors import InputError
 from soft_gripper.extras.bench.bench import Bench, bench_scenario
 from soft_gripper.extras.bench.bench_driver import BenchDriver, recorded_signals
-from soft_gripper.extras.bench.endpoints import Endpoints, Sink, Source
+from soft_gripper.extras.bench.endpoints import Endpoints, Sink, Source, file_path
 from soft_gripper.extras.bench.live_view import LiveView
 from soft_gripper.extras.bench.recorder import Recorder, free_name, recording_layout
 from soft_gripper.extras.bench.tally import StatusLine
@@ -28,6 +30,7 @@ from soft_gripper.extras.hardware.measured import check_places
 from soft_gripper.extras.hardware.recording_schema import instruments
 from soft_gripper.extras.hardware.table import Columns
 from soft_gripper.extras.page.session import Session, run_on_page
+from soft_gripper.files.document import require
 from soft_gripper.files.output import check_file, lock_folder
 from soft_gripper.interrupts import held_back
 from soft_gripper.scenario.scenario_file import files_read
@@ -164,10 +167,13 @@ def _with_hardware(scenario: Scenario, file: Path, endpoints: Endpoints, options
 
 
 def _check_files(scenario: Scenario, file: Path, config: BenchConfig, options: argparse.Namespace) -> None:
-    """That no output replaces what this command reads."""
+    """Checks that no output replaces what this command reads, nor a file that the command line does not name."""
     outputs = [options.mcap] if options.mcap is not None else []
     if config.sink is not None and config.sink.startswith("file:"):
-        outputs.append(Path(config.sink.removeprefix("file:")))
+        sink = file_path(urlsplit(config.sink))
+        outputs += [] if sink.is_fifo() else [sink]  # a pipe is opened when it is written to
+        asked = options.sink is not None or not os.path.isfile(sink)
+        require(asked, file, "sink", config.sink, "exists, and would be emptied: name it by --sink, or another file")
     for output in outputs:
         check_file(output, [*files_read(options.scenario, scenario), file, config.source.removeprefix("file:")])
 

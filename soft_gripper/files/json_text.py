@@ -1,0 +1,86 @@
+"""JSON text from users -> plain data: the only place where it is parsed."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+from soft_gripper.errors import InputError, first_line, in_one_line
+from soft_gripper.files.text import read_bytes
+
+_MAX_BYTES = 2**26
+_MAX_VALUES = 1_500_000
+_MAX_KEYS = 100_000  # of an object
+_MAX_DEPTH = 40  # objects and lists inside each other
+_MAX_DIGITS = 19  # of a whole number, as 2^63 has
+
+
+def read_json(path: Path) -> Any:
+    """The data of a file; raises as `parse_json` and `read_bytes`."""
+    return parse_json(path, read_bytes(path, _MAX_BYTES))
+
+
+def parse_json(where: Path | str, text: str | bytes, finite: bool = True) -> Any:
+    """The data of JSON text.
+
+    Args:
+        where: file or part, for messages.
+        text: the text; bytes in UTF-8, UTF-16 or UTF-32.
+        finite: whether NaN and Infinity are refused, which many programs write although JSON does not have them.
+
+    Raises:
+        InputError: if the text is not JSON, repeats a key, has a whole number of more than 19 digits or half a
+            character, or is nested too deeply or too large.
+    """
+    try:
+        if isinstance(text, bytes):
+            text = text.decode(json.detect_encoding(text))
+        parts = text.count("[") + text.count("{")
+        count = parts + text.count(",")
+        if count > _MAX_VALUES:
+            raise InputError(where, "size", count, f"give no more than {_MAX_VALUES} values")
+        data = (_FINITE if finite else _ANY).decode(text)
+        if "\\u" in text:
+            json.dumps(data, ensure_ascii=False).encode()
+    except RecursionError:
+        parts, data = _MAX_VALUES, None
+    except InputError:
+        raise
+    except ValueError as error:
+        reason = f"cannot be read as JSON: {in_one_line(first_line(error))}"
+        raise InputError(where, "file", Path(where).name, reason) from None
+    if parts > _MAX_DEPTH and (data is None or not _is_shallow(data)):
+        raise InputError(where, "depth", f"more than {_MAX_DEPTH}", "give fewer lists or objects in each other")
+    return data
+
+
+def _is_shallow(data: Any) -> bool:
+    """Whether data are no more than _MAX_DEPTH deep; without recursion."""
+    level = [data]
+    for _ in range(_MAX_DEPTH):
+        parts = (part for whole in level for part in (whole.values() if isinstance(whole, dict) else whole))
+        level = [part for part in parts if isinstance(part, list | dict)]
+    return not level
+
+
+def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    if len(pairs) > _MAX_KEYS:
+        raise ValueError(f"an object has more than {_MAX_KEYS} keys")
+    data = dict(pairs)
+    if len(data) < len(pairs):
+        names = [name for name, _ in pairs]
+        raise ValueError(f"the key {next(name for name in data if names.count(name) > 1)!r} appears more than once")
+    return data
+
+
+def _whole(digits: str) -> int:
+    if len(digits.lstrip("-")) > _MAX_DIGITS:
+        raise ValueError(f"a whole number of {len(digits)} digits")
+    return int(digits)
+
+
+def _refuse_constant(name: str) -> None:
+    raise ValueError(f"{name} is not a number of JSON")
+
+
+_ANY = json.JSONDecoder(object_pairs_hook=_unique, parse_int=_whole)
+_FINITE = json.JSONDecoder(object_pairs_hook=_unique, parse_int=_whole, parse_constant=_refuse_constant)
