@@ -135,7 +135,10 @@ class _Gltf:
 def _check_gltf(path: Path) -> None:
     """Checks that all that a glTF file refers to is there, and that its nodes are a tree."""
     content, binary = _parts(path, read_bytes(path))
-    gltf = _Gltf(path, parse_json(path, content))
+    try:
+        gltf = _Gltf(path, parse_json(path, content))
+    except InputError as error:
+        raise InputError(path, "mesh", path.name, f"is not glTF: {error.expected}") from None
     sizes = [_buffer_size(gltf, path, buffer, binary) for buffer in gltf.entries("buffers")]
     for view in gltf.entries("bufferViews"):
         gltf.referred(view, "buffer", "buffers")

@@ -22,7 +22,7 @@ WRONG = {
     "a: 2001-01-01": "a = .*: give text, in quotes",
     "a: 2001-99-99": "holds what is no value",
     f"a: {'9' * 5000}": "holds what is no value",
-    f"a: 1{':1' * 2000}.0": "holds what is no value",
+    f"a: 1{':1' * 2000}.0": "give a decimal number",
     f"a: {2**63}": "give a whole number below 9223372036854775808",
     f"a: {'x' * 50_001}": "length = 50001: give no more than 50000 characters of a value",
     f"{'x ' * 25_001}: 1": "length = 50001",
