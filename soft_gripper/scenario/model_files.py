@@ -31,10 +31,11 @@ from soft_gripper.fingers.plant_finger import PlantFinger, add_torsion_springs
 from soft_gripper.fingers.urdf import ExpandedUrdf, expand_urdf, read_fingers
 from soft_gripper.models import DIRECTORY, PACKAGE, package_map
 from soft_gripper.scenario.arm_joints import couple, exclude_contact, exclude_self_contact, set_limits
+from soft_gripper.scenario.contact_surface import touch_at_surfaces
 from soft_gripper.scenario.deformables import deformable_body, deformable_kind
 from soft_gripper.scenario.drake_parsing import add_file, add_text, check_inside, drake_reads
 from soft_gripper.scenario.link_inertia import note_spread
-from soft_gripper.scenario.mass_and_friction import set_friction, touching, with_mass
+from soft_gripper.scenario.mass_and_friction import geometries, set_friction, with_mass
 from soft_gripper.scenario.mesh_object import mesh_suffixes, mesh_to_sdf
 from soft_gripper.scenario.mjcf_xml import ready_mjcf
 from soft_gripper.scenario.model_xml import ready
@@ -259,7 +260,7 @@ def _prepared(
         found = ready(path, read_xml(path), is_arm, config.free, config.child)
         return _Prepared(found.text, ".sdf", mimics=found.mimics)
     if kind == "mujoco":
-        found = ready_mjcf(path, read_xml(path))
+        found = ready_mjcf(path, read_xml(path), is_arm)
         return _Prepared(found.text, ".xml", mimics=found.mimics, apart=found.apart)
     if kind in mesh_suffixes():
         return _Prepared(mesh_to_sdf(path, config.mesh, config.name, config.mass, config.friction), ".sdf")
@@ -307,7 +308,7 @@ def load_model(
     parser = Parser(plant)
     parser.SetAutoRenaming(True)
     parser.package_map().AddMap(package_map())
-    shapes = touching(parser)
+    shapes = geometries(parser)
     with drake_reads(where, "file", config.file, path):
         prepared = _prepared(plant, path, kind, config, where, arm is not None, visuals, points)
         text, suffix, fingers, mimics, apart = prepared
@@ -327,7 +328,9 @@ def load_model(
     if config.friction is not None and kind not in mesh_suffixes():
         set_friction(where, config.friction, parser, shapes)
     note_spread(path, parser, models[0], stands=not config.free and config.parent == "world")
-    if arm is not None:
+    if arm is None:
+        touch_at_surfaces(parser, shapes)
+    else:
         set_limits(path, plant, models[0], arm.limits, mimics)
         exclude_self_contact(parser, models[0])
     _check_contents(plant, models[0], config, where)
