@@ -39,6 +39,7 @@ from soft_gripper.scenario.mass_and_friction import geometries, set_friction, wi
 from soft_gripper.scenario.mesh_object import mesh_suffixes, mesh_to_sdf
 from soft_gripper.scenario.mjcf_xml import ready_mjcf
 from soft_gripper.scenario.model_xml import ready
+from soft_gripper.scenario.plausible_sizes import check_meshes, note_quantities
 from soft_gripper.scenario.schema import ArmConfig, FingerChanges, FingerConfig, ModelConfig
 
 _LOGGER = logging.getLogger(__name__)
@@ -309,6 +310,7 @@ def load_model(
     parser.SetAutoRenaming(True)
     parser.package_map().AddMap(package_map())
     shapes = geometries(parser)
+    is_fixture = arm is None and not config.free and config.parent == "world"
     with drake_reads(where, "file", config.file, path):
         prepared = _prepared(plant, path, kind, config, where, arm is not None, visuals, points)
         text, suffix, fingers, mimics, apart = prepared
@@ -316,6 +318,7 @@ def load_model(
         if text is not None and config.mass is not None and kind not in mesh_suffixes():
             text = with_mass(where, config.mass, text, path, suffix)
         models = add_file(parser, path) if text is None else add_text(parser, text, path, suffix)
+        check_meshes(path, parser, shapes, config.free, is_fixture)
     check_names(where, config.fingers, [finger.name for finger in fingers])
     require(bool(fingers) or not config.self_contact, where, "self_contact", True, f"{config.file} has no finger")
     if len(models) != 1:
@@ -333,6 +336,7 @@ def load_model(
     else:
         set_limits(path, plant, models[0], arm.limits, mimics)
         exclude_self_contact(parser, models[0])
+    note_quantities(path, parser, models[0], fingers, config.free)
     _check_contents(plant, models[0], config, where)
     put = add_torsion_springs if config.springs == "torsion" else PlantFinger
     return LoadedModel(models[0], [put(finger=finger, plant=plant, model=models[0]) for finger in fingers], mimics)
