@@ -30,7 +30,7 @@ from soft_gripper.fingers.paths import Chamber, Tendon
 from soft_gripper.fingers.plant_finger import PlantFinger, add_torsion_springs
 from soft_gripper.fingers.urdf import ExpandedUrdf, expand_urdf, read_fingers
 from soft_gripper.models import DIRECTORY, PACKAGE, package_map
-from soft_gripper.scenario.arm_joints import couple, exclude_contact, exclude_self_contact, set_limits
+from soft_gripper.scenario.arm_joints import couple, exclude_contact, exclude_self_contact, free_followers, set_limits
 from soft_gripper.scenario.contact_surface import touch_at_surfaces
 from soft_gripper.scenario.deformables import deformable_body, deformable_kind
 from soft_gripper.scenario.drake_parsing import add_file, add_text, check_inside, drake_reads
@@ -336,6 +336,7 @@ def load_model(
     else:
         set_limits(path, plant, models[0], arm.limits, mimics)
         exclude_self_contact(parser, models[0])
+    free_followers(path, plant, models[0], mimics, {} if arm is None else arm.limits)
     note_quantities(path, parser, models[0], fingers, config.free)
     _check_contents(plant, models[0], config, where)
     put = add_torsion_springs if config.springs == "torsion" else PlantFinger
