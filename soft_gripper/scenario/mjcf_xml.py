@@ -3,7 +3,7 @@
 import math
 import os
 import xml.etree.ElementTree as ET
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -19,6 +19,7 @@ from soft_gripper.scenario.included_files import IncludedFiles
 from soft_gripper.scenario.link_inertia import NEXT_TO_NONE, NOT_POSSIBLE, SPECK, SPECK_WHY, possible_inertia
 from soft_gripper.scenario.mesh_checks import check_mesh_file
 from soft_gripper.scenario.mesh_object import converted, outward, weighable
+from soft_gripper.scenario.mjcf_bodies import remove_bodies
 from soft_gripper.scenario.model_xml import Ready, check_chains
 
 _DENSITY = "1000"  # kg/m^3, of a geom for which none is given
@@ -29,15 +30,17 @@ _WITH_DEFAULTS = ("geom", "joint", "actuator")
 _Defaults = Mapping[str, Mapping[str, Mapping[str, str]]]  # attributes by class and tag
 
 
-def ready_mjcf(path: Path, root: ET.Element, is_arm: bool = False) -> Ready:
+def ready_mjcf(path: Path, root: ET.Element, is_arm: bool = False, without: Sequence[str] = ()) -> Ready:
     """A model that Drake reads, from the root of its file, which is changed.
 
-    Drake touches its meshes at their convex hulls; those of an arm are noted.
+    Bodies `without` are left out, see `remove_bodies`. Drake touches its meshes at their convex hulls; those of an arm
+    are noted.
 
     Raises:
         InputError: if a file that it names is missing or cannot be read, or files include each other.
     """
     _include(path.parent, root, IncludedFiles(path, root))
+    remove_bodies(path, root, without)
     check_counts(path, root)
     if not (root.get("model") or "").strip():
         root.set("model", path.stem)

@@ -258,10 +258,10 @@ def _prepared(
         found = ready(path, deepcopy(expanded.robot), is_arm, config.free, config.child)
         return _Prepared(found.text, ".urdf", expanded.fingers, found.mimics)
     if kind == "sdf":
-        found = ready(path, read_xml(path), is_arm, config.free, config.child)
+        found = ready(path, read_xml(path), is_arm, config.free, config.child, config.without)
         return _Prepared(found.text, ".sdf", mimics=found.mimics)
     if kind == "mujoco":
-        found = ready_mjcf(path, read_xml(path), is_arm)
+        found = ready_mjcf(path, read_xml(path), is_arm, config.without)
         return _Prepared(found.text, ".xml", mimics=found.mimics, apart=found.apart)
     if kind in mesh_suffixes():
         return _Prepared(mesh_to_sdf(path, config.mesh, config.name, config.mass, config.friction), ".sdf")
@@ -270,8 +270,9 @@ def _prepared(
 
 def _check_choices(config: ModelConfig, kind: str, where: str, points: int | None) -> None:
     """Checks what a scenario chooses for a model, before its file is read."""
-    if config.without and kind != "robot":
-        raise InputError(where, "without", config.without, "links can be left out of URDF files only")
+    if config.without and kind not in _ROOTS:
+        expected = f"links can be left out of {', '.join(_ROOTS.values())} only"
+        raise InputError(where, "without", config.without, expected)
     if config.self_contact and points is not None:
         expected = "leave it out with contact: points: these lie under the skin, and would meet too late"
         raise InputError(where, "self_contact", True, expected)

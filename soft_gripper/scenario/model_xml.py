@@ -13,6 +13,7 @@ from soft_gripper.control.couplings import Mimic
 from soft_gripper.errors import InputError
 from soft_gripper.files.notes import LEFT_OUT, note
 from soft_gripper.files.xml_text import DRAKE, MOST, check_counts, finite_numbers, joint_end, number
+from soft_gripper.fingers.urdf import remove_links
 from soft_gripper.scenario.convex_parts import note_hull
 from soft_gripper.scenario.link_inertia import massless, repair_inertia
 from soft_gripper.scenario.mesh_checks import check_mesh_file
@@ -58,7 +59,14 @@ class Ready(NamedTuple):
     apart: tuple[tuple[list[str], list[str]], ...] = ()
 
 
-def ready(path: Path, root: ET.Element, is_arm: bool = False, free: bool = False, child: str | None = None) -> Ready:
+def ready(
+    path: Path,
+    root: ET.Element,
+    is_arm: bool = False,
+    free: bool = False,
+    child: str | None = None,
+    without: Sequence[str] = (),
+) -> Ready:
     """A model with which Drake can simulate an arm, a gripper or an object; what Drake understands already is kept.
 
     Args:
@@ -67,6 +75,7 @@ def ready(path: Path, root: ET.Element, is_arm: bool = False, free: bool = False
         is_arm: its joints get actuators, its meshes become convex for contact.
         free: the model is not welded to anything.
         child: the frame at which it is welded; None: its first link.
+        without: links that are left out, see `remove_links`.
 
     Raises:
         InputError: if it is unexpanded xacro, a mesh is missing, or it contradicts itself or `free` or `child`.
@@ -76,6 +85,7 @@ def ready(path: Path, root: ET.Element, is_arm: bool = False, free: bool = False
         flatten(path, root)
         check_counts(path, root)
     for model in models_of(root):
+        remove_links(path, model, without)
         _drop_others(path, model)
         _refuse_xacro(path, model)
         mimics += _take_mimics(path, model)
