@@ -45,6 +45,9 @@ def loaded(suffix, limits=(0, 1, 1), config=None):
     arm = ArmConfig(model="arm", home=[0.1], limits=given)
     with collected() as notes:
         model = load_model(plant, ModelConfig("arm", f"m.{suffix}"), "models[0]", arm)
+    if suffix != "xml":
+        plant.WeldFrames(plant.world_frame(), plant.GetFrameByName("a"))
+    plant.Finalize()
     joint = plant.GetJointByName("level")
     ends = float(joint.position_lower_limits()[0]), float(joint.position_upper_limits()[0])
     said = [f"{note.element} {note.value} {note.why}" for note in notes if note.outcome == LEFT_OUT]
