@@ -49,6 +49,7 @@ def set_initial_position(
             raise InputError(where, f"initial_position.{name}", [*position], f"give {len(low)} numbers, in a list")
         if not np.all((low <= position) & (position <= high)):
             limits = " and ".join(f"{least:g} to {most:g}" for least, most in zip(low, high, strict=True))
-            expected = f"must be within the limits of the joint, {limits}"
+            follows = f"; it follows '{following[name]}'" if name in following else ""
+            expected = f"must be within the limits of the joint, {limits}{follows}"
             raise InputError(where, f"initial_position.{name}", [*position], expected)
         joint.set_default_positions(position)

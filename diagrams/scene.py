@@ -57,10 +57,12 @@ def set_home_posture(plant: MultibodyPlant, arm: ArmConfig, mimics: Sequence[Mim
     if len(arm.home) != len(leading):
         follow = f"; {', '.join(mimic.joint for mimic in mimics)} follow" if mimics else ""
         raise InputError("arm", "home", arm.home, f"give a position for each of: {', '.join(leading)}{follow}")
+    leaders = {mimic.joint: mimic.leader for mimic in mimics}
     for joint, position in zip(joints, coupled.full(np.array(arm.home)), strict=True):
         (low,), (high,) = joint.position_lower_limits(), joint.position_upper_limits()
         if not low <= position <= high:
-            expected = f"give a position within its limits, {low:g} to {high:g}"
+            follows = f"; it follows '{leaders[joint.name()]}'" if joint.name() in leaders else ""
+            expected = f"give a position within its limits, {low:g} to {high:g}{follows}"
             raise InputError("arm.home", joint.name(), float(position), expected)
         joint.set_default_positions([position])
     return coupled

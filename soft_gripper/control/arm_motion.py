@@ -253,10 +253,11 @@ def timed(
     """
     unit = PathParameterizedTrajectory(path, _minimum_jerk(1.0))
     q, v, vdot = (unit.MakeDerivative(order).vector_values(LIMIT_GRID).T for order in range(3))
-    _check_inside(plant, "position", q, limits.lower - LIMIT_TOLERANCE, limits.upper + LIMIT_TOLERANCE)
+    law = coupled or uncoupled(plant)
+    _check_inside(plant, law, "position", q, limits.lower - LIMIT_TOLERANCE, limits.upper + LIMIT_TOLERANCE)
     q, v, vdot = np.split(np.unique(np.hstack([q, v, vdot]), axis=0), 3, axis=1)  # one state if the arm stays
-    rest, linear, quadratic = map((coupled or uncoupled(plant)).carried, _efforts(plant, q, v, vdot))
-    _check_inside(plant, "effort at rest", rest, LIMIT_TOLERANCE - limits.effort, limits.effort - LIMIT_TOLERANCE)
+    rest, linear, quadratic = map(law.carried, _efforts(plant, q, v, vdot))
+    _check_inside(plant, law, "effort at rest", rest, LIMIT_TOLERANCE - limits.effort, limits.effort - LIMIT_TOLERANCE)
     none = np.zeros_like(v)
     rate = min(
         _highest_rate(np.array([v, -v]), none, limits.velocity),
@@ -305,14 +306,14 @@ def _highest_rate(linear: Array, quadratic: Array, margin: Array) -> float:
     return float(rates.min(initial=np.inf, where=denominator > 0))
 
 
-def _check_inside(plant: MultibodyPlant, what: str, values: Array, lower: Array, upper: Array) -> None:
+def _check_inside(plant: MultibodyPlant, law: Couplings, what: str, values: Array, lower: Array, upper: Array) -> None:
     """Raises LimitError for the value, of (K, n), that lies furthest outside."""
     excess = np.maximum(lower - values, values - upper)
     k, i = np.unravel_index(excess.argmax(), excess.shape)
     if excess[k, i] > 0:
-        name = movable_joints(plant)[i].name()
-        limits = f"{lower[i]:.4g} to {upper[i]:.4g}"
-        raise LimitError(f"joint '{name}': {what} {values[k, i]:.4g} is outside of its limits, {limits}")
+        names, leader = [joint.name() for joint in movable_joints(plant)], law.leads[abs(law.matrix[i]).argmax()]
+        limits = f"{lower[i]:.4g} to {upper[i]:.4g}" + (f"; it follows '{names[leader]}'" if i != leader else "")
+        raise LimitError(f"joint '{names[i]}': {what} {values[k, i]:.4g} is outside of its limits, {limits}")
 
 
 _PROBES = 3  # states

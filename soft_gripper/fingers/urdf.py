@@ -27,7 +27,7 @@ from soft_gripper.fingers.finger_writer import finger_element
 
 
 def remove_links(path: Path, robot: ET.Element, names: Sequence[str]) -> None:
-    """Removes links from a <robot>, with all links beyond them, the joints before them, and what refers to these.
+    """Removes links from a <robot> or <model>, with all links beyond them, their joints, and what refers to these.
 
     Raises:
         InputError: if there is no such link, or it is the root.
@@ -46,6 +46,9 @@ def remove_links(path: Path, robot: ET.Element, names: Sequence[str]) -> None:
     for element in list(robot):
         if _is_of(element, cut, joints):
             robot.remove(element)
+    for element in robot.iterfind("joint//mimic/.."):
+        for mimic in [mimic for mimic in element.findall("mimic") if mimic.get("joint") in joints]:
+            element.remove(mimic)
     for group in robot.findall(DRAKE + "collision_filter_group"):
         for member in [member for member in group.findall(DRAKE + "member") if member.get("link") in cut]:
             group.remove(member)
@@ -58,13 +61,15 @@ def _hangs_on(link: str, names: Sequence[str], parents: dict[str, str]) -> bool:
 
 
 def _is_of(element: ET.Element, links: set[str], joints: set[str | None]) -> bool:
-    """Whether a child of <robot> is, or refers to, what is removed."""
+    """Whether a child of a model is, or refers to, what is removed."""
     if element.tag == "joint":
         return element.get("name") in joints
     if element.tag == "link":
         return element.get("name") in links
     if element.tag == "finger":
         return joint_end(element, "parent") in links
+    if element.tag == "frame" and element.get("attached_to") in links | joints:
+        return True
     spoken_of = {joint.get("name") for joint in element.findall("joint")}
     return element.get("reference") in links | joints or element.get("link") in links or bool(spoken_of & joints)
 

@@ -11,10 +11,11 @@ from pydrake.multibody.tree import Joint, JointActuator, ModelInstanceIndex
 
 from soft_gripper.control.couplings import Mimic
 from soft_gripper.errors import InputError
-from soft_gripper.files.notes import READ, note
+from soft_gripper.files.notes import LEFT_OUT, READ, note
 from soft_gripper.scenario.schema import JointLimitsConfig
 
 _NUMBERS = "{ lower, upper, velocity, effort } in rad, rad/s and N m, or m, m/s and N"
+_ROUNDING = 1e-3  # rad or m, by which limits of joints that follow others may be rounded in files
 
 
 def set_limits(
@@ -26,23 +27,26 @@ def set_limits(
 ) -> None:
     """Gives the joints of an arm the limits of a scenario, which replace those of its file, and checks the result.
 
-    Those that follow others need none.
+    Those that follow others need none, and have no effort.
 
     Raises:
         InputError: if there is no such joint, or one has a range, velocity or effort of zero.
     """
-    following = [mimic.joint for mimic in mimics]
-    joints = {joint.name(): joint for joint in _movable(plant, model) if joint.name() not in following}
-    for name in limits:
+    leaders = {mimic.joint: mimic.leader for mimic in mimics}
+    joints = {joint.name(): joint for joint in _movable(plant, model)}
+    for name, config in limits.items():
         if name not in joints:
             raise InputError("arm", "limits", name, f"no such joint; known: {', '.join(joints)}")
+        if name in leaders and config.effort is not None:
+            expected = f"leave it out: the joint follows '{leaders[name]}', without an actuator"
+            raise InputError(f"arm.limits.{name}", "effort", config.effort, expected)
     motors = {actuator.joint().name(): actuator for actuator in _actuators(plant, model)}
     for name, joint in joints.items():
         _set(plant, joint, motors.get(name), limits.get(name, JointLimitsConfig()))
     motors = {actuator.joint().name(): actuator for actuator in _actuators(plant, model)}
-    for name, joint in joints.items():
+    for name in [name for name in joints if name not in leaders]:
         motor = motors.get(name)
-        _check(where, joint, motor.effort_limit() if motor is not None else 0.0)
+        _check(where, joints[name], motor.effort_limit() if motor is not None else 0.0)
 
 
 def _movable(plant: MultibodyPlant, model: ModelInstanceIndex) -> list[Joint]:
@@ -103,7 +107,6 @@ def couple(where: Path, plant: MultibodyPlant, model: ModelInstanceIndex, mimics
         plant.RemoveJointActuator(actuator)
     for mimic in mimics:
         joint, leader = (plant.GetJointByName(name, model) for name in (mimic.joint, mimic.leader))
-        _free_of_empty_limits(joint)
         try:
             plant.AddCouplerConstraint(joint, leader, mimic.multiplier, mimic.offset)
         except RuntimeError:
@@ -113,13 +116,35 @@ def couple(where: Path, plant: MultibodyPlant, model: ModelInstanceIndex, mimics
         note(READ, where, f"joint '{mimic.joint}'", law, "it follows, and has no place in postures")
 
 
-def _free_of_empty_limits(joint: Joint) -> None:
-    """Limits of zero, which files give to what follows, would hold it."""
-    lower, upper, velocity = _limits(joint)
-    if not lower < upper:
-        joint.set_position_limits([-math.inf], [math.inf])
-    if not velocity > 0:
-        joint.set_velocity_limits([-math.inf], [math.inf])
+def free_followers(
+    where: Path,
+    plant: MultibodyPlant,
+    model: ModelInstanceIndex,
+    mimics: Sequence[Mimic],
+    limits: Mapping[str, JointLimitsConfig],
+) -> None:
+    """Leaves out limits of joints that would hold what they follow, with a note, but those of a scenario."""
+    laws = {mimic.joint: mimic for mimic in mimics}
+
+    def led(name: str) -> tuple[float, float]:
+        """The range to which its leader takes a joint, whose own limits do not count."""
+        if (law := laws.get(name)) is None:
+            return _limits(plant.GetJointByName(name, model))[:2]
+        ends = [law.offset + (law.multiplier * end if law.multiplier else 0.0) for end in led(law.leader)]
+        return min(ends), max(ends)
+
+    for name, law in laws.items():
+        joint, config = plant.GetJointByName(name, model), limits.get(name, JointLimitsConfig())
+        (low, high), (lower, upper, velocity) = led(name), _limits(joint)
+        is_bounded = math.isfinite(low) and math.isfinite(high)
+        contradicts = is_bounded and (low < lower - _ROUNDING or high > upper + _ROUNDING)
+        if config.lower is None and config.upper is None and (contradicts or not lower < upper):
+            joint.set_position_limits([-math.inf], [math.inf])
+            if lower < upper:  # files give limits of zero to what follows
+                why = f"it follows '{law.leader}', which takes it from {low:g} to {high:g}; arm.limits can give others"
+                note(LEFT_OUT, where, f"joint '{name}': limits", f"{lower:g} to {upper:g}", why)
+        if not velocity > 0:
+            joint.set_velocity_limits([-math.inf], [math.inf])
 
 
 def exclude_self_contact(parser: Parser, model: ModelInstanceIndex) -> None:

@@ -5,6 +5,7 @@ exceed the mesh least follow its shape. Slices that are convex together are one 
 side of a seam would meet the face between two parts, as if it were a ledge.
 """
 
+import math
 from collections.abc import Sequence
 from functools import lru_cache
 from itertools import pairwise
@@ -14,12 +15,15 @@ import numpy as np
 import trimesh
 
 from soft_gripper.arrays import Array
+from soft_gripper.errors import InputError
+from soft_gripper.files.notes import READ, note
 from soft_gripper.scenario.mesh_object import read_scene
 
 _SLABS = 14
 _FLATNESS = 1e-6  # thickness over extent of points, below which they lie in a plane
 _JOINED_FILL = 0.999  # slabs that fill this share of their common hull are one part
-_CONVEX = 0.99  # a mesh that fills this share of its convex hull counts as convex
+_NOTABLE_EXCESS = 1.05  # volume of a hull over that of its mesh
+CONVEX = 0.99  # a mesh that fills this share of its convex hull counts as convex
 
 
 @lru_cache(maxsize=16)
@@ -30,14 +34,44 @@ def convex_parts(path: Path, modified: int) -> tuple[Array, ...]:
         path: of the file.
         modified: time of its last change, ns, so that a changed file is read again.
     """
-    mesh = read_scene(path).to_mesh()
-    mesh.merge_vertices(merge_tex=True, merge_norm=True)
-    hull = mesh.convex_hull
-    if mesh.is_volume and mesh.volume >= _CONVEX * hull.volume:
-        return (np.array(hull.vertices),)
+    mesh = _read(path)
+    if hull_excess(path, modified) * CONVEX <= 1:
+        return (np.array(mesh.convex_hull.vertices),)
     candidates = [_slabs(mesh, axis) for axis in range(3)]
     slabs = min(candidates, key=lambda slabs: sum(slab.volume for slab in slabs))
     return tuple(np.array(part.vertices) for part in _joined(slabs))
+
+
+@lru_cache(maxsize=256)
+def hull_excess(path: Path, modified: int) -> float:
+    """The volume of the convex hull of a mesh over its own; infinite if it is open; args as of `convex_parts`."""
+    try:
+        mesh = _read(path)
+    except InputError:  # a format that Drake alone reads
+        return math.inf
+    has_volume = mesh.is_watertight and mesh.is_winding_consistent and mesh.volume != 0
+    return float(mesh.convex_hull.volume / abs(mesh.volume)) if has_volume else math.inf
+
+
+def note_hull(where: Path, link: str, mesh: Path, origin: Path) -> None:
+    """Notes how much larger the hull of a mesh is, at which a link is touched, if that is notable.
+
+    Args:
+        where: file of the model.
+        link: its name.
+        mesh: file of the mesh as it is read.
+        origin: that file as the model names it.
+    """
+    excess = hull_excess(mesh, mesh.stat().st_mtime_ns)
+    if _NOTABLE_EXCESS <= excess < math.inf:
+        why = f"a link of an arm is touched at its convex hull, whose volume is {excess:.3g} times that of the mesh"
+        note(READ, where, f"link '{link}': mesh", origin.name, why)
+
+
+def _read(path: Path) -> trimesh.Trimesh:
+    mesh = read_scene(path).to_mesh()
+    mesh.merge_vertices(merge_tex=True, merge_norm=True)
+    return mesh
 
 
 def _joined(slabs: Sequence[trimesh.Trimesh]) -> list[trimesh.Trimesh]:

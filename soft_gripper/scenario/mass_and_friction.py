@@ -52,10 +52,10 @@ def _weight(text: str, path: Path, suffix: str) -> float:
     return float(sum(plant.get_body(i).default_mass() for model in models for i in plant.GetBodyIndices(model)))
 
 
-def touching(parser: Parser) -> set[GeometryId]:
-    """All collision geometries of the plant of a parser so far."""
+def geometries(parser: Parser, role: Role | None = None) -> set[GeometryId]:
+    """All geometries of the plant of a parser so far, or those with a role."""
     scene_graph = parser.scene_graph()
-    return set() if scene_graph is None else set(scene_graph.model_inspector().GetAllGeometryIds(Role.kProximity))
+    return set() if scene_graph is None else set(scene_graph.model_inspector().GetAllGeometryIds(role))
 
 
 def set_friction(where: str, friction: float, parser: Parser, before: Collection[GeometryId]) -> None:
@@ -64,7 +64,7 @@ def set_friction(where: str, friction: float, parser: Parser, before: Collection
     Raises:
         InputError: if there are none.
     """
-    plant, scene_graph, added = parser.plant(), parser.scene_graph(), touching(parser) - set(before)
+    plant, scene_graph, added = parser.plant(), parser.scene_graph(), geometries(parser, Role.kProximity) - set(before)
     if not added or any(map(scene_graph.model_inspector().IsDeformableGeometry, added)):
         raise InputError(where, "friction", friction, "leave it out: the model has no rigid shape that could touch")
     for shape in added:

@@ -3,7 +3,7 @@
 import math
 import os
 import xml.etree.ElementTree as ET
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -14,10 +14,12 @@ from soft_gripper.control.couplings import Mimic
 from soft_gripper.errors import InputError
 from soft_gripper.files.notes import MENDED, READ, note
 from soft_gripper.files.xml_text import check_counts, finite_numbers, read_numbers
+from soft_gripper.scenario.convex_parts import note_hull
 from soft_gripper.scenario.included_files import IncludedFiles
 from soft_gripper.scenario.link_inertia import NEXT_TO_NONE, NOT_POSSIBLE, SPECK, SPECK_WHY, possible_inertia
 from soft_gripper.scenario.mesh_checks import check_mesh_file
-from soft_gripper.scenario.mesh_object import converted, weighable
+from soft_gripper.scenario.mesh_object import converted, outward, weighable
+from soft_gripper.scenario.mjcf_bodies import remove_bodies
 from soft_gripper.scenario.model_xml import Ready, check_chains
 
 _DENSITY = "1000"  # kg/m^3, of a geom for which none is given
@@ -28,18 +30,22 @@ _WITH_DEFAULTS = ("geom", "joint", "actuator")
 _Defaults = Mapping[str, Mapping[str, Mapping[str, str]]]  # attributes by class and tag
 
 
-def ready_mjcf(path: Path, root: ET.Element) -> Ready:
+def ready_mjcf(path: Path, root: ET.Element, is_arm: bool = False, without: Sequence[str] = ()) -> Ready:
     """A model that Drake reads, from the root of its file, which is changed.
+
+    Bodies `without` are left out, see `remove_bodies`. Drake touches its meshes at their convex hulls; those of an arm
+    are noted.
 
     Raises:
         InputError: if a file that it names is missing or cannot be read, or files include each other.
     """
     _include(path.parent, root, IncludedFiles(path, root))
+    remove_bodies(path, root, without)
     check_counts(path, root)
     if not (root.get("model") or "").strip():
         root.set("model", path.stem)
     defaults = _defaults(root)
-    meshes = _find_meshes(path, root, defaults)
+    meshes = _find_meshes(path, root, defaults, is_arm)
     counts = _take_groups(path, root)
     for world in root.findall("worldbody"):
         _mend_masses(path, world, _Masses(defaults, meshes, *counts), "main")
@@ -63,14 +69,14 @@ def _include(folder: Path, around: ET.Element, files: IncludedFiles) -> None:
     around[:] = content
 
 
-def _find_meshes(path: Path, root: ET.Element, defaults: _Defaults) -> dict[str, bool]:
+def _find_meshes(path: Path, root: ET.Element, defaults: _Defaults, is_arm: bool) -> dict[str, bool]:
     """Gives meshes files that Drake reads, and names; returns whether each has a file: Drake leaves out the others."""
     options: dict[str, str] = {}
     for compiler in root.findall("compiler"):
         options |= compiler.attrib
         for name in ("meshdir", "assetdir", "strippath"):
             compiler.attrib.pop(name, None)
-    weighed = _weighed(root, defaults, options.get("inertiafromgeom") == "true")
+    weighed, touched = _weighed(root, defaults, options.get("inertiafromgeom") == "true"), _touched(root, defaults)
     folder = Path(os.path.realpath(path.parent)) / options.get("meshdir", options.get("assetdir", ""))
     for mesh in root.findall("asset/mesh"):
         if named := (mesh.get("file") or "").strip():
@@ -79,7 +85,11 @@ def _find_meshes(path: Path, root: ET.Element, defaults: _Defaults) -> dict[str,
             try:
                 check_mesh_file(file)
                 found = file if file.suffix.lower() == ".obj" else converted(file)
-                found = weighable(found, file) if mesh.get("name") in weighed else found
+                name = mesh.get("name", "")
+                if name in weighed or name in touched:
+                    found = weighable(found, file) if name in weighed else outward(found, file)
+                for body in touched.get(name, ()) if is_arm else ():
+                    note_hull(path, body, found, file)
             except InputError as error:
                 raise error.inside(path) from None
             mesh.set("file", str(found))
@@ -92,6 +102,18 @@ def _weighed(root: ET.Element, defaults: _Defaults, all_are: bool) -> set[str | 
     bodies = [body for body in root.iter("body") if all_are or body.find("inertial") is None]
     by_class = {values["geom"].get("mesh") for values in defaults.values() if "geom" in values}
     return by_class | {geom.get("mesh") for body in bodies for geom in body.findall("geom")}
+
+
+def _touched(root: ET.Element, defaults: _Defaults) -> Mapping[str, list[str]]:
+    """The names of the meshes that others may touch, and those of the bodies that have them."""
+    touched: dict[str, list[str]] = {}
+    worlds = ((world, "main") for world in root.findall("worldbody"))
+    for body, childclass in [*worlds, *_bodies(root)]:
+        for geom in body.findall("geom"):
+            values = _with_defaults(geom, "geom", defaults, childclass)
+            if "mesh" in values and (_bits(values, "contype") or _bits(values, "conaffinity")):
+                touched.setdefault(values["mesh"], []).append(body.get("name", ""))
+    return touched
 
 
 def _defaults(root: ET.Element) -> _Defaults:

@@ -30,14 +30,16 @@ from soft_gripper.fingers.paths import Chamber, Tendon
 from soft_gripper.fingers.plant_finger import PlantFinger, add_torsion_springs
 from soft_gripper.fingers.urdf import ExpandedUrdf, expand_urdf, read_fingers
 from soft_gripper.models import DIRECTORY, PACKAGE, package_map
-from soft_gripper.scenario.arm_joints import couple, exclude_contact, exclude_self_contact, set_limits
+from soft_gripper.scenario.arm_joints import couple, exclude_contact, exclude_self_contact, free_followers, set_limits
+from soft_gripper.scenario.contact_surface import touch_at_surfaces
 from soft_gripper.scenario.deformables import deformable_body, deformable_kind
 from soft_gripper.scenario.drake_parsing import add_file, add_text, check_inside, drake_reads
 from soft_gripper.scenario.link_inertia import note_spread
-from soft_gripper.scenario.mass_and_friction import set_friction, touching, with_mass
+from soft_gripper.scenario.mass_and_friction import geometries, set_friction, with_mass
 from soft_gripper.scenario.mesh_object import mesh_suffixes, mesh_to_sdf
 from soft_gripper.scenario.mjcf_xml import ready_mjcf
 from soft_gripper.scenario.model_xml import ready
+from soft_gripper.scenario.plausible_sizes import check_meshes, note_quantities
 from soft_gripper.scenario.schema import ArmConfig, FingerChanges, FingerConfig, ModelConfig
 
 _LOGGER = logging.getLogger(__name__)
@@ -256,10 +258,10 @@ def _prepared(
         found = ready(path, deepcopy(expanded.robot), is_arm, config.free, config.child)
         return _Prepared(found.text, ".urdf", expanded.fingers, found.mimics)
     if kind == "sdf":
-        found = ready(path, read_xml(path), is_arm, config.free, config.child)
+        found = ready(path, read_xml(path), is_arm, config.free, config.child, config.without)
         return _Prepared(found.text, ".sdf", mimics=found.mimics)
     if kind == "mujoco":
-        found = ready_mjcf(path, read_xml(path))
+        found = ready_mjcf(path, read_xml(path), is_arm, config.without)
         return _Prepared(found.text, ".xml", mimics=found.mimics, apart=found.apart)
     if kind in mesh_suffixes():
         return _Prepared(mesh_to_sdf(path, config.mesh, config.name, config.mass, config.friction), ".sdf")
@@ -268,8 +270,9 @@ def _prepared(
 
 def _check_choices(config: ModelConfig, kind: str, where: str, points: int | None) -> None:
     """Checks what a scenario chooses for a model, before its file is read."""
-    if config.without and kind != "robot":
-        raise InputError(where, "without", config.without, "links can be left out of URDF files only")
+    if config.without and kind not in _ROOTS:
+        expected = f"links can be left out of {', '.join(_ROOTS.values())} only"
+        raise InputError(where, "without", config.without, expected)
     if config.self_contact and points is not None:
         expected = "leave it out with contact: points: these lie under the skin, and would meet too late"
         raise InputError(where, "self_contact", True, expected)
@@ -307,7 +310,8 @@ def load_model(
     parser = Parser(plant)
     parser.SetAutoRenaming(True)
     parser.package_map().AddMap(package_map())
-    shapes = touching(parser)
+    shapes = geometries(parser)
+    is_fixture = arm is None and not config.free and config.parent == "world"
     with drake_reads(where, "file", config.file, path):
         prepared = _prepared(plant, path, kind, config, where, arm is not None, visuals, points)
         text, suffix, fingers, mimics, apart = prepared
@@ -315,6 +319,7 @@ def load_model(
         if text is not None and config.mass is not None and kind not in mesh_suffixes():
             text = with_mass(where, config.mass, text, path, suffix)
         models = add_file(parser, path) if text is None else add_text(parser, text, path, suffix)
+        check_meshes(path, parser, shapes, config.free, is_fixture)
     check_names(where, config.fingers, [finger.name for finger in fingers])
     require(bool(fingers) or not config.self_contact, where, "self_contact", True, f"{config.file} has no finger")
     if len(models) != 1:
@@ -327,9 +332,13 @@ def load_model(
     if config.friction is not None and kind not in mesh_suffixes():
         set_friction(where, config.friction, parser, shapes)
     note_spread(path, parser, models[0], stands=not config.free and config.parent == "world")
-    if arm is not None:
+    if arm is None:
+        touch_at_surfaces(parser, shapes)
+    else:
         set_limits(path, plant, models[0], arm.limits, mimics)
         exclude_self_contact(parser, models[0])
+    free_followers(path, plant, models[0], mimics, {} if arm is None else arm.limits)
+    note_quantities(path, parser, models[0], fingers, config.free)
     _check_contents(plant, models[0], config, where)
     put = add_torsion_springs if config.springs == "torsion" else PlantFinger
     return LoadedModel(models[0], [put(finger=finger, plant=plant, model=models[0]) for finger in fingers], mimics)

@@ -13,6 +13,8 @@ from soft_gripper.control.couplings import Mimic
 from soft_gripper.errors import InputError
 from soft_gripper.files.notes import LEFT_OUT, note
 from soft_gripper.files.xml_text import DRAKE, MOST, check_counts, finite_numbers, joint_end, number
+from soft_gripper.fingers.urdf import remove_links
+from soft_gripper.scenario.convex_parts import note_hull
 from soft_gripper.scenario.link_inertia import massless, repair_inertia
 from soft_gripper.scenario.mesh_checks import check_mesh_file
 from soft_gripper.scenario.mesh_names import is_known_package, mesh_file
@@ -57,7 +59,14 @@ class Ready(NamedTuple):
     apart: tuple[tuple[list[str], list[str]], ...] = ()
 
 
-def ready(path: Path, root: ET.Element, is_arm: bool = False, free: bool = False, child: str | None = None) -> Ready:
+def ready(
+    path: Path,
+    root: ET.Element,
+    is_arm: bool = False,
+    free: bool = False,
+    child: str | None = None,
+    without: Sequence[str] = (),
+) -> Ready:
     """A model with which Drake can simulate an arm, a gripper or an object; what Drake understands already is kept.
 
     Args:
@@ -66,6 +75,7 @@ def ready(path: Path, root: ET.Element, is_arm: bool = False, free: bool = False
         is_arm: its joints get actuators, its meshes become convex for contact.
         free: the model is not welded to anything.
         child: the frame at which it is welded; None: its first link.
+        without: links that are left out, see `remove_links`.
 
     Raises:
         InputError: if it is unexpanded xacro, a mesh is missing, or it contradicts itself or `free` or `child`.
@@ -75,6 +85,7 @@ def ready(path: Path, root: ET.Element, is_arm: bool = False, free: bool = False
         flatten(path, root)
         check_counts(path, root)
     for model in models_of(root):
+        remove_links(path, model, without)
         _drop_others(path, model)
         _refuse_xacro(path, model)
         mimics += _take_mimics(path, model)
@@ -217,6 +228,8 @@ def _check_ranges(path: Path, model: ET.Element) -> None:
             for which, value in (("lower", lower), ("upper", upper)):
                 if abs(value) > MOST and limit.get(which) is not None:
                     limit.set(which, repr(math.copysign(MOST, value)))  # as good as none
+                for element in limit.findall(which) if abs(value) > MOST else ():
+                    element.text = repr(math.copysign(MOST, value))  # 1e16 by default in SDFormat
             if lower > upper:
                 raise InputError(where, "limit.upper", upper, f"must be at least limit.lower, {lower:g}")
 
@@ -372,7 +385,7 @@ _DRAKE_READS = (".obj", ".gltf", ".vtk")
 
 
 def convert_meshes(path: Path, model: ET.Element, to_convex: bool) -> None:
-    """Gives all shapes mesh files that Drake reads; `to_convex`, collisions take their convex hulls.
+    """Gives all shapes mesh files that Drake reads; `to_convex`, collisions take their convex hulls, with a note.
 
     Args:
         path: of the file of the model, to which relative names refer.
@@ -380,12 +393,17 @@ def convert_meshes(path: Path, model: ET.Element, to_convex: bool) -> None:
     Raises:
         InputError: if a mesh is missing or cannot be read.
     """
-    for shape in [*model.findall("link/visual"), *model.findall("link/collision")]:
-        for mesh in shape.findall("geometry/mesh"):
-            if to_convex and shape.tag == "collision" and not _is_made_for_drake(shape, mesh):
-                ET.SubElement(mesh, DRAKE + "declare_convex")
-            if not is_known_package(_mesh_name(mesh)):
-                _find(path, shape, mesh)
+    for link in model.findall("link"):
+        for shape in [*link.findall("visual"), *link.findall("collision")]:
+            for mesh in shape.findall("geometry/mesh"):
+                name = _mesh_name(mesh)
+                to_hull = to_convex and shape.tag == "collision" and not _is_made_for_drake(shape, mesh)
+                if to_hull:
+                    ET.SubElement(mesh, DRAKE + "declare_convex")
+                if not is_known_package(name):
+                    file, origin = _find(path, shape, mesh)
+                    if to_hull:
+                        note_hull(path, link.get("name", ""), file, origin)
 
 
 def _is_made_for_drake(shape: ET.Element, mesh: ET.Element) -> bool:
@@ -397,7 +415,8 @@ def _mesh_name(mesh: ET.Element) -> str:
     return (mesh.get("filename") or mesh.findtext("uri") or "").strip()
 
 
-def _find(path: Path, shape: ET.Element, mesh: ET.Element) -> None:
+def _find(path: Path, shape: ET.Element, mesh: ET.Element) -> tuple[Path, Path]:
+    """Gives a mesh of a shape a file that Drake reads, and returns it and the one that the model names."""
     file = origin = mesh_file(_mesh_name(mesh), path)
     is_foreign = file.suffix.lower() not in _DRAKE_READS
     has_surface = shape.tag == "collision" and mesh.find(DRAKE + "declare_convex") is None
@@ -414,6 +433,7 @@ def _find(path: Path, shape: ET.Element, mesh: ET.Element) -> None:
         mesh.set("filename", f"file://{file}")
     for uri in mesh.findall("uri"):
         uri.text = f"file://{file}"
+    return file, origin
 
 
 def set_colors(path: Path, robot: ET.Element) -> None:

@@ -101,7 +101,7 @@ class ModelConfig(ByValue):
     friction: float | None = quantity(None, least=0)
     # By name of a joint; those left out are as in the file. An arm has `arm.home` instead.
     initial_position: dict[str, list[float]] = quantity({}, "rad or m")
-    without: list[str] = field(default_factory=list)  # links of a URDF to omit, with everything attached to them
+    without: list[str] = field(default_factory=list)  # links of its file to omit, with everything attached to them
     segments: int | None = quantity(None, least=1)  # of every finger in the file; None: as in the file
     springs: str | None = quantity(None, known=SPRINGS)  # see docs/finger.md; None: linear ones if they are stable
     fingers: dict[str, FingerConfig] = field(default_factory=dict)  # changes of its <finger>s, by name or for "all"
