@@ -33,8 +33,8 @@ STATIONS = (
     ("pick_and_place_box", []),
 )
 SIZES = {"pressure": 5e4, "driving_torque": 0.05, "standard_normal": 1.0, "sampled_state": 0.1}
-DURING_A_RUN_ALONE = {"BasePoseSensor", "ErrorBlock", "ReadingErrorBlock", "RecursiveEstimator"}
-DURING_A_RUN_ALONE |= {"SpatialRecursiveEstimator", "TrueContact"}  # is what they put out known
+# During a run alone is what they put out known.
+DURING_A_RUN_ALONE = {"BasePoseSensor", "ErrorBlock", "ReadingErrorBlock", "TrueContact"}
 
 
 def subclasses(kind):

@@ -3,10 +3,11 @@
 Equations (2) to (6) of the paper, with the slips in its (3) and (6) put right, for a section whose paths measure L_1
 (inner) and L_2 (outer) and run Delta_R apart:
 
-    (2)  R_2 = R_1 + Delta_R                 the paths are arcs about one centre
+    (2)  L_i = lambda_i L_0i                 length by the extension ratio, of a path that is L_0i at rest
+         R_2 = R_1 + Delta_R                 the paths are arcs about one centre; no number in the paper
     (3)  L_1 = R_1 theta ,  L_2 = R_2 theta  length of an arc
     (4)  R_1 = L_1 Delta_R / (L_2 - L_1)     from both; singular where the finger is straight
-    (5)  R = R_1 + Delta_R / 2               the axis runs midway between the paths, or wherever it is neutral
+    (5)  R_2 = L_2 Delta_R / (L_2 - L_1)     from both; here R = R_1 + Delta_R / 2, of the axis between the paths
     (6)  theta = L_1 / R_1                   bend of the section
 
 Eliminating the radii leaves what `arcs_from_lengths` computes, smooth through zero, so that no case is special:

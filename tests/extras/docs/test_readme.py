@@ -19,15 +19,19 @@ CONTACTS, TRIALS = "docs/extras/studies/contacts.md", "docs/extras/grasps/grasp_
 REPLAY = "docs/extras/hardware/hardware_replay.md"
 # By a sentence of README: the cells with its numbers, by page, beginning of the row, column and places within the cell.
 QUOTED = {
-    r"mean error (\S+) % in 200 random contacts with friction; median (\S+) %, 90th percentile (\S+) %": [
+    r"mean error (\S+) % of those detected of 200 .* median (\S+) %, 90th percentile (\S+) %\.": [
         (CONTACTS, "mean of 20 samples", 2, slice(None))
+    ],
+    r"beyond 10 %: (\S+) %, (\S+) %, (\S+) %; (\S+) % detected": [
+        (CONTACTS, "equal sections, beyond 10 %", 2, slice(None)),
+        (CONTACTS, "equal sections, beyond 10 %", 1, slice(None)),
     ],
     r"(\d+) of 200 random boxes put down within (\S+) mm, (\d+) of 200 fragile cups": [
         (TRIALS, "put down within 10 mm", 1, slice(None)),
         (TRIALS, "distance from the goal", 1, slice(1, 2)),
         (TRIALS, "put down within 10 mm", 3, slice(None)),
     ],
-    r"mean tip error (\S+) mm \(95 %: (\S+) mm\) of a recorded arm": [
+    r"mean tip error (\S+) mm \(95th percentile (\S+) mm\) of a recorded arm": [
         (REPLAY, "`arcs`, 2 per side", 2, slice(None)),
         (REPLAY, "`arcs`, 2 per side", 3, slice(None)),
     ],
@@ -35,9 +39,9 @@ QUOTED = {
 # Numbers of sentences that other tests compare: of test_published.py and of tests/benchmarks/test_peers_sentences.py.
 COMPARED = (
     r"mean error \S+ mm in the worst scenario; .* four sensors: \S+ mm",
-    r"MuJoCo takes \S+ of our computing time",
+    r"MuJoCo takes \S+ of our computing time for the box grasp, both with steps of 10 ms",
 )
-MEANT = {"95": "% of the bands", "0.2": "s of an average"}
+MEANT = {"95": "% of the bands", "0.2": "s of an average", "40": "mm to the border of the sections"}
 
 
 def numbers(page: str, beginning: str, column: int, places: slice) -> list[float]:
