@@ -49,17 +49,25 @@ except ImportError:
 
 WORLD = "world"
 DEPTH = 50  # messages that a queue holds
+MAX_STAMPS = 1000
 
 
 class RosSource:
-    """Readings that arrive as messages, by the names of their fields; `stamp` is that of the last."""
+    """Readings that arrive as messages, by the names of their fields; numbered here if their device does not.
 
-    is_over = False
+    Messages arrive while earlier ones are estimated: `stamps` are those of the last, by the number of the reading.
+    """
 
-    def __init__(self, node, fields):
-        self._node, self._fields, self._arrived, self.stamp = node, fields, [], None
+    def __init__(self, node, config):
+        config.count = config.count or "number"
+        self._node, self._config, self._arrived, self._number, self.stamps = node, config, [], 0, {}
         node.create_subscription(JointState, "~/readings", self._take_named, DEPTH)
         node.create_subscription(Float64MultiArray, "~/numbers", self._take_numbers, DEPTH)
+
+    @property
+    def is_over(self):
+        """Whether the node is shut down."""
+        return not rclpy.ok()
 
     def receive(self, timeout):
         """What has arrived; waits up to `timeout` s for it."""
@@ -68,12 +76,18 @@ class RosSource:
         return found
 
     def _take_named(self, message):
-        self.stamp = message.header.stamp
-        self._arrived.append(dict(zip(message.name, message.position, strict=False)))
+        self._take(message.header.stamp, message.name, message.position)
 
     def _take_numbers(self, message):
-        self.stamp = self._node.get_clock().now().to_msg()
-        self._arrived.append(dict(zip(self._fields, message.data, strict=False)))
+        self._take(self._node.get_clock().now().to_msg(), self._config.fields, message.data)
+
+    def _take(self, stamp, names, values):
+        self._number += 1
+        reading = {"number": self._number, **dict(zip(names, values, strict=False))}
+        self._arrived.append(reading)
+        self.stamps[reading.get(self._config.count)] = stamp
+        if len(self.stamps) > MAX_STAMPS:
+            del self.stamps[next(iter(self.stamps))]
 
 
 class RosSink:
@@ -93,7 +107,7 @@ class RosSink:
             self._commands.publish(Float64MultiArray(data=np.concatenate(commands).tolist()))
         if results.get("age") != 0:
             return  # no new reading
-        header = Header(stamp=self._source.stamp, frame_id=WORLD)
+        header = Header(stamp=self._source.stamps[results["count"]], frame_id=WORLD)
         names, angles = [], []
         for finger in self._fingers:
             found = known(self._bench, finger)
@@ -149,9 +163,9 @@ def main(arguments=None):
     check_inputs(options.bench, config, bench)
     rclpy.init(args=of_ros)
     node = rclpy.create_node("soft_gripper")
-    source = RosSource(node, config.fields)
+    source = RosSource(node, config)
     try:
-        Session(BenchDriver(bench, config, source, RosSink(node, bench, source))).run(lambda: not rclpy.ok())
+        Session(BenchDriver(bench, config, source, RosSink(node, bench, source))).run(lambda: False)
     finally:
         node.destroy_node()
         rclpy.try_shutdown()

@@ -7,7 +7,7 @@ from time import monotonic, thread_time
 from typing import Any, NamedTuple
 
 import numpy as np
-from pydrake.systems.analysis import Simulator
+from pydrake.systems.analysis import InitializeParams, Simulator
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
 from pydrake.systems.primitives import PassThrough
 
@@ -128,7 +128,7 @@ class Bench:
         self._begin()
 
     def _begin(self) -> None:
-        self._simulator, self._samples = Simulator(self.diagram), 0
+        self._simulator, self._samples, self._has_jumped = Simulator(self.diagram), 0, False
         self._context = self._simulator.get_mutable_context()
         self._give({name: np.zeros(size) for name, size in self.inputs.items()})
 
@@ -158,6 +158,11 @@ class Bench:
         """Takes a sample that is missing: no sensor was read, and what drives the fingers is as before."""
         self._give(self._missing)
         self._advance()
+
+    def pass_over(self, samples: int) -> None:
+        """Lets the time of samples pass in which nothing is computed; estimators and control learn nothing of it."""
+        if self._samples and samples:
+            self._samples, self._has_jumped = self._samples + samples, True
 
     def restart_control(self) -> None:
         """Lets the grip controller begin anew, after others have commanded the fingers."""
@@ -195,10 +200,14 @@ class Bench:
             self._ports[name].FixValue(self._context, value)
 
     def _advance(self) -> None:
-        if self._samples:
-            self._simulator.AdvanceTo(self._samples * self.period)
-        else:
+        if self._samples == 0:
             self._simulator.Initialize()  # as sensors do, from the first reading on
+        elif self._has_jumped:
+            self._context.SetTime(self._samples * self.period)
+            self._simulator.Initialize(InitializeParams(suppress_initialization_events=True))
+            self._has_jumped = False
+        else:
+            self._simulator.AdvanceTo(self._samples * self.period)
         self._simulator.AdvancePendingEvents()
         self._samples += 1
 

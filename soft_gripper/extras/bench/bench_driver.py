@@ -1,10 +1,13 @@
 """BenchDriver: the hardware of a scenario in real time: readings in, estimates and commands out."""
 
 import math
+import sys
 import time
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import repeat
+from threading import Condition, Event, Thread
 from typing import Any
 
 import numpy as np
@@ -15,12 +18,12 @@ from soft_gripper.estimators.calibration_range import DISTANCE, FAR
 from soft_gripper.estimators.finger_shape import ANGLES
 from soft_gripper.extras.bench.bench import SET_POINT, Bench
 from soft_gripper.extras.bench.calibration_tally import CalibrationTally
-from soft_gripper.extras.bench.endpoints import Sink, Source
+from soft_gripper.extras.bench.endpoints import MOST_WAITING, Sink, Source
 from soft_gripper.extras.bench.messages import MalformedError, chosen, count_of, decoded, encoded
 from soft_gripper.extras.bench.plausible import FirstPressures, Ranges, check_plausible, plausible_ranges
 from soft_gripper.extras.bench.recorder import Recorder
 from soft_gripper.extras.bench.tally import Tally
-from soft_gripper.extras.bench.threads import Message
+from soft_gripper.extras.bench.threads import LINGER, Message
 from soft_gripper.extras.bench.watch import Counts, Watch
 from soft_gripper.extras.hardware.bench_schema import BenchConfig
 from soft_gripper.extras.hardware.measured import factor
@@ -39,9 +42,12 @@ _BANDS = {  # what a band is of, by its name
     "contact_force_std": ("contact_force",),
     "contact_arc_length_std": ("contact_arc_length",),
 }
-_MOST_SKIPPED = 1.0  # s of missing readings that the estimators are told of; no memory of theirs is longer
+_MOST_SKIPPED = 1.0  # s of lost readings that the estimators are told of; no memory of theirs is longer
 _MOST_AHEAD = 0.5  # s by which readings may come in a bunch; more of them are in excess
-_MOST_BEHIND = 0.5  # s that readings may take that arrived together; after that the newest of them alone is used
+# s that a thread waits while another one computes. Python's 5 ms pass again at every call of the system: four of them
+# come between a reading and its result.
+SWITCH_INTERVAL = 5e-4
+_MAX_WAIT = 0.1  # s that a thread waits before it looks whether the session ends
 _REMEMBERED = 2.0  # s over which the speed of an estimate is measured
 _LARGEST_CLOCK = 1e20  # of a device's clock, whatever its unit
 _LATENCIES = 100_000  # of the last readings
@@ -129,10 +135,14 @@ class Pace:
 class BenchDriver(Driver):
     """Feeds readings to a bench as they arrive, and sends what it computes.
 
-    A result has `count` and `time` of its reading, `age` (s since it arrived), `stale`, `lost` (readings so far), the
-    signals that are sent, and commands; always the same numbers, NaN for what is not known. While a reading is overdue,
-    a result follows every period all the same: the last estimates, with bands that widen by the most that the estimates
-    changed of late over as long a time. From `stale_after` on it is `stale`, and commands are safe.
+    A result has `count` and `time` of its reading, `age`, `stale`, `lost` (readings so far), the signals that are sent,
+    and commands; always the same numbers, NaN for what is not known. While a result is overdue, others follow every
+    period all the same: the last estimates, with bands that widen by the most that the estimates changed of late over
+    as long a time. From `stale_after` on they are `stale`, and commands are safe. `age` is the time since the reading
+    arrived, s; 0 where its estimates are sent for the first time, unless they are stale by then.
+
+    In a session, a thread of its own notes when readings arrive, and sends what is overdue: it waits for no estimator.
+    Once estimates would be stale before they are sent, the newest reading alone is used; the others are passed over.
     """
 
     def __init__(
@@ -162,6 +172,18 @@ class BenchDriver(Driver):
         self._arrived = clock()
         self._due = self._arrived + 1.5 * bench.period
         self._is_silent = False
+        # Of both threads, under this lock, as is all that is sent:
+        self._changed = Condition()
+        self._waiting: deque[tuple[Message, float]] = deque()  # messages, and when they arrived
+        self._source_is_over = False
+        self._error: BaseException | None = None
+        self._listener: Thread | None = None
+        self._closes, self._switch_interval = Event(), sys.getswitchinterval()
+        self._passed_over = 0  # readings since the last that was used
+        self._cost = 0.0  # s, of the last estimate
+        self._command: dict[str, Array] = {}  # of the last reading
+        self._in_force: float | None = None  # when the reading of the command in force arrived; None: it is safe
+        self.oldest_command = 0.0  # s, the greatest age of a reading while a command based on it was in force
         self.recorder: Recorder | None = None  # takes every sample
         self.tally, self.calibration = Tally(bench), CalibrationTally(bench)
         self._first, self._say = FirstPressures(bench.period, config), say
@@ -169,12 +191,21 @@ class BenchDriver(Driver):
         self.latencies: deque[float] = deque(maxlen=_LATENCIES)  # s, from a message to its result
         self.efforts: deque[float] = deque(maxlen=_LATENCIES)  # s, processor time of the same
         unknown = {name: np.full(bench.signals[name].size(), np.nan) for name in self.sent}
+        self._estimates: dict[str, Array] = unknown  # of the last reading
         self.results: dict[str, Any] = unknown  # the last that were sent; SI units
 
     @property
     def counts(self) -> Counts:
         """Counts of readings so far, by what became of them."""
         return self._watch.counts
+
+    @property
+    def command_age(self) -> str:
+        """The greatest age of the commands so far, in words; empty where nothing is commanded at a pace."""
+        if self._pace is None or not self._commands:
+            return ""
+        oldest = f"{1e3 * self.oldest_command:.0f} ms" if self.oldest_command else "none but safe ones"
+        return f"oldest command in force: {oldest}"
 
     @property
     def zeroing(self) -> bool:
@@ -208,64 +239,130 @@ class BenchDriver(Driver):
     @property
     def is_over(self) -> bool:
         """Whether no reading will ever arrive again."""
-        return self._source.is_over
+        return self._source_is_over and not self._waiting and self._error is None
+
+    def begin(self) -> None:
+        """Receives readings, and sends what is overdue, in a thread of its own from now on."""
+        if self._pace is not None:
+            sys.setswitchinterval(min(SWITCH_INTERVAL, self._switch_interval))
+            self._listener = Thread(target=self._listen, daemon=True)
+            self._listener.start()
 
     def close(self) -> None:
         """Sends the last results again, with safe commands."""
-        self._send_last()
+        with self._changed:
+            self._closes.set()
+            self._send_safe()
+        if self._listener is not None:
+            self._listener.join(LINGER)
+            sys.setswitchinterval(self._switch_interval)
 
     def turn(self) -> bool:
-        """Waits for readings, until the next result is due at most; there is nothing to be shown.
+        """Waits for readings, until the next result is due at most, and uses them; there is nothing to be shown.
 
         Raises:
             InputError: if the estimators fail, an own source or sink does, or no reading came to zero the sensors.
         """
-        messages = self._source.receive(max(0.0, self._due - self._clock()))
-        arrived = self._clock()
-        for i, message in enumerate(messages, 1):
-            if self._pace is not None and i < len(messages) and self._clock() - arrived > _MOST_BEHIND:
-                self.counts.excess += 1
-                continue
-            began, used = time.thread_time(), self.counts.used
+        if self._listener is None:
+            self._receive(self._source.receive)
+        with self._changed:
+            if self._listener is not None:
+                self._changed.wait_for(self._has_news, min(1.5 * self._bench.period, _MAX_WAIT))
+            waiting = [*self._waiting]
+            self._waiting.clear()
+            if not waiting and self._error is not None:
+                error, self._error = self._error, None
+                raise error
+        for i, (message, arrived) in enumerate(waiting, 1):
+            # Both this reading, and then the newest, are to be estimated in time.
+            is_late = self._would_be_stale(arrived, 1) or self._would_be_stale(waiting[-1][1], 2)
+            if self._pace is not None and i < len(waiting) and is_late:
+                self._take_newest(waiting[i - 1 :])
+                break
             self._take(message, arrived)
-            if self.counts.used > used:
-                self.efforts.append(time.thread_time() - began)
-        if self._pace is not None and (now := self._clock()) >= self._due:
-            self._send_aged(now - self._arrived)
-            self._due = now + self._bench.period
         if self._clock() >= self._zeroed_at:
             self.zeroed()
         return False
 
-    def _take(self, message: Message, arrived: float) -> None:
+    def _has_news(self) -> bool:
+        return bool(self._waiting) or self._source_is_over or self._error is not None
+
+    def _listen(self) -> None:
+        def wait(seconds: float) -> list[Message]:
+            self._closes.wait(seconds)
+            return []
+
+        while not self._closes.is_set():
+            try:
+                self._receive(wait if self._source_is_over or self._error is not None else self._source.receive)
+            except BaseException as error:  # whatever a user's source or sink may raise: `turn` raises it
+                with self._changed:
+                    self._error = error
+                    self._changed.notify_all()
+
+    def _receive(self, receive: Callable[[float], list[Message]]) -> None:
+        """Waits for messages until a result is due at most, and sends that."""
+        messages = receive(min(max(0.0, self._due - self._clock()), _MAX_WAIT))
+        arrived = self._clock()
+        with self._changed:
+            self._waiting += zip(messages, repeat(arrived))
+            while len(self._waiting) > MOST_WAITING:
+                self._waiting.popleft()
+                self.counts.excess += 1
+            self._source_is_over = self._source.is_over
+            self._changed.notify_all()
+            if self._pace is not None and self._clock() >= self._due and not self._closes.is_set():
+                self._send_known(is_new=False)
+
+    def _would_be_stale(self, arrived: float, estimates: int) -> bool:
+        """Whether a reading would be stale after a number of estimates that cost as much as the last."""
+        return self._clock() - arrived + estimates * self._cost >= self._config.stale_after
+
+    def _take_newest(self, waiting: list[tuple[Message, float]]) -> None:
+        """Takes the newest message that is understood, and passes over those before."""
+        while waiting:
+            message, arrived = waiting.pop()
+            self._passed_over += len(waiting)
+            if self._take(message, arrived):
+                self.counts.excess += len(waiting)
+                return
+            self._passed_over -= len(waiting)
+
+    def _take(self, message: Message, arrived: float) -> bool:
+        """Uses the reading in a message, unless it comes too late; returns whether there is one."""
+        began, effort = self._clock(), time.thread_time()
         try:
             reading = understood(message, self._config, self._ranges, self._bench.quantities)
         except MalformedError as error:
             self.counts.malformed += 1
             self.malformed = self.malformed or str(error)
-            return
+            return False
         if self._pace is not None and not self._pace.allows():
             self.counts.excess += 1
-            return
+            return True
         missing = self._watch.accept(reading.count)
         if missing is None:
-            return  # an estimate that is newer has been sent already
-        found = self._estimated(reading, missing)
+            return True  # an estimate that is newer has been sent already
+        estimates = self._estimated(reading, missing, arrived)
         for line in (*self._first.note(reading.values), *(() if self.zeroing else self.calibration.note())):
             self._say(line)
-        self._last, self._arrived, self._is_silent = reading, arrived, False
-        self._due = arrived + 1.5 * self._bench.period
-        self._send(self._header(0.0) | found | self._commanded())
-        self._spread.note()
-        self.tally.note(reading.values, found)
-        self.latencies.append(self._clock() - arrived)
+        command = self._bench.read(self._commands)
+        with self._changed:
+            self._last, self._arrived, self._estimates = reading, arrived, estimates
+            self._command = {n: np.where(np.isfinite(u), u, self._config.safe_command) for n, u in command.items()}
+            self._send_known(is_new=True)
+            self._spread.note()
+        self.tally.note(reading.values, estimates)
+        now = self._clock()
+        self._cost = now - began
+        self.latencies.append(now - arrived)
+        self.efforts.append(time.thread_time() - effort)
+        return True
 
-    def _estimated(self, reading: Reading, missing: int) -> dict[str, Array]:
+    def _estimated(self, reading: Reading, missing: int, arrived: float) -> dict[str, Array]:
         """Results of a reading, before which others are missing."""
         try:
-            for _ in range(min(missing, round(_MOST_SKIPPED / self._bench.period))):
-                self._bench.skip()
-                self._record(math.nan, math.nan)
+            self._let_pass(missing, arrived)
             if self._is_silent:
                 self._bench.restart_control()  # the fingers are where safe commands have led them
             self._use(reading)
@@ -275,6 +372,22 @@ class BenchDriver(Driver):
             raise
         except Exception as error:  # numpy's and Drake's, and those of a user's estimator
             raise InputError("live", "reading", reading.count, f"the estimators failed: {described(error)}") from error
+
+    def _let_pass(self, missing: int, arrived: float) -> None:
+        """Lets the time of missing readings pass.
+
+        The estimators are told of those that were lost while there is time for it, of those passed over never: to be
+        told costs as much as to estimate.
+        """
+        passed_over, self._passed_over = self._passed_over, 0
+        lost = min(max(0, missing - passed_over), round(_MOST_SKIPPED / self._bench.period))
+        while lost and not (self._pace and self._clock() - arrived > 0.5 * self._config.stale_after):
+            self._bench.skip()
+            self._record(math.nan, math.nan)
+            lost -= 1
+        self._bench.pass_over(lost + passed_over)
+        if self.recorder is not None and self.recorder.is_open:
+            self.recorder.pass_over(lost + passed_over)
 
     def _record(self, count: float, device_time: float) -> None:
         if self.recorder is not None and self.recorder.is_open:
@@ -287,44 +400,52 @@ class BenchDriver(Driver):
             expected = self._bench.free_readings()
             self._zeroing.append({name: values[name] - free for name, free in expected.items()})
 
-    def _header(self, age: float) -> dict[str, Any]:
+    def _header(self, age: float, is_stale: bool) -> dict[str, Any]:
         count = math.nan if self._last is None or self._last.count is None else float(self._last.count)
         at = math.nan if self._last is None else self._last.time
-        is_stale = float(self._last is None or age >= self._config.stale_after)
-        return {"count": count, "time": at, "age": age, "stale": is_stale, "lost": float(self.counts.lost)}
+        return {"count": count, "time": at, "age": age, "stale": float(is_stale), "lost": float(self.counts.lost)}
 
-    def _send_aged(self, age: float) -> None:
-        header = self._header(age)
+    def _send_known(self, is_new: bool) -> None:
+        """Sends the last estimates, with their commands unless these are too old; under the lock."""
+        now = self._clock()
+        age = now - self._arrived if self._pace is not None else 0.0
+        tick = max(now + self._bench.period, self._arrived + 1.5 * self._bench.period * is_new)
+        stale_at = self._arrived + self._config.stale_after
+        self._due = stale_at if now < stale_at < tick else tick
         if self._last is None:
-            self._send_last()
+            self._send_safe()
             return
-        found = self._spread.widened(self._bench.read(self.sent), age)
-        commands = self._safe() if header["stale"] else self._commanded()
-        if header["stale"] and not self._is_silent:
-            self.counts.silences, self._is_silent = self.counts.silences + 1, True
-        self._send(header | found | commands)
+        # The clock may reach `stale_at` with an age that rounds to less.
+        is_stale = self._pace is not None and now >= stale_at
+        if is_stale and not self._is_silent:
+            self.counts.silences += 1
+        self._is_silent = is_stale
+        is_fresh = is_new and not is_stale
+        estimates = self._estimates if is_fresh else self._spread.widened(self._estimates, age)
+        header = self._header(0.0 if is_fresh else age, is_stale)
+        if is_stale or self.zeroing:
+            self._send(header | estimates | self._safe())
+        else:
+            self._send(header | estimates | self._command, self._arrived)
 
-    def _send_last(self) -> None:
-        """Sends the last results again, with safe commands."""
+    def _send_safe(self) -> None:
+        """Sends the last results again, with safe commands; under the lock."""
         known = {name: self.results[name] for name in self.sent}
-        self._send(self._header(self._clock() - self._arrived) | {"stale": 1.0} | known | self._safe())
-
-    def _commanded(self) -> dict[str, Array]:
-        """The commands of the controller; safe ones while sensors are zeroed, and where it has none."""
-        if self._zeroing is not None:
-            return self._safe()
-        safe = self._config.safe_command
-        return {name: np.where(np.isfinite(u), u, safe) for name, u in self._bench.read(self._commands).items()}
+        self._send(self._header(self._clock() - self._arrived, True) | known | self._safe())
 
     def _safe(self) -> dict[str, Array]:
         """Commands while nothing is known."""
         return {name: np.full(self._bench.signals[name].size(), self._config.safe_command) for name in self._commands}
 
-    def _send(self, results: dict[str, Any]) -> None:
+    def _send(self, results: dict[str, Any], commanded: float | None = None) -> None:
+        """Sends results; `commanded`: when the reading of their commands arrived, None if these are safe."""
         self.results = results
         factor = self._config.pressure_factor
         in_units = {k: v / factor if k.endswith(".pressure_command") else v for k, v in results.items()}
         self._sink(encoded(in_units, self._config.sink_format or self._config.format), in_units)
+        if self._in_force is not None:
+            self.oldest_command = max(self.oldest_command, self._clock() - self._in_force)
+        self._in_force = commanded if self._commands else None
 
 
 def sent_signals(bench: Bench, config: BenchConfig) -> list[str]:

@@ -27,7 +27,7 @@ from pydrake.lcm import DrakeLcm
 
 from soft_gripper.errors import InputError
 from soft_gripper.extras.bench.messages import MOST_BYTES
-from soft_gripper.extras.bench.threads import Inbox, Message, Outbox, write_all
+from soft_gripper.extras.bench.threads import ROOM, Inbox, Message, Outbox, write_all
 from soft_gripper.extras.hardware.table import Columns
 from soft_gripper.extras.hardware.table_files import OTHER_THAN_TEXT, is_bag_folder, read_table
 from soft_gripper.files.document import given
@@ -113,17 +113,17 @@ class Endpoints:
         parts = urlsplit(address)
         open_one: dict[str, Callable[[], Sink]] = {
             "udp": lambda: self._udp_sink(parts),
-            "serial": lambda: self.patient(writer(self._serial(parts).fileno())),
+            "serial": lambda: self.patient(writer(self._serial(parts).fileno()), room=1),
             "lcm": lambda: _lcm_sink(*_lcm(parts)),
             "stdio": lambda: self.patient(print_out),
             "file": lambda: self.patient(self._file_writer(file_path(parts))),
         }
         found: Sink | None = self._opened("sink", address, open_one)
-        return found or self.patient(self._own_sink(address))
+        return found or self.patient(self._own_sink(address), room=1)
 
-    def patient(self, take: Sink) -> Sink:
-        """A sink that does not wait, for one that may."""
-        outbox = Outbox[tuple[bytes, dict[str, Any]]](lambda sent: take(*sent), self._until)
+    def patient(self, take: Sink, room: int = ROOM) -> Sink:
+        """Non-blocking wrapper of a sink; what commands a device has room for the newest result alone."""
+        outbox = Outbox[tuple[bytes, dict[str, Any]]](lambda sent: take(*sent), self._until, room)
         self._outboxes.append(outbox)
         self._stack.callback(outbox.close)
         return lambda message, results: outbox.put((message, results))

@@ -145,11 +145,12 @@ class LiveView(BenchDriver):
         waits = "waiting for readings" if self.counts.used == 0 else f"stale, {results.get('age', 0.0):.1f} s"
         recent = [*islice(reversed(self.latencies), _LATENCIES)]
         middle, most = 1e3 * np.percentile(recent, [50, 99]) if recent else (np.nan, np.nan)
+        latency = f"reading to result {middle:.1f} ms, 99 % {most:.1f} ms" if recent else ""
         return {
             "time": self._clock() - self._began,
             "mode": waits if is_stale else "zeroing" if is_zeroing else "live",
             "alarm": is_stale or bool(self.calibration.disagreeing),
-            "latency": f"reading to result {middle:.1f} ms, 99 % {most:.1f} ms" if recent else "",
+            "latency": "; ".join(filter(None, (latency, self.command_age))),
             "zeroing": is_zeroing,
         }
 

@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from soft_gripper.arrays import Array
 from soft_gripper.diagrams.recording import Logged, Samples, labels_of, make_recording, provenance
 from soft_gripper.errors import InputError
 from soft_gripper.extras.bench.bench import Bench
@@ -84,8 +85,15 @@ class Recorder:
 
     def take(self, count: float, device_time: float) -> None:
         """Records the last sample of the bench; number and time of its reading, NaN if it is missing."""
-        values = [*self._bench.read(self._layout.signals).values(), [count], [device_time]]
-        row = np.concatenate([[self._samples * self._bench.period], *values])
+        self._put(np.concatenate([*self._bench.read(self._layout.signals).values(), [count], [device_time]]))
+
+    def pass_over(self, samples: int) -> None:
+        """Records samples of which nothing is known but their time."""
+        for _ in range(samples):
+            self._put(np.full(len(self._layout.order) - 1, np.nan))
+
+    def _put(self, values: Array) -> None:
+        row = np.append(self._samples * self._bench.period, values)
         self._samples += 1
         if self.problem or len(self._rows) >= _MOST_ROWS:
             self.lost += 1

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable
 from threading import Condition, Thread
 from typing import Any, Generic, TypeVar
 
-MOST_WAITING = 100  # results that wait for whoever takes them
+ROOM = 100  # results that wait for whoever takes them
 _LOOK = 0.1  # s between looks whether to go on waiting
 LINGER = 1.0  # s that the last results have, at the end
 
@@ -22,13 +22,14 @@ class Outbox(Generic[_T]):
     If they are not taken in time, the oldest are dropped, and counted: whoever reads again gets the newest.
     """
 
-    def __init__(self, take: Callable[[_T], object], until: Callable[[], bool] | None = None):
+    def __init__(self, take: Callable[[_T], object], until: Callable[[], bool] | None = None, room: int = ROOM):
         """
         Args:
             take: takes each, and may wait, even for ever.
             until: if given, nothing is dropped: `put` waits for room until this is true.
+            room: things that may wait.
         """
-        self._take, self._until = take, until
+        self._take, self._until, self._room = take, until, room
         self._waiting: deque[_T] = deque()
         self._changed = Condition()
         self._is_busy = self._is_closed = False
@@ -68,7 +69,7 @@ class Outbox(Generic[_T]):
 
     @property
     def _is_full(self) -> bool:
-        return len(self._waiting) >= MOST_WAITING
+        return len(self._waiting) >= self._room
 
     def _run(self) -> None:
         while True:
@@ -137,7 +138,7 @@ class Inbox:
                 time.sleep(max(0.0, due - time.monotonic()))
                 due += self._period
                 with self._changed:
-                    self._changed.wait_for(lambda: len(self._arrived) < MOST_WAITING)
+                    self._changed.wait_for(lambda: len(self._arrived) < ROOM)
                     self._arrived.append(message)
                     self._changed.notify_all()
         except BaseException as error:  # whatever a user's generator may raise

@@ -18,7 +18,7 @@ class Counts:
     repeated: int = 0
     malformed: int = 0  # not what the bench describes, or with a number that cannot be right
     excess: int = 0  # more than the period of the sensors allows, or than could be used in time
-    silences: int = 0  # times when no reading arrived for `stale_after`
+    silences: int = 0  # times when the last estimate was older than `stale_after`, so that commands became safe
     restarts: int = 0  # of the device, whose numbers began again, or after a wrong number
 
     def __str__(self) -> str:

@@ -52,6 +52,10 @@ class Driver(ABC):
         """Whether nothing will ever happen again."""
         return False
 
+    def begin(self) -> None:
+        """Starts the threads of a driver that has some; `close` ends them."""
+        return
+
     @abstractmethod
     def turn(self) -> bool:
         """Goes on for a moment of real time; returns whether a frame is due."""
@@ -106,6 +110,7 @@ class Session:
         Whatever ends it, the recording is kept, and the hardware is left safe.
         """
         try:
+            self.driver.begin()
             while not (is_over() or self._is_stopped or self.driver.is_over):
                 self.step()
         except BaseException:

@@ -6,7 +6,7 @@ import time
 import pytest
 
 from soft_gripper.extras.bench import threads
-from soft_gripper.extras.bench.threads import MOST_WAITING, Inbox, Outbox
+from soft_gripper.extras.bench.threads import ROOM, Inbox, Outbox
 
 LONG = 30.0  # s
 
@@ -36,7 +36,7 @@ def test_what_nobody_takes_is_dropped_but_the_newest(monkeypatch):
     for i in range(1000):
         outbox.put(i)
     assert time.monotonic() - began < LONG / 10
-    assert outbox.dropped >= 1000 - MOST_WAITING - 1
+    assert outbox.dropped >= 1000 - ROOM - 1
     goes_on.set()
     outbox.close()
     assert taken[-1] == 999
@@ -57,10 +57,10 @@ def test_closing_leaves_what_is_never_taken(monkeypatch):
 def test_where_nothing_is_live_nothing_is_dropped():
     taken, is_over = [], threading.Event()
     outbox = Outbox(lambda item: (time.sleep(1e-4), taken.append(item)), is_over.is_set)
-    for i in range(5 * MOST_WAITING):
+    for i in range(5 * ROOM):
         outbox.put(i)
     outbox.close()
-    assert taken == [*range(5 * MOST_WAITING)]
+    assert taken == [*range(5 * ROOM)]
 
 
 def test_a_signal_ends_waiting_for_room(monkeypatch):
@@ -68,10 +68,10 @@ def test_a_signal_ends_waiting_for_room(monkeypatch):
     is_over = threading.Event()
     outbox = Outbox(lambda _: threading.Event().wait(), is_over.is_set)
     threading.Timer(0.2, is_over.set).start()
-    for i in range(2 * MOST_WAITING):
+    for i in range(2 * ROOM):
         outbox.put(i)
     outbox.close()
-    assert outbox.dropped == 2 * MOST_WAITING
+    assert outbox.dropped == 2 * ROOM
 
 
 def test_an_error_of_whoever_takes_it_is_told():
