@@ -1,7 +1,7 @@
 """A picture of the live page: `PYTHONPATH=tests/helpers python benchmarks/live_page.py [FILE]`.
 
-The simulated twin of a gripper stands in for hardware and closes on a box, in real time, with its force limited. The
-picture is taken once both fingers have been in contact for a while. It needs chromium and chromedriver.
+Simulated hardware, a process of its own, closes on a cup in real time, with its force limited. The picture is taken
+once both fingers have been in contact for a while. It needs chromium and chromedriver.
 """
 
 import re
@@ -14,25 +14,23 @@ from tempfile import TemporaryDirectory
 
 from browser import open_url
 
-CHANGES = (
-    *("sensor.sections=2", "sensor.errors.preset=realistic", "sensor.period=0.02", "estimator.type=recursive"),
-    *("control.set_points=[0.06, 0.01]", "control.hold=12", "control.force_limit=0.65"),
-    *("control.force_gains={kp: 2.0e4, ki: 2.0e5}", "control.gains={kp: 1.0e5, ki: 3.0e6, kd: 17}"),
-)
+EXAMPLES = Path(__file__).parents[1] / "examples" / "bench"
+SCENARIO = (EXAMPLES / "held_cup.yaml", "--set", "sensor.period=0.02")
 WINDOW, MOST = "1500,950", 120.0  # pixels, and s to wait for that
 HELD = 4.0  # s of contact
 
 
 def main(file: Path) -> None:
     """Writes the picture."""
-    live = [sys.executable, "-c", "from soft_gripper.commands import main; main()", "live", "box_grasp", "--page"]
-    for change in CHANGES:
-        live += ["--set", change]
+    live = [sys.executable, "-c", "from soft_gripper.commands import main; main()", "live", *SCENARIO, "--page"]
+    live += ["--bench", EXAMPLES / "held_cup_bench.yaml"]
+    hardware = [sys.executable, EXAMPLES / "simulated_hardware.py", *SCENARIO]
     with subprocess.Popen(live, stderr=subprocess.PIPE, text=True) as process, TemporaryDirectory() as profile:
         assert process.stderr is not None
         found = (re.search(r"http://\S+", line) for line in process.stderr)
         address = next(filter(None, found))[0]
         driver = open_url(address, Path(profile), WINDOW)
+        gripper = subprocess.Popen(hardware)
         began = held = time.monotonic()
         while time.monotonic() < min(held + HELD, began + MOST):
             if driver.find_element("id", "tables").text.count("touched here") < 2:
@@ -40,6 +38,7 @@ def main(file: Path) -> None:
             time.sleep(0.1)
         file.write_bytes(driver.get_screenshot_as_png())
         driver.quit()
+        gripper.terminate()
         process.send_signal(signal.SIGINT)
         print(process.stderr.read())
 

@@ -295,15 +295,13 @@ def _drawn(scene_graph: SceneGraph, finger: PlantFinger, signals: Mapping[str, O
     return DrawnFinger(finger.name, finger.finger, own["arcs"] // len(ARC), finger.base.index(), skin, sizes)
 
 
-def geometry_paths(
-    plant: MultibodyPlant, scene_graph: SceneGraph, body: int, prefix: str = "/drake/visualizer"
-) -> tuple[str, ...]:
-    """Where a MeshcatVisualizer with a prefix keeps the geometries of a body."""
+def geometry_paths(plant: MultibodyPlant, scene_graph: SceneGraph, body: int) -> tuple[str, ...]:
+    """Where the MeshcatVisualizer keeps the geometries of a body."""
     inspector = scene_graph.model_inspector()
     frame = plant.GetBodyFrameIdOrThrow(body)
     geometries = inspector.GetGeometries(frame, Role.kIllustration)
     names = (f"{inspector.GetName(frame)}::{inspector.GetName(geometry)}" for geometry in geometries)
-    return tuple(f"{prefix}/{name.replace('::', '/')}" for name in names)
+    return tuple(f"/drake/visualizer/{name.replace('::', '/')}" for name in names)
 
 
 def _set_scene(meshcat: Meshcat) -> None:

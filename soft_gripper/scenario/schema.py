@@ -530,7 +530,7 @@ class Scenario(ByValue):
     estimator: EstimatorConfig = field(default_factory=EstimatorConfig)
     nominal: NominalConfig = field(default_factory=NominalConfig)
     record: RecordConfig = field(default_factory=RecordConfig)
-    # Description of hardware for `soft-gripper live`, a file relative to this one; None: the simulated twin
+    # Description of hardware for `soft-gripper live`, a file relative to this one; None: `--bench` names it
     bench: str | None = None
     # What simulates the plant; engines other than Drake let fingers touch at points, whatever `contact` says.
     engine: str = quantity(DRAKE, known=engines)

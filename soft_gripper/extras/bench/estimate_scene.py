@@ -1,13 +1,13 @@
-"""EstimateScene: fingers in Meshcat as they are estimated, with no simulation behind them, and beside a simulated twin.
+"""EstimateScene: fingers in Meshcat as they are estimated, with no simulation behind them.
 
-Only bodies whose places are known are drawn: fixed ones, and fingers. Objects and arms are drawn of the twin alone.
+Only bodies whose places are known are drawn: fixed ones, and fingers.
 """
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from pydrake.geometry import Meshcat, MeshcatVisualizer, MeshcatVisualizerParams
+from pydrake.geometry import Meshcat
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.systems.framework import DiagramBuilder, OutputPort
 from pydrake.systems.primitives import PassThrough
@@ -15,13 +15,12 @@ from pydrake.systems.primitives import PassThrough
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.scene import Scene, add_plant
 from soft_gripper.diagrams.view.finger_drawing import drawn_signals
-from soft_gripper.diagrams.view.meshcat_view import PERIOD, add_estimates, geometry_paths, set_up_view
+from soft_gripper.diagrams.view.meshcat_view import add_estimates, set_up_view
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.scenario.schema import ModelConfig, Scenario
 from soft_gripper.sensors.sensor_block import joints_port
 
-_ESTIMATES, _TWIN = "/drake", "/twin"  # Meshcat paths
-_OPACITY, _SCALE = 0.3, (1.04, 1.04, 1.0)  # of the twin's grippers, which are drawn a little thicker
+_ESTIMATES = "/drake"  # Meshcat path
 
 
 class EstimateScene:
@@ -40,13 +39,13 @@ class EstimateScene:
             moving: names of the fingers whose base moves; `{finger}.X_WB` of one of them places all fingers.
             meshcat: shows the scene.
         """
-        self._scenario, self._meshcat = scenario, meshcat
-        self._twin: _Posed | None = None
-        whole, builder = self._add_whole(DiagramBuilder()), DiagramBuilder()
+        self._meshcat, builder = meshcat, DiagramBuilder()
+        config, gravity = scenario.plant_config, scenario.gravity
+        directives = scenario.directives
+        whole = add_plant(DiagramBuilder(), config, scenario.models, gravity, scenario.arm, directives=directives)
         models = _placed_models(scenario.models, whole.fingers, bool(moving))
         arm = None if moving else scenario.arm
-        directives = () if moving else scenario.directives
-        scene = add_plant(builder, scenario.plant_config, models, scenario.gravity, arm, directives=directives)
+        scene = add_plant(builder, config, models, gravity, arm, directives=() if moving else directives)
         self._sizes = {
             name: signals[name].size() for finger in scene.fingers for name in _drawn_of(finger.name, signals)
         }
@@ -76,35 +75,6 @@ class EstimateScene:
             X_WB = RigidTransform(RotationMatrix.ProjectToRotationMatrix(R_p[:, :3]), R_p[:, 3])
             self._meshcat.SetTransform(_ESTIMATES, X_WB @ self._base.X_WB.inverse())
         self._posed.draw()
-
-    def show_twin(self, positions: Array) -> None:
-        """Draws the simulated twin, translucent, at positions of the scenario's plant."""
-        if self._twin is None:
-            self._twin = self._add_twin()
-        self._twin.positions[:] = positions
-        self._twin.draw()
-
-    def _add_twin(self) -> "_Posed":
-        builder = DiagramBuilder()
-        scene = self._add_whole(builder)
-        drawn = MeshcatVisualizerParams(publish_period=PERIOD, prefix=_TWIN)
-        MeshcatVisualizer.AddToBuilder(builder, scene.scene_graph, self._meshcat, drawn)
-        posed = _Posed(builder, scene)
-        posed.draw()
-        self._make_translucent(scene)
-        return posed
-
-    def _make_translucent(self, twin: Scene) -> None:
-        """Does so with the grippers of the twin, which would hide those that are estimated."""
-        plant = twin.plant
-        for body in (body for model in {f.model for f in twin.fingers} for body in plant.GetBodyIndices(model)):
-            for path in geometry_paths(plant, twin.scene_graph, body, _TWIN):
-                self._meshcat.SetProperty(path, "modulated_opacity", _OPACITY)
-                self._meshcat.SetProperty(path, "scale", [*_SCALE])
-
-    def _add_whole(self, builder: DiagramBuilder) -> Scene:
-        of = self._scenario
-        return add_plant(builder, of.plant_config, of.models, of.gravity, of.arm, directives=of.directives)
 
 
 class _Posed:

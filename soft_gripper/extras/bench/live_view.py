@@ -18,28 +18,19 @@ from soft_gripper.extras.bench.endpoints import Sink, Source
 from soft_gripper.extras.bench.estimate_scene import EstimateScene
 from soft_gripper.extras.bench.live_tables import finger_table, needed_signals, readings_table
 from soft_gripper.extras.bench.recorder import Recorder, recording_layout
-from soft_gripper.extras.bench.twin import Twin
 from soft_gripper.extras.hardware.bench_schema import BenchConfig
 from soft_gripper.extras.page.panel import Button, Panel
 from soft_gripper.scenario.scenario_file import dump_scenario
 
 ZEROING = 2.0  # s for which `zero` collects readings
 _LATENCIES = 1000  # readings over which the latency is shown
-_TWIN = "twin."
-_OF_TWIN = {  # its signals, by the estimates and measurements that they are compared with
-    "strain": "strain",
-    "sampled_pressure": "sampled_pressure",
-    "external_torque": "true_external_torque",
-    "contact_force": "true_contact_force",
-    "contact_arc_length": "true_contact_arc_length",
-}
 
 
 class LiveView(BenchDriver):
     """Drives a bench that is shown on a page.
 
-    The scene has the fingers as they are estimated and, if there is one, the simulated twin, translucent. The tables
-    and plots have what was sent last: while no reading arrives, the last estimates, whose bands widen.
+    The scene has the fingers as they are estimated. The tables and plots have what was sent last: while no reading
+    arrives, the last estimates, whose bands widen.
     """
 
     def __init__(
@@ -49,27 +40,19 @@ class LiveView(BenchDriver):
         source: Source,
         sink: Sink,
         moving: Sequence[str] = (),
-        twin: Twin | None = None,
-        is_beside: bool = False,
         **others: Any,
     ):
         """
         Args:
             bench, config, source, sink, others: as of BenchDriver.
             moving: names of the fingers whose base moves.
-            twin: is shown beside.
-            is_beside: the twin stands beside hardware, and follows it; otherwise, in its place.
         """
         super().__init__(bench, config, source, sink, **others)
         self._layout, self._measured = recording_layout(bench, recorded_signals(bench, config)), list(bench.quantities)
-        self._twin, self._is_beside = twin, is_beside
         self._meshcat = hidden_meshcat()
         self.scene = self._meshcat.web_url()
         self._drawn = EstimateScene(bench.scenario, bench.signals, moving, self._meshcat)
-        self._of_twin = {} if twin is None else _compared(twin, bench, self._measured)
-        of_twin = {} if twin is None else twin.station.parts.signals
-        self.signals = {**bench.signals, **{name: of_twin[own] for name, own in self._of_twin.items()}}
-        self.fingers = [*self._measured, *dict.fromkeys(name.rpartition(".")[0] for name in self._of_twin)]
+        self.signals, self.fingers = bench.signals, self._measured
         self.panel = Panel((Button.ZERO, Button.RECORD, Button.STOP))
         self._has_scene = True
         self._began = self._next = self._clock()
@@ -87,8 +70,6 @@ class LiveView(BenchDriver):
             if was_zeroing and not self.zeroing:
                 self.note = "zeroed: the sensors now read those of fingers that hang free"
         now = self._clock()
-        if self._twin is not None and self._is_beside:
-            self._twin.follow(self.results, self._bench, now - self._began)
         if now < self._next:
             return False
         self._next = now + PERIOD
@@ -120,14 +101,9 @@ class LiveView(BenchDriver):
     def frame(self, wanted: Collection[str]) -> tuple[dict[str, Any], dict[str, Array]]:
         """Draws the fingers, and fills the tables."""
         tabled = needed_signals(self._measured, self._bench.signals)
-        values = self._sent({*tabled, *self._drawn.signals, *(wanted - self._of_twin.keys())})
+        values = self._sent({*tabled, *self._drawn.signals, *wanted})
         if self._has_scene:
             self._drawn.show({name: values[name] for name in self._drawn.signals if name in values})
-        if self._twin is not None and self._has_scene:
-            self._drawn.show_twin(self._twin.positions)
-        if self._twin is not None:
-            own = self._twin.read([self._of_twin[name] for name in wanted & self._of_twin.keys()])
-            values |= {name: own[self._of_twin[name]] for name in wanted & self._of_twin.keys()}
         shown = self._measured, self._bench.signals, values, self.calibration.disagreeing
         tables = [finger_table(*shown), readings_table(self.counts)]
         return {**self._status(), "tables": tables}, {name: v for name, v in values.items() if name in wanted}
@@ -153,11 +129,3 @@ class LiveView(BenchDriver):
             "latency": "; ".join(filter(None, (latency, self.command_age))),
             "zeroing": is_zeroing,
         }
-
-
-def _compared(twin: Twin, bench: Bench, fingers: Iterable[str]) -> dict[str, str]:
-    """The signals of a twin that are plotted, by their names on the page."""
-    pairs = {f"{finger}.{name}": f"{finger}.{own}" for finger in fingers for name, own in _OF_TWIN.items()}
-    return {
-        _TWIN + name: own for name, own in pairs.items() if name in bench.signals and own in twin.station.parts.signals
-    }

@@ -9,7 +9,6 @@ from pydrake.math import RigidTransform, RollPitchYaw
 from soft_gripper.diagrams.view.meshcat_view import hidden_meshcat
 from soft_gripper.extras.bench.bench import Bench
 from soft_gripper.extras.bench.estimate_scene import EstimateScene
-from soft_gripper.extras.bench.twin import Twin
 from soft_gripper.scenario.scenario_file import load_scenario
 
 
@@ -33,7 +32,6 @@ def test_every_signal_that_is_drawn_is_estimated(name):
     drawn.show(estimates(drawn, bench))
     assert meshcat.HasPath("/drake/visualizer")
     assert meshcat.HasPath("/drake/estimate/band")
-    assert not meshcat.HasPath("/twin")
 
 
 def test_joints_follow_their_estimates_and_stay_while_these_are_unknown():
@@ -47,12 +45,10 @@ def test_joints_follow_their_estimates_and_stay_while_these_are_unknown():
     np.testing.assert_array_equal(drawn._posed.positions[places], angles)
 
 
-def test_what_nothing_measures_is_drawn_of_the_twin_alone():
-    drawn, scenario, meshcat, _ = scene("box_grasp")
+def test_what_nothing_measures_is_not_drawn():
+    _, _, meshcat, _ = scene("box_grasp")
     assert meshcat.HasPath("/drake/visualizer/table")
     assert not meshcat.HasPath("/drake/visualizer/box")
-    drawn.show_twin(Twin(scenario).positions)
-    assert meshcat.HasPath("/twin/box")
 
 
 def test_a_base_that_moves_carries_the_gripper_and_no_arm():

@@ -20,10 +20,10 @@ def test_a_cup_is_held_through_the_protocol(tmp_path):
     """Closed over UDP in real time, two realistic sensors per side, exact model: lifted, and never above 0.9 N."""
     live = [Path(sys.executable).with_name("soft-gripper"), "live", EXAMPLES / "held_cup.yaml"]
     live += ["--bench", EXAMPLES / "held_cup_bench.yaml"]
-    twin = [sys.executable, "-m", "soft_gripper.extras.bench.twin", EXAMPLES / "held_cup.yaml"]
+    hardware = [sys.executable, EXAMPLES / "simulated_hardware.py", EXAMPLES / "held_cup.yaml"]
     with subprocess.Popen(live, stderr=subprocess.PIPE, text=True, cwd=tmp_path) as ours:
         time.sleep(8)  # until it listens
-        with subprocess.Popen([*twin, "--out", tmp_path / "cup.nc"]) as theirs:
+        with subprocess.Popen([*hardware, "--out", tmp_path / "cup.nc"]) as theirs:
             time.sleep(SECONDS + 8)
             theirs.terminate()
         ours.terminate()

@@ -1,4 +1,4 @@
-"""soft-gripper live: with the simulated twin, with a file of readings, and what it refuses."""
+"""soft-gripper live: with a file of readings, and what it refuses."""
 
 import json
 from pathlib import Path
@@ -22,8 +22,6 @@ fingers:
   left_finger: {{ readings: [{left}], pressures: [pl] }}
   right_finger: {{ readings: [{right}], pressures: [pr] }}
 """
-
-SET_POINT = 0.06  # m, the first of the scenario
 
 
 def bench(folder, **changes):
@@ -56,15 +54,12 @@ def test_a_file_of_readings(tmp_path, monkeypatch):
     assert np.isnan(recording["left_finger.strain"].values).all(axis=(1, 2)).sum() == 2
 
 
-def test_the_twin_stands_in_for_hardware(tmp_path, monkeypatch):
-    """In closed loop the opening approaches its set point, 60 mm; all in real time."""
+@pytest.mark.parametrize("options", [[], ["--source", "udp://:0"], ["--page"], ["--out", "out"]])
+def test_without_a_description_there_is_no_hardware(tmp_path, monkeypatch, options):
+    """Nothing takes its place."""
     monkeypatch.chdir(tmp_path)
-    done = soft_gripper("live", "tip_distance_steps", "--seconds", "2.5", "--zero", "0.2", "--json")
-    assert done.code == 0
-    last = json.loads(done.out.splitlines()[-2])
-    assert last["grip.opening"][0] == pytest.approx(SET_POINT, abs=2e-3)
-    assert "malformed" in done.err
-    assert "From a reading to its result" in done.err
+    line = refusal("live", "tip_distance_steps", *options)
+    assert all(word in line for word in ("tip_distance_steps", "bench = None", "--bench"))
     assert not list(tmp_path.iterdir())
 
 

@@ -208,4 +208,4 @@ def test_a_killed_session_leaves_its_recording(here):
 @pytest.mark.slow
 def test_a_folder_has_one_session(here):
     with Running(here, "--out", "out"):
-        assert "another soft-gripper writes there" in refusal(*LIVE, "--out", "out", "--seconds", "0.1")
+        assert "another soft-gripper writes there" in refusal(*LIVE, "--bench", "bench.yaml", "--out", "out", "--seconds", "0.1")

@@ -7,6 +7,7 @@ import time
 
 import numpy as np
 import pytest
+from simulated_hardware import SimulatedHardware
 
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
@@ -14,7 +15,6 @@ from soft_gripper.extras.bench.bench import Bench
 from soft_gripper.extras.bench.bench_driver import BenchDriver
 from soft_gripper.extras.bench.endpoints import Endpoints
 from soft_gripper.extras.bench.messages import encoded
-from soft_gripper.extras.bench.twin import Twin
 from soft_gripper.extras.hardware.bench_schema import described
 from soft_gripper.extras.page.session import Session
 from soft_gripper.scenario.scenario_file import load_scenario
@@ -129,21 +129,21 @@ def test_a_grip_over_a_bad_link():
 
 
 def held_box(seconds, is_bad, seed, silence=(np.inf, np.inf)):
-    """Closed loop between a twin and its bench: true forces (T, 2) N and commands (T) Pa, sample by sample."""
+    """Closed loop between simulated hardware and its bench: true forces (T, 2) N, commands (T) Pa, by sample."""
     scenario = load_scenario("box_grasp", [*CLOSING, f"sensor.seed={seed}"])
-    twin, bench = Twin(scenario), Bench(scenario)
+    hardware, bench = SimulatedHardware(scenario), Bench(scenario)
     forces, commands, last = [], [], [np.nan]
     names = [f"{side}_finger.normal_force" for side in ("left", "right")]
 
     def messages():
         while True:
-            yield twin.message()
-            forces.append(np.ravel([*twin.read(names).values()]))
+            yield hardware.message()
+            forces.append(np.ravel([*hardware.read(names).values()]))
             commands.append(last[0])
 
     def obey(found):
         last[0] = found["left_finger.pressure_command"][0]
-        twin.command(found)
+        hardware.command(found)
 
     link = Link(messages(), is_bad, silence)
     driver = live(link, bench, ["grip.opening"], obey)

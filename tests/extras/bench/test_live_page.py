@@ -1,18 +1,27 @@
-"""soft-gripper live --page in a browser: a user zeroes, records and stops a session; a twin stands in for hardware."""
+"""soft-gripper live --page in a browser: a user zeroes, records and stops a session."""
 
 import json
 import re
+import subprocess
+import sys
 import time
 from collections.abc import Iterator
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import pytest
+import simulated_hardware
+import yaml
 from browser import open_url
-from command_line import soft_gripper
+from live_process import free_port
+from refusals import refusal
 from served_page import LONG, SMALL_SCENE, Served, wait_until
 
 from soft_gripper.diagrams.recording import Recording
+from soft_gripper.extras.bench.bench import Bench
+from soft_gripper.extras.hardware.bench_schema import described
+from soft_gripper.scenario.scenario_file import load_scenario
 
 pytestmark = pytest.mark.slow
 
@@ -23,12 +32,20 @@ return Object.keys(root?.find(arguments[0]).children ?? {}).length > 0;"""
 @pytest.fixture
 def served(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Served]:
     monkeypatch.chdir(tmp_path)
-    changes = ("--set", "estimator.type=gaussian", "--set", "sensor.sections=2")
-    found = Served("live", "tip_distance_steps", *changes, "--page")
-    yield found
-    if found.process.poll() is None:
-        found.process.kill()
-        found.process.wait()
+    commands, readings = free_port(), free_port()
+    changes = ("tip_distance_steps", "--set", "estimator.type=gaussian", "--set", "sensor.sections=2")
+    hardware = [sys.executable, simulated_hardware.__file__, *changes]
+    hardware += ["--source", f"udp://:{commands}", "--sink", f"udp://127.0.0.1:{readings}"]
+    config = described(Bench(load_scenario(changes[0], changes[2::2])).inputs, f"udp://:{readings}")
+    config.sink = f"udp://127.0.0.1:{commands}"
+    Path("bench.yaml").write_text(yaml.dump(asdict(config)))
+    with subprocess.Popen(hardware) as process:
+        found = Served("live", *changes, "--bench", "bench.yaml", "--page")
+        yield found
+        process.kill()
+        if found.process.poll() is None:
+            found.process.kill()
+            found.process.wait()
 
 
 def test_a_user_zeroes_records_and_stops(served: Served, tmp_path: Path) -> None:
@@ -38,7 +55,7 @@ def test_a_user_zeroes_records_and_stops(served: Served, tmp_path: Path) -> None
         wait_until(lambda: "mm" in text(driver, "tables"))
         driver.execute_script(SMALL_SCENE)
         assert driver.title == "tip_distance_steps - soft-gripper live"
-        for path in (["drake", "visualizer"], ["drake", "estimate", "band"], ["twin"]):
+        for path in (["drake", "visualizer"], ["drake", "estimate", "band"]):
             wait_until(lambda path=path: driver.execute_script(IN_SCENE, path))
         assert re.search(r"reading to result [\d.]+ ms", text(driver, "pace"))
         assert "left_finger" in text(driver, "tables")
@@ -84,10 +101,5 @@ def test_the_page_needs_its_token_and_takes_known_buttons_alone(served: Served) 
     assert "Recordings: none." in said
 
 
-@pytest.mark.parametrize(
-    ("options", "said"), [(["--twin"], "--bench and --page"), (["--page", "--mcap", "a.mcap"], "--mcap")]
-)
-def test_options_that_do_not_fit(options: list[str], said: str) -> None:
-    found = soft_gripper("live", "tip_distance_steps", *options)
-    assert found.code == 2
-    assert said in found.err
+def test_options_that_do_not_fit() -> None:
+    assert "--mcap" in refusal("live", "tip_distance_steps", "--page", "--mcap", "a.mcap")

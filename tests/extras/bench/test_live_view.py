@@ -1,14 +1,14 @@
-"""A live session on the page: its user's clicks, and what is shown of readings, silence and a simulated twin."""
+"""A live session on the page: its user's clicks, and what is shown of readings and silence."""
 
 import numpy as np
 import pytest
+from simulated_hardware import SimulatedHardware
 
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.extras.bench import live_view
 from soft_gripper.extras.bench.bench import Bench
 from soft_gripper.extras.bench.endpoints import by_entry
 from soft_gripper.extras.bench.live_view import LiveView
-from soft_gripper.extras.bench.twin import Twin
 from soft_gripper.extras.hardware.bench_schema import described
 from soft_gripper.extras.page.session import Session
 from soft_gripper.extras.page.signal_feed import SignalFeed
@@ -22,7 +22,7 @@ STRAIN = "left_finger.strain"
 class Seen(SignalFeed):
     """What is sent to a page with these plots."""
 
-    wanted = frozenset({OPENING, STD, STRAIN, f"twin.{STRAIN}"})
+    wanted = frozenset({OPENING, STD, STRAIN})
 
     def __init__(self):
         super().__init__(())
@@ -33,21 +33,20 @@ class Seen(SignalFeed):
 
 
 class Shown:
-    """A twin in the place of hardware, its driver, view and session, on a clock that runs while somebody waits."""
+    """Simulated hardware, its driver, view and session, on a clock that runs while somebody waits."""
 
     is_over = False
 
-    def __init__(self, folder, with_twin=True):
-        self.twin, self.bench = Twin(SCENARIO), Bench(SCENARIO)
-        self.now, self.sent, self.is_silent = 0.0, 0, False
-        config = described(self.bench.inputs, "twin")
-        twin = self.twin if with_twin else None
-        self.view = LiveView(self.bench, config, self, self.obey, (), twin, clock=lambda: self.now)
+    def __init__(self, folder):
+        self.hardware, self.bench = SimulatedHardware(SCENARIO), Bench(SCENARIO)
+        self.now, self.sent, self.is_silent, self.strains = 0.0, 0, False, []
+        config = described(self.bench.inputs, "test")
+        self.view = LiveView(self.bench, config, self, self.obey, clock=lambda: self.now)
         self.session = Session(self.view, folder)
         self.session.feed = self.feed = Seen()
 
     def obey(self, _, results):
-        self.twin.command(results)
+        self.hardware.command(results)
 
     def receive(self, timeout):
         due = (self.sent + 1) * self.bench.period
@@ -55,8 +54,9 @@ class Shown:
             self.now += timeout
             return []
         self.now, self.sent = max(self.now, due), self.sent + 1
-        message = dict(by_entry(self.twin.message()))
-        return [] if self.is_silent else [message]
+        message = self.hardware.message()
+        self.strains.append(message[STRAIN].tolist())
+        return [] if self.is_silent else [dict(by_entry(message))]
 
     def run(self, seconds):
         """The last that the page was sent."""
@@ -76,18 +76,18 @@ def shown(tmp_path):
     found.session.run(lambda: True)
 
 
-def test_it_shows_what_is_estimated_and_what_the_twin_reads(shown):
+def test_it_shows_what_is_read_and_estimated_and_nothing_else(shown):
     status, values = shown.run(0.5)
     assert (status["mode"], status["alarm"], status["note"]) == ("live", False, "")
     assert status["time"] == pytest.approx(0.5, abs=0.06)
     assert status["latency"].startswith("reading to result 0.0 ms")
     assert set(values) == Seen.wanted
-    np.testing.assert_array_equal(values[STRAIN], values[f"twin.{STRAIN}"])
+    assert values[STRAIN].tolist() in shown.strains
     estimates, readings = status["tables"]
     assert estimates[1] == ["", "left_finger", "right_finger"]
     assert shown.sent - 6 < int(readings[2][1]) <= shown.sent
-    assert f"twin.{STRAIN}" in shown.view.signals
-    assert shown.view.fingers == ["left_finger", "right_finger", "twin.left_finger", "twin.right_finger"]
+    assert shown.view.signals == shown.bench.signals
+    assert [*shown.view.fingers] == ["left_finger", "right_finger"]
 
 
 def test_in_silence_it_is_stale_with_wider_bands(shown):
@@ -160,22 +160,3 @@ def test_a_view_that_fails_stops_nothing(shown, monkeypatch):
     monkeypatch.setattr(shown.view._drawn, "show", fail)
     status, _ = shown.run(0.3)
     assert (status["mode"], status["note"]) == ("live", "the view failed; estimates and commands go on")
-
-
-def test_without_a_twin_there_are_the_signals_of_hardware_alone(tmp_path):
-    found = Shown(tmp_path, with_twin=False)
-    assert not any(name.startswith("twin.") for name in found.view.signals)
-    assert found.view.fingers == ["left_finger", "right_finger"]
-    found.session.run(lambda: True)
-
-
-def test_a_twin_beside_hardware_is_driven_by_what_is_measured():
-    """Without commands: its pressure follows that of the hardware."""
-    twin, bench = Twin(SCENARIO), Bench(SCENARIO)
-    for i in range(60):
-        measured = {name: np.zeros(size) for name, size in bench.inputs.items()}
-        bench.step(measured | {"left_finger.pressure": np.array([4e4])})
-        twin.follow({}, bench, 0.01 * i)
-    pressures = [float(each[0]) for each in twin.read([f"{s}_finger.pressure" for s in ("left", "right")]).values()]
-    assert pressures == pytest.approx([4e4, 0.0], abs=500)
-    assert twin.context.get_time() == pytest.approx(0.59, abs=0.011)

@@ -93,7 +93,7 @@ def commands() -> st.SearchStrategy[tuple[dict[str, bytes], list[str]]]:
     ends = st.sampled_from(("--source", "--sink"))
     by_address = st.tuples(ends, addresses).map(lambda each: (bench, readings, [*_BASE, f"{each[0]}={each[1]}"]))
     by_option = st.tuples(
-        st.sampled_from(("--zero", "--out", "--mcap", "--seconds", "--host", "--bench", "--twin", "--set")),
+        st.sampled_from(("--zero", "--out", "--mcap", "--seconds", "--host", "--bench", "--set")),
         st.sampled_from((*NUMBERS, *WORDS, "file", "folder", "bench.yaml", "x.mcap")),
     ).map(lambda each: (bench, readings, [*_BASE, "--fast", f"{each[0]}={each[1]}"]))
     by_bench = st.one_of(texts(bench), documents(_plain(bench)).map(_dumped)).map(

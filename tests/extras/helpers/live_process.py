@@ -36,13 +36,18 @@ def line(count, **values):
     return ",".join(map(str, [count, *numbers.values()])) + "\n"
 
 
+def free_port():
+    """A UDP port that nobody uses."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
+        free.bind(("127.0.0.1", 0))
+        return free.getsockname()[1]
+
+
 class Running:
     """A session as a process, fed at 100 Hz over UDP or by `send`; its results go to standard output, or to `sink`."""
 
     def __init__(self, folder, *options, stdout=subprocess.PIPE, source=None, sink="stdio:", send=None):
-        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
-            free.bind(("127.0.0.1", 0))
-            self.port = free.getsockname()[1]
+        self.port = free_port()
         bench(folder, source or f"udp://:{self.port}", sink)
         self._send: Callable[[bytes], object] = send or self._over_udp
         command = [*LISTENING, *LIVE, "--bench", "bench.yaml", *options]

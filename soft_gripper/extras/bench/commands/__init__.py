@@ -17,10 +17,9 @@ COMMANDS = (
         "live",
         "estimate from the sensors of hardware, in real time, and command it",
         (
-            "tip_distance_steps                                the simulated twin in the place of hardware",
             "tip_distance_steps --bench bench.yaml --zero 2    readings and commands as bench.yaml describes",
-            "tip_distance_steps --page                         the same in a browser, to look at",
-            "my_scenario.yaml --source udp://:6000 --out results/monday",
+            "tip_distance_steps --bench bench.yaml --page      the same in a browser, to look at",
+            "my_scenario.yaml --bench bench.yaml --source udp://:6000 --out results/monday",
         ),
         (
             *scenario(),
@@ -40,7 +39,6 @@ COMMANDS = (
             flag("--json", "print every result as a line of JSON, instead of a status line", dest="json_lines"),
             flag("--fast", "use the readings of a file as fast as possible"),
             flag("--page", "show estimates, contacts and the counts of readings in a browser; zero and record there"),
-            flag("--twin", "with --page and --bench: show a simulated twin beside the hardware, commanded alike"),
             HOST,
             option("--out", "folder for a recording of every signal; with --page, for its recordings", "DIR", path),
             MCAP,

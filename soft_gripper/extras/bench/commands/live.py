@@ -9,7 +9,7 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from shutil import get_terminal_size
-from typing import Any, NamedTuple
+from typing import NamedTuple
 from urllib.parse import urlsplit
 
 import numpy as np
@@ -24,8 +24,7 @@ from soft_gripper.extras.bench.endpoints import Endpoints, Sink, Source, file_pa
 from soft_gripper.extras.bench.live_view import LiveView
 from soft_gripper.extras.bench.recorder import Recorder, free_name, recording_layout
 from soft_gripper.extras.bench.tally import StatusLine
-from soft_gripper.extras.bench.twin import Twin, TwinSource
-from soft_gripper.extras.hardware.bench_schema import BenchConfig, described, load_bench
+from soft_gripper.extras.hardware.bench_schema import BenchConfig, load_bench
 from soft_gripper.extras.hardware.measured import check_places
 from soft_gripper.extras.hardware.recording_schema import instruments
 from soft_gripper.extras.hardware.table import Columns
@@ -44,7 +43,6 @@ class _Live(NamedTuple):
     config: BenchConfig
     source: Source
     sink: Sink
-    twin: Twin | None  # shown on the page
     moving: list[str]  # fingers
 
 
@@ -52,24 +50,24 @@ def run(options: argparse.Namespace) -> None:
     """Runs the command."""
     scenario = bench_scenario(chosen_scenario(options))
     file = options.bench or (None if scenario.bench is None else Path(scenario.bench))
-    if options.twin and (file is None or not options.page):
-        raise InputError("live", "--twin", True, "is shown beside hardware: give --bench and --page")
     if options.mcap is not None and options.page:
         raise InputError("live", "--mcap", str(options.mcap), "records a whole session: leave it, or --page, out")
     if options.json_lines and (options.sink or options.page):
         raise InputError("live", "--json", True, "prints the results on standard output: leave --sink and --page out")
+    if file is None:
+        expected = (
+            "describe the hardware in a file, and name it by --bench or in the scenario; see docs/extras/bench/live.md"
+        )
+        raise InputError(options.scenario, "bench", None, expected)
     folder, recording = _outputs(options)
     with (
         held_back() as is_interrupted,
-        Endpoints(file or options.scenario, is_interrupted if options.fast else None) as endpoints,
+        Endpoints(file, is_interrupted if options.fast else None) as endpoints,
     ):
-        if file is None:
-            live = _with_twin(scenario, endpoints, options)
-        else:
-            live = _with_hardware(scenario, file, endpoints, options)
+        live = _open_bench(scenario, file, endpoints, options)
         make: Callable[..., BenchDriver] = BenchDriver
         if options.page:
-            make = partial(LiveView, moving=live.moving, twin=live.twin, is_beside=options.twin)
+            make = partial(LiveView, moving=live.moving)
         driver = make(live.bench, live.config, live.source, live.sink, is_live=not options.fast, say=_say)
         if recording is not None:
             layout = recording_layout(live.bench, recorded_signals(live.bench, live.config))
@@ -151,7 +149,7 @@ def _say(line: str) -> None:
     print(f"{erased}{line}", file=sys.stderr, flush=True)
 
 
-def _with_hardware(scenario: Scenario, file: Path, endpoints: Endpoints, options: argparse.Namespace) -> _Live:
+def _open_bench(scenario: Scenario, file: Path, endpoints: Endpoints, options: argparse.Namespace) -> _Live:
     found = load_bench(file)
     config = replace(found, source=options.source or found.source, sink=options.sink or found.sink)
     config = replace(config, sink_format="json") if options.json_lines else config
@@ -164,8 +162,7 @@ def _with_hardware(scenario: Scenario, file: Path, endpoints: Endpoints, options
     )
     _check_files(scenario, file, config, options)
     source = endpoints.source(config.source, 0.0 if options.fast else bench.period, columns)
-    twin = Twin(scenario) if options.twin else None
-    return _Live(bench, config, source, _sink(endpoints, config.sink, bench, config, options), twin, moving)
+    return _Live(bench, config, source, _sink(endpoints, config.sink, bench, config, options), moving)
 
 
 def _check_files(scenario: Scenario, file: Path, config: BenchConfig, options: argparse.Namespace) -> None:
@@ -178,20 +175,6 @@ def _check_files(scenario: Scenario, file: Path, config: BenchConfig, options: a
         require(asked, file, "sink", config.sink, "exists, and would be emptied: name it by --sink, or another file")
     for output in outputs:
         check_file(output, [*files_read(options.scenario, scenario), file, config.source.removeprefix("file:")])
-
-
-def _with_twin(scenario: Scenario, endpoints: Endpoints, options: argparse.Namespace) -> _Live:
-    """The scenario names no hardware: its simulated twin stands in for it."""
-    twin = Twin(scenario)
-    bench = Bench(scenario, twin.moving)
-    config = described(bench.inputs, "twin")
-    sink = _sink(endpoints, options.sink, bench, config, options)
-
-    def command(message: bytes, results: dict[str, Any]) -> None:
-        twin.command(results)
-        sink(message, results)
-
-    return _Live(bench, config, TwinSource(twin), command, twin, twin.moving)
 
 
 def _sink(

@@ -1,10 +1,13 @@
-"""The simulated twin of a bench: a station that sends readings and obeys commands as hardware does.
+"""Plays the hardware of a bench: simulates a gripper, sends readings and obeys commands, as a microcontroller does.
 
-Within `soft-gripper live` it stands in for hardware that a scenario does not name. As a process of its own it speaks
-the protocol of a bench over UDP, or over a pseudo-terminal that looks like a serial port:
+It speaks JSON over UDP to `soft-gripper live`, or over a pseudo-terminal that looks like a serial port:
 
-    python -m soft_gripper.extras.bench.twin box_grasp --pty
-    soft-gripper live box_grasp --bench bench.yaml --source serial:///dev/pts/3 --sink serial:///dev/pts/3
+    python examples/bench/simulated_hardware.py examples/bench/held_cup.yaml
+    soft-gripper live examples/bench/held_cup.yaml --bench examples/bench/held_cup_bench.yaml
+
+    python examples/bench/simulated_hardware.py examples/bench/held_cup.yaml --pty
+    soft-gripper live examples/bench/held_cup.yaml --bench examples/bench/held_cup_bench.yaml \\
+      --source serial:///dev/pts/3 --sink serial:///dev/pts/3
 """
 
 import argparse
@@ -24,8 +27,7 @@ from pydrake.systems.framework import Context
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.simulation import advance, make_simulator
 from soft_gripper.diagrams.station import make_station
-from soft_gripper.extras.bench.bench import Bench
-from soft_gripper.extras.bench.endpoints import Endpoints, LineSource, Sink, Source, by_entry, writer
+from soft_gripper.extras.bench.endpoints import Endpoints, LineSource, Sink, Source, writer
 from soft_gripper.extras.bench.messages import MalformedError, decoded, encoded
 from soft_gripper.extras.bench.threads import Message
 from soft_gripper.interrupts import held_back
@@ -34,10 +36,9 @@ from soft_gripper.scenario.schema import EstimatorConfig, Scenario
 from soft_gripper.scenario.sensor_presets import sensor_layout
 
 _LOG_SAMPLES = 100  # samples after which the logs are cleared
-_MOST_BEHIND = 3  # periods that a twin beside hardware makes up for at once; one that is too slow stays behind
 
 
-class Twin:
+class SimulatedHardware:
     """A station that is advanced by a period of its sensors at a time, and commanded from outside.
 
     Its messages name the inputs of a `Bench` of the same scenario, `{finger}.strain`, and `count` and `time`.
@@ -49,7 +50,7 @@ class Twin:
             scenario: its fingers are commanded by `command`; a task may move its arm, but not the gripper.
             records: whether every signal is kept for `station.recording`, which takes memory.
         """
-        self.station, self._records = make_station(twin_scenario(scenario)), records
+        self.station, self._records = make_station(hardware_scenario(scenario)), records
         self.period, self._samples = scenario.sensor.period, 0
         self._simulator = make_simulator(self.station)
         self.context: Context = self._simulator.get_mutable_context()
@@ -80,13 +81,6 @@ class Twin:
         sent = {name: read[signal] for name, signal in self._signals.items()}
         return {"count": float(self._samples), "time": self.context.get_time(), **sent}
 
-    @property
-    def positions(self) -> Array:
-        """The positions of the plant."""
-        plant = self.station.plant
-        positions: Array = plant.GetPositions(plant.GetMyContextFromRoot(self.context))
-        return positions
-
     def read(self, signals: Sequence[str]) -> dict[str, Array]:
         """Signals of the station as of the last sample, (size,) each."""
         return {name: self.station.diagram.GetOutputPort(name).Eval(self.context) for name in signals}
@@ -99,60 +93,33 @@ class Twin:
             if given is not None and np.isfinite(given).all():
                 port.FixValue(self.context, np.ravel(given))
 
-    def follow(self, commands: Mapping[str, Any], bench: Bench, elapsed: float) -> None:
-        """Goes on until `elapsed`, s, beside hardware: by the same commands or, without any, by what is measured."""
-        measured = {name: name.replace(".", ".sampled_").removesuffix("_command") for name in self._inputs}
-        driving = {name: bench.read([own])[own] for name, own in measured.items() if own in bench.signals}
-        self.command({**driving, **commands})
-        for _ in range(_MOST_BEHIND):
-            if self.context.get_time() < elapsed:
-                self.message()
 
-
-class TwinSource:
-    """A twin in the place of a source of messages: `send` is the sink that commands it."""
-
-    is_over = False
-
-    def __init__(self, twin: Twin):
-        self._twin, self._due = twin, time.monotonic()
-
-    def receive(self, timeout: float) -> list[Message]:
-        """The next message, at the pace of real time."""
-        early = self._due - time.monotonic()
-        time.sleep(max(0.0, min(early, timeout)))
-        if early > timeout:
-            return []
-        self._due = max(self._due + self._twin.period, time.monotonic() - self._twin.period)
-        return [dict(by_entry(self._twin.message()))]
-
-
-def twin_scenario(scenario: Scenario) -> Scenario:
-    """This hardware, whose fingers are commanded from outside, without estimators to speak of."""
+def hardware_scenario(scenario: Scenario) -> Scenario:
+    """The hardware of a scenario, whose fingers are commanded from outside, without estimators to speak of."""
     control = replace(scenario.control, set_points=None, force_limit=None)
     return replace(scenario, control=control, external=["pressure"], estimator=EstimatorConfig())
 
 
-def run_twin(twin: Twin, source: Source, sink: Sink, is_over: Callable[[], bool]) -> None:
+def run_hardware(hardware: SimulatedHardware, source: Source, sink: Sink, is_over: Callable[[], bool]) -> None:
     """Sends readings and obeys commands in real time."""
     began = time.monotonic()
     for sample in range(1, 10**9):
         if is_over():
             return
-        message = twin.message()
-        for command in source.receive(max(0.0, began + sample * twin.period - time.monotonic())):
-            _obey(twin, command)
-        time.sleep(max(0.0, began + sample * twin.period - time.monotonic()))
+        message = hardware.message()
+        for command in source.receive(max(0.0, began + sample * hardware.period - time.monotonic())):
+            _obey(hardware, command)
+        time.sleep(max(0.0, began + sample * hardware.period - time.monotonic()))
         sink(encoded(message, "json"), message)
 
 
-def _obey(twin: Twin, command: Message) -> None:
+def _obey(hardware: SimulatedHardware, command: Message) -> None:
     with suppress(MalformedError):  # hardware obeys what it understands
-        twin.command(command if isinstance(command, dict) else decoded(command, "json", ()))
+        hardware.command(command if isinstance(command, dict) else decoded(command, "json", ()))
 
 
 def _main() -> None:
-    parser = argparse.ArgumentParser(prog="python -m soft_gripper.extras.bench.twin", description=__doc__)
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("scenario", help="name or file of a scenario")
     parser.add_argument("--set", action="append", default=[], metavar="FIELD=VALUE", help="change the scenario")
     parser.add_argument("--source", default="udp://:5006", help="address where commands arrive")
@@ -160,19 +127,19 @@ def _main() -> None:
     parser.add_argument("--pty", action="store_true", help="speak over a pseudo-terminal instead, and print its name")
     parser.add_argument("--out", type=Path, metavar="FILE", help="file for a recording of every signal, .nc")
     options = parser.parse_args()
-    twin = Twin(load_scenario(options.scenario, options.set), records=options.out is not None)
+    hardware = SimulatedHardware(load_scenario(options.scenario, options.set), records=options.out is not None)
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # it is held back, too
-    with Endpoints("twin") as endpoints, held_back() as is_over:
+    with Endpoints("simulated_hardware") as endpoints, held_back() as is_over:
         if options.pty:
             ours, theirs = os.openpty()
             tty.setraw(theirs)
             os.set_blocking(ours, False)
             print(os.ttyname(theirs), flush=True)
-            run_twin(twin, LineSource(ours), writer(ours), is_over)
+            run_hardware(hardware, LineSource(ours), writer(ours), is_over)
         else:
-            run_twin(twin, endpoints.source(options.source), endpoints.sink(options.sink), is_over)
+            run_hardware(hardware, endpoints.source(options.source), endpoints.sink(options.sink), is_over)
     if options.out is not None:
-        twin.station.recording(twin.context).save(options.out)
+        hardware.station.recording(hardware.context).save(options.out)
 
 
 if __name__ == "__main__":
