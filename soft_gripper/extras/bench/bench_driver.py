@@ -172,6 +172,7 @@ class BenchDriver(Driver):
         self._arrived = clock()
         self._due = self._arrived + 1.5 * bench.period
         self._is_silent = False
+        self._restarts_control = False  # before the next estimate, as safe commands have been in force
         # Of both threads, under this lock, as is all that is sent:
         self._changed = Condition()
         self._waiting: deque[tuple[Message, float]] = deque()  # messages, and when they arrived
@@ -183,7 +184,7 @@ class BenchDriver(Driver):
         self._cost = 0.0  # s, of the last estimate
         self._command: dict[str, Array] = {}  # of the last reading
         self._in_force: float | None = None  # when the reading of the command in force arrived; None: it is safe
-        self.oldest_command = 0.0  # s, the greatest age of a reading while a command based on it was in force
+        self.max_command_age = 0.0  # s, the greatest age of a reading while a command based on it was in force
         self.recorder: Recorder | None = None  # takes every sample
         self.tally, self.calibration = Tally(bench), CalibrationTally(bench)
         self._first, self._say = FirstPressures(bench.period, config), say
@@ -200,11 +201,11 @@ class BenchDriver(Driver):
         return self._watch.counts
 
     @property
-    def command_age(self) -> str:
+    def command_age_text(self) -> str:
         """The greatest age of the commands so far, in words; empty where nothing is commanded at a pace."""
         if self._pace is None or not self._commands:
             return ""
-        oldest = f"{1e3 * self.oldest_command:.0f} ms" if self.oldest_command else "none but safe ones"
+        oldest = f"{1e3 * self.max_command_age:.0f} ms" if self.max_command_age else "none but safe ones"
         return f"oldest command in force: {oldest}"
 
     @property
@@ -363,7 +364,8 @@ class BenchDriver(Driver):
         """Results of a reading, before which others are missing."""
         try:
             self._let_pass(missing, arrived)
-            if self._is_silent:
+            if self._restarts_control:
+                self._restarts_control = False
                 self._bench.restart_control()  # the fingers are where safe commands have led them
             self._use(reading)
             self._record(math.nan if reading.count is None else reading.count, reading.time)
@@ -420,6 +422,7 @@ class BenchDriver(Driver):
         if is_stale and not self._is_silent:
             self.counts.silences += 1
         self._is_silent = is_stale
+        self._restarts_control |= is_stale
         is_fresh = is_new and not is_stale
         estimates = self._estimates if is_fresh else self._spread.widened(self._estimates, age)
         header = self._header(0.0 if is_fresh else age, is_stale)
@@ -444,7 +447,7 @@ class BenchDriver(Driver):
         in_units = {k: v / factor if k.endswith(".pressure_command") else v for k, v in results.items()}
         self._sink(encoded(in_units, self._config.sink_format or self._config.format), in_units)
         if self._in_force is not None:
-            self.oldest_command = max(self.oldest_command, self._clock() - self._in_force)
+            self.max_command_age = max(self.max_command_age, self._clock() - self._in_force)
         self._in_force = commanded if self._commands else None
 
 

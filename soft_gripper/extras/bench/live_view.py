@@ -126,6 +126,6 @@ class LiveView(BenchDriver):
             "time": self._clock() - self._began,
             "mode": waits if is_stale else "zeroing" if is_zeroing else "live",
             "alarm": is_stale or bool(self.calibration.disagreeing),
-            "latency": "; ".join(filter(None, (latency, self.command_age))),
+            "latency": "; ".join(filter(None, (latency, self.command_age_text))),
             "zeroing": is_zeroing,
         }

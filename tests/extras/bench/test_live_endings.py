@@ -202,10 +202,13 @@ def test_a_killed_session_leaves_its_recording(here):
         live.process.wait()
     data = Recording.load(here / "out" / "recording.nc").data
     assert data["reading.count"].values[-1] >= 300 - 100 - 1  # the last second
-    assert np.isfinite(data["left_finger.tip_pose"].values).all()
+    is_used = np.isfinite(data["reading.count"].values)  # others were passed over
+    assert np.isfinite(data["left_finger.tip_pose"].values[is_used]).all()
 
 
 @pytest.mark.slow
 def test_a_folder_has_one_session(here):
     with Running(here, "--out", "out"):
-        assert "another soft-gripper writes there" in refusal(*LIVE, "--bench", "bench.yaml", "--out", "out", "--seconds", "0.1")
+        assert "another soft-gripper writes there" in refusal(
+            *LIVE, "--bench", "bench.yaml", "--out", "out", "--seconds", "0.1"
+        )

@@ -3,8 +3,6 @@
 Commands and their ages are taken from outside: when a reading was sent, and when results arrived at the sink.
 """
 
-import subprocess
-import sys
 import threading
 import time
 
@@ -36,26 +34,23 @@ def compute(seconds):
 
 
 class Oversleep:
-    """How late a process of its own wakes up: the time that this machine lets threads wait that could run."""
-
-    CODE = """if True:
-        import sys, threading, time
-        is_over = threading.Event()
-        threading.Thread(target=lambda: (sys.stdin.read(), is_over.set()), daemon=True).start()
-        latest = 0.0
-        while not is_over.is_set():
-            due = time.monotonic() + 0.001
-            time.sleep(0.001)
-            latest = max(latest, time.monotonic() - due)
-        print(latest)"""
+    """How late a thread wakes up beside the session: the time that machine and interpreter let one wait."""
 
     def __enter__(self):
-        pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
-        self._process = subprocess.Popen([sys.executable, "-I", "-c", self.CODE], text=True, **pipes)
+        self.seconds, self._is_over = 0.0, threading.Event()
+        self._thread = threading.Thread(target=self._measure)
+        self._thread.start()
         return self
 
     def __exit__(self, *_):
-        self.seconds = float(self._process.communicate()[0])
+        self._is_over.set()
+        self._thread.join()
+
+    def _measure(self):
+        while not self._is_over.is_set():
+            due = time.monotonic() + 0.002
+            time.sleep(0.002)
+            self.seconds = max(self.seconds, time.monotonic() - due)
 
 
 class Overloaded:
@@ -127,8 +122,8 @@ def for_seconds(seconds):
 def test_no_command_is_older_than_promised_and_the_processor_is_used(pass_time, stale_after):
     """An estimate takes five periods; from 0.1 s on some are in time, and are commanded.
 
-    A command is replaced when due, but for the time that the machine lets a process wait, as measured by another one,
-    and the time for which Python lets another thread compute.
+    A command is replaced when due, but for the time that threads of the session wait for the processor and for one
+    another, as measured by one of them: once until the reading arrives, once until the command is replaced.
     """
     with Oversleep() as late:
         live = Overloaded(stale_after, pass_time)
@@ -136,14 +131,15 @@ def test_no_command_is_older_than_promised_and_the_processor_is_used(pass_time, 
     counts = live.driver.counts
     assert counts.used >= USED * SECONDS / np.mean(live.costs)
     assert len(live.costs) <= counts.used + 1, "no estimate is made of a reading that is passed over"
-    assert counts.used + counts.lost >= max(live.sent) - OVERLOAD / PERIOD - 2
+    assert counts.used + counts.lost >= max(live.sent) - (2 * max(live.costs) + late.seconds) / PERIOD - 2
     oldest, promised = max([0.0, *live.ages]), stale_after + PERIOD
-    waits = f"{1e3 * (SWITCH + late.seconds):.1f} ms for which threads wait"
-    print(f"oldest command: {1e3 * oldest:.1f} ms of {1e3 * promised:.0f} ms and {waits}; {counts.used} readings used")
-    assert oldest < promised + SWITCH + late.seconds
+    waits = SWITCH + 2 * late.seconds
+    limit = f"{1e3 * promised:.0f} ms, and {1e3 * waits:.1f} ms for which threads wait"
+    print(f"oldest command: {1e3 * oldest:.1f} ms of {limit}; {counts.used} readings used")
+    assert oldest < promised + waits
     if stale_after < OVERLOAD:
         assert not live.ages
-        assert "none but safe ones" in live.driver.command_age
+        assert "none but safe ones" in live.driver.command_age_text
 
 
 def test_after_overload_it_commands_again():
@@ -179,7 +175,7 @@ def test_a_late_result_replaces_no_safe_command():
 
     live._note, live._pass_time = note, wait
     live.run(is_safe_again.is_set)
-    assert waited == [True]
+    assert set(waited) == {True}
     commands = [result[COMMAND][0] for _, result in live.results]
     first = next(i for i, command in enumerate(commands) if command != SAFE)
     first_safe = commands.index(SAFE, first)

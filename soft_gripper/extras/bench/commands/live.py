@@ -136,8 +136,8 @@ def _sum_up(driver: BenchDriver, dropped: int) -> None:
     _say(f"Readings: {driver.counts}; {dropped} results that nobody read in time.")
     if driver.malformed:
         _say(f"The first malformed message {driver.malformed}.")
-    if driver.command_age:
-        _say(f"{driver.command_age.capitalize()}.")
+    if driver.command_age_text:
+        _say(f"{driver.command_age_text.capitalize()}.")
     if driver.latencies:
         wall, cpu = (1e3 * np.percentile(times, [50, 99]) for times in (driver.latencies, driver.efforts))
         text = "From a reading to its result: {0:.2f} ms in the median, {1:.2f} ms at 99 %"
