@@ -21,7 +21,7 @@ import numpy as np
 from pydrake.common import RandomGenerator
 from pydrake.geometry import Meshcat
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig
+from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig, SimulatorStatus
 from pydrake.systems.framework import Context, Diagram
 from pydrake.systems.primitives import RandomSource
 
@@ -137,7 +137,7 @@ def _random_sources(diagram: Diagram) -> Iterator[RandomSource]:
             yield system
 
 
-TASK_PAUSE = 0.5  # s, interval at which a task is checked for its end
+_REPORT_PERIOD = 0.5  # s, between reports of the progress of a task
 Progress = Callable[[float], None]
 
 
@@ -247,12 +247,10 @@ def run_to_end(station: Station, meshcat: Meshcat | None = None, progress: Progr
     if meshcat is not None:
         meshcat.StartRecording(frames_per_second=1 / PERIOD)
     for time in _pauses(station.scenario):
-        advance(simulator, station, time)
+        is_over = advance(simulator, station, time)
         if progress is not None:
             progress(simulator.get_context().get_time())
-        if station.task is not None and station.task.is_over(
-            station.task.GetMyContextFromRoot(simulator.get_context())
-        ):
+        if is_over:
             break
     if meshcat is not None:
         meshcat.PublishRecording()
@@ -295,8 +293,8 @@ def make_simulator(station: Station) -> Simulator:
 
 
 def _pauses(scenario: Scenario) -> Iterator[float]:
-    """Times at which a run pauses to report and to check whether its task has ended, s."""
-    pause = TASK_PAUSE if scenario.task is not None else scenario.step_duration
+    """Times at which a run pauses to report, s."""
+    pause = _REPORT_PERIOD if scenario.task is not None else scenario.step_duration
     yield from (pause * number for number in range(1, math.ceil(scenario.duration / pause - 1e-9)))
     yield scenario.duration
 
@@ -310,18 +308,19 @@ def solver_config(scenario: Scenario) -> SimulatorConfig:
     return config
 
 
-def advance(simulator: Simulator, station: Station, time: float) -> None:
-    """Advances to a time, s; does nothing if the simulator is already there.
+def advance(simulator: Simulator, station: Station, time: float) -> bool:
+    """Advances to a time, s; does nothing if the simulator is already there. Returns whether a task has ended the run.
 
     Raises:
         InputError: if a user block fails.
         SimulationDivergedError: if the state is no longer finite.
     """
     if time == simulator.get_context().get_time():
-        return  # cenic aborts the process on a step of zero length
+        return False  # cenic aborts the process on a step of zero length
     failure: BaseException | None = None
+    is_over = False
     try:
-        simulator.AdvanceTo(time)
+        is_over = simulator.AdvanceTo(time).reason() == SimulatorStatus.ReturnReason.kReachedTerminationCondition
     except (Exception, SystemExit) as error:
         failure = error
     context = simulator.get_context()
@@ -331,7 +330,7 @@ def advance(simulator: Simulator, station: Station, time: float) -> None:
     if failure is None and not len(bad):
         for deformable in station.parts.deformables.values():
             deformable.check(plant_context)
-        return
+        return is_over
     _blame(station, context, failure, has_diverged=len(bad) > 0)
     if failure is not None and not isinstance(failure, RuntimeError):
         raise failure

@@ -7,7 +7,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from pydrake.systems.framework import Context, DiscreteValues, InputPort, LeafSystem
+from pydrake.systems.framework import Context, DiscreteValues, EventStatus, InputPort, LeafSystem
 from pydrake.trajectories import Trajectory
 
 from soft_gripper.arrays import Array
@@ -187,6 +187,9 @@ class TaskMachine(LeafSystem):
     phase that holds it, the torque stays below or the gripper closes too far. After a failure the fingers open, the
     current motion is completed, and the phase `rescue` follows.
     The desired state looks one sample ahead.
+
+    One sample after the end of the task the block ends the run, as `EventStatus.ReachedTermination` does in Drake: a
+    Simulator returns from `AdvanceTo` early. Advanced again, it goes on.
     """
 
     def __init__(self, rules: Rules, period: float):
@@ -205,6 +208,7 @@ class TaskMachine(LeafSystem):
         describe(ports["phase"], meanings=[*(phase.name for phase in rules.phases), "over"])
         describe(ports["outcome"], meanings=[outcome.words for outcome in Outcome])
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
+        self.DeclarePeriodicPublishEvent(period, 0.0, self._end_run)
 
     @property
     def phases(self) -> tuple[Phase, ...]:
@@ -262,6 +266,12 @@ class TaskMachine(LeafSystem):
         if progress.phase < len(self.phases):
             values.set_value(_DESIRED, self._desired(progress, time))
             values.set_value(_SET_POINT, [self.rules.opening(progress)])
+
+    def _end_run(self, context: Context) -> EventStatus:
+        since_end = self._since_begin(context) - self.progress(context).began
+        if self.is_over(context) and since_end < 1.5 * self.period:
+            return EventStatus.ReachedTermination(self, "the task is over")
+        return EventStatus.Succeeded()
 
 
 def _value(port: InputPort, context: Context) -> float:

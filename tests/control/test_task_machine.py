@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from pydrake.systems.analysis import Simulator
+from pydrake.systems.analysis import Simulator, SimulatorStatus
 from pydrake.trajectories import PiecewisePolynomial
 
 from soft_gripper.control.task import QUIET_TIME, Outcome, Phase, Progress, Rules, TaskMachine
@@ -135,6 +135,17 @@ def test_a_failure_opens_the_fingers_and_is_put_out():
     run.sample(samples_of(1.0))
     assert (run["phase"], run["outcome"]) == (len(PHASES), Outcome.NOTHING_GRASPED)
     assert run.machine.is_over(run.context)
+
+
+def test_a_simulator_ends_with_the_task_and_goes_on_when_it_is_advanced_again():
+    run = Run()
+    status = run.simulator.AdvanceTo(10.0)
+    assert status.reason() == SimulatorStatus.ReturnReason.kReachedTerminationCondition
+    assert "the task is over" in status.FormatMessage()
+    assert run["phase"] == len(PHASES)
+    end = run.context.get_time()
+    assert end == pytest.approx(run.machine.progress(run.context).began + T)
+    assert run.simulator.AdvanceTo(10.0).reason() == SimulatorStatus.ReturnReason.kReachedBoundaryTime
 
 
 def test_inputs_that_are_not_finite_do_no_harm():

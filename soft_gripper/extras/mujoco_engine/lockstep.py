@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.simulation import TASK_PAUSE
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.errors import SimulationDivergedError
 from soft_gripper.extras.mujoco_engine.network import Network, Plants
@@ -74,7 +73,7 @@ def simulated(station: Station, network: Network) -> tuple[Logs, NDArray[np.int_
         plants.begin_step()
         logs.take(sample)
         lengths[plants.active] = sample + 1
-        if network.tasks is not None and _is_pause(time):
+        if network.tasks is not None:
             plants.active = plants.active[~network.tasks.over[plants.active]]
         if not len(plants.active):
             break
@@ -82,11 +81,6 @@ def simulated(station: Station, network: Network) -> tuple[Logs, NDArray[np.int_
         plants.finish_step()
         network.step([time + i * plant_step for i in range(1, round(period / plant_step))])
     return logs, lengths, failed
-
-
-def _is_pause(time: float) -> bool:
-    """Whether a task is checked for its end at this time, as in a run in Drake."""
-    return abs(time / TASK_PAUSE - round(time / TASK_PAUSE)) < 1e-6 and time > 0
 
 
 def _find_diverged(station: Station, plants: Plants, time: float, failed: dict[int, SimulationDivergedError]) -> None:
