@@ -4,12 +4,15 @@ import xml.etree.ElementTree as ET
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import numpy as np
+
 from soft_gripper.errors import InputError
-from soft_gripper.files.xml_text import DRAKE, LEAST, finite_numbers
+from soft_gripper.files.xml_text import DRAKE, LEAST, finite_numbers, read_numbers
 
 _SMALLEST, _LARGEST = 1e-9, 1e6  # m, of a shape; some mark points by spheres of 0.1 um
 _NAMED = ("link", "joint", "model")
 _Found = Iterator[tuple[str, str, tuple[int, ...]]]  # field, text, how many numbers it may hold
+_LIMITS = ("lower", "upper", "velocity", "effort", "acceleration")  # infinite, or as good as, if there is none
 _INERTIA = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 # How many numbers: of an attribute in URDF, by element and attribute, and of the text of an element in SDFormat.
 _ATTRIBUTES: dict[str, dict[str, tuple[int, ...]]] = {
@@ -23,7 +26,7 @@ _ATTRIBUTES: dict[str, dict[str, tuple[int, ...]]] = {
     "mesh": {"scale": (1, 3)},
     "mass": {"value": (1,)},
     "inertia": dict.fromkeys(_INERTIA, (1,)),
-    "limit": dict.fromkeys(("lower", "upper", "velocity", "effort", "acceleration"), (1,)),
+    "limit": dict.fromkeys(_LIMITS, (1,)),
     "dynamics": {"damping": (1,), "friction": (1,)},
     "mimic": {"multiplier": (1,), "offset": (1,)},
     "color": {"rgba": (4,)},
@@ -50,6 +53,7 @@ _SIZES |= {"size", "radius", "length", "radii"}
 _PRODUCTS = ("ixy", "ixz", "iyz")
 _ROUNDED = ("origin.xyz", "origin.rpy", "pose", *_PRODUCTS, *(f"inertia.{product}" for product in _PRODUCTS))
 _NOT_ZERO = ("axis.xyz", "xyz", "normal", "mesh.scale", "scale")
+_WITHOUT_AXIS = ("fixed", "floating", "ball")  # types of joints in URDF whose axis Drake does not read
 
 
 def check_numbers(where: Path | str, root: ET.Element) -> None:
@@ -62,8 +66,9 @@ def check_numbers(where: Path | str, root: ET.Element) -> None:
 
 
 def _check_inside(where: Path | str, element: ET.Element, numbers: Callable[[ET.Element], _Found]) -> None:
+    has_axis = numbers is _of_sdf or element.tag != "joint" or element.get("type") not in _WITHOUT_AXIS
     for child in element:
-        if isinstance(child.tag, str):  # not a comment
+        if isinstance(child.tag, str) and (has_axis or child.tag != "axis"):  # a comment has no text as its tag
             inside = f"{where}: {child.tag} '{child.get('name')}'" if child.tag in _NAMED else where
             for field, text, counts in (*numbers(child), *_of_drake(child)):
                 _check(inside, field, text, counts)
@@ -88,6 +93,10 @@ def _of_drake(element: ET.Element) -> _Found:
 
 
 def _check(where: Path | str, field: str, text: str, counts: tuple[int, ...]) -> None:
+    if field.removeprefix("limit.") in _LIMITS:
+        if np.isinf(read_numbers(where, field, text, *counts)).any() and field.startswith("limit."):
+            raise InputError(where, field, text, "give a finite number, or leave it out: Drake reads no other in URDF")
+        return
     numbers = finite_numbers(where, field, text, *counts, least=0.0 if field in _ROUNDED else LEAST)
     if field in _SIZES and not all(_SMALLEST <= number <= _LARGEST for number in numbers):
         raise InputError(where, field, text, f"give sizes from {_SMALLEST:g} to {_LARGEST:g} m")

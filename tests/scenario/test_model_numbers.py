@@ -28,6 +28,7 @@ URDF = {
     '<inertia ixx="nan"/>': "inertia.ixx = 'nan': give a number",
     '<inertia ixx="1e-40"/>': "inertia.ixx = '1e-40': give finite numbers: 0, or 1e-30 to",
     '<color rgba="1 1 1"/>': "color.rgba = '1 1 1': give four numbers",
+    '<limit velocity="inf"/>': "limit.velocity = 'inf': give a finite number, or leave it out",
     '<limit effort="much"/>': "limit.effort = 'much': give a number",
     '<d:mu_dynamic xmlns:d="http://drake.mit.edu" value="slippery"/>': "drake:mu_dynamic = 'slippery': give a number",
 }
@@ -54,6 +55,26 @@ def test_numbers_of_sdf(inside: str) -> None:
     root = parse_xml("a.sdf", f'<sdf version="1.7"><model name="m"><link name="l">{inside}</link></model></sdf>')
     with pytest.raises(InputError, match=f"a.sdf: model 'm': link 'l': {SDF[inside]}"):
         check_numbers("a.sdf", root)
+
+
+@pytest.mark.parametrize("kind", ["fixed", "floating", "ball"])
+def test_axis_of_a_joint_without_one_may_be_zero(kind: str) -> None:
+    """Exporters of CAD write one for every joint."""
+    joint = f'<joint name="j" type="{kind}"><axis xyz="0 0 0"/><limit lower="nan"/></joint>'
+    with pytest.raises(InputError, match=r"limit\.lower = 'nan'"):
+        check_numbers("a.urdf", parse_xml("a.urdf", f'<robot name="r">{joint}</robot>'))
+
+
+@pytest.mark.parametrize("limit", ["1e16", "1e30", "1.79769e+308"])
+def test_limits_may_be_as_good_as_infinite(limit: str) -> None:
+    """Gazebo writes such numbers for joints without limits."""
+    urdf = (
+        f'<robot name="r"><joint name="j"><limit lower="-{limit}" upper="{limit}" velocity="{limit}"/></joint></robot>'
+    )
+    check_numbers("a.urdf", parse_xml("a.urdf", urdf))
+    limits = f"<limit><lower>-{limit}</lower><upper>inf</upper><velocity>{limit}</velocity></limit>"
+    sdf = f'<sdf version="1.7"><model name="m"><joint name="j"><axis>{limits}</axis></joint></model></sdf>'
+    check_numbers("a.sdf", parse_xml("a.sdf", sdf))
 
 
 @pytest.mark.parametrize(

@@ -64,6 +64,7 @@ EXPLICIT_STEP = 0.002
 _RIGID = 1e9  # N/m, stiffness from which on a shape is not a skin
 _STIFF = "0.999 0.9999 0.001"  # shares of the force that holds a coupling, of MuJoCo's soft constraints
 _MIN_GYRATION = 3e-5  # m, radius of gyration that a body has at least
+_MIN_INERTIA = 2e-14  # kg m^2: MuJoCo takes none of 1e-14 or less, which links without a mass have in SDFormat
 _HALF_SPACE = "1 1 0.1"  # m, of a plane as it is drawn; it has no end
 
 
@@ -226,7 +227,7 @@ class _Writer:
             return
         inertia = inertia_of(body)
         # MuJoCo takes no inertia of zero, which point masses have, and rods about their axes.
-        lacking = _MIN_GYRATION**2 * mass - np.linalg.eigvalsh(inertia.CopyToFullMatrix3()).min()
+        lacking = max(_MIN_GYRATION**2 * mass, _MIN_INERTIA) - np.linalg.eigvalsh(inertia.CopyToFullMatrix3()).min()
         full = text([*(inertia.get_moments() + max(lacking, 0.0)), *inertia.get_products()])
         ET.SubElement(element, "inertial", pos=text(body.default_com()), mass=repr(float(mass)), fullinertia=full)
 

@@ -143,3 +143,15 @@ def test_what_fails_has_its_error_and_ends_no_other():
     assert isinstance(wrong, InputError)
     assert "begins inside" in str(wrong)
     assert "engine mujoco takes steps" in str(refused)
+
+
+def test_a_model_of_sdf_that_is_fixed_to_the_world_runs(tmp_path):
+    """Its file's world is a link with next to no mass, less than MuJoCo takes."""
+    joint = "<joint name='j' type='fixed'><parent>world</parent><child>a</child></joint>"
+    (tmp_path / "shelf.sdf").write_text(f"<sdf version='1.9'><model name='m'><link name='a'/>{joint}</model></sdf>")
+    (tmp_path / "s.yaml").write_text(
+        "models:\n- {name: f, file: package://soft_gripper/grippers/finger.urdf}\n"
+        "- {name: shelf, file: shelf.sdf, X_PC: {translation: [3, 0, 0]}}\n"
+        "engine: mujoco\npressure: {steps: {all: [0]}, settle: 0.02, hold_samples: 2}\n"
+    )
+    assert simulate(load_scenario(tmp_path / "s.yaml")).data.sizes["time"] > 1
