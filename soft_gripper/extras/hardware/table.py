@@ -135,7 +135,8 @@ def without_zero_stamps(table: Table, time: str, unit: float) -> Table:
     t = table.columns([time])[:, 0]
     first = int(np.argmax(t != 0)) if len(t) else 0
     steps = np.diff(t[first:][np.isfinite(t[first:])])
-    if first == 0 or not len(steps) or not t[first] > max(_CLOCK_JUMP / unit, _CLOCK_STEPS * np.median(steps)):
+    is_unset = first > 0 and not (t[first:] == 0).any()  # a clock that fails later is told from its own numbers
+    if not is_unset or not len(steps) or not t[first] > max(_CLOCK_JUMP / unit, _CLOCK_STEPS * np.median(steps)):
         return table
     why = f"their time is 0: the clock was set before row {table.rows[first]}"
     note(LEFT_OUT, table.path, f"{first} of {len(t)} rows", "", why)
