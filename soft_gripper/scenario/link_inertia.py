@@ -150,7 +150,7 @@ def note_spread(path: Path, parser: Parser, model: ModelInstanceIndex, stands: b
     The first link of a model that `stands`, fixed to the world, does not count.
 
     Raises:
-        InputError: if a mesh, seen or touched, is a line, a point or empty: Drake finds no box around it.
+        InputError: as `box_of`.
     """
     plant, scene_graph = parser.plant(), parser.scene_graph()
     if scene_graph is None:
@@ -159,7 +159,7 @@ def note_spread(path: Path, parser: Parser, model: ModelInstanceIndex, stands: b
     for i, body in enumerate(map(plant.get_body, plant.GetBodyIndices(model))):
         mass, center = body.default_mass(), body.default_com()
         shapes = inspector.GetGeometries(plant.GetBodyFrameIdOrThrow(body.index()))
-        boxes = [(inspector.GetPoseInFrame(shape), _box(path, inspector, shape)) for shape in shapes]
+        boxes = [(inspector.GetPoseInFrame(shape), box_of(path, inspector, shape)) for shape in shapes]
         if (i == 0 and stands) or not mass > 0 or not boxes or any(box is None for _, box in boxes):
             continue
         far = max(
@@ -172,8 +172,12 @@ def note_spread(path: Path, parser: Parser, model: ModelInstanceIndex, stands: b
             note(READ, path, f"link '{body.name()}': inertia", "", f"{why}; is it in other units?")
 
 
-def _box(path: Path, inspector: SceneGraphInspector, shape: GeometryId) -> Any:
-    """The oriented box around a shape; None if it has no end."""
+def box_of(path: Path, inspector: SceneGraphInspector, shape: GeometryId) -> Any:
+    """The oriented box around a shape of a model file; None if it has no end.
+
+    Raises:
+        InputError: if it is a mesh that is a line, a point or empty: Drake finds no box around it.
+    """
     try:
         return inspector.GetObbInGeometryFrame(shape)
     except RuntimeError as error:

@@ -12,6 +12,7 @@ from pydrake.multibody.tree import ModelInstanceIndex, RevoluteJoint
 from soft_gripper.errors import InputError
 from soft_gripper.files.notes import READ, note
 from soft_gripper.fingers.finger import Finger
+from soft_gripper.scenario.link_inertia import box_of
 from soft_gripper.scenario.mass_and_friction import geometries
 from soft_gripper.scenario.mesh_object import MAX_SIZE
 
@@ -33,14 +34,14 @@ def check_meshes(path: Path, parser: Parser, before: Collection[GeometryId], fre
         is_fixture: the model stands in the world, where a mesh may be large: it is noted.
 
     Raises:
-        InputError: if a mesh is too large for a link.
+        InputError: if a mesh is too large for a link, or as `box_of`.
     """
     plant, scene_graph = parser.plant(), parser.scene_graph()
     for geometry in geometries(parser) - set(before):
         inspector = scene_graph.model_inspector()
         shape = inspector.GetShape(geometry)
         is_mesh = isinstance(shape, Mesh | Convex) and not inspector.IsDeformableGeometry(geometry)
-        box = inspector.GetObbInGeometryFrame(geometry) if is_mesh else None
+        box = box_of(path, inspector, geometry) if is_mesh else None
         size = 0.0 if box is None else 2 * float(max(box.half_width()))
         if size <= (MAX_SIZE if free else _LARGEST_LINK):
             continue
