@@ -26,32 +26,52 @@ from soft_gripper.fingers.finger_links import finger_to_urdf
 from soft_gripper.fingers.finger_writer import finger_element
 
 
-def remove_links(path: Path, robot: ET.Element, names: Sequence[str]) -> None:
-    """Removes links from a <robot> or <model>, with all links beyond them, their joints, and what refers to these.
+def remove_links(path: Path, model: ET.Element, names: Sequence[str]) -> None:
+    """Removes links, with all links beyond them, the joints before them, and what refers to these.
+
+    Args:
+        path: of the file, for messages.
+        model: a <robot>, or a <model> of SDFormat without models in it, which is changed.
+        names: of the links, or of frames on them.
 
     Raises:
         InputError: if there is no such link, or it is the root.
     """
     if not names:
         return
-    parents = {joint_end(joint, "child"): joint_end(joint, "parent") for joint in robot.findall("joint")}
-    links = [link.get("name", "") for link in robot.findall("link")]
-    for name in names:
-        if name not in links:
+    frames = {
+        frame.get("name", ""): frame.get("attached_to", frame.get("link", "")) for frame in model.findall("frame")
+    }
+    links = [link.get("name", "") for link in model.findall("link")]
+
+    def link_of(name: str) -> str:
+        for _ in frames:  # no longer than the longest chain
+            name = name if name in links else frames.get(name, name)
+        return name
+
+    joints = [
+        (joint, *(link_of(joint_end(joint, end)) for end in ("child", "parent"))) for joint in model.findall("joint")
+    ]
+    parents = {child: parent for _, child, parent in joints}
+    chosen = [link_of(name if model.tag == "robot" else name.replace("::", "_")) for name in names]
+    for name, link in zip(names, chosen, strict=True):
+        if link not in links:
             raise InputError(path, "without", name, f"no such link; known: {', '.join(links)}")
-        if name not in parents:
+        if parents.get(link) not in links:
             raise InputError(path, "without", name, "hangs on nothing; only what a joint carries can be left out")
-    cut = {link for link in links if _hangs_on(link, names, parents)}
-    joints = {joint.get("name") for joint in robot.findall("joint") if joint_end(joint, "child") in cut}
-    for element in list(robot):
-        if _is_of(element, cut, joints):
-            robot.remove(element)
-    for element in robot.iterfind("joint//mimic/.."):
-        for mimic in [mimic for mimic in element.findall("mimic") if mimic.get("joint") in joints]:
-            element.remove(mimic)
-    for group in robot.findall(DRAKE + "collision_filter_group"):
-        for member in [member for member in group.findall(DRAKE + "member") if member.get("link") in cut]:
-            group.remove(member)
+    cut = {link for link in links if _hangs_on(link, chosen, parents)}
+    cut_joints = {joint.get("name", "") for joint, child, _ in joints if child in cut}
+    cut_frames = {name for name in frames if link_of(name) in cut}
+    for element in list(model):
+        if _is_of(element, cut, cut_joints, cut_frames):
+            model.remove(element)
+    for parent in [*model.findall("joint"), *model.findall("joint/axis"), *model.findall(_GROUP)]:
+        for element in [*parent.findall("mimic"), *parent.findall(DRAKE + "member")]:
+            if element.get("joint") in cut_joints or element.get("link", (element.text or "").strip()) in cut:
+                parent.remove(element)
+
+
+_GROUP = DRAKE + "collision_filter_group"
 
 
 def _hangs_on(link: str, names: Sequence[str], parents: dict[str, str]) -> bool:
@@ -60,16 +80,16 @@ def _hangs_on(link: str, names: Sequence[str], parents: dict[str, str]) -> bool:
     return link in names
 
 
-def _is_of(element: ET.Element, links: set[str], joints: set[str | None]) -> bool:
+def _is_of(element: ET.Element, links: set[str], joints: set[str], frames: set[str]) -> bool:
     """Whether a child of a model is, or refers to, what is removed."""
-    if element.tag == "joint":
-        return element.get("name") in joints
-    if element.tag == "link":
-        return element.get("name") in links
+    own = {"joint": joints, "link": links, "frame": frames}
+    if element.tag in own:
+        return element.get("name") in own[element.tag]
     if element.tag == "finger":
         return joint_end(element, "parent") in links
-    if element.tag == "frame" and element.get("attached_to") in links | joints:
-        return True
+    if str(element.tag).startswith(DRAKE) and element.tag != _GROUP:
+        words = {word.strip() for part in element.iter() for word in (*part.attrib.values(), part.text or "")}
+        return bool(words & (links | joints | frames))
     spoken_of = {joint.get("name") for joint in element.findall("joint")}
     return element.get("reference") in links | joints or element.get("link") in links or bool(spoken_of & joints)
 

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 
 from pydrake.geometry import CollisionFilterDeclaration, GeometrySet
 from pydrake.multibody.parsing import Parser
@@ -121,9 +122,12 @@ def free_followers(
     plant: MultibodyPlant,
     model: ModelInstanceIndex,
     mimics: Sequence[Mimic],
-    limits: Mapping[str, JointLimitsConfig],
+    limits: Mapping[str, JointLimitsConfig] = MappingProxyType({}),
 ) -> None:
-    """Leaves out limits of joints that would hold what they follow, with a note, but those of a scenario."""
+    """Leaves out limits of joints that would hold what they follow, with a note, but those of a scenario.
+
+    Limits that are rounded become those to which the leader takes the joint.
+    """
     laws = {mimic.joint: mimic for mimic in mimics}
 
     def led(name: str) -> tuple[float, float]:
@@ -138,11 +142,14 @@ def free_followers(
         (low, high), (lower, upper, velocity) = led(name), _limits(joint)
         is_bounded = math.isfinite(low) and math.isfinite(high)
         contradicts = is_bounded and (low < lower - _ROUNDING or high > upper + _ROUNDING)
-        if config.lower is None and config.upper is None and (contradicts or not lower < upper):
+        is_given = config.lower is not None or config.upper is not None
+        if not is_given and (contradicts or not lower < upper):
             joint.set_position_limits([-math.inf], [math.inf])
             if lower < upper:  # files give limits of zero to what follows
                 why = f"it follows '{law.leader}', which takes it from {low:g} to {high:g}; arm.limits can give others"
                 note(LEFT_OUT, where, f"joint '{name}': limits", f"{lower:g} to {upper:g}", why)
+        elif not is_given and is_bounded:
+            joint.set_position_limits([min(lower, low)], [max(upper, high)])
         if not velocity > 0:
             joint.set_velocity_limits([-math.inf], [math.inf])
 

@@ -17,7 +17,7 @@ _NAMED_KINDS = {"objname": "objtype", "refname": "reftype"}  # attributes with n
 def remove_bodies(path: Path, root: ET.Element, names: Sequence[str]) -> None:
     """Removes bodies from an MJCF model, with all bodies in them and what refers to these.
 
-    Keyframes, whose positions are those of all joints, go too.
+    Keyframes, whose positions are those of all joints, go too, and meshes that nothing else has.
 
     Raises:
         InputError: if there is no such body, or it is in no other.
@@ -26,6 +26,7 @@ def remove_bodies(path: Path, root: ET.Element, names: Sequence[str]) -> None:
         return
     known = [body.get("name", "") for world in root.findall("worldbody") for body in world.iter("body")]
     removed: set[tuple[str, str | None]] = set()
+    meshes: set[str | None] = set()
     for name in names:
         if name not in known:
             raise InputError(path, "without", name, f"no such body; known: {', '.join(filter(None, known))}")
@@ -35,6 +36,7 @@ def remove_bodies(path: Path, root: ET.Element, names: Sequence[str]) -> None:
     for body in [body for world in root.findall("worldbody") for body in world.iter("body")]:
         if body.get("name") in names:
             removed |= {(_kind(element), element.get("name")) for element in body.iter() if element.get("name")}
+            meshes |= {geom.get("mesh") for geom in body.iter("geom")}
             parents[body].remove(body)
     for section in [section for tag in _SECTIONS for section in root.findall(tag)]:
         for element in list(section):
@@ -43,6 +45,15 @@ def remove_bodies(path: Path, root: ET.Element, names: Sequence[str]) -> None:
                 removed.add((_kind(section), element.get("name")))
     for keyframe in root.findall("keyframe"):
         root.remove(keyframe)
+    meshes -= {geom.get("mesh") for geom in root.iter("geom")}
+    for assets in root.findall("asset"):
+        for mesh in [mesh for mesh in assets.findall("mesh") if mesh_name(mesh) in meshes]:
+            assets.remove(mesh)
+
+
+def mesh_name(mesh: ET.Element) -> str:
+    """The name of a mesh: that of its file if it has none."""
+    return mesh.get("name") or Path((mesh.get("file") or "").strip()).stem
 
 
 def _kind(element: ET.Element) -> str:

@@ -19,7 +19,7 @@ from soft_gripper.scenario.included_files import IncludedFiles
 from soft_gripper.scenario.link_inertia import NEXT_TO_NONE, NOT_POSSIBLE, SPECK, SPECK_WHY, possible_inertia
 from soft_gripper.scenario.mesh_checks import check_mesh_file
 from soft_gripper.scenario.mesh_object import converted, outward, weighable
-from soft_gripper.scenario.mjcf_bodies import remove_bodies
+from soft_gripper.scenario.mjcf_bodies import mesh_name, remove_bodies
 from soft_gripper.scenario.model_xml import Ready, check_chains
 
 _DENSITY = "1000"  # kg/m^3, of a geom for which none is given
@@ -81,11 +81,10 @@ def _find_meshes(path: Path, root: ET.Element, defaults: _Defaults, is_arm: bool
     for mesh in root.findall("asset/mesh"):
         if named := (mesh.get("file") or "").strip():
             file = folder / (os.path.basename(named) if options.get("strippath") == "true" else named)
-            mesh.attrib.setdefault("name", Path(named).stem)
+            mesh.set("name", name := mesh_name(mesh))
             try:
                 check_mesh_file(file)
                 found = file if file.suffix.lower() == ".obj" else converted(file)
-                name = mesh.get("name", "")
                 if name in weighed or name in touched:
                     found = weighable(found, file) if name in weighed else outward(found, file)
                 for body in touched.get(name, ()) if is_arm else ():

@@ -409,6 +409,7 @@ def add_fingers(
         found = ready(path, deepcopy(expanded.robot))
         (model,) = add_text(parser, found.text, path, ".urdf")
     couple(path, plant, model, found.mimics)
+    free_followers(path, plant, model, found.mimics)
     return [PlantFinger(finger, plant, model) for finger in expanded.fingers]
 
 

@@ -160,3 +160,53 @@ def test_with_its_own_gripper_it_is_heavier(tmp_path):
     plant = add_scene(DiagramBuilder(), Scenario(models=scenario.models)).plant
     arm = plant.GetModelInstanceByName("arm")
     assert plant.CalcTotalMass(plant.CreateDefaultContext(), [arm]) == pytest.approx(7 * MASS)
+
+
+IN_SDF = """<sdf version='1.7' xmlns:drake='http://drake.mit.edu'><model name='m'><link name='base'/><link name='fore'/>
+<joint name='lift' type='prismatic'><parent>base</parent><child>fore</child><axis><xyz>0 0 1</xyz></axis></joint>
+<frame name='flange' attached_to='fore'/><!--
+<link name='hand'/><joint name='mount' type='fixed'><parent>flange</parent><child>hand</child></joint>
+<frame name='palm' attached_to='hand'/><frame name='grasp' attached_to='palm'/>
+<link name='jaw'/><joint name='close' type='prismatic'><parent>palm</parent><child>jaw</child></joint>
+<drake:ball_constraint><drake:ball_constraint_body_A>jaw</drake:ball_constraint_body_A>
+<drake:ball_constraint_body_B>fore</drake:ball_constraint_body_B></drake:ball_constraint>
+--><drake:collision_filter_group name='own'><drake:member>base</drake:member><!--<drake:member>jaw</drake:member>-->
+</drake:collision_filter_group></model></sdf>"""
+HAND_IN_SDF = IN_SDF.replace("<!--", "").replace("-->", "")
+
+
+def links_left(text, *names):
+    root = ET.fromstring(text)
+    remove_links(PATH, root[0], names)
+    return "".join(ET.tostring(root, encoding="unicode").split())
+
+
+@pytest.mark.parametrize("name", ["hand", "palm", "grasp"])
+def test_a_link_of_sdformat_goes_with_all_that_hangs_on_it(name):
+    assert links_left(HAND_IN_SDF, name) == links_left(IN_SDF)
+
+
+@pytest.mark.parametrize("name", ["base", "flangee", "mount"])
+def test_what_cannot_be_left_out_of_sdformat(name):
+    with pytest.raises(InputError, match=f"without = '{name}': (no such link; known: base, fore, hand, jaw|hangs on)"):
+        links_left(HAND_IN_SDF, name)
+
+
+def test_a_joint_that_followed_what_is_left_out_is_free():
+    follower = joint("side", "base", "camera", JAW_LIMIT + "<mimic joint='left'/>", "prismatic") + link("camera")
+    alone = joint("side", "base", "camera", JAW_LIMIT, "prismatic") + link("camera")
+    assert without(urdf(ARM, HAND, follower), "hand") == same(urdf(ARM, alone))
+
+
+def test_drake_loads_what_remains_of_nested_sdformat(tmp_path):
+    inertial = "<inertial><mass>1</mass></inertial>"
+    nested = f"<model name='hand'><link name='palm'>{inertial}</link></model>"
+    mount = "<joint name='mount' type='fixed'><parent>fore</parent><child>hand::palm</child></joint></model>"
+    path = tmp_path / "arm.sdf"
+    path.write_text(IN_SDF.replace("</model>", nested + mount))
+    plant = MultibodyPlant(0.01)
+    load_model(plant, ModelConfig("arm", str(path), without=["hand::palm"]), "models[0]")
+    assert [plant.get_body(i).name() for i in plant.GetBodyIndices(plant.GetModelInstanceByName("arm"))] == [
+        "base",
+        "fore",
+    ]

@@ -135,3 +135,18 @@ def test_what_cannot_be_added(file, field, value):
     fingers_in(plant)
     with refused(field, value):
         fingers_in(plant, file)
+
+
+def test_limits_of_zero_do_not_hold_a_joint_that_follows(tmp_path):
+    """The thumb of a gripper in a plant of one's own."""
+    link = "<link name='{}'><inertial><mass value='0.1'/><inertia ixx='1' iyy='1' izz='1'/></inertial></link>"
+    joint = "<joint name='{0}' type='prismatic'><parent link='palm'/><child link='{0}'/><axis xyz='0 1 0'/>{1}</joint>"
+    lead = joint.format("lead", "<limit lower='0' upper='0.1' velocity='1' effort='1'/>")
+    thumb = joint.format("thumb", "<limit lower='0' upper='0' velocity='0' effort='0'/><mimic joint='lead'/>")
+    text = (DIRECTORY / "grippers" / "two_finger.urdf").read_text(encoding="utf-8")
+    added = f"{link.format('lead')}{link.format('thumb')}{lead}{thumb}</robot>"
+    (tmp_path / "gripper.urdf").write_text(text.replace("</robot>", added), encoding="utf-8")
+    plant = MultibodyPlant(0.01)
+    fingers_in(plant, str(tmp_path / "gripper.urdf"))
+    assert plant.GetJointByName("thumb").position_upper_limits() == [np.inf]
+    assert plant.GetJointByName("thumb").velocity_upper_limits() == [np.inf]

@@ -88,3 +88,11 @@ def test_a_scenario_gives_limits_of_what_follows(suffix):
         set_home_posture(plant, arm, mimics)
     with pytest.raises(InputError, match=r"arm\.limits\.level: effort = 3.0: leave it out: .* follows 'lead'"):
         loaded(suffix, config=JointLimitsConfig(effort=3.0))
+
+
+@pytest.mark.parametrize("suffix", FORMS)
+def test_rounded_limits_hold_no_leader_at_the_end_of_its_range(suffix):
+    ends, said, plant, arm, mimics = loaded(suffix, (-0.9996, 1.5, 1))
+    assert (ends, said) == ((-1.0, 1.5), [])
+    arm.home = [1.0]
+    set_home_posture(plant, arm, mimics)

@@ -93,3 +93,14 @@ def test_what_refers_to_bodies_of_mjcf_is_left_out():
     sensors = [element.attrib for element in root.find("sensor")]
     assert sensors == [{"joint": "wrist"}, {"objtype": "xbody", "objname": "hand"}]
     assert root.find("keyframe") is None
+
+
+def test_meshes_that_only_a_left_out_body_has_need_not_be_there(monkeypatch):
+    """Those of other bodies must."""
+    asset = '<asset><mesh name="claw" file="nosuch.stl"/><mesh file="nosuch_too.stl"/></asset>'
+    geom = '<geom type="mesh" mesh="claw"/><geom type="mesh" mesh="nosuch_too"/><geom name="pad"'
+    text = MJCF.replace("<worldbody>", f"{asset}<worldbody>").replace('<geom name="pad"', geom)
+    monkeypatch.setitem(FORMS, "xml", text)
+    assert loaded("xml", "jaw")[0] == {"base", "hand", "other"}
+    with refused("mesh", "nosuch.stl"):
+        loaded("xml", "nail")
