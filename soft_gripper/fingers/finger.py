@@ -30,7 +30,7 @@ from soft_gripper.piecewise_linear import PiecewiseLinear
 from soft_gripper.quantity import Misfit, quantity, valid
 
 _ROUNDING = 1e-9  # m
-_MOST_SEGMENTS = 400  # bodies inside each other; MuJoCo reads files of 500 elements inside each other
+_MOST_SEGMENTS = 500
 _WIDTHS = ("thickness", "width")  # of a chamber, along x and along y
 _ON_STEP = 1e-9  # share of the length, within which a place is at a step, however it is rounded
 _LEAST_SECTION_SPACING = 1e-6  # share of the length, the least distance between sections that are not a step
