@@ -30,7 +30,8 @@ from soft_gripper.piecewise_linear import PiecewiseLinear
 from soft_gripper.quantity import Misfit, quantity, valid
 
 _ROUNDING = 1e-9  # m
-_MOST_SEGMENTS = 400  # bodies inside each other; MuJoCo reads files of 500 elements inside each other
+_MOST_SEGMENTS = 500
+_MAX_THICKNESS = 1000  # lengths of a segment; joints are drawn with as many cylinders
 _WIDTHS = ("thickness", "width")  # of a chamber, along x and along y
 _ON_STEP = 1e-9  # share of the length, within which a place is at a step, however it is rounded
 _LEAST_SECTION_SPACING = 1e-6  # share of the length, the least distance between sections that are not a step
@@ -80,6 +81,10 @@ class Finger:
     def misfits(self) -> Iterator[Misfit]:
         """Rules across the fields: sensor paths within the finger, creep that leaves some stiffness, ways to yield."""
         yield from self._misplaced_sections()
+        thickness = max(float(section.thickness) for section in self.cross_sections)
+        if thickness * self.segments > _MAX_THICKNESS * self.length:
+            expected = f"a section {thickness:g} m thick needs segments of at least {thickness / _MAX_THICKNESS:g} m"
+            yield "segments", self.segments, expected
         inner, outer = self.sensor_offsets
         for place, section in zip(self.places, self.cross_sections, strict=True):
             beyond = max(inner - float(section.inner_face), float(section.outer_face) - outer)

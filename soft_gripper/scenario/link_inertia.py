@@ -150,7 +150,7 @@ def note_spread(path: Path, parser: Parser, model: ModelInstanceIndex, stands: b
     The first link of a model that `stands`, fixed to the world, does not count.
 
     Raises:
-        InputError: as `box_of`.
+        InputError: as `box_of`, or if a centre of mass is so far away that Drake cannot compute with it.
     """
     plant, scene_graph = parser.plant(), parser.scene_graph()
     if scene_graph is None:
@@ -162,11 +162,15 @@ def note_spread(path: Path, parser: Parser, model: ModelInstanceIndex, stands: b
         boxes = [(inspector.GetPoseInFrame(shape), box_of(path, inspector, shape)) for shape in shapes]
         if (i == 0 and stands) or not mass > 0 or not boxes or any(box is None for _, box in boxes):
             continue
+        inertia = body.default_spatial_inertia().Shift(center).CalcRotationalInertia()
+        try:
+            radius = float(np.sqrt(max(inertia.CalcPrincipalMomentsOfInertia()) / mass))
+        except RuntimeError:
+            expected = "is so large that its inertia overflows; give it in metres"
+            raise InputError(path, f"link '{body.name()}': centre of mass", center.tolist(), expected) from None
         far = max(
             np.linalg.norm(X_BG @ box.center() - center) + np.linalg.norm(box.half_width()) for X_BG, box in boxes
         )
-        moments = body.default_spatial_inertia().Shift(center).CalcRotationalInertia().CalcPrincipalMomentsOfInertia()
-        radius = float(np.sqrt(max(moments) / mass))
         if radius > _LARGEST_GYRATION * far:
             why = f"its mass lies {1e3 * radius:.3g} mm from its centre, and its shape ends at {1e3 * far:.3g} mm"
             note(READ, path, f"link '{body.name()}': inertia", "", f"{why}; is it in other units?")

@@ -100,6 +100,11 @@ class _Gltf:
         """Raises an InputError."""
         raise InputError(self._path, field, value, expected)
 
+    def asset_version(self) -> str:
+        """The version of glTF; empty if none is given."""
+        asset = self._content.get("asset") if isinstance(self._content, dict) else None
+        return str(asset.get("version", "")) if isinstance(asset, dict) else ""
+
     def entries(self, name: str) -> Sequence[Mapping[str, Any]]:
         """The objects of a list."""
         found = self._content.get(name, []) if isinstance(self._content, dict) else None
@@ -139,6 +144,9 @@ def _check_gltf(path: Path) -> None:
         gltf = _Gltf(path, parse_json(path, content))
     except InputError as error:
         raise InputError(path, "mesh", path.name, f"is not glTF: {error.expected}") from None
+    version = gltf.asset_version()
+    if not version.startswith("2."):
+        gltf.refuse("asset.version", version, "must be 2.0")
     sizes = [_buffer_size(gltf, path, buffer, binary) for buffer in gltf.entries("buffers")]
     for view in gltf.entries("bufferViews"):
         gltf.referred(view, "buffer", "buffers")

@@ -1,6 +1,5 @@
 """The solid that a mesh file describes: its parts joined at their seams, and turned outward."""
 
-from itertools import combinations
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +17,7 @@ _RAYS = 5_000_000  # triangles that the search for overlaps compares with rays a
 _AT_A_TIME = 500_000  # of these
 _POINTS = 512  # at which two parts are searched for an overlap, at most
 _PAIRS = 500  # of parts that are searched
+_MAX_PARTS = 1000  # of a mesh
 _FLAT_VOLUME = 1e-9  # volume of a part over that of a cube around it, below which it has none
 
 
@@ -49,11 +49,11 @@ def closed_parts(path: Path, mesh: trimesh.Trimesh) -> list[trimesh.Trimesh]:
         mesh: any mesh; it is not changed.
 
     Raises:
-        InputError: if a part is not closed.
+        InputError: if a part is not closed, or there are more than 1000.
     """
-    pieces = _parts(trimesh.Trimesh(mesh.vertices, mesh.faces, process=False))
-    closed = [piece for piece in pieces if piece.is_watertight]
-    parts = closed + _joined([piece for piece in pieces if not piece.is_watertight])
+    mesh = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False)
+    is_closed = _is_in_closed_part(mesh)
+    parts = _parts(path, _faces(mesh, is_closed)) + _parts(path, _joined(_faces(mesh, ~is_closed)))
     is_open = sum(not part.is_watertight for part in parts)
     if is_open or not parts:
         which = f"{is_open} of its {len(parts)} parts are open" if len(parts) > 1 else "it is open"
@@ -70,16 +70,45 @@ def closed_parts(path: Path, mesh: trimesh.Trimesh) -> list[trimesh.Trimesh]:
     return parts
 
 
-def _parts(mesh: trimesh.Trimesh) -> list[trimesh.Trimesh]:
-    """The parts of a mesh that edges of two faces hold together."""
+def _part_of_faces(mesh: trimesh.Trimesh) -> NDArray[np.int_]:
+    """The number of the part to which each face belongs, (F,): edges of two faces hold a part together."""
+    numbers: NDArray[np.int_] = trimesh.graph.connected_component_labels(
+        mesh.face_adjacency, node_count=len(mesh.faces)
+    )
+    return numbers
+
+
+def _is_in_closed_part(mesh: trimesh.Trimesh) -> NDArray[np.bool_]:
+    """Whether each face, (F,), belongs to a part of which every edge has two faces."""
+    part = _part_of_faces(mesh)
+    edges = mesh.edges_unique_inverse * len(part) + np.repeat(part, 3)  # one number for an edge of a part
+    _, edge, counts = np.unique(edges, return_inverse=True, return_counts=True)
+    is_closed = np.ones(len(part), bool)
+    is_closed[part[np.flatnonzero(counts[edge] != 2) // 3]] = False
+    return is_closed[part]
+
+
+def _faces(mesh: trimesh.Trimesh, chosen: NDArray[np.bool_]) -> trimesh.Trimesh:
+    """The mesh of some faces, (F,) of all."""
+    found = mesh.copy()
+    found.update_faces(chosen)
+    found.remove_unreferenced_vertices()
+    return found
+
+
+def _parts(path: Path, mesh: trimesh.Trimesh) -> list[trimesh.Trimesh]:
+    """The parts of a mesh; raises an InputError if they are too many."""
+    if not len(mesh.faces):
+        return []
+    if (count := int(_part_of_faces(mesh).max()) + 1) > _MAX_PARTS:
+        raise InputError(path, "parts", count, f"give a mesh of at most {_MAX_PARTS} parts that do not hang together")
     return list(mesh.split(only_watertight=False, repair=False))
 
 
-def _joined(pieces: list[trimesh.Trimesh]) -> list[trimesh.Trimesh]:
-    """Pieces joined where their vertices coincide, without what lies double, or between them."""
-    if not pieces:
-        return []
-    mesh = trimesh.util.concatenate(pieces)
+def _joined(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
+    """A mesh whose parts are joined where their vertices coincide, without what lies double, or between them."""
+    if not len(mesh.faces):
+        return mesh
     mesh.merge_vertices(merge_tex=True, merge_norm=True)
     mesh.update_faces(mesh.nondegenerate_faces())
     order = np.argsort(mesh.faces, axis=1)
@@ -90,7 +119,7 @@ def _joined(pieces: list[trimesh.Trimesh]) -> list[trimesh.Trimesh]:
     _, first = np.unique(group.ravel()[shown], return_index=True)
     mesh.update_faces(np.sort(shown[first]))
     mesh.remove_unreferenced_vertices()
-    return _parts(mesh)
+    return mesh
 
 
 def _turn(path: Path, parts: list[trimesh.Trimesh]) -> None:
@@ -143,7 +172,10 @@ def _is_inside(part: trimesh.Trimesh, triangles: Array) -> bool:
 
 
 def _note_overlap(path: Path, parts: list[trimesh.Trimesh]) -> None:
-    near = [pair for pair in combinations(range(len(parts)), 2) if _room(*(parts[i] for i in pair)).min() > 0]
+    low, high = np.array([part.bounds for part in parts]).reshape(-1, 2, 3).swapaxes(0, 1)
+    one, other = np.triu_indices(len(parts), 1)
+    is_near = (np.minimum(high[one], high[other]) > np.maximum(low[one], low[other])).all(axis=1)
+    near = [*zip(one[is_near].tolist(), other[is_near].tolist(), strict=True)]
     if len(near) > _PAIRS:
         note(READ, path, "overlaps of parts", f"{len(near)} pairs", f"only {_PAIRS} pairs are searched for them")
     for one, other in near[:_PAIRS]:

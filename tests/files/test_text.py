@@ -53,3 +53,13 @@ def test_pointers_of_git_lfs(tmp_path):
         (file := tmp_path / f"a.{suffix}").write_text("version https://git-lfs.github.com/spec/v1\nsize 5\n")
         with pytest.raises(InputError, match="is a pointer of Git LFS"):
             check_regular(file)
+
+
+def test_a_file_that_waits_for_data(tmp_path, monkeypatch):
+    """Some of /proc are regular, and a read of them waits; here a pipe is said to be regular."""
+    os.mkfifo(tmp_path / "log")
+    writer = os.open(tmp_path / "log", os.O_RDWR)
+    monkeypatch.setattr(os.path, "isfile", lambda path: True)
+    with pytest.raises(InputError, match="it waits for what others write"):
+        read_bytes(tmp_path / "log")
+    os.close(writer)

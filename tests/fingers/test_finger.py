@@ -93,6 +93,11 @@ def test_segments_are_whole(shipped_finger, segments):
         replace(shipped_finger, segments=segments)
 
 
+def test_segments_far_shorter_than_thick(shipped_finger):
+    with refused("segments", 12):
+        replace(shipped_finger, base=replace(shipped_finger.base, thickness=1e9))
+
+
 def test_an_elastic_law_keeps_more_than_creeps_away(shipped_finger):
     flat, creep = linear_law(shipped_finger, 0.3), (CreepBranch(0.2, 0.3), CreepBranch(0.1, 4.0))
     with refused("creep.share", [0.2, 0.1]):

@@ -5,10 +5,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.multibody.tree import RotationalInertia
+from pydrake.systems.framework import DiagramBuilder
 
 from soft_gripper.errors import InputError
 from soft_gripper.scenario.link_inertia import possible_inertia, repair_inertia
+from soft_gripper.scenario.model_files import load_model
+from soft_gripper.scenario.schema import ModelConfig
 
 FILE = Path("arm.urdf")
 RNG = np.random.default_rng(1)
@@ -118,3 +122,14 @@ def test_what_is_no_number(wrong, right):
         links(f"<link name='a'>{SOLID.replace(right, repr(wrong), 1)}</link>")
     field = "inertial.mass" if right == "'2'" else "inertia.ixx"
     assert str(caught.value) == f"arm.urdf: link 'a': {field} = '{wrong}': give a number"
+
+
+def test_a_centre_of_mass_that_overflows(tmp_path):
+    (tmp_path / "far.xml").write_text(
+        """<mujoco model="far"><worldbody><body name="base"><geom size="0.1"/><body name="far" pos="0 0 1">
+        <joint/><inertial pos="0 1e308 0" mass="1" diaginertia="1 1 1"/><geom size="0.1"/></body></body></worldbody>
+        </mujoco>"""
+    )
+    plant, _ = AddMultibodyPlantSceneGraph(DiagramBuilder(), 0.0)
+    with pytest.raises(InputError, match="link 'far': centre of mass"):
+        load_model(plant, ModelConfig(name="far", file=str(tmp_path / "far.xml")), "models[0]")

@@ -79,6 +79,8 @@ CHANGES: list[tuple[str, str]] = [
     ("nodes.0.children", "[[]]"),
     ("scenes.0.nodes", "[9]"),
     ("nodes", "{}"),
+    ("asset", "null"),
+    ("asset.version", '"1.0"'),
 ]
 
 

@@ -53,6 +53,7 @@ from soft_gripper.extras.export.tree import (
     scoped_name,
     springs,
     text,
+    tree_depth,
 )
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.scenario.deformables import is_deformable
@@ -60,6 +61,7 @@ from soft_gripper.scenario.schema import Scenario
 
 # s, longest step of the integrator implicitfast, for which contacts act by the state at the begin of a step: half of
 # the shortest time constant of a contact. The integrator discrete takes longer steps, and damps motion.
+MAX_DEPTH = 496  # bodies inside each other that MuJoCo reads
 EXPLICIT_STEP = 0.002
 _RIGID = 1e9  # N/m, stiffness from which on a shape is not a skin
 _STIFF = "0.999 0.9999 0.001"  # shares of the force that holds a coupling, of MuJoCo's soft constraints
@@ -119,7 +121,13 @@ def station_mjcf(station: Station, time_step: float, is_explicit: bool, listed: 
         is_explicit: for the integrator implicitfast, whose springs pull as they are at the begin of a step; otherwise
             for discrete, which older versions of MuJoCo and other engines do not have.
         listed: names of models that touch others in pairs only, so that a contact can be changed.
+
+    Raises:
+        InputError: if more links hang on each other than MuJoCo reads.
     """
+    if (depth := tree_depth(station.plant)) > MAX_DEPTH:
+        expected = f"MuJoCo reads at most {MAX_DEPTH} links that hang on each other; give fingers fewer segments"
+        raise InputError("scenario", "models", f"{depth} links", expected)
     return _Writer(station, time_step, is_explicit, listed).write()
 
 

@@ -34,6 +34,16 @@ def joints_below(plant: MultibodyPlant) -> dict[Any, list[Joint]]:
     return found
 
 
+def tree_depth(plant: MultibodyPlant) -> int:
+    """The number of bodies in the longest chain of bodies that hang on each other, without the world."""
+    children = joints_below(plant)
+    depth, level = 0, children.get(plant.world_body().index(), [])
+    while level:
+        depth += 1
+        level = [child for joint in level for child in children.get(joint.child_body().index(), [])]
+    return depth
+
+
 def neighbors(plant: MultibodyPlant) -> dict[Any, set[Any]]:
     """Bodies whose shapes MuJoCo lets touch a body only as a pair, by its index.
 

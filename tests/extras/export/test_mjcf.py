@@ -14,10 +14,11 @@ from export_trials import run_trial
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.errors import InputError
+from soft_gripper.extras.export import mjcf
 from soft_gripper.extras.export.folder import export_mjcf
 from soft_gripper.extras.export.mjcf import to_mjcf
 from soft_gripper.extras.export.sdf import to_sdf
-from soft_gripper.extras.export.tree import mobilities
+from soft_gripper.extras.export.tree import mobilities, tree_depth
 from soft_gripper.scenario.model_files import model_path
 from soft_gripper.scenario.scenario_file import load_scenario
 
@@ -233,3 +234,25 @@ def test_the_command(tmp_path, monkeypatch):
     assert done.code == 0
     assert "not exported: left_finger: tendons" in done.out
     assert {path.name for path in Path("there").iterdir()} == {"scenario.xml", "commands.csv", "run_mjcf.py"}
+
+
+def _body_depth(element):
+    return (element.tag == "body") + max(map(_body_depth, element), default=0)
+
+
+def test_more_links_on_each_other_than_mujoco_reads_are_refused(monkeypatch):
+    mujoco = pytest.importorskip("mujoco")
+
+    def read(depth):
+        bodies = depth * "<body><joint/><geom size='1'/>" + depth * "</body>"
+        mujoco.MjModel.from_xml_string(f"<mujoco><worldbody>{bodies}</worldbody></mujoco>")
+
+    read(mjcf.MAX_DEPTH)
+    with pytest.raises(ValueError, match="DEPTH"):
+        read(mjcf.MAX_DEPTH + 1)
+    scenario = load_scenario("free_bending")
+    depth = tree_depth(make_station(scenario).plant)
+    assert depth == _body_depth(ET.fromstring(to_mjcf(scenario).text))
+    monkeypatch.setattr(mjcf, "MAX_DEPTH", depth - 1)
+    with pytest.raises(InputError, match=f"models = '{depth} links': MuJoCo reads at most {depth - 1} links"):
+        to_mjcf(scenario)

@@ -341,13 +341,13 @@ DIRECTIVES: dict[str, Any] = {
         {"add_frame": {"name": "shelf", "X_PF": {"base_frame": "world", "translation": [0.5, 0.0, 0.3]}}},
         {
             "add_model": {
-                "name": "pendulum",
-                "file": "package://drake/examples/pendulum/Pendulum.urdf",
-                "default_joint_positions": {"theta": [0.4]},
+                "name": "acrobot",
+                "file": "package://drake/examples/acrobot/Acrobot_no_collision.urdf",
+                "default_joint_positions": {"elbow": [0.4]},
             }
         },
-        {"add_weld": {"parent": "shelf", "child": "pendulum::base", "X_PC": {"translation": [0.0, 0.0, 0.1]}}},
-        {"add_collision_filter_group": {"name": "g", "members": ["pendulum::arm"], "member_groups": []}},
+        {"add_weld": {"parent": "shelf", "child": "acrobot::base_link", "X_PC": {"translation": [0.0, 0.0, 0.1]}}},
+        {"add_collision_filter_group": {"name": "g", "members": ["acrobot::upper_link"], "member_groups": []}},
     ]
 }
 ADDS = {"directives": [{"add_directives": {"file": "a.dmd.yaml"}}], "models": SCENARIO["models"][:1]}

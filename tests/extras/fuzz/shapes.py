@@ -52,7 +52,7 @@ def _json(make: Callable[[str], Input]) -> Shapes:
         "deep": lambda: make("[" * DEPTH + "]" * DEPTH),
         "deep objects": lambda: make('{"a":' * DEPTH + "1" + "}" * DEPTH),
         "wide": lambda: make(f"[{'{},' * 10 * COUNT}1]"),
-        "wide object": lambda: make(json.dumps({str(i): 1 for i in range(5 * COUNT)})),
+        "wide object": lambda: make(json.dumps({str(i): 1 for i in range(COUNT)})),
         "long": lambda: make(json.dumps({"benchmark": TEXT})),
         "long number": lambda: make(TEXT.replace("x", "9")),
     }

@@ -15,8 +15,6 @@ from inputs import KINDS, Input
 from sandbox import Ended, Sandbox
 from shapes import SHAPES
 
-pytestmark = pytest.mark.slow
-
 NUMBER = int(os.environ.get("FUZZ", "0"))  # inputs of every kind; 0: few, and always the same
 LIMIT = 120.0  # s of a call, which takes a tenth of a second as a rule: the machine may be busy
 LONGEST = 3000  # characters of a complaint
@@ -87,6 +85,7 @@ def run(found: Input, sandbox: Sandbox) -> tuple[Ended, str | None]:
     return ended, fault(found, ended, left)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_hostile_input(kind: str, sandbox: Sandbox) -> None:
     @PROFILE
@@ -101,10 +100,14 @@ def test_hostile_input(kind: str, sandbox: Sandbox) -> None:
 CPU, EXTRA_MEMORY = 2.0, 500.0  # s, MB: what refusing a file may cost beyond the start of the program
 
 
+@pytest.fixture(scope="module")
+def start(sandbox: Sandbox) -> Ended:
+    return sandbox.call(["--version"], Path())
+
+
 @pytest.mark.parametrize(("door", "shape"), [(door, shape) for door, shapes in SHAPES.items() for shape in shapes])
-def test_shapes_without_an_end(door: str, shape: str, sandbox: Sandbox, tmp_path: Path) -> None:
+def test_shapes_without_an_end(door: str, shape: str, sandbox: Sandbox, start: Ended) -> None:
     """Deep, wide, long, self-including and endless files are refused, or read, soon and in little memory."""
-    start = sandbox.call(["--version"], tmp_path)
     ended, wrong = run(SHAPES[door][shape](), sandbox)
     assert wrong is None, f"{wrong}\n{ended}"
     assert ended.cpu < CPU, ended
