@@ -49,10 +49,8 @@ def remove_links(path: Path, model: ET.Element, names: Sequence[str]) -> None:
             name = name if name in links else frames.get(name, name)
         return name
 
-    joints = [
-        (joint, *(link_of(joint_end(joint, end)) for end in ("child", "parent"))) for joint in model.findall("joint")
-    ]
-    parents = {child: parent for _, child, parent in joints}
+    children = {joint: link_of(joint_end(joint, "child")) for joint in model.findall("joint")}
+    parents = {child: link_of(joint_end(joint, "parent")) for joint, child in children.items()}
     chosen = [link_of(name if model.tag == "robot" else name.replace("::", "_")) for name in names]
     for name, link in zip(names, chosen, strict=True):
         if link not in links:
@@ -60,7 +58,7 @@ def remove_links(path: Path, model: ET.Element, names: Sequence[str]) -> None:
         if parents.get(link) not in links:
             raise InputError(path, "without", name, "hangs on nothing; only what a joint carries can be left out")
     cut = {link for link in links if _hangs_on(link, chosen, parents)}
-    cut_joints = {joint.get("name", "") for joint, child, _ in joints if child in cut}
+    cut_joints = {joint.get("name", "") for joint, child in children.items() if child in cut}
     cut_frames = {name for name in frames if link_of(name) in cut}
     for element in list(model):
         if _is_of(element, cut, cut_joints, cut_frames):

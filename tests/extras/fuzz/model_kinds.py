@@ -340,7 +340,7 @@ def couplings(rng: Rng) -> Model:
     for before, name in pairwise(moving):
         if rng.random() < 0.7 or name == moving[1]:
             law = Law(f"to_{before}", round(float(rng.uniform(-2, 2)), 3), round(float(rng.uniform(-0.3, 0.3)), 3))
-            links = changed(links, name, law=law, lower=-20.0, upper=20.0)
+            links = changed(links, name, law=law, lower=-2e3, upper=2e3)
     form = str(rng.choice(["urdf", "sdf", "xml"]))
     notes = follows(links)
     if form != "xml":
