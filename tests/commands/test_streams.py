@@ -244,6 +244,7 @@ def test_ctrl_c_while_the_command_line_is_imported_is_one_line() -> None:
     script = """if True:
         import builtins, os, signal, sys
         from soft_gripper.commands import main
+        signal.signal(signal.SIGINT, signal.default_int_handler)  # it may be ignored where the tests run
         load = builtins.__import__
         def interrupted(name, *rest):
             os.kill(os.getpid(), signal.SIGINT)
