@@ -244,6 +244,7 @@ class BenchDriver(Driver):
 
     def begin(self) -> None:
         """Receives readings, and sends what is overdue, in a thread of its own from now on."""
+        self._closes.clear()
         if self._pace is not None:
             sys.setswitchinterval(min(SWITCH_INTERVAL, self._switch_interval))
             self._listener = Thread(target=self._listen, daemon=True)
