@@ -25,6 +25,7 @@ OURS += (
     "left_finger: ",
     "right_finger: ",
     "The first malformed message ",
+    "Oldest command in force: ",
     "From a reading ",
     "Open http",
     "Rejected ",
