@@ -195,7 +195,7 @@ class TaskMachine(LeafSystem):
     def __init__(self, rules: Rules, period: float):
         """Follows the phases of `rules`; samples every `period` s."""
         super().__init__()
-        self.rules, self.period = rules, period
+        self.rules, self.period, self._over = rules, period, len(rules.phases)
         self._opening = self.DeclareVectorInputPort("opening", 1)
         self._torque = self.DeclareVectorInputPort("torque", 1)
         self.DeclareDiscreteState(np.array(Progress(), dtype=float))
@@ -222,7 +222,7 @@ class TaskMachine(LeafSystem):
 
     def is_over(self, context: Context) -> bool:
         """Whether the task is finished, from the context of this block."""
-        return self.progress(context).phase == len(self.phases)
+        return self.progress(context).phase == self._over
 
     def unobserved(self, end: float) -> Iterator[tuple[float, Array]]:
         """Times, s, and the desired states from then on, (2 n), where no phase waits for the gripper.
@@ -263,15 +263,16 @@ class TaskMachine(LeafSystem):
             values.set_value(_PROGRESS, np.array(progress, dtype=float))
             values.set_value(_PHASE, [progress.phase])
             values.set_value(_OUTCOME, [progress.outcome])
-        if progress.phase < len(self.phases):
+        if progress.phase < self._over:
             values.set_value(_DESIRED, self._desired(progress, time))
-            values.set_value(_SET_POINT, [self.rules.opening(progress)])
+            if progress != before:
+                values.set_value(_SET_POINT, [self.rules.opening(progress)])
 
-    def _end_run(self, context: Context) -> EventStatus:
+    def _end_run(self, context: Context) -> EventStatus | None:
+        if context.get_discrete_state(_PHASE).value()[0] < self._over:
+            return None
         since_end = self._since_begin(context) - self.progress(context).began
-        if self.is_over(context) and since_end < 1.5 * self.period:
-            return EventStatus.ReachedTermination(self, "the task is over")
-        return EventStatus.Succeeded()
+        return EventStatus.ReachedTermination(self, "the task is over") if since_end < 1.5 * self.period else None
 
 
 def _value(port: InputPort, context: Context) -> float:
