@@ -131,4 +131,4 @@ def test_what_is_no_recording_is_refused(tmp_path):
     path = tmp_path / "text.nc"
     assert "cannot be read" in refused(path)
     path.write_text("nothing")
-    assert "is not a netCDF 3 file" in refused(path)
+    assert "is not a netCDF file" in refused(path)
