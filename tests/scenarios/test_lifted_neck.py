@@ -45,8 +45,8 @@ def test_a_bottle_is_lifted_by_its_neck(files, suffix, engine):
     changes = [*CHANGES, f"models.bottle.file={files / f'bottle.{suffix}'}", f"engine={engine}"]
     recording = simulate(load_scenario("bottle_grasp", changes))
     assert recording["grip.true_object_width"].values[-1] == pytest.approx(
-        2 * NECK, abs=1e-3
-    )  # the skin gives way; the hull is 36 mm wide there
+        2 * NECK, abs=1.5e-3
+    )  # the skin gives way, more in MuJoCo; the hull is 36 mm wide there
     arm, pose = recording["gantry.joint_positions"].values, recording["bottle.pose"].values
     lift = pose[-1, 6] - pose[0, 6]
     assert lift > 0.07
