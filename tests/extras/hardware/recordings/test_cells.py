@@ -132,7 +132,8 @@ def test_times_of_zero_before_a_clock_is_set_are_left_out(tmp_path):
         np.testing.assert_allclose(unit * found.values[:, 0], 0.01 * np.arange(9), atol=1e-6)
         assert found.values[0, 1] == before
         assert [note.subject for note in notes] == [f"{before} of {before + 9} rows"]
-    for times in ([0, 1, 2], [0, 100, 200], [0, 0, 0], [0], [1, 2]):
+    fails_later = [0, 1.6e9, 1.6e9 + 0.01, 0, 1.6e9 + 0.03]
+    for times in ([0, 1, 2], [0, 100, 200], [0, 0, 0], [0], [1, 2], fails_later):
         (tmp_path / "a.csv").write_text("t,a\n" + "".join(f"{t},1\n" for t in times))
         found = read_table(tmp_path / "a.csv", columns)
         assert without_zero_stamps(found, "t", 1.0) is found
