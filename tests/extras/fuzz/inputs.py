@@ -160,6 +160,7 @@ def meshes() -> st.SearchStrategy[Input]:
     """Meshes of every format, with changes in their text or bytes."""
     box = trimesh.creation.box((0.05, 0.04, 0.06))
     exported = {kind: box.export(file_type=kind) for kind in ("obj", "stl", "stl_ascii", "ply", "off", "glb")}
+    exported["gltf"] = trimesh.exchange.gltf.export_gltf(trimesh.Scene(box), embed_buffers=True)["model.gltf"]
     return st.one_of(*(_mesh(kind.partition("_")[0], content) for kind, content in exported.items()))
 
 
