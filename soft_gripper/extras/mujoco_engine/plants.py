@@ -18,6 +18,7 @@ from pydrake.multibody.tree import Joint, JointActuator, ModelInstanceIndex
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.station_parts import Station
+from soft_gripper.errors import InputError, first_line
 from soft_gripper.extras.export.actuation import arm_actuators
 from soft_gripper.extras.export.mjcf import Mjcf, station_mjcf
 from soft_gripper.extras.export.tree import scoped_name
@@ -128,6 +129,9 @@ def in_mujoco(
         step: of MuJoCo, s.
         listed: models that touch others in pairs, see `station_mjcf`.
         touching: sensors of contact; None: as it is recorded.
+
+    Raises:
+        InputError: as `load_mujoco` and `station_mjcf`, or if MuJoCo refuses the models.
     """
     load_mujoco()
     import mujoco
@@ -144,7 +148,11 @@ def in_mujoco(
     touching = touching or TouchSensors(station)
     touching.add_to(root)
     assets = {f"meshes/{name}": path.read_bytes() for name, path in found.meshes.items()}
-    model = mujoco.MjModel.from_xml_string(ET.tostring(root, encoding="unicode"), assets)
+    try:
+        model = mujoco.MjModel.from_xml_string(ET.tostring(root, encoding="unicode"), assets)
+    except ValueError as error:
+        reason = f"MuJoCo cannot read the models: {first_line(error)}"
+        raise InputError("scenario", "engine", "mujoco", reason) from None
     disabled = mujoco.mjtDisableBit
     model.opt.disableflags |= disabled.mjDSBL_AUTORESET  # a diverged state is reported, not replaced
     model.opt.disableflags |= disabled.mjDSBL_ISLAND  # objects that do not touch each other are few: it takes longer

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 from pydrake.common.schema import Transform
 from pydrake.math import RigidTransform
+from refusals import refused
 from scipy.integrate import solve_ivp
 
 from soft_gripper.diagrams.simulation import run_many, simulate
 from soft_gripper.errors import InputError
-from soft_gripper.extras.mujoco_engine import engine
+from soft_gripper.extras.mujoco_engine import engine, plants
 from soft_gripper.extras.mujoco_engine.engine import _change, _End
 from soft_gripper.runs.sweep.run_sweep import measured_runs
 from soft_gripper.scenario.scenario_file import changed_scenario, load_scenario
@@ -155,3 +156,16 @@ def test_a_model_of_sdf_that_is_fixed_to_the_world_runs(tmp_path):
         "engine: mujoco\npressure: {steps: {all: [0]}, settle: 0.02, hold_samples: 2}\n"
     )
     assert simulate(load_scenario(tmp_path / "s.yaml")).data.sizes["time"] > 1
+
+
+def test_models_that_mujoco_refuses_are_refused_in_a_line(monkeypatch):
+    station_mjcf = plants.station_mjcf
+
+    def without_size(*arguments):
+        file = station_mjcf(*arguments)
+        return file._replace(text=file.text.replace("<worldbody>", "<worldbody><geom type='box'/>"))
+
+    monkeypatch.setattr(plants, "station_mjcf", without_size)
+    with refused("engine", "mujoco") as error:
+        simulate(changed_scenario("free_bending", ENGINE))
+    assert "MuJoCo cannot read the models: Error: size 0 must be positive in geom" in str(error.value)
