@@ -261,11 +261,13 @@ class TaskMachine(LeafSystem):
         progress = self.rules.step(before, observed)
         if progress != before:
             values.set_value(_PROGRESS, np.array(progress, dtype=float))
+        changed = (progress.phase, progress.outcome) != (before.phase, before.outcome)
+        if changed:
             values.set_value(_PHASE, [progress.phase])
             values.set_value(_OUTCOME, [progress.outcome])
         if progress.phase < self._over:
             values.set_value(_DESIRED, self._desired(progress, time))
-            if progress != before:
+            if changed:
                 values.set_value(_SET_POINT, [self.rules.opening(progress)])
 
     def _end_run(self, context: Context) -> EventStatus | None:
