@@ -61,7 +61,7 @@ def measures() -> Iterator[tuple[str, object, str]]:
     yield "  of these outside extras", lines(core), "23,000"
     yield "lines of tests", lines(files("tests")), "38,000"
     yield "words of documentation", sum(words().values()), f"{AIM:,}"
-    yield "estimator blocks", matches(BLOCK, core), "1"
+    yield "estimator blocks", matches(BLOCK, core), "2"
     yield "implementations of contact, gaussian, recursive", matches(SHAPE, product), "3"
     yield "files with planar complex arithmetic", sum(bool(matches(PLANAR, [path])) for path in planar), "10"
     yield "core files that name an extra", names_of_extras(core), "0"

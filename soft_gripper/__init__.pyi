@@ -12,6 +12,7 @@ from . import scenario as scenario
 from . import sensors as sensors
 from . import truth as truth
 from .array_block import ArrayBlock as ArrayBlock
+from .control.pid_controller import PidController as PidController
 from .diagrams.arm import make_arm as make_arm
 from .diagrams.recording import Recording as Recording
 from .diagrams.recording import add_logs as add_logs
@@ -37,7 +38,9 @@ from .diagrams.wiring.sensors import add_sensors as add_sensors
 from .errors import InputError as InputError
 from .errors import SimulationDivergedError as SimulationDivergedError
 from .errors import WorkerDiedError as WorkerDiedError
+from .estimators.arc_pose_estimator import ArcPoseEstimator as ArcPoseEstimator
 from .fingers.urdf import expand_urdf as expand_urdf
+from .load.force_estimator import ForceEstimator as ForceEstimator
 from .piecewise_linear import PiecewiseLinear as PiecewiseLinear
 from .piecewise_linear import PiecewiseLinearBlock as PiecewiseLinearBlock
 from .scenario.model_files import add_fingers as add_fingers
@@ -55,4 +58,5 @@ from .scenario.schema import Scenario as Scenario
 from .scenario.schema import SensorConfig as SensorConfig
 from .scenario.schema import TaskConfig as TaskConfig
 from .scenario.shipped import scenario_names as scenario_names
+from .sensors.strain_sensor import StrainSensor as StrainSensor
 from .signals import describe as describe

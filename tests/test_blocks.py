@@ -19,6 +19,8 @@ from soft_gripper.estimators.finger_shape import FingerShape
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.sensors.calibrated_states import CalibratedStates
 from soft_gripper.sensors.fitted_states import FittedStates, Widths
+from soft_gripper.sensors.link_sensors import CurvatureSensors
+from soft_gripper.sensors.sensor_block import SensorBlock
 from soft_gripper.sensors.sensor_layout import SensorLayout
 from soft_gripper.signals import signal_of
 
@@ -74,7 +76,7 @@ def examples(tmp_path_factory):
     stations.append(make_private_station(dead))
     found = [block for station in stations for block in blocks(station.diagram)]
     finger = stations[0].fingers[0].finger
-    found.append(FingerShape(finger))
+    found += [FingerShape(finger), SensorBlock(CurvatureSensors(finger, 2), PERIOD)]
     states = FittedStates(np.zeros((1, 7)), np.full(7, 0.02))
     calibrated = CalibratedStates(states, Widths(np.array([1e-3]), 1e-3), 2.0, sections=2)
     found.append(CalibrationRange(SensorLayout(finger, 2), calibrated, np.array([0.0, 0.0, -9.81])))

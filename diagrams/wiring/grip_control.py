@@ -9,7 +9,7 @@ from pydrake.systems.primitives import MatrixGain, Saturation
 
 from soft_gripper.arrays import Array
 from soft_gripper.control.grip import GripForce, GripForceBound, GripTorque, LowSelector, SampledSteps
-from soft_gripper.control.pid_controller import PidGains, SampledPidController
+from soft_gripper.control.pid_controller import PidController, PidGains
 from soft_gripper.diagrams.wiring.drive import Commands
 from soft_gripper.diagrams.wiring.named_wires import Ports, inputs, vector_outputs
 from soft_gripper.errors import InputError
@@ -88,8 +88,8 @@ def _reversed(gains: PidGains) -> PidGains:
 
 def _add_pid(
     builder: DiagramBuilder, name: str, gains: PidGains, supply: Supply, initial: float = 0.0
-) -> SampledPidController:
-    pid = SampledPidController(gains, supply.period, supply.minimum, supply.maximum, initial)
+) -> PidController:
+    pid = PidController(gains, supply.period, supply.minimum, supply.maximum, initial)
     return builder.AddNamedSystem(name, pid)
 
 
@@ -98,7 +98,7 @@ def _add_limit(
     kind: str,
     limit: float,
     gains: PidGains,
-    pid: SampledPidController,
+    pid: PidController,
     measured: OutputPort,
     supply: Supply,
 ) -> OutputPort:

@@ -17,7 +17,9 @@ from soft_gripper.sensors.base_pose import BasePoseSensor, FixedBasePose
 from soft_gripper.sensors.error_block import ErrorBlock
 from soft_gripper.sensors.measurement import MeasurementModel
 from soft_gripper.sensors.sensor_block import Hold, SensorBlock, joints_port
+from soft_gripper.sensors.sensor_layout import measures_strain
 from soft_gripper.sensors.strain_errors import ReadingErrorBlock
+from soft_gripper.sensors.strain_sensor import StrainSensor
 from soft_gripper.signals import describe
 
 RANDOM = ".random"  # suffix of the inputs of random numbers, and of their sources
@@ -145,7 +147,8 @@ def make_sensors(finger: Finger, config: SensorConfig, make_sensor: MakeSensor |
     made_by = ("sensor.type", name_of(make_sensor, config.type))
     if is_kind(make_sensor):
         raise InputError("make_sensor", "class", made_by[1], "is a kind of sensor: name it as `sensor.type` instead")
-    sensor = make_block(*made_by, SensorBlock if is_kind(found) else found, layout, config.period)
+    make = found if not is_kind(found) else StrainSensor if measures_strain(layout) else SensorBlock
+    sensor = make_block(*made_by, make, layout, config.period)
     with blamed_on(*made_by):
         _check(sensor, layout, config)
         return FingerSensors(sensor, layout, config)

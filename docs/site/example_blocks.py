@@ -21,6 +21,7 @@ from soft_gripper.extras.hardware.replay.arm_estimation import ArmEstimation, Lo
 from soft_gripper.extras.hardware.replay.wire_lengths import WireGeometry
 from soft_gripper.sensors.calibrated_states import CalibratedStates
 from soft_gripper.sensors.fitted_states import FittedStates, Widths
+from soft_gripper.sensors.link_sensors import CurvatureSensors
 
 _SCENARIOS = {
     "pick_and_place_delicate": ["estimator.alongside=[arcs, gaussian]", "sensor.pressure_errors={noise: 20}"],
@@ -75,6 +76,7 @@ def _all_systems() -> Iterator[Placed]:
     yield Placed(Measured(0.01, 8, "1"))
     finger = station("tip_distance_steps").fingers[0].finger
     yield Placed(FingerShape(finger))
+    yield Placed(sg.sensors.SensorBlock(CurvatureSensors(finger, 2), 0.01))
     states = CalibratedStates(FittedStates(np.zeros((1, 11)), np.ones(11)), Widths(np.zeros(1), 0.0), 1.0, sections=4)
     yield Placed(CalibrationRange(sg.sensors.SensorLayout(finger, 4), states, np.zeros(3)))
     yield from _inside(Placed(sg.make_station(sg.load_scenario("tip_distance_steps", _FORCE_LIMITED)).diagram))

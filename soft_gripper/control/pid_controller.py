@@ -1,4 +1,4 @@
-"""SampledPidController: a PID for sampled signals, with limits."""
+"""PidController: a PID for sampled signals, with limits."""
 
 from dataclasses import dataclass, field
 from math import inf, isfinite, isnan, nan
@@ -43,16 +43,17 @@ def _is_sizeable(value: float) -> bool:
     return isfinite(value * value)
 
 
-class SampledPidController(LeafSystem):
+class PidController(LeafSystem):
     """PID with output limits, back-calculation, and a filtered derivative on the measurement.
 
     ::
 
-        set_point (1) ------> +----------------------+
-        measurement (1) ----> | SampledPidController | ---> output  (1), within the limits
-        applied (1) --------> +----------------------+
+        set_point (1) ------> +---------------+
+        measurement (1) ----> | PidController | ---> output  (1), within the limits
+        applied (1) --------> +---------------+
 
-    With e the set point less the measurement y, at every sample of period T:
+    It works on samples and within limits; Drake's PidController is continuous and has none. With e the set point
+    less the measurement y, at every sample of period T:
 
         d = (derivative_filter d' + kd (y - y')) / (derivative_filter + T)      ' marks the sample before
         v = kp e + I - d

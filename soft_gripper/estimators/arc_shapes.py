@@ -116,9 +116,16 @@ class ArcShape:
 
     def __call__(self, readings: Array, driving: Array, gravity: Array) -> ShapeEstimate:
         """Joint angles, all NaN where a reading is not finite, and the curve; see ShapeFunction."""
-        theta, length = bends_from_readings(self.layout, readings)
-        q = self._sharing.joint_angles(theta, driving, as_planar(gravity[..., ::2])[..., None])
-        return ShapeEstimate(q, curve=ArcCurve(self.layout, theta, length))
+        return self.shape(self.curve(readings), driving, gravity)
+
+    def curve(self, readings: Array) -> ArcCurve:
+        """The arcs, which follow from the readings alone."""
+        return ArcCurve(self.layout, *bends_from_readings(self.layout, readings))
+
+    def shape(self, curve: ArcCurve, driving: Array, gravity: Array) -> ShapeEstimate:
+        """Joint angles that share the bends of a curve, and the curve; other arguments as of ShapeFunction."""
+        q = self._sharing.joint_angles(curve.theta, driving, as_planar(gravity[..., ::2])[..., None])
+        return ShapeEstimate(q, curve=curve)
 
     @cached_property
     def _sharing(self) -> BendSharing:

@@ -19,6 +19,7 @@ from pydrake.systems.framework import System
 
 from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
+from soft_gripper.estimators.arc_pose_estimator import ArcPoseEstimator
 from soft_gripper.estimators.arc_shapes import ArcShape, ConstantCurvatureShape
 from soft_gripper.estimators.contact import ContactShape
 from soft_gripper.estimators.estimate import ShapeFunction
@@ -71,6 +72,8 @@ def find_estimator(name: str, uncertainty: Uncertainty | None = None, field: str
 
     def make(layout: MeasurementModel, gravity: Array, period: float) -> System:
         function = estimator_function(name, layout, uncertainty or Uncertainty(), period)
+        if isinstance(function, ArcShape):
+            return ArcPoseEstimator(layout, gravity)
         return ShapeEstimator(function, layout, gravity)
 
     return make

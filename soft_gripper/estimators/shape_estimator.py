@@ -261,7 +261,8 @@ class ShapeEstimator(ArrayBlock):
             )
 
     def _put_out_curve(self, sections: range, joints: range) -> None:
-        self.derive("curve", lambda shape: shape.curve, "shape")
+        if "curve" not in self.steps:
+            self.derive("curve", attrgetter("curve"), "shape")
         self.put_out("theta", lambda curve: curve.theta, "curve", unit="rad", section=sections)
         self.put_out("kappa", lambda curve: curve.arcs.kappa, "curve", unit="1/m", section=sections)
         put_out_arcs(self, lambda curve: curve.arcs, "curve", section=sections)

@@ -17,18 +17,14 @@ def joints_port(way: str) -> str:
 
 
 class SensorBlock(ArrayBlock):
-    """Samples the joints of one finger and outputs its sensor readings.
+    """Samples the joints of one finger and outputs the readings of sensors of any kind.
 
     ::
 
-        joint_angles (N) rad ---> +-------------+ ---> extension_ratio  (R) length over rest length, of strain sensors
-                                  | SensorBlock | ---> strain           (R) readings; of other sensors `curvature`,
-                                  +-------------+                           or whatever they measure
+        joint_angles (N) rad ---> | SensorBlock | ---> curvature (R) readings, or what else the sensors measure
 
-    Readings of strain sensors run path after path (inner, outer; only outer when one-sided), from the base to the tip.
-    Of a finger that leaves its plane, sensors on paths also take `sideways_angles` and `twist_angles` (N) rad and
-    `stretch_lengths` (N) m, as far as it yields so.
-    The outputs hold their values between samples.
+    Of a finger that leaves its plane, sensors that see it do so also take `sideways_angles` and `twist_angles` (N) rad
+    and `stretch_lengths` (N) m, as far as it yields so. The outputs hold their values between samples.
     """
 
     def __init__(self, layout: MeasurementModel, period: float):

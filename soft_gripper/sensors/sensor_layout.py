@@ -97,6 +97,11 @@ class SensorLayout(MeasurementModel):
         return (theta / self.joints_per_section).take(self.joint_sections, axis=-1)
 
 
+def measures_strain(layout: MeasurementModel) -> bool:
+    """Whether sensors read strain, along the two sides or any paths."""
+    return layout.quantity == SensorLayout.quantity
+
+
 def strain_sensors(layout: MeasurementModel, where: str) -> SensorLayout:
     """These sensors, for a user named `where` that supports only strain sensors along the sections.
 

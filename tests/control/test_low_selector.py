@@ -17,7 +17,7 @@ from pydrake.trajectories import PiecewisePolynomial
 
 from soft_gripper.arrays import Array
 from soft_gripper.control.grip import LowSelector
-from soft_gripper.control.pid_controller import PidGains, SampledPidController
+from soft_gripper.control.pid_controller import PidController, PidGains
 
 T = 0.01  # s
 GAINS = PidGains(kp=1.0, ki=20.0, tracking_time=0.1)
@@ -55,7 +55,7 @@ def override_control(is_fed_back):
     course = PiecewisePolynomial.FirstOrderHold(rise, [[LOW, LOW, HIGH, HIGH, LOW, LOW]])
     pids = []
     for name, target in (("first", TrajectorySource(course)), ("second", ConstantVectorSource([LIMIT]))):
-        pid = builder.AddSystem(SampledPidController(GAINS, T, -10.0, 10.0))
+        pid = builder.AddSystem(PidController(GAINS, T, -10.0, 10.0))
         set_point = builder.AddSystem(target)
         builder.Connect(set_point.get_output_port(), pid.GetInputPort("set_point"))
         builder.Connect(value.get_output_port(), pid.GetInputPort("measurement"))

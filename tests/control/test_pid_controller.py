@@ -1,13 +1,13 @@
-"""SampledPidController: against Drake's PID, at its limits, at its start and without a measurement."""
+"""PidController: against Drake's PID, at its limits, at its start and without a measurement."""
 
 import numpy as np
 import pytest
+from pydrake.systems import controllers
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.controllers import PidController
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput, Multiplexer, Sine, ZeroOrderHold
 
-from soft_gripper.control.pid_controller import PidGains, SampledPidController
+from soft_gripper.control.pid_controller import PidController, PidGains
 
 T = 0.01
 NAN = np.nan
@@ -15,7 +15,7 @@ NAN = np.nan
 
 def outputs(gains, set_points, measurements, initial_output=0.0, limit=1e3, applied=()):
     """The output at every sample; `applied` of every sample, if anything is to be connected there."""
-    pid = SampledPidController(gains, T, -limit, limit, initial_output)
+    pid = PidController(gains, T, -limit, limit, initial_output)
     simulator = Simulator(pid)
     context = simulator.get_mutable_context()
     given = []
@@ -39,9 +39,9 @@ def deviation(period):
     sine = builder.AddSystem(Sine(1.0, 3.0, 0.0, 1))
     state = builder.AddSystem(Multiplexer(2))
     desired = builder.AddSystem(ConstantVectorSource([set_point, 0.0]))
-    drake = builder.AddSystem(PidController(kp=[kp], ki=[ki], kd=[kd]))
+    drake = builder.AddSystem(controllers.PidController(kp=[kp], ki=[ki], kd=[kd]))
     hold = builder.AddSystem(ZeroOrderHold(period, 1))
-    ours = builder.AddSystem(SampledPidController(gains, period, -100, 100, initial_output=kp * set_point))
+    ours = builder.AddSystem(PidController(gains, period, -100, 100, initial_output=kp * set_point))
     target = builder.AddSystem(ConstantVectorSource([set_point]))
     for i in range(2):
         builder.Connect(sine.get_output_port(i), state.get_input_port(i))
@@ -123,7 +123,7 @@ def test_derivative_is_of_the_measurement_alone():
 
 
 def test_the_output_follows_its_inputs_within_a_sample():
-    pid = SampledPidController(PidGains(kp=2.0), T, -10, 10, initial_output=1.0)
+    pid = PidController(PidGains(kp=2.0), T, -10, 10, initial_output=1.0)
     simulator = Simulator(pid)
     context, given = simulator.get_mutable_context(), []
     pid.GetInputPort("set_point").FixValue(context, [0.0])
@@ -157,7 +157,7 @@ def test_start_without_a_measurement_is_bumpless_once_there_is_one():
 
 
 def test_ports():
-    pid = SampledPidController(PidGains(), T, 0, 1)
+    pid = PidController(PidGains(), T, 0, 1)
     names = [pid.get_input_port(i).get_name() for i in range(pid.num_input_ports())]
     assert names == ["set_point", "measurement", "applied"]
     assert (pid.num_output_ports(), pid.get_output_port().get_name()) == (1, "output")

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 from pydrake.math import RigidTransform, RollPitchYaw
 
-from soft_gripper.estimators.arc_shapes import ArcShape
+from soft_gripper.estimators.arc_pose_estimator import ArcPoseEstimator
 from soft_gripper.estimators.finger_shape import FingerShape, segment_arcs
 from soft_gripper.estimators.plane import pose_entries
-from soft_gripper.estimators.shape_estimator import ShapeEstimator
 from soft_gripper.fingers.kinematics import as_points, forward_kinematics
 from soft_gripper.sensors.sensor_layout import SensorLayout
 from soft_gripper.signals import signal_of
@@ -68,7 +67,7 @@ def test_an_unknown_joint_makes_what_lies_beyond_unknown(shipped_finger, bent):
 def test_ports_are_those_of_an_estimator_that_puts_out_its_own_pose(shipped_finger):
     """With as many arcs as segments, and no state."""
     layout = SensorLayout(shipped_finger, 12)
-    block, estimator = FingerShape(shipped_finger), ShapeEstimator(ArcShape(layout), layout, np.zeros(3))
+    block, estimator = FingerShape(shipped_finger), ArcPoseEstimator(layout, np.zeros(3))
     for i in range(block.num_output_ports()):
         port = block.get_output_port(i)
         other = estimator.GetOutputPort(port.get_name())

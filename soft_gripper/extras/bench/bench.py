@@ -13,7 +13,7 @@ from pydrake.systems.primitives import PassThrough
 
 from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array
-from soft_gripper.control.pid_controller import SampledPidController
+from soft_gripper.control.pid_controller import PidController
 from soft_gripper.diagrams.commanding import grip_supply
 from soft_gripper.diagrams.scene import add_plant
 from soft_gripper.diagrams.wiring.drive import Commands
@@ -212,11 +212,11 @@ class Bench:
         self._samples += 1
 
 
-def _controllers(diagram: Diagram) -> list[SampledPidController]:
+def _controllers(diagram: Diagram) -> list[PidController]:
     if not diagram.HasSubsystemNamed("grip_control"):
         return []
     systems = diagram.GetSubsystemByName("grip_control").GetSystems()
-    return [system for system in systems if isinstance(system, SampledPidController)]
+    return [system for system in systems if isinstance(system, PidController)]
 
 
 def bench_scenario(scenario: Scenario) -> Scenario:

@@ -26,7 +26,7 @@ from pydrake.systems.primitives import (
 from soft_gripper.array_block import TIME, ArrayBlock, Constant, Function, Memory, Sample, check_finite
 from soft_gripper.arrays import Array
 from soft_gripper.control.grip import GripForce, GripForceBound, LowSelector
-from soft_gripper.control.pid_controller import SampledPidController, Step
+from soft_gripper.control.pid_controller import PidController, Step
 from soft_gripper.control.task import GripObservation, Progress, TaskMachine
 from soft_gripper.fingers.leak import Leak
 from soft_gripper.fingers.path_drive import BentChambers, TendonDrive
@@ -366,9 +366,9 @@ def _among(read: Read, own: Rows) -> Read:
 
 
 class Controllers:
-    """A SampledPidController for each environment."""
+    """A PidController for each environment."""
 
-    def __init__(self, block: SampledPidController, count: int, is_overridden: bool):
+    def __init__(self, block: PidController, count: int, is_overridden: bool):
         """`is_overridden`: another block may choose what is applied, the input `applied`."""
         self.period, self._block, self._is_overridden = block.period, block, is_overridden
         self._memory = [block.first_memory] * count

@@ -20,7 +20,7 @@ from pydrake.systems.primitives import AffineSystem, Demultiplexer, MatrixGain, 
 
 from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array
-from soft_gripper.control.pid_controller import SampledPidController
+from soft_gripper.control.pid_controller import PidController
 from soft_gripper.control.task import TaskMachine
 from soft_gripper.diagrams.recording import SignalLogs
 from soft_gripper.diagrams.simulation import seed_random_sources
@@ -238,7 +238,7 @@ class Network:
             return Affine(leaf, count)
         if isinstance(leaf, Demultiplexer):
             return Parts(leaf)
-        if isinstance(leaf, SampledPidController):
+        if isinstance(leaf, PidController):
             return Controllers(leaf, count, self._feeds[leaf][2] is not None)
         if isinstance(leaf, TaskMachine):
             tasks = [each.task for each in self._wired]

@@ -17,9 +17,8 @@ from soft_gripper.arrays import Array
 from soft_gripper.diagrams.view.estimate_visualizer import ARCS, CURVE, DrawnFinger, EstimateVisualizer
 from soft_gripper.diagrams.view.finger_drawing import SHAPES
 from soft_gripper.diagrams.view.torque_colors import color
-from soft_gripper.estimators.arc_shapes import ArcShape
+from soft_gripper.estimators.arc_pose_estimator import ArcPoseEstimator
 from soft_gripper.estimators.plane import pose_entries
-from soft_gripper.estimators.shape_estimator import ShapeEstimator
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 
@@ -40,7 +39,7 @@ class Scene:
         sizes = dict(zip(IN_PLANE, (2 * layout.finger.segments, 3), strict=True))
         drawn = DrawnFinger(NAME, layout.finger, layout.sections, BodyIndex(2), skin, sizes)
         visualizer = builder.AddSystem(EstimateVisualizer(self.drawing, [drawn], LIMIT, period=0.05))
-        pose = builder.AddSystem(ShapeEstimator(ArcShape(layout), layout, np.zeros(3)))
+        pose = builder.AddSystem(ArcPoseEstimator(layout, np.zeros(3)))
         other = RigidTransform([9.0, 9.0, 9.0])
         poses = builder.AddSystem(ConstantValueSource(Value([other, other, X_WB, other])))
         builder.Connect(poses.get_output_port(), visualizer.GetInputPort("body_poses"))

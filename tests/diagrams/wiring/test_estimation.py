@@ -12,9 +12,8 @@ from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.wiring.estimation import FingerEstimation
 from soft_gripper.diagrams.wiring.named_wires import vector_outputs
 from soft_gripper.errors import InputError
-from soft_gripper.estimators.arc_shapes import ArcShape
+from soft_gripper.estimators.arc_pose_estimator import ArcPoseEstimator
 from soft_gripper.estimators.plane import planar_gravity, pose_entries
-from soft_gripper.estimators.shape_estimator import ShapeEstimator
 from soft_gripper.fingers.kinematics import as_points, forward_kinematics, gravity_torque
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
@@ -43,7 +42,7 @@ def balanced(layout, load):
 
 def estimated(layout, q, samples, threshold=None):
     """What is estimated after some samples of a finger that rests at q."""
-    estimation = FingerEstimation(ShapeEstimator(ArcShape(layout), layout, GRAVITY), layout, GRAVITY, PERIOD, threshold)
+    estimation = FingerEstimation(ArcPoseEstimator(layout, GRAVITY), layout, GRAVITY, PERIOD, threshold)
     simulator = Simulator(estimation)
     context = simulator.get_mutable_context()
     strain = layout.response.reading(extension_ratios(layout, q))

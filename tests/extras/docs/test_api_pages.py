@@ -41,7 +41,7 @@ def test_pages_have_fields_and_ports(pages):
     finger = pages["api/fingers.Finger.md"]
     assert "| `sensor_spacing` | `float` |  | m, above 0 | of inner and outer sensor path (Delta_R) |" in finger
     assert "## Ports" not in finger
-    assert "| `strain` | out |" in pages["api/sensors.SensorBlock.md"]
+    assert "| `strain` | out |" in pages["api/StrainSensor.md"]
 
 
 @pytest.mark.slow

@@ -53,7 +53,7 @@ def test_every_port_is_listed():
 
 def test_outputs_have_what_describe_says():
     assert row(sg.load.ForceEstimator, "external_torque") == "| `external_torque` | out | 12 | N m | joint (12) |"
-    assert "path (inner, outer) × section (2)" in row(sg.sensors.SensorBlock, "strain")
+    assert "path (inner, outer) × section (2)" in row(sg.StrainSensor, "strain")
     assert row(sg.estimators.FingerShape, "tip_pose") == "| `tip_pose` | out | 3 | 2 × m, rad | pose (x, z, heading) |"
 
 

@@ -1,4 +1,4 @@
-"""The estimator `arcs` as a block: the pure functions, sample for sample."""
+"""ArcPoseEstimator: the pure functions, sample for sample."""
 
 from unittest.mock import Mock
 
@@ -16,13 +16,15 @@ from pydrake.systems.primitives import (
 )
 from pydrake.trajectories import PiecewisePolynomial
 
-from soft_gripper.estimators.arc_shapes import ArcShape, BendSharing
+from soft_gripper.errors import InputError
+from soft_gripper.estimators.arc_pose_estimator import ArcPoseEstimator
+from soft_gripper.estimators.arc_shapes import BendSharing
 from soft_gripper.estimators.arcs import arcs_from_readings, bends_from_readings, joints_on_arcs
 from soft_gripper.estimators.plane import pose_entries
-from soft_gripper.estimators.shape_estimator import ShapeEstimator
 from soft_gripper.fingers.kinematics import as_points
-from soft_gripper.sensors.sensor_block import SensorBlock
+from soft_gripper.sensors.link_sensors import CurvatureSensors
 from soft_gripper.sensors.sensor_layout import extension_ratios
+from soft_gripper.sensors.strain_sensor import StrainSensor
 from soft_gripper.signals import signal_of
 
 X_WB = RigidTransform(RollPitchYaw(0.3, -1.1, 2.0), [0.1, -0.2, 0.3])
@@ -34,7 +36,7 @@ class Fixed:
     """An estimator whose inputs are fixed by hand."""
 
     def __init__(self, layout):
-        self.system = ShapeEstimator(ArcShape(layout), layout, GRAVITY)
+        self.system = ArcPoseEstimator(layout, GRAVITY)
         self.context = self.system.CreateDefaultContext()
         self.fix(driving_torque=DRIVING, X_WB=pose_entries(X_WB))
 
@@ -150,8 +152,21 @@ def test_each_sample_is_estimated_once_for_all_ports(layout, strain, monkeypatch
     assert estimate.call_count == 1
 
 
+def test_strain_alone_gives_the_pose(layout, strain):
+    block, wanted = ArcPoseEstimator(layout, GRAVITY), expected(layout, strain)
+    context = block.CreateDefaultContext()
+    block.GetInputPort("strain").FixValue(context, strain)
+    for port in ("theta", "kappa", "arcs", "joint_positions", "tip_pose"):
+        np.testing.assert_allclose(block.GetOutputPort(port).Eval(context), wanted[port], atol=1e-15, err_msg=port)
+
+
+def test_sensors_of_curvature_are_refused(shipped_finger):
+    with pytest.raises(InputError, match=r"ArcPoseEstimator: sensor\.type = 'curvature': works with strain sensors"):
+        ArcPoseEstimator(CurvatureSensors(shipped_finger, 2), GRAVITY)
+
+
 def test_ports_and_no_state(layout):
-    system = ShapeEstimator(ArcShape(layout), layout, GRAVITY)
+    system = ArcPoseEstimator(layout, GRAVITY)
     inputs = [(system.get_input_port(i).get_name(), system.get_input_port(i).size()) for i in range(3)]
     assert inputs == [("strain", layout.paths * layout.sections), ("driving_torque", 12), ("X_WB", 12)]
     assert system.num_input_ports() == 3
@@ -162,10 +177,10 @@ def test_ports_and_no_state(layout):
 
 @pytest.fixture
 def wired(layout):
-    """A builder that holds SensorBlock -> ShapeEstimator."""
+    """A builder that holds StrainSensor -> ArcPoseEstimator."""
     builder = DiagramBuilder()
-    sensor = builder.AddSystem(SensorBlock(layout, 0.01))
-    estimator = builder.AddSystem(ShapeEstimator(ArcShape(layout), layout, GRAVITY))
+    sensor = builder.AddSystem(StrainSensor(layout, 0.01))
+    estimator = builder.AddSystem(ArcPoseEstimator(layout, GRAVITY))
     builder.Connect(sensor.GetOutputPort("strain"), estimator.GetInputPort("strain"))
     for port, value in (("driving_torque", DRIVING), ("X_WB", pose_entries(X_WB))):
         source = builder.AddSystem(ConstantVectorSource(value))
