@@ -34,6 +34,13 @@ COMMANDS = (
                 default=0.3,
             ),
             option(
+                "--beyond",
+                "share of the length beyond which the finger is pressed (default: %(default)s)",
+                "SHARE",
+                number(0.9),
+                default=0.4,
+            ),
+            option(
                 "--estimator",
                 "estimator of force and location, or your own as MODULE:FUNCTION; may be repeated (default: contact)",
                 "NAME",
