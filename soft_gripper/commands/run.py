@@ -32,6 +32,7 @@ from soft_gripper.pictures.phases import phases_figure
 from soft_gripper.pictures.video import check_video, write_video
 from soft_gripper.registry import registered
 from soft_gripper.runs.scores.contact_forces import (
+    DRAWN_FORCES,
     contact_rows,
     drawn_forces,
     end_of_hold,
@@ -238,9 +239,14 @@ def _write_scores(
         assert station.scenario.task is not None
         is_true = station.scenario.record.truth == "all"
         slips = TaskRun(station, recording).slips if is_true and station.scenario.task.object else None
+        forces = drawn_forces(station, recording)
         with atomic_file(out / "phases.png") as partial:
-            shown = slips, drawn_forces(station, recording)
-            phases_figure(station.scenario, recording, station.task.phases, *shown).savefig(partial, format="png")
+            figure = phases_figure(station.scenario, recording, station.task.phases, slips, forces)
+            figure.savefig(partial, format="png")
+        files = ["phases.csv", "phases.png"]
+        if forces is not None:
+            console.table(DRAWN_FORCES, forces.rows(), out / f"{DRAWN_FORCES}.csv")
+            files.append(f"{DRAWN_FORCES}.csv")
         print_phases(phases, outcome(recording), station.scenario.task, _not_held(station, grasps))
         console.table("phases", phases, out / "phases.csv")
         console.document["outcome"] = outcome(recording).words
@@ -249,7 +255,7 @@ def _write_scores(
             truth = judged(station, recording)
             print_truth(truth)
             console.table("truth", [truth])
-        return ["phases.csv", "phases.png"]
+        return files
     if station.scenario.record.truth == "none":
         print("There is no ground truth to compare with (record.truth: none).")
         return []
