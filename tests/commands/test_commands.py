@@ -151,7 +151,7 @@ def test_run_of_a_grasp_prints_contact_forces_with_their_band_and_nothing_as_nan
     numbers = f"{float(row['true_n']):.2f} {float(row['true_mm']):.0f} {float(row['estimated_n']):.2f}"
     assert right.split() == ["right_finger", *numbers.split(), *band.split(), f"{float(row['estimated_mm']):.0f}"]
     assert left.startswith("left_finger ")
-    assert "\nWidth: 44.0 mm, estimated: not known; stiffness, estimated: not known\n" in out
+    assert "\nWidth: 44.0 mm; stiffness, estimated: not known\n" in out
     assert "nan" not in out
 
 

@@ -212,14 +212,13 @@ def _static_friction(station: Station, geometries: Sequence[GeometryId]) -> floa
 
 
 def _sizes(station: Station, recording: Recording, samples: NDArray[np.int_]) -> Sizes:
-    """True and estimated width at the end, and stiffness as estimated, as far as they are recorded."""
-    widths = {name: _width(recording, f"grip.{name}", samples) for name in ("true_object_width", "object_width")}
-    true, width = (values[-1] for values in widths.values())
+    """True width at the end, and stiffness as estimated, as far as they are recorded."""
+    true, estimated = (_width(recording, f"grip.{name}", samples) for name in ("true_object_width", "object_width"))
     forces = [f"{finger.name}.contact_force" for finger in station.fingers]
     if not all(name in recording for name in forces):
-        return Sizes(true, width)
+        return Sizes(true[-1])
     force = np.mean([recording.values(name)[samples].ravel() for name in forces], axis=0)
-    return Sizes(true, width, stiffness(widths["object_width"], force))
+    return Sizes(true[-1], stiffness(estimated, force))
 
 
 def _width(recording: Recording, signal: str, samples: NDArray[np.int_]) -> Array:
