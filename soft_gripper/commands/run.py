@@ -41,7 +41,13 @@ from soft_gripper.runs.scores.contact_forces import (
 )
 from soft_gripper.runs.scores.grasp import DROPPED, NEVER_TOUCHED, SLIPPING
 from soft_gripper.runs.scores.poses import recorded_pose_table
-from soft_gripper.runs.scores.recorded_grasps import ObjectGrasp, ObjectGrip, recorded_grasps, touched_instead
+from soft_gripper.runs.scores.recorded_grasps import (
+    ObjectGrasp,
+    ObjectGrip,
+    note_welded_object,
+    recorded_grasps,
+    touched_instead,
+)
 from soft_gripper.runs.scores.recorded_slips import recorded_slips
 from soft_gripper.runs.scores.recorded_task import TaskRun, judged
 from soft_gripper.runs.scores.steps import outcome, phase_table, step_table
@@ -197,6 +203,7 @@ def _write_grasps(
 ) -> list[str]:
     """Writes and prints how the objects are held, and why they slip, if there are any."""
     if not grasps:
+        note_welded_object(station, recording)
         return []
     slips = recorded_slips(station, recording)
     tables: dict[str, Sequence[Any]] = {"grasps": grasps, "grips": grips, "slips": slips}

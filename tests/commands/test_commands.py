@@ -155,6 +155,15 @@ def test_run_of_a_grasp_prints_contact_forces_with_their_band_and_nothing_as_nan
     assert "nan" not in out
 
 
+@pytest.mark.parametrize("free", ["true", "false"])
+def test_a_grasped_object_that_is_welded_is_noted(free: str) -> None:
+    steps = ("--set", "pressure.steps={all: [0.0, 75.0e3]}", "--set", "pressure.settle=0.5", "--set", "success=[]")
+    changes = ("--set", f"models.box.free={free}", "--set", "pressure.hold_samples=10")
+    said = soft_gripper("run", "box_grasp", *steps, *changes, "--out", "here")
+    note = "models.table.free or models.box.free = False: the fingers hold it, but only a free model has a grasp"
+    assert (note in said.err) == (free == "false") == (not Path("here/grasps.csv").exists())
+
+
 def test_run_of_a_task_records_the_forces_of_its_picture(monkeypatch: pytest.MonkeyPatch) -> None:
     drawn = []
     monkeypatch.setattr(run, "phases_figure", lambda *given: drawn.append(given[-1]) or Figure())
