@@ -74,8 +74,7 @@ def print_grasps(grasps: Sequence[ObjectGrasp], grips: Sequence[ObjectGrip], ins
             )
         if grasp.grasp in (HELD, RESTING):
             _print_sentence(
-                f"Width: {_known(grasp.true_width_mm, '.1f', 'mm')}, estimated:"
-                f" {_known(grasp.estimated_width_mm, '.1f', 'mm')}; stiffness, estimated:"
+                f"Width: {_known(grasp.true_width_mm, '.1f', 'mm')}; stiffness, estimated:"
                 f" {_known(grasp.estimated_stiffness_n_m, '.0f', 'N/m')}"
             )
         print(f"Work of the pump: {grasp.pump_energy_mj:.1f} mJ")
