@@ -1,0 +1,167 @@
+"""Numbers of the pages on limits, contacts, estimators and sensors, compared with committed tables and each other.
+
+`study model-errors` wrote docs/extras/studies/model_errors.csv, and `python benchmarks/sensor_presets.py`
+docs/sensor_presets.csv.
+"""
+
+import re
+from dataclasses import astuple
+from itertools import groupby
+
+import pytest
+from published import ROOT, differences, printed, sentence_problems, table_problems
+from sensor_presets import TABLE as PRESETS_TABLE
+from sensor_presets import PresetRow, preset_row
+
+from soft_gripper.commands.parser import parsed
+from soft_gripper.extras.studies.contacts.estimates import REALISTIC
+from soft_gripper.extras.studies.contacts.model_errors import CASES, TABLE, ModelErrorRow, model_error_row
+from soft_gripper.extras.studies.contacts.situations import DIFFERENCES
+from soft_gripper.extras.studies.robustness.jobs import plant_rows
+from soft_gripper.extras.studies.robustness.plants import RUBBER
+from soft_gripper.files.row_table import read_csv
+from soft_gripper.scenario.schema import presets
+
+DOCS = ROOT / "docs"
+STUDIES = DOCS / "extras/studies"
+ROWS = read_csv(STUDIES / TABLE, ModelErrorRow)
+PRESET_ROWS = read_csv(PRESETS_TABLE, PresetRow)
+_, GRADED, _, SHIFTED, STRONG, *_ = DIFFERENCES
+SHARES = "interval_percent", "place_percent", "touched_percent"
+
+
+def page(name):
+    return (DOCS / name).read_text(encoding="utf-8")
+
+
+def row_of(difference, sections=4, sensors="ideal"):
+    (row,) = [row for row in ROWS if (row.difference, row.sections, row.sensors) == (difference, sections, sensors)]
+    return row
+
+
+def intervals(difference):
+    return [row.interval_percent for row in ROWS if row.difference == difference]
+
+
+def preset(name):
+    (row,) = [row for row in PRESET_ROWS if row.preset == name]
+    return row
+
+
+def numbers(text):
+    return [float(number) for number in re.findall(r"-?\d+(?:\.\d+)?", text)]
+
+
+def test_the_table_of_differences_is_what_the_command_wrote():
+    expected = [
+        [*numbers(name), *(getattr(row, share) for row in rows for share in SHARES)]
+        for name, rows in groupby(ROWS, key=lambda row: row.difference)
+    ]
+    assert not table_problems(page("extras/studies/contacts.md"), "difference | 2, ideal | 2, realistic", expected)
+
+
+def test_the_command_of_the_page_wrote_it():
+    (line,) = re.findall(r"soft-gripper (study model-errors.*)", page("extras/studies/contacts.md"))
+    options = parsed(line.partition("#")[0].split())
+    assert {row.seed for row in ROWS} == {options.seed}
+    assert max(row.contacts for row in ROWS) <= options.contacts
+    assert [(row.difference, row.sections, row.sensors) for row in ROWS] == [
+        (name, case.sections, case.sensors) for name in DIFFERENCES for case in CASES
+    ]
+
+
+def intervals_and_touched(difference, sensors="ideal"):
+    """Coverage of the intervals of four sections, and free fingers that are said to touch."""
+    row = row_of(difference, 4, sensors)
+    return [row.interval_percent, row.touched_percent]
+
+
+LIMITS = {
+    r"base is 5 % stiffer and the tip 5 % softer, intervals of four ideal sensors per side are true in # %, and a free "
+    r"finger is said to touch in # % of the states \(realistic: # and # %\)": [
+        *intervals_and_touched(GRADED),
+        *intervals_and_touched(GRADED, REALISTIC),
+    ],
+    r"A border 10 mm off leaves # % of their places true": [row_of(SHIFTED).place_percent],
+    r"`textile` ones the tip is off by # mm instead of #, and bands cover # % of the end angles instead of #": [
+        getattr(preset(name), field)
+        for field in ("tip_error_mm", "end_angle_covered_percent")
+        for name in ("textile", REALISTIC)
+    ],
+    r"a force of 2 to 5 N before a third of the length # to # % of the intervals": [
+        min(intervals(STRONG)),
+        max(intervals(STRONG)),
+    ],
+}
+
+
+@pytest.mark.parametrize("pattern", LIMITS)
+def test_limitations_say_what_the_command_wrote(pattern):
+    assert not sentence_problems(page("limitations.md"), pattern, LIMITS[pattern])
+
+
+@pytest.mark.parametrize(
+    ("difference", "case"),
+    [
+        pytest.param(
+            name, case, marks=pytest.mark.slow if (name, case) == ("none", CASES[0]) else pytest.mark.published
+        )
+        for name in DIFFERENCES
+        for case in CASES
+    ],
+)
+def test_the_command_still_writes_it(difference, case):
+    """Within two contacts, which another processor may round apart."""
+    written = row_of(difference, case.sections, case.sensors)
+    row = model_error_row(difference, case, 500, written.seed)
+    assert row.contacts == written.contacts
+    for name in SHARES:
+        assert getattr(row, name) == pytest.approx(getattr(written, name), abs=200 / row.contacts, nan_ok=True)
+
+
+def test_the_table_of_presets_is_what_was_measured():
+    text = page("sensors.md")
+    cells = dict(re.findall(r"^\| `(\w+)` \|[^|]*\| (.*) \|$", text, re.MULTILINE))
+    assert [row.preset for row in PRESET_ROWS] == [*presets()]
+    for row in PRESET_ROWS:
+        assert differences(cells[row.preset], list(astuple(row)[1:-1])) == []
+
+
+@pytest.mark.published
+@pytest.mark.parametrize("row", PRESET_ROWS, ids=lambda row: row.preset)
+def test_presets_still_err_as_much(row):
+    for value, expected in zip(astuple(preset_row(row.preset))[1:-1], astuple(row)[1:-1], strict=True):
+        assert value == pytest.approx(expected, rel=0.01, abs=0.2)
+
+
+HELD = r"`recursive`(?: \| [\d./]+){3} \| # \|"  # the first of a table: free bending, covered with two sensors
+REPEATED = [  # what a page repeats, and where it is measured
+    ("limitations.md", r"bands cover # % in free bending with two sensors", "extras/studies/robustness.md", HELD),
+    ("estimators.md", r"bands cover # % in free bending with two sensors", "extras/studies/robustness.md", HELD),
+    ("limitations.md", r"shape: # % right with two realistic", "recognition.md", r"realistic sensors \| # %"),
+    (
+        "limitations.md",
+        r"tip off by # mm instead of #, and leaves # % of the samples in the band instead of #",
+        "extras/hardware/hardware_replay.md",
+        r"tip off by # mm instead of #, and leaves # % of the samples in the band instead of #",
+    ),
+    ("limitations.md", r"v4 holds # % of pulls", "extras/hardware/hardware_replay.md", r"band of v4 holds # %"),
+]
+
+
+def said(name, pattern):
+    """The numbers of a sentence, rounded."""
+    text = " ".join(page(name).split())
+    return [round(float(number)) for number in printed(text, pattern.replace("#", r"(\d+(?:\.\d+)?)"))]
+
+
+@pytest.mark.parametrize(("name", "pattern", "source", "measured"), REPEATED)
+def test_pages_repeat_what_was_measured(name, pattern, source, measured):
+    assert said(name, pattern) == said(source, measured)
+
+
+@pytest.mark.published
+def test_recursive_still_covers_as_much_of_rubber_in_free_bending():
+    rows = plant_rows(RUBBER.name, "free_bending", 20, ["recursive"])
+    (row,) = [row for row in rows if row.sections == 2]
+    assert round(100 * row.coverage) == pytest.approx(said("limitations.md", REPEATED[0][1])[0], abs=1)
