@@ -1,7 +1,7 @@
 """Numbers of the pages on limits, contacts, estimators and sensors, compared with committed tables and each other.
 
-`study model-errors` wrote docs/extras/studies/model_errors.csv, and `python benchmarks/sensor_presets.py`
-docs/sensor_presets.csv.
+`study model-errors` and `study contact-trials --seed 1`, with `--friction 0` too, wrote the tables in
+docs/extras/studies, and `python benchmarks/sensor_presets.py` docs/sensor_presets.csv.
 """
 
 import re
@@ -17,6 +17,7 @@ from soft_gripper.commands.parser import parsed
 from soft_gripper.extras.studies.contacts.estimates import REALISTIC
 from soft_gripper.extras.studies.contacts.model_errors import CASES, TABLE, ModelErrorRow, model_error_row
 from soft_gripper.extras.studies.contacts.situations import DIFFERENCES
+from soft_gripper.extras.studies.contacts.trials import ContactErrorRow
 from soft_gripper.extras.studies.robustness.jobs import plant_rows
 from soft_gripper.extras.studies.robustness.plants import RUBBER
 from soft_gripper.files.row_table import read_csv
@@ -24,6 +25,7 @@ from soft_gripper.scenario.schema import presets
 
 DOCS = ROOT / "docs"
 STUDIES = DOCS / "extras/studies"
+CONTACTS = "extras/studies/contacts.md"
 ROWS = read_csv(STUDIES / TABLE, ModelErrorRow)
 PRESET_ROWS = read_csv(PRESETS_TABLE, PresetRow)
 _, GRADED, _, SHIFTED, STRONG, *_ = DIFFERENCES
@@ -57,11 +59,11 @@ def test_the_table_of_differences_is_what_the_command_wrote():
         [*numbers(name), *(getattr(row, share) for row in rows for share in SHARES)]
         for name, rows in groupby(ROWS, key=lambda row: row.difference)
     ]
-    assert not table_problems(page("extras/studies/contacts.md"), "difference | 2, ideal | 2, realistic", expected)
+    assert not table_problems(page(CONTACTS), "difference | 2, ideal | 2, realistic", expected)
 
 
 def test_the_command_of_the_page_wrote_it():
-    (line,) = re.findall(r"soft-gripper (study model-errors.*)", page("extras/studies/contacts.md"))
+    (line,) = re.findall(r"soft-gripper (study model-errors.*)", page(CONTACTS))
     options = parsed(line.partition("#")[0].split())
     assert {row.seed for row in ROWS} == {options.seed}
     assert max(row.contacts for row in ROWS) <= options.contacts
@@ -117,6 +119,62 @@ def test_the_command_still_writes_it(difference, case):
     assert row.contacts == written.contacts
     for name in SHARES:
         assert getattr(row, name) == pytest.approx(getattr(written, name), abs=200 / row.contacts, nan_ok=True)
+
+
+EQUAL, UNEQUAL, FOUR = "60", "40", "30 60 90"  # mm, borders of sections
+FORCE, PLACE = ([f"{kind}_{name}_percent" for name in ("mean", "median", "90")] for kind in ("force", "place"))
+
+
+def trials(file, borders, sensors="ideal", averaged=1, calibration="none", signs=("",)):
+    """The worst errors of nominal stiffnesses with a deviation of 10 % and these signs; none: exact."""
+    nominals = [f"youngs_modulus {sign}10 %" if sign else "as simulated" for sign in signs]
+    case = borders, sensors, averaged, calibration, "both"
+    rows = [
+        row
+        for row in read_csv(STUDIES / f"{file}.csv", ContactErrorRow)
+        if (row.borders, row.sensors, row.averaged, row.calibration, row.side) == case and row.nominal in nominals
+    ]
+    assert len(rows) == len(signs)
+    return [max(getattr(row, name) for row in rows) for name in ("found_percent", *FORCE, *PLACE)]
+
+
+def test_the_table_of_exact_models_is_what_the_command_wrote():
+    labels = {EQUAL: [2], UNEQUAL: [2, 40], FOUR: [4]}
+    smooth, rough = (
+        [[*label, *trials(file, borders)[1:]] for borders, label in labels.items()]
+        for file in ("contact_errors_smooth", "contact_errors")
+    )
+    rough[0].insert(0, 0.45)
+    assert not table_problems(page(CONTACTS), " | sections per side | force [%]", [*smooth, *rough])
+
+
+def test_the_table_of_sensors_with_errors_is_what_the_command_wrote():
+    single, mean = {"sensors": REALISTIC}, {"sensors": REALISTIC, "averaged": 20}
+    wrong = mean | {"calibration": "trusting chamber", "signs": "+-"}
+    two, four = (
+        [trials("contact_errors", borders, **options) for options in (single, mean, wrong)]
+        for borders in (UNEQUAL, FOUR)
+    )
+    once = [10, 67, 21.5, 12.1, 62]
+    expected = [two[0], [20, *two[1]], [10, 20, *two[2]], once, four[0], [20, *four[1]], [10, *four[2]]]
+    assert not table_problems(page(CONTACTS), "two sections divided at 40 mm | detected", expected)
+
+
+def test_the_table_of_calibrations_is_what_the_command_wrote():
+    calibrations = "none", "trusting stiffness", "trusting chamber"
+    expected = [[10, *trials("contact_errors", UNEQUAL, calibration=each, signs="+")[1:]] for each in calibrations]
+    assert not table_problems(page(CONTACTS), "calibration | nominal stiffness", expected)
+
+
+def test_errors_are_within_two_deviations_as_often_as_the_page_says():
+    within = [
+        value
+        for file in ("contact_errors_smooth", "contact_errors")
+        for row in read_csv(STUDIES / f"{file}.csv", ContactErrorRow)
+        if (row.sensors, row.nominal, row.side) == ("ideal", "as simulated", "both")
+        for value in (row.force_within_2_std_percent, row.place_within_2_std_percent)
+    ]
+    assert not sentence_problems(page(CONTACTS), r"# to # % of the errors lie within two", [min(within), max(within)])
 
 
 def test_the_table_of_presets_is_what_was_measured():
