@@ -1,22 +1,25 @@
 """Numbers of the pages on limits, contacts, estimators and sensors, compared with committed tables and each other.
 
-`study model-errors` and `study contact-trials --seed 1`, with `--friction 0` too, wrote the tables in
-docs/extras/studies, and `python benchmarks/sensor_presets.py` docs/sensor_presets.csv.
+`study model-errors`, `study contact-coverage` and `study contact-trials --seed 1`, with `--friction 0` too, wrote the
+tables in docs/extras/studies, and `python benchmarks/sensor_presets.py` docs/sensor_presets.csv.
 """
 
 import re
 from dataclasses import astuple
-from itertools import groupby
+from itertools import groupby, product
 
+import numpy as np
 import pytest
+from csv_rows import csv_rows
 from published import ROOT, differences, printed, sentence_problems, table_problems
 from sensor_presets import TABLE as PRESETS_TABLE
 from sensor_presets import PresetRow, preset_row
 
 from soft_gripper.commands.parser import parsed
+from soft_gripper.extras.studies.contacts.coverage import SITUATIONS
 from soft_gripper.extras.studies.contacts.estimates import REALISTIC
 from soft_gripper.extras.studies.contacts.model_errors import CASES, TABLE, ModelErrorRow, model_error_row
-from soft_gripper.extras.studies.contacts.situations import DIFFERENCES
+from soft_gripper.extras.studies.contacts.situations import ARM, DIFFERENCES, MODELS, PEG
 from soft_gripper.extras.studies.contacts.trials import ContactErrorRow
 from soft_gripper.extras.studies.robustness.jobs import plant_rows
 from soft_gripper.extras.studies.robustness.plants import RUBBER
@@ -175,6 +178,93 @@ def test_errors_are_within_two_deviations_as_often_as_the_page_says():
         for value in (row.force_within_2_std_percent, row.place_within_2_std_percent)
     ]
     assert not sentence_problems(page(CONTACTS), r"# to # % of the errors lie within two", [min(within), max(within)])
+
+
+COVERED = {
+    (row["situation"], row["sections"], row["sensors"], row["model"]): row
+    for row in csv_rows(STUDIES / "contact_coverage.csv")
+}
+EXACT, WRONG, CALLED_EXACT = MODELS
+SINGLE = "at rest", "sliding"
+
+
+def covered(name, *keys):
+    """The finite numbers of a column in the rows of situations, sections, sensors and models."""
+    values = [float(COVERED[key][name]) for key in product(*keys) if key in COVERED]
+    return [value for value in values if np.isfinite(value)]
+
+
+def test_the_table_of_coverage_is_what_the_command_wrote():
+    pairs, expected = (("ideal", EXACT), (REALISTIC, WRONG), (REALISTIC, CALLED_EXACT)), []
+    situations = *SINGLE, "two contacts", "a spread contact", "a plant in space", "in space", *PEG
+    for key in product(situations, "24"):
+        cells = [COVERED[(*key, *pair)] for pair in pairs]
+        numbers = [float(cell[name]) for cell in cells for name in ("interval_percent", "interval_least_percent")]
+        expected.append([float(key[1]), *(number for number in numbers if np.isfinite(number))])
+    carried = [COVERED[ARM[0], sections, "ideal", EXACT] for sections in "24"]
+    least = [min(float(row[name]) for row in carried) for name in ("interval_percent", "interval_least_percent")]
+    header = " | sections | ideal, exact | realistic, wrong | realistic, called exact"
+    assert not table_problems(page(CONTACTS), header, [*expected, [2, 4, *least]])
+
+
+def test_the_table_of_errors_is_what_the_command_wrote():
+    thirds = "near", "middle", "far"
+    expected = [
+        [float(sections)]
+        + [
+            float(COVERED["at rest", sections, REALISTIC, WRONG][f"{error}_{name}_{third}"])
+            for third in thirds
+            for name in ("mean", "median", "90")
+        ]
+        for error in ("force_n", "place_percent")
+        for sections in "24"
+    ]
+    assert not table_problems(page(CONTACTS), " | sections | 10 to 40 %", expected)
+
+
+def span(*keys):
+    values = covered(*keys)
+    return [min(values), max(values)]
+
+
+SENSORS, SECTIONS = ("ideal", REALISTIC), "24"
+STATED = {
+    r"hold at rest in # % \(two sections\) and # % \(four\)": covered(
+        "interval_percent", SINGLE[:1], SECTIONS, ["ideal"], [CALLED_EXACT]
+    ),
+    r"it covers their sum in # to # % of cases": span("bound_several_percent", SITUATIONS, "4", SENSORS, MODELS),
+    r"\*\*After a step of pressure\*\* # to # of a hundred answers": span(
+        "withheld_percent", PEG[1:], SECTIONS, SENSORS, [EXACT, WRONG]
+    ),
+    r"not known\*\]\([^)]*\), # to # if a wrong model": span(
+        "withheld_percent", PEG[1:], SECTIONS, SENSORS, [CALLED_EXACT]
+    ),
+    r"is true in # to # % at rest and sliding": span("bound_beyond_percent", SINGLE, SECTIONS, SENSORS, [EXACT, WRONG]),
+    r"With two equal sections, # to # of a hundred such contacts": span(
+        "unbounded_beyond_percent", SINGLE, "2", SENSORS, [EXACT, WRONG]
+    ),
+    r"always with two sections, in # to # % of cases with four": [
+        100 - value
+        for value in reversed(
+            span("withheld_percent", ["two contacts", "a spread contact"], "4", SENSORS, [EXACT, WRONG])
+        )
+    ],
+    r"the mean errors by thirds are #, # and # N with two sections, #, # and # N with four": [
+        float(COVERED["in space", sections, REALISTIC, WRONG][f"force_n_mean_{third}"])
+        for sections in SECTIONS
+        for third in ("near", "middle", "far")
+    ],
+    r"friction included, is # degrees with two ideal sections and # with four, # and # with realistic": [
+        float(COVERED["in space", sections, sensors, EXACT]["degrees_median"])
+        for sensors in SENSORS
+        for sections in SECTIONS
+    ],
+}
+
+
+@pytest.mark.parametrize("pattern", STATED)
+def test_the_page_says_what_the_command_counted(pattern):
+    assert not sentence_problems(page(CONTACTS), pattern, STATED[pattern])
 
 
 def test_the_table_of_presets_is_what_was_measured():
