@@ -16,10 +16,10 @@ from sensor_presets import TABLE as PRESETS_TABLE
 from sensor_presets import PresetRow, preset_row
 
 from soft_gripper.commands.parser import parsed
-from soft_gripper.extras.studies.contacts.coverage import SITUATIONS
+from soft_gripper.extras.studies.contacts.coverage import SITUATIONS, rows_of
 from soft_gripper.extras.studies.contacts.estimates import REALISTIC
 from soft_gripper.extras.studies.contacts.model_errors import CASES, TABLE, ModelErrorRow, model_error_row
-from soft_gripper.extras.studies.contacts.situations import ARM, DIFFERENCES, MODELS, PEG
+from soft_gripper.extras.studies.contacts.situations import ARM, DIFFERENCES, MODELS, PEG, Case
 from soft_gripper.extras.studies.contacts.trials import ContactErrorRow
 from soft_gripper.extras.studies.robustness.jobs import plant_rows
 from soft_gripper.extras.studies.robustness.plants import RUBBER
@@ -205,6 +205,14 @@ def test_the_table_of_coverage_is_what_the_command_wrote():
     least = [min(float(row[name]) for row in carried) for name in ("interval_percent", "interval_least_percent")]
     header = " | sections | ideal, exact | realistic, wrong | realistic, called exact"
     assert not table_problems(page(CONTACTS), header, [*expected, [2, 4, *least]])
+
+
+@pytest.mark.slow
+def test_the_study_still_counts_as_much():
+    (row,) = rows_of(SINGLE[0], Case(2, realistic=False), 1.0, 1)
+    written = COVERED[SINGLE[0], "2", "ideal", EXACT]
+    for name in ("contacts", "interval_percent", "bound_several_percent", "place_percent"):
+        assert float(row[name]) == pytest.approx(float(written[name]), abs=0.5)
 
 
 def test_the_table_of_errors_is_what_the_command_wrote():

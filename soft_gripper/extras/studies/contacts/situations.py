@@ -7,7 +7,7 @@ that carries a box.
 
 The nominal model is exact, and declared to be; or stiffness and pressure are wrong, by up to 10 and 2 %, which either
 is declared or not: the uncertainty is the default one then. In DIFFERENCES the finger differs from the nominal one, or
-the scene from what is declared, in a way that no declaration covers.
+the scene from the default uncertainty, in a way that this does not declare.
 """
 
 from collections.abc import Callable, Mapping
