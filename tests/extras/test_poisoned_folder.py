@@ -37,6 +37,7 @@ LONG = {
     "study grasp-trials": ["--trials", "1", *JOBS, "--out", "out/trials"],
     "study hardware": ["--data", ".", *JOBS, "--out", "out/hardware"],
     "study health": ["--runs", "1", *JOBS, "--out", "out/health"],
+    "study model-errors": ["--contacts", "2", *JOBS, "--out", "out/errors"],
     "study robustness": [*JOBS, "--out", "out/robustness"],
     "weigh": IDENTIFY,
 }

@@ -54,7 +54,7 @@ RANGES = {
         MeshConfig.color PressureConfig.leaks SensorPathConfig.at
         StrainErrorsConfig.creep StrainErrorsConfig.dropout visualization.initial_proximity_alpha""",
     "at least 0 and below 1": "UncertaintyConfig.nearest_contact",
-    "at least 0 and at most 0.1": "StrainErrorsConfig.hysteresis",
+    "at least 0 and at most 0.14": "StrainErrorsConfig.hysteresis",
     "at least 1e-05": "Scenario.engine_step",
     "at least 1e-09": "simulator_config.accuracy",
     "at least -101325": "PressureConfig.minimum",  # a vacuum

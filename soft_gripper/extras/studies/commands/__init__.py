@@ -75,6 +75,20 @@ COMMANDS = (
         group=Group.STUDY,
     ),
     Command(
+        "study model-errors",
+        "count how often what `contact` states is true, where finger or scene differ from what is declared",
+        ("", "--contacts 50"),
+        (
+            *CONSOLE,
+            count("--contacts", "number of contacts in each case, and of free fingers", 500),
+            SEED,
+            *EXECUTOR,
+            out("results/model_errors"),
+        ),
+        package=__name__,
+        group=Group.STUDY,
+    ),
+    Command(
         "study drift",
         "estimate shape and force during an hour of grasping, with sensors that drift, under policies of zeroing them",
         ("", "--parts 4 --resume"),
