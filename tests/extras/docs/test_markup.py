@@ -14,7 +14,7 @@ from stage import repository_pages
 
 PAGES = {path: text for path, text in repository_pages().items() if path.endswith(".md")}
 PAGES["README.md"] = (ROOT / "README.md").read_text(encoding="utf-8")
-READMES = {path for folder in ("soft_gripper", "examples", "models") for path in (ROOT / folder).rglob("*.md")}
+READMES = sorted(path for folder in ("soft_gripper", "examples", "models") for path in (ROOT / folder).rglob("*.md"))
 SHOWN = {**PAGES, **{path.relative_to(ROOT).as_posix(): path.read_text(encoding="utf-8") for path in READMES}}
 CODE_COLUMNS = 76  # of a block of code or output: a page of the site shows 90, in a list fewer
 MARKUP = re.compile(r"\*\*|`|\]\(|^#+ |^[-|] ", re.MULTILINE)
