@@ -162,6 +162,7 @@ docs: .venv/docs
 	$(SPHINX) -q build/docs/source build/docs/html/$(SERIES)
 	rm -rf build/docs/html/jupyter_execute
 	$(BIN)/python docs/site/list_versions.py build/docs/html
+	SITE=$(abspath build/docs/html/$(SERIES)) $(BIN)/python -m pytest -q tests/extras/docs/test_rendered_pages.py
 
 # After a change of a notebook, its outputs, and after one of a shipped scenario, what its page shows: a few minutes.
 notebooks: .venv/docs

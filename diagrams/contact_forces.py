@@ -89,8 +89,15 @@ class ContactForces:
         if not times[0] <= wanted <= times[-1]:
             expected = f"must be from {times[0]:g} to {times[-1]:g} s, as recorded"
             raise InputError("forces", "time", time, expected)
-        now = self.data.isel(time=int(np.argmin(np.abs(times - wanted))))
-        return [self._row(now.sel(finger=finger)) for finger in self.data["finger"].values]
+        return self._at(int(np.argmin(np.abs(times - wanted))))
+
+    def rows(self) -> list[FingerForce]:
+        """The force on each finger at every sample."""
+        return [row for sample in range(self.data.sizes["time"]) for row in self._at(sample)]
+
+    def _at(self, sample: int) -> list[FingerForce]:
+        now = self.data.isel(time=sample)
+        return [self._row(now.isel(finger=finger)) for finger in range(now.sizes["finger"])]
 
     @staticmethod
     def _row(now: xr.Dataset) -> FingerForce:

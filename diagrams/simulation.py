@@ -10,6 +10,7 @@ between.
 import math
 from collections import OrderedDict
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import nullcontext
 from copy import copy, deepcopy
 from dataclasses import replace
 from hashlib import sha256
@@ -35,6 +36,7 @@ from soft_gripper.diagrams.wiring.sensors import RANDOM
 from soft_gripper.errors import InputError, SimulationDivergedError
 from soft_gripper.files.text import read_bytes
 from soft_gripper.models import DIRECTORY
+from soft_gripper.progress import progress_of_long_runs
 from soft_gripper.registry import registered
 from soft_gripper.scenario.checks import checked_scenario
 from soft_gripper.scenario.directives import parts_with_files
@@ -137,7 +139,7 @@ def _random_sources(diagram: Diagram) -> Iterator[RandomSource]:
             yield system
 
 
-_REPORT_PERIOD = 0.5  # s, between reports of the progress of a task
+_CHECK_PERIOD = 0.5  # s, between checks of the state of a task
 Progress = Callable[[float], None]
 
 
@@ -153,7 +155,8 @@ def simulate(scenario: Scenario, meshcat: Meshcat | None = None, progress: Progr
     Args:
         scenario: the scenario to run.
         meshcat: shows the run, and records it for `Meshcat.StaticHtml`.
-        progress: called with the simulated time, s, after every step, and regularly during a task.
+        progress: called with the simulated time, s, after every step of the simulator. None: a run of more than 2 s
+            shows a bar on a terminal or in a notebook.
 
     Raises:
         InputError: if the scenario cannot be built or leaves commands open, or if a user block fails or outputs
@@ -161,7 +164,8 @@ def simulate(scenario: Scenario, meshcat: Meshcat | None = None, progress: Progr
         SimulationDivergedError: if the state is no longer finite.
     """
     station = kept_station(scenario) if meshcat is None else make_private_station(scenario, meshcat)
-    return run_station(station, meshcat, progress)
+    with nullcontext(progress) if progress else progress_of_long_runs(scenario.duration) as shown:
+        return run_station(station, meshcat, shown)
 
 
 class Run(NamedTuple):
@@ -246,15 +250,22 @@ def run_to_end(station: Station, meshcat: Meshcat | None = None, progress: Progr
     simulator = make_simulator(station)
     if meshcat is not None:
         meshcat.StartRecording(frames_per_second=1 / PERIOD)
+    if progress is not None:
+        simulator.set_monitor(_monitor(progress))
     for time in _pauses(station.scenario):
-        is_over = advance(simulator, station, time)
-        if progress is not None:
-            progress(simulator.get_context().get_time())
-        if is_over:
+        if advance(simulator, station, time):
             break
+    simulator.clear_monitor()
     if meshcat is not None:
         meshcat.PublishRecording()
     return simulator
+
+
+def _monitor(progress: Progress) -> Callable[[Context], None]:
+    def report(context: Context) -> None:
+        progress(context.get_time())  # the result of which is no status
+
+    return report
 
 
 def _recording(station: Station, context: Context, described: bool) -> Recording:
@@ -293,8 +304,8 @@ def make_simulator(station: Station) -> Simulator:
 
 
 def _pauses(scenario: Scenario) -> Iterator[float]:
-    """Times at which a run pauses to report, s."""
-    pause = _REPORT_PERIOD if scenario.task is not None else scenario.step_duration
+    """Times at which a run pauses to check its state, s."""
+    pause = _CHECK_PERIOD if scenario.task is not None else scenario.step_duration
     yield from (pause * number for number in range(1, math.ceil(scenario.duration / pause - 1e-9)))
     yield scenario.duration
 

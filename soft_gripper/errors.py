@@ -1,10 +1,15 @@
 """Mistakes and failures, reported in one line."""
 
 import difflib
+import re
 from collections.abc import Iterable
 
 _LONGEST_VALUE = 200  # characters of a value that a message repeats
 _LONGEST_PART = 800  # of its other parts
+_MAX_NAME = 100  # characters of names that are compared
+_MAX_SUGGESTIONS = 3
+_MIN_LIKENESS = 0.8  # ratio of difflib; of 'simulation' and 'visualization' it is 0.78
+_MIN_LENGTH = 3  # characters of a part of a name
 
 
 class InputError(ValueError):
@@ -34,13 +39,43 @@ class WorkerDiedError(RuntimeError):
 def meant(name: object, known: Iterable[str]) -> str:
     """A hint beside a name that is not known: the nearest of those that are, or all of them."""
     names = list(known)
-    near = difflib.get_close_matches(str(name), names, n=1)
-    return f"did you mean '{near[0]}'?" if near else f"known: {', '.join(names)}"
+    return did_you_mean(near_names(name, names)) or f"known: {', '.join(names)}"
+
+
+def did_you_mean(names: Iterable[str]) -> str:
+    """The question whether one of these was meant; empty without any."""
+    choices = " or ".join(f"'{name}'" for name in names)
+    return f"did you mean {choices}?" if choices else ""
+
+
+def near_names(name: object, known: Iterable[str]) -> list[str]:
+    """The known names that an unknown one may stand for: the one spelt like it, then those of which it is a part.
+
+    A part is the beginning of a name, or all but its first word, as in 'max' for 'maximum' or 'step' for 'time_step'.
+    """
+    wanted, names = str(name).lower(), list(dict.fromkeys(known))
+    is_part = _MIN_LENGTH <= len(wanted) <= _MAX_NAME
+    longer = re.compile(rf"{re.escape(wanted)}.*|[^\W_]+[\W_]{re.escape(wanted)}")
+    parts = [other for other in names if is_part and longer.fullmatch(other[:_MAX_NAME].lower())]
+    return list(dict.fromkeys(_spelt_like(wanted, names) + parts))[:_MAX_SUGGESTIONS]
+
+
+def _spelt_like(name: str, known: Iterable[str]) -> list[str]:
+    """The known name that differs least in its letters, or only in their order; none if all differ much."""
+    wanted, by_letters = _letters(name), {_letters(other): other for other in known}
+    near = difflib.get_close_matches(wanted, by_letters, n=1, cutoff=_MIN_LIKENESS)
+    swapped = [letters for letters in by_letters if sorted(letters) == sorted(wanted)]
+    return [by_letters[letters] for letters in (near or swapped)[:1]]
+
+
+def _letters(name: str) -> str:
+    """The letters and digits of a name, of which long ones are not compared whole."""
+    return re.sub(r"[\W_]", "", name[:_MAX_NAME].lower())
 
 
 def is_near(name: object, known: Iterable[str]) -> bool:
     """Whether a name that is not known is most likely one of those, mistyped."""
-    return bool(difflib.get_close_matches(str(name), list(known), n=1, cutoff=0.8))
+    return bool(_spelt_like(str(name), known))
 
 
 def first_line(error: BaseException) -> str:

@@ -2,7 +2,9 @@
 
 import pickle
 
-from soft_gripper.errors import InputError
+import pytest
+
+from soft_gripper.errors import InputError, near_names
 
 ERROR = InputError("finger 'left'", "base.width", -0.02, "give a finite number above 0")
 
@@ -35,3 +37,32 @@ def test_long_values_lose_their_middle():
 
 def test_characters_that_steer_a_terminal_are_shown_as_what_they_are():
     assert str(InputError("a\x1b[2Jb", "c\rd", 0, "e\u202ef")) == "a\\x1b[2Jb: c\\rd = 0: e\\u202ef"
+
+
+@pytest.mark.parametrize(
+    ("name", "near"),
+    [
+        ("Gravty", ["gravity"]),
+        ("timestep", ["time_step"]),
+        ("step", ["steps", "time_step"]),
+        ("max", ["maximum"]),
+        ("kpp", ["kp"]),
+        ("pk", ["kp"]),
+        ("seed.", ["seed"]),
+        *((name, []) for name in ("simulation", "simulator", "duration", "modulus", "m", "", "§", "x" * 10_000)),
+    ],
+)
+def test_a_name_is_near_those_spelt_like_it_or_of_which_it_is_a_part(name, near):
+    known = [
+        "visualization",
+        "estimator",
+        "description",
+        "models",
+        "gravity",
+        "steps",
+        "time_step",
+        "maximum",
+        "kp",
+        "seed",
+    ]
+    assert near_names(name, known) == near

@@ -42,7 +42,6 @@ LISTED: dict[str, set[str]] = {
     "learning": {"mujoco_engine"},
     "mujoco_engine": {"export"},
     "page": set(),
-    "placement": {"hardware", "studies"},
     "play": {"page"},
     "soft": set(),
     "studies": set(),

@@ -59,7 +59,9 @@ def _page(name: str) -> str:
     # Orphans: so many pages would dominate the table of contents, which is part of every page.
     parts = [f"---\norphan: true\n---\n\n# {name}", where]
     parts.append(
-        _autodoc(kind, name) if kind else f"```python\n{_assignment(name.rpartition('.')[2], ROOT / path)}\n```"
+        _autodoc(kind, name)
+        if kind
+        else f":::{{container}} source\n\n```python\n{_assignment(name.rpartition('.')[2], ROOT / path)}\n```\n:::"
     )
     if has_fields(value):
         rows = [

@@ -77,7 +77,8 @@ def _file_page(path: str) -> str:
             f"- [{Path(inner).name}]({Path(path).name}/{Path(inner).name}.md)\n" for inner in _inside(path)
         )
     text, fence = (ROOT / path).read_text(encoding="utf-8").rstrip(), "`" * 10
-    return f"{heading}{fence}{_LANGUAGES.get(Path(path).suffix, 'text')}\n{text}\n{fence}\n"
+    code = f"{fence}{_LANGUAGES.get(Path(path).suffix, 'text')}\n{text}\n{fence}"
+    return f"{heading}::::::{{container}} source\n\n{code}\n::::::\n"
 
 
 def _inside(folder: str) -> list[str]:

@@ -1,4 +1,4 @@
-"""A sensor of your own with three additional outputs, each of which gets a log."""
+"""A sensor of your own with three additional outputs, which are logged."""
 
 import numpy as np
 from pydrake.systems.framework import LeafSystem
@@ -7,33 +7,50 @@ import soft_gripper as sg
 
 
 class WarmSensor(LeafSystem):
-    """Reads the strain, drifts as it warms up, and reports temperature, drift and whether it is saturated."""
+    """Reads the strain, drifts as it warms up, reports its condition."""
 
     def __init__(self, layout, period):
         super().__init__()
-        self.layout = layout
-        self.angles = self.DeclareVectorInputPort("joint_angles", layout.finger.segments)
-        sizes = {"strain": layout.readings, "temperature": 1, "drift": 1, "saturated": layout.readings}
-        states = {name: self.DeclareDiscreteState(size) for name, size in sizes.items()}
-        ports = {name: self.DeclareStateOutputPort(name, state) for name, state in states.items()}
-        places = {"path": layout.path_names, "section": range(layout.sections)}
-        sg.describe(ports["strain"], "1", **places)
-        sg.describe(ports["temperature"], "degC")
-        sg.describe(ports["drift"], "1")
-        sg.describe(ports["saturated"], "1", **places)
+        self.layout, joints = layout, layout.finger.segments
+        self.angles = self.DeclareVectorInputPort("joint_angles", joints)
+        places = {
+            "path": layout.path_names,
+            "section": range(layout.sections),
+        }
+        outputs = {
+            "strain": ("1", layout.readings, places),
+            "temperature": ("degC", 1, {}),
+            "drift": ("1", 1, {}),
+            "saturated": ("1", layout.readings, places),
+        }
+        for name, (unit, size, axes) in outputs.items():
+            state = self.DeclareDiscreteState(size)
+            port = self.DeclareStateOutputPort(name, state)
+            sg.describe(port, unit, **axes)
         self.DeclareInitializationDiscreteUpdateEvent(self.sample)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self.sample)
 
     def sample(self, context, values):
-        strain = sg.sensors.extension_ratios(self.layout, self.angles.Eval(context)) - 1
+        q = self.angles.Eval(context)
+        strain = sg.sensors.extension_ratios(self.layout, q) - 1
         temperature = 20 + 15 * (1 - np.exp(-context.get_time() / 10))
         drift = 2e-4 * (temperature - 20)
-        for i, value in enumerate((np.clip(strain + drift, -0.1, 0.1), [temperature], [drift], np.abs(strain) > 0.1)):
+        read, saturated = (
+            np.clip(strain + drift, -0.1, 0.1),
+            abs(strain) > 0.1,
+        )
+        for i, value in enumerate(
+            (read, [temperature], [drift], saturated)
+        ):
             values.set_value(i, value)
 
 
 if __name__ == "__main__":
-    scenario = sg.load_scenario("obstructed_inside", ["pressure.hold_samples=10"])
-    recording = sg.run_station(sg.make_station(scenario, make_sensor=WarmSensor))
+    changes = ["pressure.hold_samples=10"]
+    scenario = sg.load_scenario("obstructed_inside", changes)
+    station = sg.make_station(scenario, make_sensor=WarmSensor)
+    recording = sg.run_station(station)
     signals = ("temperature", "drift", "saturated", "pose_error")
-    figure = recording.plot(*(f"left_finger.{signal}" for signal in signals))
+    figure = recording.plot(
+        *(f"left_finger.{signal}" for signal in signals)
+    )

@@ -13,9 +13,15 @@ builder = DiagramBuilder()
 plant, scene_graph = AddMultibodyPlantSceneGraph(builder, time_step=0.005)
 fingers = []
 for hand, x in (("left_hand", -0.2), ("right_hand", 0.2)):
-    fingers += sg.add_fingers(Parser(plant), "package://soft_gripper/grippers/two_finger.urdf", hand)
+    fingers += sg.add_fingers(
+        Parser(plant),
+        "package://soft_gripper/grippers/two_finger.urdf",
+        hand,
+    )
     palm = plant.GetFrameByName("palm", plant.GetModelInstanceByName(hand))
-    plant.WeldFrames(plant.world_frame(), palm, RigidTransform([x, 0.0, 0.2]))
+    plant.WeldFrames(
+        plant.world_frame(), palm, RigidTransform([x, 0.0, 0.2])
+    )
 plant.Finalize()
 
 drive = sg.add_pressure_drive(builder, fingers)
@@ -30,5 +36,7 @@ simulator = Simulator(builder.Build())
 simulator.AdvanceTo(1.0)
 recording = sg.read_logs(logs, simulator.get_context())
 figure = recording.plot(
-    "left_hand.left_finger.theta", "right_hand.left_finger.theta", "left_hand.left_finger.pose_error"
+    "left_hand.left_finger.theta",
+    "right_hand.left_finger.theta",
+    "left_hand.left_finger.pose_error",
 )

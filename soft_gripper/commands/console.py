@@ -4,7 +4,7 @@ import json
 import math
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, redirect_stdout
+from contextlib import AbstractContextManager, contextmanager, redirect_stdout
 from dataclasses import asdict, dataclass, field
 from io import StringIO
 from pathlib import Path
@@ -14,9 +14,9 @@ from typing import Any
 from tqdm import tqdm
 
 from soft_gripper.files.row_table import write_csv
+from soft_gripper.progress import SIMULATED, run_progress, simulated_seconds
 
 COUNTED = "{desc}: {n_fmt}/{total_fmt}{postfix} [{elapsed}<{remaining}]"
-SIMULATED = "{n:.0f}/{total:.0f} s simulated [{elapsed}<{remaining}]"
 LINE_PERIOD = 15.0  # s, between the lines of progress in a file
 tqdm.set_lock(RLock())  # its own serves processes too: Python 3.14 starts `python -c` for it, in the current folder
 
@@ -82,20 +82,16 @@ class Console:
     def seconds(self, total: float, of: str) -> "tqdm[None]":
         """A progress bar of simulated seconds."""
         if sys.stderr.isatty():
-            form = f"{{desc}} {{bar}} {SIMULATED}"
-            return tqdm(total=total, desc=of, bar_format=form, dynamic_ncols=True, disable=self.quiet)
+            return simulated_seconds(total, of, disable=self.quiet)
         return self._lines(total, of, f"{{desc}}: {SIMULATED}")
 
     def _lines(self, total: float | None, of: str, form: str | None) -> "tqdm[None]":
         settings: dict[str, Any] = {"mininterval": LINE_PERIOD, "delay": LINE_PERIOD, "maxinterval": LINE_PERIOD}
         return tqdm(total=total, desc=of, bar_format=form, file=_Lines(), disable=self.quiet, **settings)
 
-    @contextmanager
-    def progress(self, of: str, duration: float) -> Iterator[Callable[[float], None]]:
+    def progress(self, of: str, duration: float) -> AbstractContextManager[Callable[[float], None]]:
         """Shows the progress of a run of `duration` s; pass the yielded function to `simulate`."""
-        with self.seconds(duration, of) as bar:
-            yield lambda time: bar.update(time - bar.n)
-            bar.total = bar.n  # a task may end before its time limit
+        return run_progress(self.seconds(duration, of))
 
     @contextmanager
     def speaking(self) -> Iterator[None]:

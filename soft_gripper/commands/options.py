@@ -105,11 +105,6 @@ def scenario_name(text: str) -> str:
     return text
 
 
-def scenario_list(text: str) -> list[str]:
-    """Reads names separated by commas."""
-    return [scenario_name(name) for name in text.split(",")]
-
-
 def preset(text: str) -> str | None:
     """Reads the name of a preset of sensor errors; None for ideal sensors."""
     if text == "ideal":

@@ -48,8 +48,11 @@ def print_truth(row: Judged) -> None:
     )
 
 
+_SENTENCE = 76  # columns, as many as code blocks of the pages have
+
+
 def _print_sentence(text: str) -> None:
-    print(textwrap.fill(text, WIDTH, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False))
+    print(textwrap.fill(text, _SENTENCE, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False))
 
 
 def print_grasps(grasps: Sequence[ObjectGrasp], grips: Sequence[ObjectGrip], instead: str = "") -> None:
@@ -71,8 +74,7 @@ def print_grasps(grasps: Sequence[ObjectGrasp], grips: Sequence[ObjectGrip], ins
             )
         if grasp.grasp in (HELD, RESTING):
             _print_sentence(
-                f"Width: {_known(grasp.true_width_mm, '.1f', 'mm')}, estimated:"
-                f" {_known(grasp.estimated_width_mm, '.1f', 'mm')}; stiffness, estimated:"
+                f"Width: {_known(grasp.true_width_mm, '.1f', 'mm')}; stiffness, estimated:"
                 f" {_known(grasp.estimated_stiffness_n_m, '.0f', 'N/m')}"
             )
         print(f"Work of the pump: {grasp.pump_energy_mj:.1f} mJ")
@@ -97,7 +99,7 @@ def print_slips(slips: Sequence[ObjectSlip]) -> None:
     for slip in slips:
         if slip.predicted:
             takes = f"its weight takes {slip.weight_share:.0%} of the friction available"
-            print(f"Before {slip.object} is lifted, {takes}: it {slip.predicted}")
+            _print_sentence(f"Before {slip.object} is lifted, {takes}: it {slip.predicted}")
         lost = "" if math.isnan(slip.lost_s) else f"is lost at {slip.lost_s:.2f} s"
         if not math.isnan(slip.slips_s):
             where = f" in '{slip.slips_in}'" if slip.slips_in else ""

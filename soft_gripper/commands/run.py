@@ -32,6 +32,7 @@ from soft_gripper.pictures.phases import phases_figure
 from soft_gripper.pictures.video import check_video, write_video
 from soft_gripper.registry import registered
 from soft_gripper.runs.scores.contact_forces import (
+    DRAWN_FORCES,
     contact_rows,
     drawn_forces,
     end_of_hold,
@@ -40,7 +41,13 @@ from soft_gripper.runs.scores.contact_forces import (
 )
 from soft_gripper.runs.scores.grasp import DROPPED, NEVER_TOUCHED, SLIPPING
 from soft_gripper.runs.scores.poses import recorded_pose_table
-from soft_gripper.runs.scores.recorded_grasps import ObjectGrasp, ObjectGrip, recorded_grasps, touched_instead
+from soft_gripper.runs.scores.recorded_grasps import (
+    ObjectGrasp,
+    ObjectGrip,
+    note_welded_object,
+    recorded_grasps,
+    touched_instead,
+)
 from soft_gripper.runs.scores.recorded_slips import recorded_slips
 from soft_gripper.runs.scores.recorded_task import TaskRun, judged
 from soft_gripper.runs.scores.steps import outcome, phase_table, step_table
@@ -196,6 +203,7 @@ def _write_grasps(
 ) -> list[str]:
     """Writes and prints how the objects are held, and why they slip, if there are any."""
     if not grasps:
+        note_welded_object(station, recording)
         return []
     slips = recorded_slips(station, recording)
     tables: dict[str, Sequence[Any]] = {"grasps": grasps, "grips": grips, "slips": slips}
@@ -238,9 +246,14 @@ def _write_scores(
         assert station.scenario.task is not None
         is_true = station.scenario.record.truth == "all"
         slips = TaskRun(station, recording).slips if is_true and station.scenario.task.object else None
+        forces = drawn_forces(station, recording)
         with atomic_file(out / "phases.png") as partial:
-            shown = slips, drawn_forces(station, recording)
-            phases_figure(station.scenario, recording, station.task.phases, *shown).savefig(partial, format="png")
+            figure = phases_figure(station.scenario, recording, station.task.phases, slips, forces)
+            figure.savefig(partial, format="png")
+        files = ["phases.csv", "phases.png"]
+        if forces is not None:
+            console.table(DRAWN_FORCES, forces.rows(), out / f"{DRAWN_FORCES}.csv")
+            files.append(f"{DRAWN_FORCES}.csv")
         print_phases(phases, outcome(recording), station.scenario.task, _not_held(station, grasps))
         console.table("phases", phases, out / "phases.csv")
         console.document["outcome"] = outcome(recording).words
@@ -249,7 +262,7 @@ def _write_scores(
             truth = judged(station, recording)
             print_truth(truth)
             console.table("truth", [truth])
-        return ["phases.csv", "phases.png"]
+        return files
     if station.scenario.record.truth == "none":
         print("There is no ground truth to compare with (record.truth: none).")
         return []

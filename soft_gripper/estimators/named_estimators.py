@@ -8,7 +8,7 @@ from the nominal sensors and finger, gravity in the world, m/s^2 (zero without
     def make(layout: MeasurementModel, gravity: Array, period: float) -> System
 
 One that makes a ShapeEstimator, around a function of arrays, can be used on all samples of a recording at once as well:
-evaluation, contact trials and placement do. All estimators of this project are such functions.
+evaluation and contact trials do. All estimators of this project are such functions.
 """
 
 from collections.abc import Callable

@@ -1,6 +1,7 @@
 """Configurations compared with their schema of dataclasses: types, and the rules beside the fields (`quantity.py`)."""
 
 import math
+import re
 from collections import OrderedDict
 from copy import deepcopy
 from dataclasses import is_dataclass
@@ -16,7 +17,7 @@ from pydrake.common.yaml import yaml_dump, yaml_load_typed
 from pydrake.multibody.parsing import ModelDirective
 
 from soft_gripper.cached import kept
-from soft_gripper.errors import InputError, is_near, meant
+from soft_gripper.errors import InputError, did_you_mean, is_near, meant, near_names
 from soft_gripper.extras import added
 from soft_gripper.files.number import is_number
 from soft_gripper.quantity import Rule, misfits, rules
@@ -121,7 +122,7 @@ def _check_misfits(where: Path | str, config: Any, field: str = "") -> None:
 
 
 class _UnknownKeyError(InputError):
-    """A key that a part of a schema does not have, nor one much like it."""
+    """A key that a part of a schema does not have, nor one spelt like it; `expected` lists those that it has."""
 
 
 def check_document(
@@ -143,14 +144,11 @@ def check_document(
     try:
         _check(where, value, schema, field, rule, strict)
     except _UnknownKeyError as error:
-        key = error.field.rpartition(".")[2]
         others = [what for name, what in _kinds_of_documents().items() if name in value and name not in _fields(schema)]
         if others:
             raise InputError(where, error.field, error.value, f"no such key; this seems to be {others[0]}") from None
-        if places := _places(schema, key):
-            hint = " or ".join(f"'{place}'" for place in places)
-            raise InputError(where, error.field, error.value, f"no such key; did you mean {hint}?") from None
-        raise
+        hint = did_you_mean(_suggested_places(schema, error.field, error.value)) or f"known: {error.expected}"
+        raise InputError(where, error.field, error.value, f"no such key; {hint}") from None
 
 
 def _kinds_of_documents() -> dict[str, str]:
@@ -158,14 +156,37 @@ def _kinds_of_documents() -> dict[str, str]:
     return {"models": "a scenario"} | {key: what for declared in added("DOCUMENTS") for key, what in declared.items()}
 
 
-def _places(schema: Any, key: str, deepest: int = 4) -> list[str]:
-    """Where a key would be known in a schema, with dots; an entry of a list or mapping is NAME."""
+def _suggested_places(schema: Any, field: str, value: Any) -> list[str]:
+    """Where a schema has the last key of an unknown field, a key near it, or else the keys below it; not many places.
+
+    Those in the part of the document that has the field come alone.
+    """
+    key, part, places = field.rpartition(".")[2], _PART.match(field), _places(schema)
+    below = [name for name in value if name in places] if isinstance(value, dict) else []
+    for names in ([key] if key in places else [], near_names(key, places), below):
+        found = [place for name in names for place in places[name]]
+        beside = [place for place in found if part and place.startswith(part[0])]
+        if 0 < len(beside or found) <= _MAX_PLACES:
+            return beside or found
+    return []
+
+
+_MAX_PLACES = 4  # that are suggested: a key in more, such as a name, says little
+_PART = re.compile(r"[^.[]+(?=[.[])")  # the first key of several
+
+
+@cache
+def _places(schema: Any, deepest: int = 4) -> dict[str, list[str]]:
+    """Where a schema has each key, with dots; an entry of a list or mapping is NAME."""
     _, kind, inner = _taken_apart(schema)
     if kind in (list, tuple, dict):
-        return [f"NAME.{place}" for place in _places(inner, key, deepest)]
+        return {key: [f"NAME.{place}" for place in places] for key, places in _places(inner, deepest).items()}
     fields = _fields(kind) if deepest else {}
-    below = [f"{name}.{place}" for name, part in fields.items() for place in _places(part, key, deepest - 1)]
-    return [*([key] if key in fields else []), *below]
+    found = {name: [name] for name in fields}
+    for name, part in fields.items():
+        for key, places in _places(part, deepest - 1).items():
+            found.setdefault(key, []).extend(f"{name}.{place}" for place in places)
+    return found
 
 
 def _check(where: Path | str, value: Any, schema: Any, field: str, rule: Rule, strict: bool) -> None:
@@ -212,8 +233,9 @@ def _check_fields(
     for key, item in document.items():
         name = _below(field, key)
         if key not in fields:
-            kind = InputError if is_near(key, fields) else _UnknownKeyError
-            raise kind(where, name, item, f"no such key; {meant(key, fields)}")
+            if is_near(key, fields):
+                raise InputError(where, name, item, f"no such key; {meant(key, fields)}")
+            raise _UnknownKeyError(where, name, item, ", ".join(fields))
         _check(where, item, fields[key], name, known.get(key, _FRAMED if rule.framed else _ANY), strict or is_object)
     if schema is Transform:
         _check_transform(where, document, field, rule.framed)

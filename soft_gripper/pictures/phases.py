@@ -72,12 +72,16 @@ def draw_grip_plots(
 
 
 def _draw_force(axes: Axes, forces: ContactForces | None) -> None:
-    """The contact force of each finger, true and estimated with its band, which may end beyond the plot."""
+    """The contact force of each finger, true and estimated with its band, which may end beyond the plot.
+
+    Where no contact is detected, the band is that of a force too small to be detected, and would look like one.
+    """
     assert forces is not None
     data = forces.data
     for i, finger in enumerate(data["finger"].values):
         of, time = data.sel(finger=finger), data["time"]
-        axes.fill_between(time, of["least"], of["most"], label="" if i else "95 % band", **BAND)
+        touches, label = of["estimated"] != 0, "" if i else "95 % band"
+        axes.fill_between(time, of["least"], of["most"], where=touches, label=label, **BAND)
         axes.plot(time, of["true"], label="" if i else "true, of a finger", **WANTED)
         axes.plot(time, of["estimated"], label="" if i else "estimated", **MEASURED)
     shown = np.concatenate([data[name].values.ravel() for name in ("true", "estimated")])

@@ -2,11 +2,13 @@
 
 import copy
 import os
+import re
 from collections import OrderedDict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import is_dataclass, replace
+from functools import partial
 from pathlib import Path
-from typing import Any, get_type_hints
+from typing import Any, TypeVar, get_type_hints
 
 from pydrake.common.yaml import yaml_dump, yaml_dump_typed, yaml_load_data
 from pydrake.visualization import VisualizationConfig
@@ -23,6 +25,8 @@ from soft_gripper.scenario.schema import Scenario
 from soft_gripper.scenario.shipped import scenario_path
 
 _DEEPEST_KEY = 20  # names in the key of an override
+_NAME = re.compile(r"\w+")
+_T = TypeVar("_T")
 
 
 def load_scenario(name_or_path: str | Path, overrides: Sequence[str] = ()) -> Scenario:
@@ -58,13 +62,49 @@ def _load(where: str, name_or_path: str | Path, changes: Mapping[str, Any]) -> S
     """Reads a scenario with changes, which come from `where`."""
     path = scenario_path(name_of(name_or_path))
     require(isinstance(changes, Mapping), where, "changes", changes, "give values by dotted keys")
-    document = _mapping(path, read_yaml(path))
-    for key, value in changes.items():
+    return load_changed(where, path, changes, partial(_checked, path))
+
+
+def load_changed(where: str, path: Path, changes: Mapping[str, Any], load: Callable[[dict[str, Any]], _T]) -> _T:
+    """What `load` makes of the document in a file with changes.
+
+    Args:
+        where: the changes come from, for messages.
+        path: of a YAML file.
+        changes: values by dotted keys.
+        load: checks a document, and raises an InputError if it is wrong.
+
+    Raises:
+        InputError: as `load`, but naming the change that made another field wrong, or if a change has no place.
+    """
+
+    def changed(keys: Iterable[str]) -> tuple[dict[str, Any], list[str]]:
+        document = _mapping(path, read_yaml(path))
+        return document, [_change(where, document, key, changes[key]) for key in keys]
+
+    def mistake_without(key: str) -> tuple[object, str] | None:
         try:
-            change_document(document, key, copy.deepcopy(without_numpy(value)))
-        except LookupError as error:
-            raise InputError(where, "key", key, str(error.args[0])) from None
-    return _checked(path, document)
+            load(changed(other for other in changes if other != key)[0])
+        except InputError as error:
+            return error.where, error.field
+        return None
+
+    document, fields = changed(changes)
+    try:
+        return load(document)
+    except InputError as error:
+        told = str(error).removeprefix(f"{path}: ")
+        wrong = _NAME.findall(told.partition(" = ")[0])
+        if not any(_begins_alike(wrong, _NAME.findall(field)) for field in fields):
+            for key, value in changes.items():
+                if mistake_without(key) != (error.where, error.field):
+                    raise InputError(path, key, value, f"contradicts {told}") from None
+        raise
+
+
+def _begins_alike(one: Sequence[str], other: Sequence[str]) -> bool:
+    """Whether the shorter of two sequences begins the longer one."""
+    return all(a == b for a, b in zip(one, other, strict=False))
 
 
 def parse_scenario(path: Path, text: str) -> Scenario:
@@ -172,20 +212,24 @@ def read_override(override: str) -> tuple[str, Any]:
         raise InputError("--set", key, text, error.expected) from None
 
 
-def change_document(document: dict[str, Any], key: str, value: Any) -> None:
-    """Puts a value into the document; raises a LookupError if there is no place for it."""
-    if not isinstance(key, str):
-        raise LookupError("give names with dots between them, as text")
-    *parents, last = key.split(".")
-    if len(parents) >= _DEEPEST_KEY:
-        raise LookupError(f"give no more than {_DEEPEST_KEY} names")
-    place: Any = document
-    for name in parents:
-        place = place.setdefault(name, {}) if isinstance(place, dict) else place[_index(place, name)]
-    if isinstance(place, dict):
-        place[last] = value
-    else:
-        place[_index(place, last)] = value
+def _change(where: str, document: dict[str, Any], key: str, value: Any) -> str:
+    """Puts a copy of a value into a document; returns the keys and indices that lead to it, with dots."""
+    try:
+        if not isinstance(key, str):
+            raise LookupError("give names with dots between them, as text")
+        *parents, last = key.split(".")
+        if len(parents) >= _DEEPEST_KEY:
+            raise LookupError(f"give no more than {_DEEPEST_KEY} names")
+        place: Any = document
+        path = list[Any]()
+        for name in parents:
+            path.append(name if isinstance(place, dict) else _index(place, name))
+            place = place.setdefault(name, {}) if isinstance(place, dict) else place[path[-1]]
+        path.append(last if isinstance(place, dict) else _index(place, last))
+        place[path[-1]] = copy.deepcopy(without_numpy(value))
+    except LookupError as error:
+        raise InputError(where, "key", key, str(error.args[0])) from None
+    return ".".join(map(str, path))
 
 
 def _index(place: Any, name: str) -> int:

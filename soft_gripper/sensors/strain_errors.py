@@ -49,7 +49,7 @@ def lagging_strain(plays: Array, strain: Array, width: float) -> Array:
 
 MINUTE = 60.0  # s, after which `drift` is reached
 RUN_DRAWS, SAMPLE_DRAWS = 4, 3  # standard normal draws that a sensor needs per run, and in addition per sample
-HYSTERESIS_LIMIT = 0.1  # above this limit, the play operators would have zero slope at small reversals
+HYSTERESIS_LIMIT = 0.14  # above 1 / _FULL_SCALE_SUM, readings would move backwards at small reversals
 
 
 SENSOR_FAULTS = ("dead", "offset", "loose", "drifting", "saturated")

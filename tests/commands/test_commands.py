@@ -12,8 +12,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command_line import short, soft_gripper
+from matplotlib.figure import Figure
 
-from soft_gripper.commands import console, main
+from soft_gripper.commands import console, main, run
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.models import DIRECTORY
@@ -150,8 +151,29 @@ def test_run_of_a_grasp_prints_contact_forces_with_their_band_and_nothing_as_nan
     numbers = f"{float(row['true_n']):.2f} {float(row['true_mm']):.0f} {float(row['estimated_n']):.2f}"
     assert right.split() == ["right_finger", *numbers.split(), *band.split(), f"{float(row['estimated_mm']):.0f}"]
     assert left.startswith("left_finger ")
-    assert "\nWidth: 44.0 mm, estimated: not known; stiffness, estimated: not known\n" in out
+    assert "\nWidth: 44.0 mm; stiffness, estimated: not known\n" in out
     assert "nan" not in out
+
+
+@pytest.mark.parametrize("free", ["true", "false"])
+def test_a_grasped_object_that_is_welded_is_noted(free: str) -> None:
+    steps = ("--set", "pressure.steps={all: [0.0, 75.0e3]}", "--set", "pressure.settle=0.5", "--set", "success=[]")
+    changes = ("--set", f"models.box.free={free}", "--set", "pressure.hold_samples=10")
+    said = soft_gripper("run", "box_grasp", *steps, *changes, "--out", "here")
+    note = "models.table.free or models.box.free = False: the fingers hold it, but only a free model has a grasp"
+    assert (note in said.err) == (free == "false") == (not Path("here/grasps.csv").exists())
+
+
+def test_run_of_a_task_records_the_forces_of_its_picture(monkeypatch: pytest.MonkeyPatch) -> None:
+    drawn = []
+    monkeypatch.setattr(run, "phases_figure", lambda *given: drawn.append(given[-1]) or Figure())
+    soft_gripper("run", "bottle_grasp", "--set", "task.time_limit=0.3", "--out", "here")
+    rows, (forces,) = table("here/contact_forces_over_time.csv"), drawn
+    assert [float(row["time_s"]) for row in rows[::2]] == pytest.approx(forces.data["time"].values)
+    assert [row["finger"] for row in rows[:2]] == ["left_finger", "right_finger"]
+    for column, name in (("true_n", "true"), ("estimated_n", "estimated"), ("least_n", "least"), ("most_n", "most")):
+        np.testing.assert_allclose([float(row[column]) for row in rows], forces.data[name].values.ravel(), atol=1e-6)
+    assert float(rows[-1]["least_n"]) < float(rows[-1]["true_n"]) < float(rows[-1]["most_n"])
 
 
 def test_run_has_a_torque_for_every_joint() -> None:

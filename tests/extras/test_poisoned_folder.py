@@ -29,7 +29,6 @@ LONG = {
     "grasp-strength": ["box_grasp", *JOBS, "--out", "out/strength"],
     "identify": [*IDENTIFY, "--free", "youngs_modulus", *JOBS, "--out", "out/fitted.urdf"],
     "live": [*LIVE[1:], "--bench", "bench.yaml", "--fast"],
-    "place-sensors": ["--count", "1", "--out", "out/placed"],
     "play": ["mine.yaml", "--out", "out/played"],
     "replay": ["swing.csv", "--as", "swing.yaml", "--out", "out/replayed"],
     "study contact-coverage": [*JOBS, "--out", "out/coverage"],
@@ -38,6 +37,7 @@ LONG = {
     "study grasp-trials": ["--trials", "1", *JOBS, "--out", "out/trials"],
     "study hardware": ["--data", ".", *JOBS, "--out", "out/hardware"],
     "study health": ["--runs", "1", *JOBS, "--out", "out/health"],
+    "study model-errors": ["--contacts", "2", *JOBS, "--out", "out/errors"],
     "study robustness": [*JOBS, "--out", "out/robustness"],
     "weigh": IDENTIFY,
 }

@@ -284,7 +284,7 @@ FINGER = (DIRECTORY / "grippers/conforming.urdf").read_text()
         ('chamber_thickness="9.8e-3" ', "", "section[0].chamber_width = 0.009"),
         ("ecoflex_00_30", "jelly", "section[1].material = 'jelly': not known"),
         ('at="0.4"', 'at="0.4" height="3"', "<section>: attribute = 'height'"),
-        ("<section", "<sector", "element = 'sector': not known here; did you mean 'section'?"),
+        ("<section", "<secton", "element = 'secton': not known here; did you mean 'section'?"),
     ],
 )
 def test_mistakes_in_a_section_are_one_line(

@@ -116,10 +116,11 @@ def test_a_task_without_openings_has_the_plot_of_the_pressure_alone(run: Run) ->
 
 
 def test_forces_and_slip_are_shown_where_a_finger_touches(run: Run) -> None:
-    """Slips below a millimetre are not magnified."""
+    """Slips below a millimetre are not magnified, and the band of what would not be detected is no force."""
     scene, recording, phases = run
     force, slips = np.array([0.0, 0, 1, 2, 2, 1, 0, np.nan]), 1e-4 * np.array([np.nan, np.nan, 0, 1, 2, 2, 2, np.nan])
-    signals = {"true_contact_force": force, "contact_force": force + 0.1, "contact_force_std": 0 * force + 10}
+    found = np.where(force > 0, force + 0.1, force)
+    signals = {"true_contact_force": force, "contact_force": found, "contact_force_std": 0 * force + 10}
     forces = contact_forces(
         recording.data[["time"]].assign({f"left_finger.{name}": ("time", values) for name, values in signals.items()})
     )
@@ -128,9 +129,11 @@ def test_forces_and_slip_are_shown_where_a_finger_touches(run: Run) -> None:
     plots = Figure().subplots(5)
     draw_grip_plots(plots, scene.scenario, recording, phase_spans(recording, phases), slips, forces)
     true, estimated = plots[0].lines
-    np.testing.assert_array_equal([true.get_ydata(), estimated.get_ydata()], [force, force + 0.1])
+    np.testing.assert_array_equal([true.get_ydata(), estimated.get_ydata()], [force, found])
     (band,) = plots[0].collections
-    assert band.get_paths()[0].get_extents().ymax == pytest.approx(2.1 + 1.96 * 10)
+    extents = band.get_paths()[0].get_extents()
+    assert (len(band.get_paths()), extents.xmin, extents.xmax) == (1, 2.0, 5.0)
+    assert extents.ymax == pytest.approx(2.1 + 1.96 * 10)
     assert plots[0].get_ylim()[1] < 3, "the band ends beyond the plot"
     np.testing.assert_allclose(plots[1].lines[0].get_ydata(), 1e3 * slips)
     assert plots[1].get_ylim() == (0, 1)

@@ -54,7 +54,7 @@ RANGES = {
         MeshConfig.color PressureConfig.leaks SensorPathConfig.at
         StrainErrorsConfig.creep StrainErrorsConfig.dropout visualization.initial_proximity_alpha""",
     "at least 0 and below 1": "UncertaintyConfig.nearest_contact",
-    "at least 0 and at most 0.1": "StrainErrorsConfig.hysteresis",
+    "at least 0 and at most 0.14": "StrainErrorsConfig.hysteresis",
     "at least 1e-05": "Scenario.engine_step",
     "at least 1e-09": "simulator_config.accuracy",
     "at least -101325": "PressureConfig.minimum",  # a vacuum
@@ -107,9 +107,30 @@ BROKEN = {
         "sensor.section=3": "sensor.section = 3: no such key; did you mean 'sections'?",
         "control.maximum=3": "no such key; did you mean 'pressure.maximum' or 'tendons.maximum'?",
         "sensor.initial_position=3": "no such key; did you mean 'models.NAME.initial_position'?",
+        "time_step=1e-3": "time_step = '1e-3': no such key; did you mean 'plant_config.time_step'?",
+        "timestep=0.01": "no such key; did you mean 'plant_config.time_step'?",
+        "simulation.time_step=0.01": "no such key; did you mean 'plant_config.time_step'?",
+        "plant.time_step=0.01": "no such key; did you mean 'plant_config'?",
+        "simulator.integration_scheme=x": "no such key; did you mean 'simulator_config'?",
+        "control.kp=1": "did you mean 'control.gains.kp' or 'control.torque_gains.kp' or 'control.force_gains.kp'?",
+        "threshold=1": "did you mean 'task.grip_threshold' or 'estimator.contact_threshold'?",
+        "pressure.max=1": "pressure.max = 1: no such key; did you mean 'pressure.maximum'?",
+        "senosr.seed=1": "no such key; did you mean 'sensor'?",
+        "sensor.number=4": "sensor.number = 4: no such key; known: type, sections, borders",
+        "record.all=true": "record.all = True: no such key; known: truth",
+        **{
+            f"{key}=1": f"{key} = 1: no such key; known: desc" for key in ("dt", "duration", "modulus", "robot", "name")
+        },
         "models.right_fingr.mass=1": "or a name; did you mean 'right_finger'?",
         "models.0.X_PC.rotation=!Rpz {deg: [0, 0, 0]}": "no such tag here; known: !Rpy",
         "pressure.minimum=210001": "pressure.minimum = 210001.0: must be at most the maximum, 210000 Pa",
+        **{
+            f"{others}pressure.maximum=-2": "pressure.maximum = -2: contradicts pressure.steps.all[2] = 0.0: must be"
+            for others in ("", "sensor.seed=3; models.left_finger.mass=1; ")
+        },
+        "tendons.steps.all=[0, 3]; tendons.maximum=2": "tendons.steps.all[1] = 3.0: must be from 0 to 2",
+        "sensor.period=1e9": "sensor.period = '1e9': contradicts control.hold = ",
+        "pressure.steps.left-finger=[1e9]; sensor.seed=1": "pressure.steps.left-finger[0] = 1000000000.0: must",
         "pressure.steps.all=[0, -50001]": "pressure.steps.all[1] = -50001.0: must be within",
         "pressure.steps.all=[210001]": "pressure.steps.all[0] = 210001.0: must be within",
         "pressure.steps.left_fingr=[0.0]": "left_fingr = [0.0]: no such finger; did you mean 'left_finger'?",

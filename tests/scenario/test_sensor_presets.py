@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from soft_gripper.errors import InputError
@@ -17,7 +18,7 @@ from soft_gripper.scenario.schema import (
 )
 from soft_gripper.scenario.sensor_presets import strain_errors, uncertainty
 from soft_gripper.sensors.pressure_errors import PressureErrors
-from soft_gripper.sensors.strain_errors import StrainErrors
+from soft_gripper.sensors.strain_errors import FULL_SCALE, StrainErrors, disturb
 
 
 def test_sensors_are_ideal_unless_a_scenario_says_otherwise():
@@ -39,6 +40,17 @@ def test_what_is_given_overrides_the_preset():
 @pytest.mark.parametrize("name", presets())
 def test_every_preset_is_a_kind_of_sensor(name):
     assert strain_errors(SensorConfig(errors=StrainErrorsConfig(preset=name))) != StrainErrors()
+
+
+def test_textile_sensors_have_the_published_loop_and_wander():
+    """A loop of 12 % of the stroke; in an hour a tenth of a stroke of full scale."""
+    errors = strain_errors(SensorConfig(errors=StrainErrorsConfig(preset="textile")))
+    up = 1 + 0.1 * np.linspace(0, 1, 201)
+    ratios = np.concatenate([up, up[-2::-1], up[1:]])[:, None]
+    without = replace(errors, gain_error=0.0, drift=0.0, noise=0.0)
+    found = disturb(without, ratios, 0.01, np.random.default_rng(1))[:, 0]
+    assert (found[200:401][::-1] - found[400:]).max() == pytest.approx(0.12 * 0.1, rel=0.01)
+    assert 60 * errors.drift == pytest.approx(0.10 * FULL_SCALE, rel=0.05)
 
 
 @pytest.mark.parametrize(

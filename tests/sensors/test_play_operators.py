@@ -5,6 +5,7 @@ import pytest
 
 from soft_gripper.sensors.strain_errors import (
     FULL_SCALE,
+    HYSTERESIS_LIMIT,
     PLAYS,
     RADII,
     StrainErrors,
@@ -16,12 +17,12 @@ from soft_gripper.sensors.strain_errors import (
 WIDTH = 0.02  # of the stroke
 
 
-def lag(strain):
+def lag(strain, width=WIDTH):
     """The strain with hysteresis along a path, (T,)."""
     plays, found = np.zeros((PLAYS, 1)), []
     for value in strain[:, None]:
         plays = moved_plays(plays, value)
-        found.append(lagging_strain(plays, value, WIDTH)[0])
+        found.append(lagging_strain(plays, value, width)[0])
     return np.array(found)
 
 
@@ -31,20 +32,27 @@ def cycle(low, high, samples=2000):
     return np.concatenate([up, up[-2::-1], up[1:]])
 
 
-def loop(low, high, samples=2000):
+def loop(low, high, samples=2000, width=WIDTH):
     """The strain with hysteresis on the way down and on the way up again, both by growing strain."""
-    found = lag(cycle(low, high, samples))
+    found = lag(cycle(low, high, samples), width)
     return found[samples : 2 * samples + 1][::-1], found[2 * samples :]
 
 
+@pytest.mark.parametrize("width", [WIDTH, HYSTERESIS_LIMIT])
 @pytest.mark.parametrize(("low", "high"), [(0.0, 0.1), (-0.2, 0.3), (0.05, 0.07)])
-def test_the_loop_is_as_wide_as_its_share_of_the_stroke(low, high):
+def test_the_loop_is_as_wide_as_its_share_of_the_stroke(low, high, width):
     """Less twice the least radius; on unloading, more is read than on loading."""
-    down, up = loop(low, high)
+    down, up = loop(low, high, width=width)
     stroke = high - low
-    assert (down - up).max() == pytest.approx(WIDTH * (stroke - 2 * RADII.min()), rel=1e-3)
-    assert (down - up).max() == pytest.approx(WIDTH * stroke, rel=0.05)
+    assert (down - up).max() == pytest.approx(width * (stroke - 2 * RADII.min()), rel=1e-3)
+    assert (down - up).max() == pytest.approx(width * stroke, rel=0.05)
     assert (down - up).min() > -1e-12
+
+
+def test_at_the_limit_readings_still_follow_a_small_reversal():
+    found = lag(np.array([0.0, 0.1, 0.1 - 1e-5, 0.1 + 1e-5]), HYSTERESIS_LIMIT)
+    assert found[2] < found[1] < found[3]
+    assert pytest.approx(1 / np.maximum(1 - RADII / FULL_SCALE, 0).sum(), rel=0.02) == HYSTERESIS_LIMIT
 
 
 def test_the_loop_closes():

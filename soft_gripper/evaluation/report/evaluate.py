@@ -39,7 +39,7 @@ from soft_gripper.pictures.phases import phases_figure
 from soft_gripper.pictures.scenes_figure import scenes_figure, section_figure
 from soft_gripper.pictures.shape_figure import shape_figure
 from soft_gripper.pictures.style import save_figure
-from soft_gripper.runs.scores.contact_forces import drawn_forces
+from soft_gripper.runs.scores.contact_forces import DRAWN_FORCES, drawn_forces
 from soft_gripper.runs.scores.poses import PoseRow, of_estimator
 from soft_gripper.runs.scores.recorded_task import TaskRun
 from soft_gripper.runs.scores.steps import PhaseRow, outcome, phase_table
@@ -102,7 +102,7 @@ def files_of_run(name: str) -> dict[str, bytes]:
 
 
 def run_task(name: str, folder: Path) -> None:
-    """Fills `folder`: scenario.yaml, recording.nc, phases.csv and phases.png; all of them or nothing.
+    """Fills `folder`: scenario.yaml, recording.nc, phases.csv, phases.png and the forces in it; all of them or nothing.
 
     Args:
         name: of a scenario with a task.
@@ -115,8 +115,10 @@ def run_task(name: str, folder: Path) -> None:
     with atomic_folder(folder) as partial:
         recording.save(partial / "recording.nc")
         write_csv(partial / "phases.csv", phase_table(station, recording))
-        shown = TaskRun(station, recording).slips, drawn_forces(station, recording)
-        phases_figure(scenario, recording, station.task.phases, *shown).savefig(partial / "phases.png")
+        slips, forces = TaskRun(station, recording).slips, drawn_forces(station, recording)
+        phases_figure(scenario, recording, station.task.phases, slips, forces).savefig(partial / "phases.png")
+        if forces is not None:
+            write_csv(partial / f"{DRAWN_FORCES}.csv", forces.rows())
         (partial / "scenario.yaml").write_text(dump_scenario(scenario), encoding="utf-8")
 
 

@@ -4,7 +4,6 @@
 |---|---|
 | `udp://HOST:PORT` | datagrams; without HOST those of this machine alone; port 0 takes a free one |
 | `serial:///dev/ttyACM0?baud=115200` | lines over a serial port (`pip install 'soft-gripper[live]'`) |
-| `lcm://CHANNEL` | drake.lcmt_drake_signal on an LCM channel, `?url=udpm://...` for another network |
 | `stdio:` | lines of standard input and output |
 | `file:readings.csv` | lines of a file, at the rate of the sensors, or of a pipe; results overwrite a file |
 | `file:readings.mcap` | rows of a bag, of netCDF or of a C3D file, see `tables`; the time gives the rows |
@@ -22,9 +21,6 @@ from pathlib import Path
 from typing import IO, Any, Protocol
 from urllib.parse import SplitResult, parse_qs, unquote, urlsplit
 
-from drake import lcmt_drake_signal
-from pydrake.lcm import DrakeLcm
-
 from soft_gripper.errors import InputError
 from soft_gripper.extras.bench.messages import MOST_BYTES
 from soft_gripper.extras.bench.threads import ROOM, Inbox, Message, Outbox, write_all
@@ -38,9 +34,6 @@ MOST_WAITING = 4096  # messages that are read at once
 LOOPBACK = "127.0.0.1"
 _RECEIVE_BUFFER = 2**20  # bytes; the operating system may grant less
 _BAUD = 115200
-_LCM_WAIT = 5e-4  # s
-_LCM_FILES = 1000  # highest descriptor at which LCM is opened
-_LCM_ECHO, _LCM_ECHO_WAIT = "SOFT_GRIPPER_ECHO", 500  # channel, ms
 
 Sink = Callable[[bytes, dict[str, Any]], None]  # takes a message, encoded and by name; does not wait
 
@@ -95,7 +88,6 @@ class Endpoints:
         open_one: dict[str, Callable[[], Source]] = {
             "udp": lambda: UdpSource(self._bound(parts)),
             "serial": lambda: LineSource(self._serial(parts).fileno()),
-            "lcm": lambda: LcmSource(*_lcm(parts)),
             "stdio": lambda: LineSource(sys.stdin.fileno()),
             "file": lambda: self._file_source(parts, columns, period),
         }
@@ -114,7 +106,6 @@ class Endpoints:
         open_one: dict[str, Callable[[], Sink]] = {
             "udp": lambda: self._udp_sink(parts),
             "serial": lambda: self.patient(writer(self._serial(parts).fileno()), room=1),
-            "lcm": lambda: _lcm_sink(*_lcm(parts)),
             "stdio": lambda: self.patient(print_out),
             "file": lambda: self.patient(self._file_writer(file_path(parts))),
         }
@@ -283,27 +274,6 @@ class LineSource:
         return [line for line in lines if line.strip()]
 
 
-class LcmSource:
-    """The messages on an LCM channel, drake.lcmt_drake_signal: numbers by name.
-
-    Drake's LcmSubscriberSystem shows a diagram the last message only; here each of them is one sample.
-    """
-
-    is_over = False
-
-    def __init__(self, lcm: DrakeLcm, channel: str):
-        self._lcm, self._arrived = lcm, list[Message]()
-        lcm.Subscribe(channel, self._arrived.append)
-
-    def receive(self, timeout: float) -> list[Message]:
-        """See `Source`. Drake keeps the newest message only, and stops threads while it waits: it is asked often."""
-        self._arrived.clear()
-        end = time.monotonic() + timeout
-        while not self._lcm.HandleSubscriptions(0) and time.monotonic() < end:
-            time.sleep(_LCM_WAIT)
-        return [_from_lcm(message) for message in self._arrived if isinstance(message, bytes)]
-
-
 class PacedSource:
     """Messages of a file or of a generator, one every period; with period 0 one whenever it is asked for."""
 
@@ -333,57 +303,6 @@ def _place(parts: SplitResult) -> tuple[str, int]:
 def file_path(parts: SplitResult) -> Path:
     """The file that an address names."""
     return Path(unquote(f"{parts.netloc}{parts.path}"))
-
-
-def _lcm(parts: SplitResult) -> tuple[DrakeLcm, str]:
-    channel = unquote(f"{parts.netloc}{parts.path}")
-    if not channel:
-        raise ValueError("give a channel, as in lcm://READINGS")
-    with open(os.devnull) as newest:
-        if newest.fileno() > _LCM_FILES:  # LCM waits by select(), which would end the process
-            raise ValueError("this process has too many open files for LCM; close some first")
-    url = parse_qs(parts.query).get("url", [""])[0]
-    _require_echo(url)
-    return DrakeLcm(url), channel
-
-
-def _require_echo(url: str) -> None:
-    """Raises ValueError unless a message arrives: at a URL that is wrong Drake talks to itself."""
-    there, here, heard = DrakeLcm(url), DrakeLcm(url), list[Any]()
-    here.Subscribe(_LCM_ECHO, heard.append)
-    there.Publish(_LCM_ECHO, b"?")
-    here.HandleSubscriptions(_LCM_ECHO_WAIT)
-    if not heard:
-        place = f"url={url}" if url else "the default URL"
-        raise ValueError(f"no message arrives at {place}: is it as udpm://239.255.76.67:7667, with multicast set up?")
-
-
-def _from_lcm(message: bytes) -> Message:
-    """The numbers of a message by name; what cannot be decoded is passed on, and counted as malformed."""
-    try:
-        found = lcmt_drake_signal.decode(message)
-        return dict(zip(found.coord, found.val, strict=True))
-    except Exception:  # whatever the generated code raises: struct.error, ValueError, UnicodeDecodeError ...
-        return message
-
-
-def _lcm_sink(lcm: DrakeLcm, channel: str) -> Sink:
-    def send(_: bytes, results: dict[str, Any]) -> None:
-        message, flat = lcmt_drake_signal(), dict(by_entry(results))
-        message.dim, message.coord, message.val = len(flat), list(flat), list(flat.values())
-        message.timestamp = time.time_ns() // 1_000_000
-        lcm.Publish(channel, message.encode())
-
-    return send
-
-
-def by_entry(results: dict[str, Any]) -> Iterator[tuple[str, float]]:
-    """The numbers of named scalars and vectors; entry i of a vector is called `{name}[i]`."""
-    for name, value in results.items():
-        if hasattr(value, "__len__"):
-            yield from ((f"{name}[{i}]", float(each)) for i, each in enumerate(value))
-        else:
-            yield name, float(value)
 
 
 def writer(descriptor: int) -> Sink:

@@ -6,12 +6,9 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from soft_gripper.arrays import Array
-from soft_gripper.extras.benchmark.benchmark_task import Question, Recorded
+from soft_gripper.extras.benchmark.benchmark_task import Estimator, Predict, Question, Recorded
 from soft_gripper.extras.hardware.scoring import Split, predictions
 
-Predicted = Array | tuple[Array, Array]  # mean (T, m), or mean and std
-Predict = Callable[[Array], Predicted]  # of inputs (T, n)
-Estimator = Callable[[Question, Sequence[Recorded]], Predict]
 Mean = Callable[[Array], Array]
 Fit = Callable[[Sequence[Recorded]], Mean]
 

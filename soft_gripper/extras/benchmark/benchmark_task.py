@@ -1,7 +1,7 @@
 """A task of the benchmark: recorded files, what is measured and estimated, and what is trained and tested on.
 
 An estimator is given a question, the training samples, and copies of files of which nothing is tested. Of what is
-tested it is given the inputs alone, so that no file that it can open holds an answer.
+tested it is given the inputs alone.
 """
 
 import hashlib
@@ -36,9 +36,9 @@ class Recorded:
     path: Path | None = None  # of a training recording: a copy of its file, if that is given
 
     def part(self, begin: float, end: float) -> "Recorded":
-        """The samples between two shares of them, without a path."""
+        """A copy of the samples between two shares of them, without a path, which keeps no others in memory."""
         first, last = (round(share * len(self.inputs)) for share in (begin, end))
-        return Recorded(self.inputs[first:last], self.outputs[first:last])
+        return Recorded(self.inputs[first:last].copy(), self.outputs[first:last].copy())
 
 
 @dataclass(frozen=True)
@@ -59,6 +59,13 @@ class Question:
     outputs: tuple[Channel, ...]
     period: float | None  # s, between samples of a time series, about; None: each sample stands alone
     recognition: bool  # the outputs are the probabilities of classes; what is missing to 1 is that of no class
+
+
+Predicted = Array | tuple[Array, Array]  # mean (T, m), or mean and std
+Predict = Callable[[Array], Predicted]  # of inputs (T, n)
+Estimator = Callable[[Question, Sequence[Recorded]], Predict]
+Tested = Mapping[str, Sequence[Recorded]]  # the recordings of every region
+Inputs = Mapping[str, Sequence[Array]]  # theirs
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,6 +125,12 @@ def unread_files(tasks: Sequence[Task], folder: Path) -> list[str]:
     return sorted(names - read)
 
 
+def recorded_folders(tasks: Mapping[Task, Path]) -> set[Path]:
+    """The folders that the files of tasks are in, and the files, which may be links; `tasks` has the data folders."""
+    files = [folder / file for task, folder in tasks.items() for file in task.sha256]
+    return {path.resolve() for file in files for path in (file, file.parent)}
+
+
 def read_training(task: Task, folder: Path, copies: Path) -> list[Recorded]:
     """The training recordings, with copies in a folder of the files that are given.
 
@@ -129,13 +142,18 @@ def read_training(task: Task, folder: Path, copies: Path) -> list[Recorded]:
     return [replace(recorded, path=given.get(part.file)) for recorded, part in zip(found, task.trained, strict=True)]
 
 
-def read_tests(task: Task, folder: Path) -> dict[str, list[Recorded]]:
+def read_tests(task: Task, folder: Path) -> Tested:
     """The test recordings of every region, one for each part.
 
     Raises:
         InputError: if a file is not the one that the task was defined with.
     """
     return {region: _read_parts(task, folder, parts) for region, parts in task.tested.items()}
+
+
+def inputs_of(tested: Tested) -> Inputs:
+    """The inputs of test recordings."""
+    return {region: [recorded.inputs for recorded in recordings] for region, recordings in tested.items()}
 
 
 def _copied(folder: Path, file: str, to: Path) -> Path:

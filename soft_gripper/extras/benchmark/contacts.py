@@ -22,7 +22,7 @@ from soft_gripper.runs.executor import open_executor
 from soft_gripper.sensors.sensor_layout import SensorLayout
 
 FILES = {"contacts_train.csv": 11, "contacts_test.csv": 12}  # and the seeds of what is in them
-FOLDER = Path(__file__).parent
+FOLDER = Path(__file__).parent / "data"
 NUMBER = 300  # of each
 PLACES = 0.1, 1.0  # shares of the length
 BORDERS = (1 / 3,)  # of the two sections of the sensors

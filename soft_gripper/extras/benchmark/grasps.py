@@ -34,7 +34,7 @@ from soft_gripper.scenario.sensor_presets import strain_errors
 SCENARIO, SECTIONS = "probing_grasp", 2
 PRESSURES = (75e3, 112.5e3, 150e3)  # Pa, as in the scenario
 FINGERS, READINGS = ("left", "right"), 4  # of each finger: inner and outer side, two sections each
-FOLDER = Path(__file__).parent
+FOLDER = Path(__file__).parent / "data"
 FILES = {"grasps_train.csv": ("train", 60), "grasps_test.csv": ("test", 50)}  # numbers of every shape
 _SEED = 21
 

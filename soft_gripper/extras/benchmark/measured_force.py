@@ -17,8 +17,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.contact import ContactShape
 from soft_gripper.estimators.plane import planar_gravity
-from soft_gripper.extras.benchmark.baselines import Predict
-from soft_gripper.extras.benchmark.benchmark_task import Channel, Part, Question, Recorded, Task, digest
+from soft_gripper.extras.benchmark.benchmark_task import Channel, Part, Predict, Question, Recorded, Task, digest
 from soft_gripper.extras.hardware.bench_schema import BenchConfig
 from soft_gripper.extras.hardware.finger_logs import FingerLog, Log, given_log, nominal_layout, read_finger_logs, steady
 from soft_gripper.extras.hardware.scoring import NORMAL_95

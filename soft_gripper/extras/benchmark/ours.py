@@ -1,7 +1,6 @@
 """Our estimators as those of the benchmark, by task and name."""
 
-from soft_gripper.extras.benchmark.baselines import Estimator
-from soft_gripper.extras.benchmark.benchmark_task import Task
+from soft_gripper.extras.benchmark.benchmark_task import Estimator, Task
 from soft_gripper.extras.benchmark.measured_force import measured_force
 from soft_gripper.extras.benchmark.ours_recorded import (
     arm_tip,

@@ -16,8 +16,8 @@ from soft_gripper.errors import SimulationDivergedError
 from soft_gripper.estimators.estimate import ShapeEstimate
 from soft_gripper.estimators.named_estimators import estimator_function
 from soft_gripper.estimators.uncertainty import Uncertainty
-from soft_gripper.extras.benchmark.baselines import Estimator, Mean, Predict, Predicted, errors_of, with_errors
-from soft_gripper.extras.benchmark.benchmark_task import Question, Recorded
+from soft_gripper.extras.benchmark.baselines import Mean, errors_of, with_errors
+from soft_gripper.extras.benchmark.benchmark_task import Estimator, Predict, Predicted, Question, Recorded
 from soft_gripper.extras.benchmark.ours_simulated import with_tip_std
 from soft_gripper.extras.benchmark.tasks import tip_motion
 from soft_gripper.extras.hardware.identification.free_parameters import Model, free_parameters

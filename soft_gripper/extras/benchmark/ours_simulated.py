@@ -11,8 +11,7 @@ from soft_gripper.estimators.estimate import ShapeEstimate
 from soft_gripper.estimators.finger_shape import position_std
 from soft_gripper.estimators.named_estimators import estimator_function
 from soft_gripper.estimators.uncertainty import EXACT, Uncertainty
-from soft_gripper.extras.benchmark.baselines import Estimator, Predict, Predicted
-from soft_gripper.extras.benchmark.benchmark_task import Question, Recorded
+from soft_gripper.extras.benchmark.benchmark_task import Estimator, Predict, Predicted, Question, Recorded
 from soft_gripper.extras.benchmark.contacts import layout
 from soft_gripper.extras.benchmark.discriminant import train_object_classifier
 from soft_gripper.extras.benchmark.grasps import FINGERS, PRESSURES, READINGS, SECTIONS

@@ -1,6 +1,6 @@
-"""Scores of estimates, and estimates of an estimator: the inputs of what is tested are all that it is given of it."""
+"""Scores of estimates."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -8,24 +8,11 @@ import numpy as np
 from scipy.special import ndtr
 
 from soft_gripper.arrays import Array
-from soft_gripper.errors import InputError, described
-from soft_gripper.extras.benchmark.baselines import Estimator, Predict
-from soft_gripper.extras.benchmark.benchmark_task import Recorded, Task
+from soft_gripper.extras.benchmark.benchmark_task import Task, Tested
+from soft_gripper.extras.benchmark.estimates import Answers
 from soft_gripper.extras.hardware.scoring import NORMAL_95, error_columns, percent_within
 
 _SET = 0.95  # of the probability, that a set of answers holds
-
-
-@dataclass(frozen=True)
-class Estimated:
-    """Statements of an estimator about the samples of a test recording."""
-
-    mean: Array  # (T, m)
-    std: Array | None  # (T, m); None: it states no band
-
-
-Tested = Mapping[str, Sequence[Recorded]]  # the recordings of every region
-Answers = Mapping[str, Sequence[Estimated]]  # of the recordings of every region
 
 
 @dataclass(frozen=True)
@@ -49,21 +36,6 @@ class Score:
     within_band_percent: float | None  # of single outputs, in their band; None without a band
     band: float | None  # mean width from end to end, in the unit; in recognition the mean number of answers
     unknown_percent: float | None = None  # of answers in recognition
-
-
-def answers(task: Task, name: str, estimator: Estimator, train: Sequence[Recorded], tested: Tested) -> Answers:
-    """Statements about every region; raises an `InputError` for an estimator that fails or breaks the protocol."""
-    predict = _called(name, task, estimator, task.question, train)
-    if not callable(predict):
-        raise InputError(name, "returned", type(predict).__name__, "must be a function predict(inputs)")
-    found = {}
-    for region, recordings in tested.items():
-        found[region] = [_predicted(name, task, predict, recorded.inputs) for recorded in recordings]
-        if len({each.std is None for each in found[region]}) > 1:
-            raise InputError(
-                name, f"std on {task.name}", "missing in some recordings", "must be in all of them or none"
-            )
-    return found
 
 
 def scores(task: Task, name: str, stated: Answers, tested: Tested) -> Iterator[Score]:
@@ -123,55 +95,3 @@ def with_unknown(stated: Array) -> Array:
     known = np.maximum(stated, 0.0)
     total = known.sum(axis=1, keepdims=True)
     return np.hstack([known / np.maximum(total, 1.0), np.maximum(1 - total, 0.0)])
-
-
-def _called(name: str, task: Task, function: Any, *arguments: object) -> Any:
-    try:
-        return function(*arguments)
-    except (Exception, SystemExit) as error:
-        expected = "must run: estimator(task, train) -> predict, predict(inputs) -> mean or (mean, std)"
-        raise InputError(name, f"failed on {task.name}", described(error), expected) from error
-
-
-def _predicted(name: str, task: Task, predict: Predict, inputs: Array) -> Estimated:
-    """Mean and standard deviation, checked; also that the first half does not depend on the second."""
-    found, half = _checked(name, task, predict, inputs), len(inputs) // 2
-    alone = _checked(name, task, predict, inputs[:half])
-    for whole, begin in zip((found.mean, found.std), (alone.mean, alone.std), strict=True):
-        if whole is not None and begin is not None and not np.allclose(begin, whole[:half], rtol=1e-6, atol=1e-9):
-            raise InputError(name, f"estimate on {task.name}", "depends on later inputs", "must use past inputs only")
-    return found
-
-
-def _checked(name: str, task: Task, predict: Predict, inputs: Array) -> Estimated:
-    found = _called(name, task, predict, inputs.copy())
-    mean, std = found if isinstance(found, tuple) and len(found) == 2 else (found, None)
-    return checked(name, task, len(inputs), mean, std)
-
-
-def checked(name: str, task: Task, samples: int, mean: object, std: object) -> Estimated:
-    """Checked statements about a number of samples; `name` is who states them.
-
-    Raises:
-        InputError: if it has another shape, is not finite, or a standard deviation is negative.
-    """
-    shape = samples, len(task.outputs)
-    found = _array(name, task, "mean", mean, shape)
-    if std is None:
-        return Estimated(found, None)
-    band = _array(name, task, "std", std, shape)
-    if (band < 0).any():
-        raise InputError(name, f"std on {task.name}", float(band.min()), "must not be negative")
-    return Estimated(found, band)
-
-
-def _array(name: str, task: Task, what: str, value: object, shape: tuple[int, int]) -> Array:
-    try:
-        array = np.asarray(value, dtype=float)
-    except (TypeError, ValueError, OverflowError):
-        raise InputError(name, f"{what} on {task.name}", type(value).__name__, f"must be numbers {shape}") from None
-    if array.shape != shape:
-        raise InputError(name, f"shape of {what} on {task.name}", array.shape, f"must be {shape}")
-    if not np.isfinite(array).all():
-        raise InputError(name, f"{what} on {task.name}", "NaN or infinite", "must be finite")
-    return array

@@ -12,8 +12,8 @@ from typing import Any
 
 from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
-from soft_gripper.extras.benchmark.benchmark_task import VERSION, Part, Task
-from soft_gripper.extras.benchmark.scores import Answers, Estimated, Tested, checked
+from soft_gripper.extras.benchmark.benchmark_task import VERSION, Part, Task, Tested
+from soft_gripper.extras.benchmark.estimates import Answers, Estimated, checked
 from soft_gripper.files.json_text import read_json
 from soft_gripper.files.output import atomic_file
 
@@ -52,7 +52,7 @@ class Submission:
             raise InputError(self.file, field, type(parts).__name__, f"must be a list of {len(recordings)} parts")
         stated = [self._mapping(part, field) for part in parts]
         return [
-            checked(f"{self.file}, {region}", task, len(recorded.inputs), part.get("mean"), part.get("std"))
+            checked(f"{self.file}, {region}", task.question, len(recorded.inputs), part.get("mean"), part.get("std"))
             for part, recorded in zip(stated, recordings, strict=True)
         ]
 

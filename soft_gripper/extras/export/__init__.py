@@ -1,4 +1,4 @@
-"""Scenarios as files of other simulators."""
+"""Scenarios as files of MuJoCo."""
 
 import lazy_loader
 

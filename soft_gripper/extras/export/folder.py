@@ -1,11 +1,9 @@
 """A folder that another simulator runs: the model, its meshes, the commands over time, and a loader."""
 
-from collections.abc import Mapping
 from pathlib import Path
 
 from soft_gripper.extras.export.actuation import table
 from soft_gripper.extras.export.mjcf import Mjcf, to_mjcf
-from soft_gripper.extras.export.sdf import Sdf, to_sdf
 from soft_gripper.files.output import atomic_file, check_file, writable_folder
 from soft_gripper.scenario.schema import Scenario
 
@@ -18,34 +16,20 @@ def export_mjcf(scenario: Scenario, out: Path, time_step: float | None = None) -
     `time_step` is that of `to_mjcf`.
 
     Raises:
-        InputError: if the scenario cannot be exported, or the folder cannot be written to.
+        InputError: if the scenario cannot be exported, a mesh would be replaced by another one, or the folder cannot be
+            written to.
     """
     found = to_mjcf(scenario, time_step)
     files = {
         "scenario.xml": found.text.encode(),
         "commands.csv": table(found.actuators, found.commands).encode(),
         LOADER: Path(__file__).with_name(LOADER).read_bytes(),
+        **{f"meshes/{name}": source.read_bytes() for name, source in found.meshes.items()},
     }
-    _write(out, files, found.meshes)
-    return found
-
-
-def export_sdf(scenario: Scenario, out: Path) -> Sdf:
-    """Writes scenario.sdf and meshes. Raises what `export_mjcf` does."""
-    found = to_sdf(scenario)
-    _write(out, {"scenario.sdf": found.text.encode()}, found.meshes)
-    return found
-
-
-def _write(out: Path, files: dict[str, bytes], meshes: Mapping[str, Path]) -> None:
-    """Writes files, and copies of meshes in a folder of their own.
-
-    Raises:
-        InputError: if a mesh would be replaced by another one.
-    """
-    for name in meshes:
-        check_file(out / f"meshes/{name}", meshes.values())
-    for name, content in (files | {f"meshes/{name}": source.read_bytes() for name, source in meshes.items()}).items():
+    for name in found.meshes:
+        check_file(out / f"meshes/{name}", found.meshes.values())
+    for name, content in files.items():
         writable_folder((out / name).parent)
         with atomic_file(out / name) as partial:
             partial.write_bytes(content)
+    return found

@@ -41,7 +41,6 @@ from soft_gripper.extras.export.actuation import ArmActuator, Commands, arm_actu
 from soft_gripper.extras.export.mjcf_contact import Surface, contacts
 from soft_gripper.extras.export.reach import Ball, Range, extent, may_touch, reaches
 from soft_gripper.extras.export.tree import (
-    SOFT,
     axis_of,
     exports_creep,
     inertia_of,
@@ -96,7 +95,7 @@ def to_mjcf(scenario: Scenario, time_step: float | None = None) -> Mjcf:
         raise InputError("export", "time_step", time_step, "give a number of seconds above 0")
     for model in scenario.models:
         if is_deformable(model.mesh):
-            raise InputError("export", "models", model.name, SOFT)
+            raise InputError("export", "models", model.name, "is soft; rigid objects can be exported")
     models = [replace(model, self_contact=False) for model in scenario.models]
     step = time_step or scenario.plant_config.time_step or EXPLICIT_STEP
     found = station_mjcf(make_station(replace(scenario, models=models, contact="points")), step, step <= EXPLICIT_STEP)

@@ -1,4 +1,4 @@
-"""Runs a folder that `soft-gripper export --to mjcf` wrote, in MuJoCo: python run_mjcf.py [FOLDER] [--view].
+"""Runs a folder that `soft-gripper export` wrote, in MuJoCo: python run_mjcf.py [FOLDER] [--view].
 
 Needs mujoco and numpy, and not soft_gripper. Writes tips.csv: the time, s, the position of every fingertip, m in the
 world, and that of every free body.

@@ -22,8 +22,6 @@ from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.plant_finger import PlantFinger
 
-SOFT = "is soft; rigid objects can be exported"  # what is wrong with an object
-
 
 def joints_below(plant: MultibodyPlant) -> dict[Any, list[Joint]]:
     """The joints to the children of each body, by its index."""

@@ -1,6 +1,5 @@
 """A table of a recording: the columns that are needed of a file, and how they are asked for."""
 
-import difflib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import compress
@@ -10,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
-from soft_gripper.errors import InputError
+from soft_gripper.errors import InputError, did_you_mean, near_names
 from soft_gripper.extras.hardware.recording_schema import TextConfig
 from soft_gripper.files.notes import LEFT_OUT, note
 
@@ -18,7 +17,7 @@ HELD = 0.1  # s, see `Columns.hold`
 _LARGEST = 1e20  # largest number: admits a clock that counts nanoseconds since 1970
 _ROUNDING = 1e-6  # of an age that is `hold`
 _MOST_SHOWN = 12  # columns in a message
-_MOST_COMPARED, _LONGEST_COMPARED = 1000, 100  # names that a mistyped one is compared with, and their characters
+_MOST_COMPARED = 1000  # names that a mistyped one is compared with
 _CLOCK_JUMP, _CLOCK_STEPS = 60.0, 100  # s and median intervals: a clock that is set goes from 0 by more than both
 
 
@@ -64,9 +63,8 @@ class Columns:
 
 def _place(path: Path, field: str, name: str, there: Sequence[str], places: Sequence[int]) -> int:
     if not places:
-        similar = [other for other in there[:_MOST_COMPARED] if len(other) <= _LONGEST_COMPARED]
-        near = difflib.get_close_matches(name[:_LONGEST_COMPARED], similar, n=1)
-        hint = f"did you mean '{near[0]}'? " if near else ""
+        hint = did_you_mean(near_names(name, there[:_MOST_COMPARED])[:1])
+        hint += " " if hint else ""
         shown = ", ".join(there[:_MOST_SHOWN]) + (" ..." if len(there) > _MOST_SHOWN else "")
         raise InputError(path, field, name, f"no such column; {hint}its columns: {shown}")
     if len(places) > 1:

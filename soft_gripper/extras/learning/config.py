@@ -1,6 +1,5 @@
 """The schema of an environment file: one dataclass tree, with a comment, a unit and a range per field."""
 
-import copy
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -9,10 +8,8 @@ from typing import Any
 from soft_gripper.errors import InputError
 from soft_gripper.files.document import load_config
 from soft_gripper.files.text import name_of
-from soft_gripper.files.yaml_text import read_yaml
 from soft_gripper.quantity import Misfit, quantity
-from soft_gripper.scenario.drake_values import without_numpy
-from soft_gripper.scenario.scenario_file import change_document, changed_scenario
+from soft_gripper.scenario.scenario_file import changed_scenario, load_changed
 from soft_gripper.scenario.schema import FingerChanges, Scenario
 
 TASKS = ("reach", "grasp", "pick_place")
@@ -153,7 +150,7 @@ def load_environment(name_or_path: str, changes: Mapping[str, Any] | None = None
     of_scenario = {
         key.removeprefix(_OF_SCENARIO): changes.pop(key) for key in [*changes] if key.startswith(_OF_SCENARIO)
     }
-    config = _read(path, changes)
+    config = load_changed("change", path, changes, lambda document: load_config(path, document, EnvironmentConfig))
     scenario = config.scenario
     if scenario.endswith((".yaml", ".yml")):
         scenario = str(path.parent / scenario)
@@ -172,16 +169,6 @@ def _find(name_or_path: str) -> Path:
         expected = f"not shipped; known: {', '.join(environment_names())}"
         raise InputError("environment", "name", name_or_path, expected)
     return SHIPPED / f"{name_or_path}.yaml"
-
-
-def _read(path: Path, changes: Mapping[str, Any]) -> EnvironmentConfig:
-    document = read_yaml(path)
-    for key, value in changes.items():
-        try:
-            change_document(document, key, copy.deepcopy(without_numpy(value)))
-        except LookupError as error:
-            raise InputError("change", "key", key, str(error.args[0])) from None
-    return load_config(path, document, EnvironmentConfig)
 
 
 def _misfits(config: EnvironmentConfig, scenario: Scenario) -> Iterator[Misfit]:

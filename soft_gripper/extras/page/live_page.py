@@ -47,7 +47,7 @@ class SessionPage:
         self.feed.listen(listener)
 
     def take(self, message: str | bytes, listener: Callable[[str], None]) -> None:
-        """Takes a command, or `{"signals": [NAME, ...]}`, the signals that are sent from now on."""
+        """Takes a command, `{"signals": [NAME, ...]}`, those sent from now on, or `{"seen": NUMBER}` of a message."""
         try:
             found = parse_json("page", message)
         except InputError:
@@ -55,6 +55,8 @@ class SessionPage:
         match found:
             case {"signals": [*names]} if all(isinstance(name, str) and name in self.feed.known for name in names):
                 self.feed.listen(listener, names)
+            case {"seen": int(number), **rest} if not rest:
+                self.feed.see(listener, number)
             case _:
                 self.refused += not self.panel.take(found)
 

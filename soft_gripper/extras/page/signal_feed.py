@@ -2,46 +2,87 @@
 
 import json
 import math
+import time
+from collections import deque
 from collections.abc import Callable, Collection, Iterable, Mapping
+from dataclasses import dataclass, field
 from threading import Lock
 from typing import Any
 
 Listener = Callable[[str], None]  # takes a message, JSON, and does not wait
+MAX_UNSEEN = 4  # messages on their way to a listener: enough for 20 a second over a line with a delay of 0.2 s
+_RETRY_PERIOD = 2.0  # s until another follows, since messages may be lost
+
+
+@dataclass
+class _Reader:
+    """A listener's signals, and what it has not seen yet."""
+
+    signals: frozenset[str]
+    unseen: deque[tuple[int, float]] = field(default_factory=lambda: deque(maxlen=MAX_UNSEEN))  # numbers, times in s
+    delay: float = 0.0  # s, of what it saw last
+
+    def is_due(self, now: float) -> bool:
+        """Whether it keeps up, or has been sent nothing for long."""
+        return len(self.unseen) < MAX_UNSEEN or now - self.unseen[-1][1] >= _RETRY_PERIOD
+
+    def late(self, now: float) -> float:
+        """By how much it is behind, s."""
+        return max(self.delay, now - self.unseen[0][1] if self.unseen else 0.0)
+
+    def see(self, number: int, now: float) -> None:
+        while self.unseen and self.unseen[0][0] <= number:
+            self.delay = now - self.unseen.popleft()[1]
 
 
 class SignalFeed:
-    """Passes messages to every listener, each with the signals that it requested."""
+    """Passes messages to every listener, each with the signals that it requested.
 
-    def __init__(self, known: Iterable[str]) -> None:
-        """`known` are the names of the signals that can be requested."""
+    A listener confirms what it has seen. While several messages wait for it, it is sent no others: the next is new.
+    """
+
+    def __init__(self, known: Iterable[str], clock: Callable[[], float] = time.monotonic) -> None:
+        """`known` are the names of the signals that can be requested; `clock` gives the time, s."""
         self.known = frozenset(known)
-        self._listeners: dict[Listener, frozenset[str]] = {}
-        self._lock = Lock()
+        self._readers: dict[Listener, _Reader] = {}
+        self._lock, self._clock, self._number = Lock(), clock, 0
 
     def listen(self, listener: Listener, signals: Collection[str] = ()) -> None:
         """From now on `listener` takes every message, with these signals.
 
-        Each has `status` as it was sent, and `values` of the signals requested; what is not a finite number
-        is null.
+        Each has its `number`, `status` as it was sent with `late`, how far the listener is behind, s, and `values` of
+        the signals requested; what is not a finite number is null.
         """
         with self._lock:
-            self._listeners[listener] = frozenset(signals)
+            self._readers.setdefault(listener, _Reader(frozenset())).signals = frozenset(signals)
+
+    def see(self, listener: Listener, number: int) -> None:
+        """Confirms that a listener has seen the messages up to a number."""
+        with self._lock:
+            if listener in self._readers:
+                self._readers[listener].see(number, self._clock())
 
     def leave(self, listener: Listener) -> None:
         """Ends what `listen` began."""
         with self._lock:
-            self._listeners.pop(listener, None)
+            self._readers.pop(listener, None)
 
     @property
     def wanted(self) -> set[str]:
         """The signals requested by any listener."""
         with self._lock:
-            return {name for names in self._listeners.values() for name in names}
+            return {name for reader in self._readers.values() for name in reader.signals}
 
     def send(self, status: Mapping[str, Any], values: Mapping[str, Collection[float]]) -> None:
-        """Sends every listener the status, and the signals, (size,) each, that it wants."""
+        """Sends every listener that keeps up the status, and the signals, (size,) each, that it wants."""
         finite = {name: [v if math.isfinite(v) else None for v in map(float, each)] for name, each in values.items()}
         with self._lock:
-            for listener, names in self._listeners.items():
-                own = {name: value for name, value in finite.items() if name in names}
-                listener(json.dumps({"status": status, "values": own}))
+            self._number, now = self._number + 1, self._clock()
+            for listener, reader in self._readers.items():
+                if not reader.is_due(now):
+                    continue
+                late = reader.late(now)
+                reader.unseen.append((self._number, now))
+                own = {name: value for name, value in finite.items() if name in reader.signals}
+                message = {"number": self._number, "status": {**status, "late": late}, "values": own}
+                listener(json.dumps(message))

@@ -27,6 +27,7 @@ from soft_gripper.scenario.sensor_presets import uncertainty
 from soft_gripper.truth.contact import touches
 
 ESTIMATOR = "contact"
+DRAWN_FORCES = "contact_forces_over_time"  # table of the forces that the picture of a task shows
 _DRAWN = 200
 
 
@@ -40,10 +41,8 @@ def has_forces(station: Station, recording: Recording) -> bool:
 
 def contact_rows(station: Station, recording: Recording) -> list[FingerForce]:
     """A row for each step or phase, at its end, and finger."""
-    times = recording["time"].values
-    rows = np.searchsorted(times, _ends(station, recording) + station.scenario.sensor.period / 2) - 1
-    forces = forces_at(station, recording, rows)
-    return [row for time in times[rows] for row in forces.at(time)]
+    rows = np.searchsorted(recording["time"].values, _ends(station, recording) + station.scenario.sensor.period / 2) - 1
+    return forces_at(station, recording, rows).rows()
 
 
 def forces_at(station: Station, recording: Recording, rows: NDArray[np.int_]) -> ContactForces:

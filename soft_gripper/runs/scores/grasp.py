@@ -68,7 +68,7 @@ class Grasp:
     moved_mm, turned_deg: largest change of the object's pose in the palm while held.
     sideways_play_mm: range of its motion across the bending plane of the first finger while held.
     true_width_mm: of the object, between the contacts of all fingers at the end.
-    estimated_width_mm, estimated_stiffness_n_m: of the object, from the sensors; see `stiffness`.
+    estimated_stiffness_n_m: of the object, from the sensors; see `stiffness`.
     pump_energy_mj: work of the pressure on the fingers up to the end, see `pump_energy`.
     """
 
@@ -86,7 +86,6 @@ class Grasp:
     turned_deg: float
     sideways_play_mm: float
     true_width_mm: float
-    estimated_width_mm: float
     estimated_stiffness_n_m: float
     pump_energy_mj: float
 
@@ -217,10 +216,9 @@ def motion(place: Array, turn: Array) -> tuple[float, float, float]:
 
 
 class Sizes(NamedTuple):
-    """True width, m, and estimated width, m, and stiffness, N/m, of an object; NaN if that is not known."""
+    """True width, m, and estimated stiffness, N/m, of an object; NaN if that is not known."""
 
     true_width: float = NAN
-    width: float = NAN
     stiffness: float = NAN
 
 
@@ -259,7 +257,6 @@ def judge(
         turned_deg=float(np.degrees(turned)),
         sideways_play_mm=1e3 * play,
         true_width_mm=1e3 * sizes.true_width,
-        estimated_width_mm=1e3 * sizes.width,
         estimated_stiffness_n_m=sizes.stiffness,
         pump_energy_mj=1e3 * energy,
     )

@@ -13,6 +13,7 @@ from soft_gripper.control.task import Phase
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.scene import first_body
 from soft_gripper.diagrams.station_parts import Station
+from soft_gripper.files.notes import READ, note
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.runs.scores.grasp import (
     FingerGrip,
@@ -30,6 +31,7 @@ from soft_gripper.runs.scores.slip import base_poses, path_length, pose_matrices
 from soft_gripper.truth.contact import TOUCH, combined_friction
 
 NORMAL = "grip_normal_force"
+_MIN_WIDTH = 5e-3  # m, of an object: between fingers that touch each other or a table there is less
 _SIGNALS = (NORMAL, "grip_friction_force", "grip_force", "grip_area", "grip_pressure")
 
 
@@ -96,12 +98,26 @@ def touched_instead(station: Station, recording: Recording) -> str:
     touching = {name: force for name, force in forces.items() if force > TOUCH}
     if not touching:
         return ""
-    arm = station.scenario.arm
-    own = {finger.model_name for finger in station.fingers} | ({arm.model} if arm else set())
-    names = [model.name for model in station.scenario.models if not model.free and model.name not in own]
+    names = _welded(station)
     what = names[0] if len(names) == 1 else "something else"
     verb = "touches" if len(touching) == 1 else "touch"
     return f"{' and '.join(touching)} {verb} {what}, with up to {max(touching.values()):.2f} N"
+
+
+def note_welded_object(station: Station, recording: Recording) -> None:
+    """Notes that the fingers hold a model that is welded, and so has no grasp, if nothing is free."""
+    width = _width(recording, "grip.true_object_width", np.arange(recording.data.sizes["time"]))
+    if objects_of(station) or not (width > _MIN_WIDTH).any():
+        return
+    element = " or ".join(f"models.{name}.free" for name in _welded(station))
+    note(READ, "scenario", element, False, "the fingers hold it, but only a free model has a grasp")
+
+
+def _welded(station: Station) -> list[str]:
+    """The models that are not free, but for the arm and those with fingers."""
+    arm = station.scenario.arm
+    own = {finger.model_name for finger in station.fingers} | ({arm.model} if arm else set())
+    return [model.name for model in station.scenario.models if not model.free and model.name not in own]
 
 
 def _force_on_others(station: Station, recording: Recording, finger: int) -> float:
@@ -212,14 +228,13 @@ def _static_friction(station: Station, geometries: Sequence[GeometryId]) -> floa
 
 
 def _sizes(station: Station, recording: Recording, samples: NDArray[np.int_]) -> Sizes:
-    """True and estimated width at the end, and stiffness as estimated, as far as they are recorded."""
-    widths = {name: _width(recording, f"grip.{name}", samples) for name in ("true_object_width", "object_width")}
-    true, width = (values[-1] for values in widths.values())
+    """True width at the end, and stiffness as estimated, as far as they are recorded."""
+    true, estimated = (_width(recording, f"grip.{name}", samples) for name in ("true_object_width", "object_width"))
     forces = [f"{finger.name}.contact_force" for finger in station.fingers]
     if not all(name in recording for name in forces):
-        return Sizes(true, width)
+        return Sizes(true[-1])
     force = np.mean([recording.values(name)[samples].ravel() for name in forces], axis=0)
-    return Sizes(true, width, stiffness(widths["object_width"], force))
+    return Sizes(true[-1], stiffness(estimated, force))
 
 
 def _width(recording: Recording, signal: str, samples: NDArray[np.int_]) -> Array:

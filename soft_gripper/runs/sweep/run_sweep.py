@@ -130,6 +130,7 @@ SweepPoint = dict[str, Any]  # values by dotted keys, see `changed_scenario`
 
 _NUMBER = r"([-+]?[0-9.]{1,400}(?:[eE][-+]?[0-9]+)?)"
 _RANGE = re.compile(rf"\s*+{_NUMBER}\s*+\.\.\s*+{_NUMBER}\s*+(%?)\s*+(?::\s*+([0-9]++))?\s*+")
+_SPAN = re.compile(rf"\s*+{_NUMBER}\s*+(?:[-:\u2013]|\.{{3}}|to)\s*+{_NUMBER}\s*+(%?)\s*+")  # in other notations
 _ENDS = "give the lower limit, the upper limit, and 2 or more values"
 _EXPECTED = "write KEY=1,2,3 or KEY=0.5..0.9:5 (five values) or, with --sample, KEY=0.5..0.9"
 
@@ -199,6 +200,9 @@ def read_axis(text: str) -> Axis:
         raise InputError("sweep", "--vary", text, _EXPECTED)
     if match := _RANGE.fullmatch(values):
         return _read_range(key, text, *match.groups())
+    if span := next(filter(None, map(_SPAN.fullmatch, values.strip(" []").split(","))), None):
+        ends = f"{span[1]}..{span[2]} {span[3]}".rstrip()
+        raise InputError("sweep", "--vary", text, f"write {ends}:N, with N values, or list them")
     try:
         listed = parse_yaml("sweep", f"values: {values if values.lstrip().startswith('[') else f'[{values}]'}")
     except InputError:

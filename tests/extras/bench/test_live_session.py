@@ -1,4 +1,4 @@
-"""Readings over UDP, serial and LCM give the estimates of an offline replay; what goes wrong on the way is counted."""
+"""Readings over UDP and serial give the estimates of an offline replay; what goes wrong on the way is counted."""
 
 import json
 import os
@@ -7,16 +7,15 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from live_links import BUSY, feed, lcm, pseudo_terminal, udp
+from live_links import BUSY, by_entry, feed, pseudo_terminal, udp
 from pydrake.math import RollPitchYaw
 from refusals import refused
 
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
-from soft_gripper.extras.bench import endpoints as endpoints_module
 from soft_gripper.extras.bench.bench import Bench
 from soft_gripper.extras.bench.bench_driver import BenchDriver, Pace
-from soft_gripper.extras.bench.endpoints import Endpoints, LineSource, by_entry
+from soft_gripper.extras.bench.endpoints import Endpoints, LineSource
 from soft_gripper.extras.bench.messages import MalformedError, decoded, encoded
 from soft_gripper.extras.bench.plausible import check_plausible
 from soft_gripper.extras.bench.tally import Tally
@@ -84,21 +83,9 @@ def test_links_that_lose_nothing(link, messages, offline):
     assert live.driver.counts.lost == 0
 
 
-@pytest.mark.slow
-def test_lcm(messages, offline):
-    with lcm() as (source, send):
-        live = made(source, is_live=True, stale_after=BUSY)
-        feed(live.driver, send, messages, 0.01)
-    found, counts = by_count(live.results), live.driver.counts
-    assert len(found) + counts.lost + counts.late == max(found)
-    assert_as_offline(live, offline, found, (TIP, STD))  # a controller remembers what it missed
-    if len(found) < len(messages) / 2:
-        pytest.skip("this machine was too busy: of several messages that arrive at once, LCM keeps the newest")
-
-
 @pytest.mark.parametrize("form", ["text", "float64"])
 def test_formats_without_names(form, messages, offline):
-    live = made(lambda timeout: [], format=form, fields=list(dict(by_entry(messages[0]))))
+    live = made(lambda timeout: [], format=form, fields=list(by_entry(messages[0])))
     for message in messages:
         live.driver._take(encoded(message, form), time.monotonic())
     tolerance = 0 if form == "float64" else 1e-6
@@ -215,7 +202,7 @@ def test_malformed_datagrams_only_count(junk, messages):
 
 def test_a_reading_that_is_not_finite_only_counts(messages):
     live = made(lambda timeout: [])
-    bad = dict(by_entry(messages[0])) | {"left_finger.pressure[0]": None}
+    bad = by_entry(messages[0]) | {"left_finger.pressure[0]": None}
     live.driver._take(json.dumps(bad).encode(), 0.0)
     assert live.driver.counts.malformed == 1
 
@@ -316,7 +303,7 @@ def test_a_sensor_that_is_never_read_is_not_zeroed(messages):
     live = made(lambda timeout: [])
     live.driver.zero(60.0)
     for message in messages[60:100]:
-        silent = dict(by_entry(message)) | {"left_finger.strain[3]": None}
+        silent = by_entry(message) | {"left_finger.strain[3]": None}
         live.driver._take(json.dumps(silent).encode(), 0.0)
     live.driver.zeroed()
     offsets = live.driver._offsets["left_finger.strain"]
@@ -367,22 +354,11 @@ def test_a_file_with_a_line_without_end_is_refused_by_its_line(tmp_path):
 
 @pytest.mark.parametrize(
     "address",
-    [
-        *("udp://127.0.0.1", "udp://127.0.0.1:99999", "file:/no/such/file.csv", "nowhere", "tcp://:5"),
-        *("lcm://", "lcm://READINGS?url=nonsense", "lcm://READINGS?url=udpm://192.168.1.1:7667"),
-    ],
+    ["udp://127.0.0.1", "udp://127.0.0.1:99999", "file:/no/such/file.csv", "nowhere", "tcp://:5"],
 )
 def test_addresses_that_cannot_be_opened(address):
     with Endpoints("bench.yaml") as endpoints, refused("source", address):
         endpoints.source(address)
-
-
-def test_lcm_is_refused_where_it_would_end_the_process(monkeypatch):
-    """Where the next file has a higher descriptor than LCM can wait for, whatever this machine allows."""
-    monkeypatch.setattr(endpoints_module, "_LCM_FILES", 2)
-    with Endpoints("bench.yaml") as endpoints, refused("source", "lcm://READINGS") as error:
-        endpoints.source("lcm://READINGS")
-    assert "too many open files" in str(error.value)
 
 
 @pytest.mark.parametrize(

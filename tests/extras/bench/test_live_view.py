@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
+from live_links import by_entry
 from simulated_hardware import SimulatedHardware
 
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.extras.bench import live_view
 from soft_gripper.extras.bench.bench import Bench
-from soft_gripper.extras.bench.endpoints import by_entry
 from soft_gripper.extras.bench.live_view import LiveView
 from soft_gripper.extras.hardware.bench_schema import described
 from soft_gripper.extras.page.session import Session
@@ -56,7 +56,7 @@ class Shown:
         self.now, self.sent = max(self.now, due), self.sent + 1
         message = self.hardware.message()
         self.strains.append(message[STRAIN].tolist())
-        return [] if self.is_silent else [dict(by_entry(message))]
+        return [] if self.is_silent else [by_entry(message)]
 
     def run(self, seconds):
         """The last that the page was sent."""

@@ -10,9 +10,10 @@ import pytest
 from benchmark_folders import write_force_folder
 from scipy.spatial import cKDTree
 
-from soft_gripper.extras.benchmark.benchmark_task import Question, missing_files, read_tests, read_training
+from soft_gripper.extras.benchmark.benchmark_task import Question, inputs_of, missing_files, read_tests, read_training
+from soft_gripper.extras.benchmark.estimates import answers
 from soft_gripper.extras.benchmark.measured_force import force_tasks
-from soft_gripper.extras.benchmark.scores import answers, scores
+from soft_gripper.extras.benchmark.scores import scores
 from soft_gripper.extras.benchmark.tasks import TASKS
 
 RECORDINGS = Path(os.environ.get("SOFT_GRIPPER_DATA", "nowhere"))
@@ -42,7 +43,10 @@ def cheat(task, root):
 
 def mean_errors(task, folder, estimator, train):
     tested = read_tests(task, folder)
-    return [row.mean for row in scores(task, "it", answers(task, "it", estimator, train, tested), tested)]
+    return [
+        row.mean
+        for row in scores(task, "it", answers(task.question, "it", estimator, train, inputs_of(tested)), tested)
+    ]
 
 
 def assert_cheat_gains_nothing(task, folder, copies):

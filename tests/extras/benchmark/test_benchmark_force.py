@@ -9,11 +9,12 @@ from scale_files import FORCES, GRAM
 
 from soft_gripper.errors import InputError
 from soft_gripper.extras.benchmark.baselines import nearest, ridge
-from soft_gripper.extras.benchmark.benchmark_task import read_tests, read_training
-from soft_gripper.extras.benchmark.commands.benchmark import _tests
+from soft_gripper.extras.benchmark.benchmark_task import inputs_of, read_tests, read_training
+from soft_gripper.extras.benchmark.commands.benchmark import _tasks
+from soft_gripper.extras.benchmark.estimates import answers
 from soft_gripper.extras.benchmark.measured_force import force_tasks
 from soft_gripper.extras.benchmark.ours import ours
-from soft_gripper.extras.benchmark.scores import answers, scores
+from soft_gripper.extras.benchmark.scores import scores
 
 TRAINED, TESTED = FORCES.values()
 
@@ -27,7 +28,7 @@ def data(tmp_path_factory):
 
 def score(task, copies, name, estimator):
     train, tested = read_training(task, task.folder, copies), read_tests(task, task.folder)
-    (row,) = scores(task, name, answers(task, name, estimator, train, tested), tested)
+    (row,) = scores(task, name, answers(task.question, name, estimator, train, inputs_of(tested)), tested)
     return row
 
 
@@ -92,6 +93,6 @@ def test_logs_that_no_pattern_fits_are_named(data, tmp_path, capsys):
     (folder / "test.csv").rename(folder / "test_1.csv")
     for name in ("Test_2.csv", "monday.CSV"):
         (folder / name).write_bytes((folder / "test_1.csv").read_bytes())
-    _tests(tmp_path)
+    _tasks(tmp_path)
     (line,) = [line for line in capsys.readouterr().err.splitlines() if "not read" in line]
     assert line == f"{folder}: not read: Test_2.csv, monday.CSV; recordings are called train*.csv, test*.csv"

@@ -10,9 +10,9 @@ from synthetic_hardware import write_arm, write_beam, write_segment
 from soft_gripper.errors import SimulationDivergedError
 from soft_gripper.extras.benchmark import ours_recorded
 from soft_gripper.extras.benchmark.baselines import baselines
-from soft_gripper.extras.benchmark.benchmark_task import Part, read_tests, read_training
+from soft_gripper.extras.benchmark.benchmark_task import Part, inputs_of, read_tests, read_training
+from soft_gripper.extras.benchmark.estimates import answers
 from soft_gripper.extras.benchmark.ours import ours
-from soft_gripper.extras.benchmark.scores import answers
 from soft_gripper.extras.benchmark.scores import scores as scores_of
 from soft_gripper.extras.benchmark.tasks import TASKS
 from soft_gripper.extras.hardware.identification.free_parameters import Model
@@ -38,7 +38,7 @@ def twin(name, folder, **changes):
 def scores(task, folder, *names):
     train, tested = read_training(task, folder, folder / "copies"), read_tests(task, folder)
     estimators = baselines(task.question) | ours(task)
-    stated = {name: answers(task, name, estimators[name], train, tested) for name in names}
+    stated = {name: answers(task.question, name, estimators[name], train, inputs_of(tested)) for name in names}
     rows = [row for name in names for row in scores_of(task, name, stated[name], tested)]
     return {(row.region, row.estimator): row for row in rows}
 

@@ -14,7 +14,7 @@ def follow(page: Path) -> None:
     """Writes the files of a page into the current folder, runs its commands and its Python, in their order.
 
     A block whose first line is a comment with a name is that file. Blocks of Python share their variables; commands
-    are `soft-gripper`'s. What a page shows but does not run is indented, not fenced.
+    are `soft-gripper`'s, continued after a backslash. What a page shows but does not run is indented, not fenced.
     """
     variables = {"__name__": "__main__"}
     for language, text in _BLOCK.findall(page.read_text(encoding="utf-8")):
@@ -28,7 +28,7 @@ def follow(page: Path) -> None:
 
 
 def _run(commands: str) -> None:
-    for command in commands.splitlines():
+    for command in commands.replace("\\\n", "").splitlines():
         program, *arguments = shlex.split(command, comments=True)
         assert program == "soft-gripper", f"a command that is not run: {command}"
         outcome = soft_gripper(*arguments)

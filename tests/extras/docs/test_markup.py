@@ -1,5 +1,9 @@
-"""README and the pages, read as GitHub reads them (CommonMark): no markup is left in what a reader sees."""
+"""README and the pages, read as GitHub reads them (CommonMark).
 
+No markup is left in what a reader sees, and code is not cut off where it is shown.
+"""
+
+import json
 import re
 from itertools import takewhile
 
@@ -10,6 +14,9 @@ from stage import repository_pages
 
 PAGES = {path: text for path, text in repository_pages().items() if path.endswith(".md")}
 PAGES["README.md"] = (ROOT / "README.md").read_text(encoding="utf-8")
+READMES = sorted(path for folder in ("soft_gripper", "examples", "models") for path in (ROOT / folder).rglob("*.md"))
+SHOWN = {**PAGES, **{path.relative_to(ROOT).as_posix(): path.read_text(encoding="utf-8") for path in READMES}}
+CODE_COLUMNS = 76  # of a block of code or output: a page of the site shows 90, in a list fewer
 MARKUP = re.compile(r"\*\*|`|\]\(|^#+ |^[-|] ", re.MULTILINE)
 # Pages without pictures and commands: decisions, and what not to rely on.
 IN_WORDS = {"docs/limitations.md", *(page for page in PAGES if page.startswith("docs/decisions/"))}
@@ -48,6 +55,50 @@ def test_a_page_shows_no_markup(page):
 )
 def test_markup_that_is_left_is_found(text, count):
     assert len(stray(text)) == count
+
+
+def wide(text):
+    """Line numbers and lines of a page's blocks of code that are too long."""
+    for token in MarkdownIt("commonmark").enable("table").parse(text):
+        if token.type in ("fence", "code_block"):
+            first = token.map[0] + (2 if token.type == "fence" else 1)
+            for number, line in enumerate(token.content.splitlines(), first):
+                if len(line) > CODE_COLUMNS:
+                    yield number, line
+
+
+@pytest.mark.parametrize("page", SHOWN)
+def test_code_is_not_wider_than_a_page(page):
+    found = [f"{page}:{number}: {line}" for number, line in wide(SHOWN[page])]
+    assert not found, "\n".join(found)
+
+
+@pytest.mark.parametrize("notebook", [page for page in repository_pages() if page.endswith(".ipynb")])
+def test_what_a_notebook_shows_is_not_wider_than_a_page(notebook):
+    """Code, which ruff checks too, what it prints, and code in the text."""
+    found = []
+    for i, cell in enumerate(json.loads(repository_pages()[notebook])["cells"]):
+        source = "".join(cell["source"])
+        printed = "".join("".join(output.get("text", "")) for output in cell.get("outputs", ()))
+        lines = [*source.splitlines(), *printed.splitlines()]
+        if cell["cell_type"] == "markdown":
+            lines = [line for _, line in wide(source)]
+        found += [f"{notebook}: cell {i}: {line}" for line in lines if len(line) > CODE_COLUMNS]
+    assert not found, "\n".join(found)
+
+
+@pytest.mark.parametrize(
+    ("text", "numbers"),
+    [
+        ("a\n\n    " + 77 * "x" + "\n", [3]),
+        ("a\n\n    " + 76 * "x" + "\n", []),
+        ("```sh\nx\n" + 77 * "x" + "\n```\n", [3]),
+        ("- a\n\n  ```\n  " + 77 * "x" + "\n  ```\n", [4]),
+        (77 * "x" + "\n", []),
+    ],
+)
+def test_code_that_is_wide_is_found(text, numbers):
+    assert [number for number, _ in wide(text)] == numbers
 
 
 @pytest.mark.parametrize("page", [page for page in PAGES if page.startswith("docs/") and page not in IN_WORDS])

@@ -1,16 +1,23 @@
 """README: short, and no number in it that a command or a page does not give."""
 
+import csv
 import re
 import shlex
 import tomllib
+from collections.abc import Callable
 from contextlib import redirect_stdout
 from io import StringIO
+from pathlib import Path
 
 import pytest
+from command_line import soft_gripper
+from hardware_files import published
 from links import ROOT
-from published import differences
+from published import SENTENCES, differences
 
 from soft_gripper.commands.parser import parsed
+from soft_gripper.extras.studies.contacts.trials import ContactErrorRow
+from soft_gripper.files.row_table import read_csv
 
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 CODE = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
@@ -35,12 +42,67 @@ QUOTED = {
         (REPLAY, "`arcs`, 2 per side", 2, slice(None)),
         (REPLAY, "`arcs`, 2 per side", 3, slice(None)),
     ],
+    r"MuJoCo takes (\S+) of our computing time for the box grasp, both with steps of (\S+) ms": [
+        ("docs/benchmarks.md", "box grasp | MuJoCo", 6, slice(None)),
+        ("docs/benchmarks.md", "box grasp | MuJoCo", 2, slice(1)),
+    ],
 }
-# Numbers of sentences that other tests compare: of test_published.py and of tests/benchmarks/test_peers_sentences.py.
-COMPARED = (
-    r"mean error \S+ mm in the worst scenario; .* four sensors: \S+ mm",
-    r"MuJoCo takes \S+ of our computing time for the box grasp, both with steps of 10 ms",
-)
+# Numbers of sentences that test_published.py compares with what the evaluation writes.
+COMPARED = [pattern.replace("#", r"\S+") for document, pattern in SENTENCES if document == "README.md"]
+Numbers = list[float]
+
+
+def contact_numbers(arguments: list[str], folder: Path) -> Numbers:
+    """Errors of the force, %, with unequal sections; with the default ones, of contacts beyond 10 % of the length."""
+    numbers = []
+    for borders, more in (("40", []), ("60", ["--beyond", "0.1"])):
+        assert soft_gripper(*arguments, *more, "--out", folder / borders).code == 0
+        (row,) = (
+            row
+            for row in read_csv(folder / borders / "contact_errors.csv", ContactErrorRow)
+            if (row.sections, row.borders, row.sensors, row.averaged) == (2, borders, "realistic", 20)
+            if (row.nominal, row.side) == ("as simulated", "both")
+        )
+        numbers += [row.force_mean_percent, row.force_median_percent, row.force_90_percent]
+    return [*numbers, row.found_percent]
+
+
+def trial_numbers(arguments: list[str], folder: Path) -> Numbers:
+    """Successes with boxes, the largest distance, mm, and successes with cups."""
+    boxes, cups = (
+        _trials([*arguments, "--scenario", scenario], folder / scenario)
+        for scenario in ("pick_and_place_box", "pick_and_place_delicate")
+    )
+    successes = [float(sum(row["success"] == "True" for row in rows)) for rows in (boxes, cups)]
+    return [successes[0], max(float(row["placed_error_mm"]) for row in boxes), successes[1]]
+
+
+def _trials(arguments: list[str], folder: Path) -> list[dict[str, str]]:
+    assert soft_gripper(*arguments, "--out", folder).code == 0
+    return _csv(folder / "trials.csv")
+
+
+def _csv(file: Path) -> list[dict[str, str]]:
+    return list(csv.DictReader(StringIO(file.read_text(encoding="utf-8"))))
+
+
+def replay_numbers(arguments: list[str], folder: Path) -> Numbers:
+    """Mean and 95th percentile of the tip error, mm, of `arcs` with two sensors, over the trials that braces name."""
+    data = published("two_segment_arm").parent
+    before, numbers, after = re.split(r"[{}]", arguments[1])
+    files = [f"{before}{number}{after}" for number in numbers.split(",")]
+    assert soft_gripper("replay", *files, *arguments[2:], "--data", data, "--out", folder).code == 0
+    key = {"estimator": "arcs", "sections": "2", "recording": "all", "body": "tip"}
+    (row,) = (row for row in _csv(folder / "replay.csv") if key.items() <= row.items())
+    return [float(row["mean_mm"]), float(row["percentile_95_mm"])]
+
+
+# By the row of README's table: what runs its command, as printed, and reads the numbers of its sentences.
+WRITTEN: dict[str, Callable[[list[str], Path], Numbers]] = {
+    "contact force": contact_numbers,
+    "pick and place": trial_numbers,
+    "hardware": replay_numbers,
+}
 MEANT = {"95": "% of the bands", "0.2": "s of an average", "40": "mm to the border of the sections"}
 
 
@@ -84,6 +146,28 @@ def test_numbers_are_those_of_their_page(pattern):
     assert len(printed) == 1
     expected = [number for cell in QUOTED[pattern] for number in numbers(*cell)]
     assert differences(" ".join(printed[0]), expected) == []
+
+
+def table_rows() -> dict[str, list[str]]:
+    """Cells of the table of numbers: the measured ones and the command, by the first."""
+    lines = README[README.index("## Four numbers") :].splitlines()
+    rows = [line.strip("| ").split(" | ") for line in lines if line.startswith("| ")][1:]
+    return {name: cells for name, *cells in rows}
+
+
+def test_each_row_of_numbers_is_compared_with_what_its_command_writes():
+    """By `WRITTEN`, but for the evaluation's, which test_published.py compares."""
+    assert ["shape", *WRITTEN] == list(table_rows())
+
+
+@pytest.mark.published
+@pytest.mark.parametrize("name", WRITTEN)
+def test_a_row_prints_what_its_command_writes(name, tmp_path):
+    measured, _, command = table_rows()[name]
+    patterns = [pattern for pattern in QUOTED if re.search(pattern, measured)]
+    shown = " ".join(" ".join(re.search(pattern, measured).groups()) for pattern in patterns)
+    _, *arguments = shlex.split(re.search("`(soft-gripper [^`]*)`", command)[1])
+    assert differences(shown, WRITTEN[name](arguments, tmp_path)) == []
 
 
 def test_no_number_is_left_that_nothing_compares():

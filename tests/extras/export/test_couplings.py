@@ -8,7 +8,6 @@ from arm_urdfs import LIMIT, joint, link, write_urdf
 from export_tips import differences
 
 from soft_gripper.extras.export.mjcf import to_mjcf
-from soft_gripper.extras.export.sdf import to_sdf
 from soft_gripper.scenario.scenario_file import load_scenario
 
 HOME, MULTIPLIER, OFFSET = 0.3, -0.8, 0.1
@@ -52,11 +51,3 @@ def test_joints_follow_in_mujoco_as_in_drake(scenario, time_step):
     """The tips at the end of the motion; without the couplings the forearm and the hand fall."""
     pytest.importorskip("mujoco")
     assert differences(scenario, time_step).max() < 5e-5  # m, of an arm that reaches 1.4 m
-
-
-def test_a_coupling_is_named_as_left_out_of_sdf(scenario):
-    lacks = to_sdf(scenario).left_out
-    assert [each for each in lacks if "follows" in each] == [
-        "arm: joint elbow follows shoulder; it moves freely",
-        "arm: joint wrist follows elbow; it moves freely",
-    ]

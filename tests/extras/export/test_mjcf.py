@@ -17,7 +17,6 @@ from soft_gripper.errors import InputError
 from soft_gripper.extras.export import mjcf
 from soft_gripper.extras.export.folder import export_mjcf
 from soft_gripper.extras.export.mjcf import to_mjcf
-from soft_gripper.extras.export.sdf import to_sdf
 from soft_gripper.extras.export.tree import mobilities, tree_depth
 from soft_gripper.scenario.model_files import model_path
 from soft_gripper.scenario.scenario_file import load_scenario
@@ -189,11 +188,10 @@ def test_the_time_step_is_that_of_the_scenario_or_given(time_step, written):
     assert (option.get("timestep"), option.get("integrator")) == written
 
 
-@pytest.mark.parametrize("export", [to_mjcf, to_sdf])
-def test_a_soft_object_is_refused(export):
+def test_a_soft_object_is_refused():
     pytest.importorskip("soft_gripper.extras.soft")
     with pytest.raises(InputError, match="export: models = 'sponge': is soft; rigid objects can be exported"):
-        export(load_scenario("pick_and_place_sponge"))
+        to_mjcf(load_scenario("pick_and_place_sponge"))
 
 
 def test_meshes_are_beside_the_file(tmp_path):

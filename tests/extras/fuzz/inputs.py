@@ -215,8 +215,6 @@ def command_lines() -> st.SearchStrategy[Input]:
                 ["replay", "thing.sdf", "--as", "*"],
                 ["identify", "thing.sdf", "--finger", "*", "--free", "length", "--out", "found.urdf"],
                 ["weigh", "thing.sdf", "--finger", "*"],
-                ["place-sensors", "--count", "*", "--recordings", "finger.urdf"],
-                ["place-sensors", "--count", "2", "--contacts", "*", "--recordings", "finger.urdf"],
                 ["study", "contact-trials", "--contacts", "*"],
                 ["tune", "free_bending", "--set", "sensor.seed=*"],
             )

@@ -77,7 +77,7 @@ def frames() -> st.SearchStrategy[list[str | bytes]]:
 
 
 _UDP = "udp://:0", "udp://", "udp://127.0.0.1:99999", "udp://nowhere.invalid:5005", "udp://[::1", "udp://:x", "udp:"
-_SERIAL = "serial:///dev/null", "serial:///nowhere", "serial:///dev/null?baud=x", "serial://", "lcm://", "lcm://X?url=x"
+_SERIAL = "serial:///dev/null", "serial:///nowhere", "serial:///dev/null?baud=x", "serial://"
 _FILES = "readings.csv", "", "nowhere.csv", "folder", "bench.yaml", "a.nc", "/dev/zero", "/dev/null"
 _OTHERS = "os:getcwd", "os:system", "nowhere:x", "stdio:", "stdio", "://", "http://localhost", ""
 _ADDRESSES = *_UDP, *_SERIAL, *(f"file:{name}" for name in _FILES), *_OTHERS

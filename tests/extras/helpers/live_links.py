@@ -7,6 +7,7 @@ import time
 import tty
 from contextlib import ExitStack, contextmanager
 
+import numpy as np
 import pytest
 
 from soft_gripper.extras.bench.endpoints import Endpoints
@@ -38,18 +39,13 @@ def pseudo_terminal():
         yield source, lambda message: os.write(ours, encoded(message, "json"))
 
 
-@contextmanager
-def lcm():
-    """Where several messages arrive at once, it keeps the newest. Skips the test where there is no multicast."""
-    with Endpoints("test") as endpoints:
-        try:
-            source, sink = endpoints.source("lcm://READINGS"), endpoints.sink("lcm://READINGS")
-        except Exception as error:
-            pytest.skip(f"LCM is not possible here: {error}")
-        sink(b"", {"count": -1.0})
-        if not source.receive(0.5):
-            pytest.skip("no LCM message arrives on this machine")
-        yield source, lambda message: sink(b"", message)
+def by_entry(values):
+    """Named numbers; entry i of a vector is called `{name}[i]`."""
+    scalars = {name: float(value) for name, value in values.items() if not np.ndim(value)}
+    vectors = [
+        (f"{name}[{i}]", float(x)) for name, value in values.items() if np.ndim(value) for i, x in enumerate(value)
+    ]
+    return scalars | dict(vectors)
 
 
 def feed(driver, send, messages, period):

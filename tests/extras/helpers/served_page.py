@@ -26,6 +26,13 @@ def wait_until(holds: Callable[[], object]) -> None:
         time.sleep(0.1)
 
 
+def see(page: ClientConnection) -> dict[str, Any]:
+    """The next message of a page, confirmed as a browser does."""
+    found: dict[str, Any] = json.loads(page.recv(timeout=LONG))
+    page.send(json.dumps({"seen": found["number"]}))
+    return found
+
+
 class Served:
     """A command in a process of its own, and the page that it serves."""
 
@@ -46,7 +53,7 @@ class Served:
         with self.open() as page:
             page.send(json.dumps({"signals": signals}))
             while True:
-                found: dict[str, Any] = json.loads(page.recv(timeout=LONG))
+                found = see(page)
                 if found["values"].keys() >= set(signals):
                     return found
 

@@ -6,6 +6,7 @@ import socket
 import threading
 import time
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from http.client import HTTPConnection, HTTPResponse
@@ -145,7 +146,7 @@ def test_signals_come_as_they_are_asked_for(served: Served) -> None:
         socket.send(json.dumps({"signals": ["a", "b"]}))
         wait_until(lambda: served.feed.wanted == {"a", "b"})
         served.feed.send({"time": 1.0}, {"a": [2.0], "b": [3.0], "c": [4.0]})
-        expected = {"status": {"time": 1.0}, "values": {"a": [2.0], "b": [3.0]}}
+        expected = {"number": 1, "status": {"time": 1.0, "late": 0.0}, "values": {"a": [2.0], "b": [3.0]}}
         assert json.loads(socket.recv(timeout=SECOND)) == expected
     wait_until(lambda: not served.feed.wanted)
 
@@ -326,10 +327,41 @@ def test_a_browser_that_does_not_read_holds_nothing_up(served: Served) -> None:
         stuck.recv_bufsize = 0
         for client in (stuck, reading):
             client.send(json.dumps({"signals": ["a"]}))
-        wait_until(lambda: len(served.feed._listeners) == 2)
+        wait_until(lambda: len(served.feed._readers) == 2)
+        wait_until(lambda: all(reader.signals for reader in served.feed._readers.values()))
+        _, listener = served.feed._readers
         for i in range(200):
             served.feed.send({"time": i, "note": "x" * 20_000}, {"a": [1.0]})
-            assert json.loads(reading.recv(timeout=SECOND))["status"]["time"] == i
+            message = json.loads(reading.recv(timeout=SECOND))
+            assert message["status"]["time"] == i
+            reading.send(json.dumps({"seen": message["number"]}))
+            wait_until(lambda: not served.feed._readers[listener].unseen)
+
+
+def test_a_slow_browser_is_shown_what_is_new_and_told_that_it_is_late(served: Served) -> None:
+    """Frames come 200 times a second, and it takes a tenth of a second for each."""
+    delays, lates = list[float](), list[float]()
+    with served.open() as slow, ThreadPoolExecutor() as executor:
+        wait_until(lambda: served.feed._readers)
+        sending = executor.submit(send_for, served.feed, 2.5)
+        while not sending.done():
+            message = json.loads(slow.recv(timeout=SECOND))
+            time.sleep(0.1)
+            delays.append(time.monotonic() - message["status"]["time"])
+            lates.append(message["status"]["late"])
+            slow.send(json.dumps({"seen": message["number"]}))
+    assert len(delays) > 5
+    assert max(delays) < 1.5, "half of what was sent waits"
+    assert 0.2 < lates[-1] < 1.5
+    assert served.live.refused == 0
+
+
+def send_for(feed: SignalFeed, duration: float) -> None:
+    """Sends frames with their times, as a simulation does."""
+    end = time.monotonic() + duration
+    while time.monotonic() < end:
+        feed.send({"time": time.monotonic()}, {})
+        time.sleep(0.005)
 
 
 @pytest.mark.slow
@@ -343,7 +375,7 @@ def test_no_thread_and_no_port_is_left_whatever_clients_do(meshcat: Meshcat) -> 
             for sent in (b"", b"G", f"GET /{served.token}/scene/ HTTP/1.1\r\nHost: localhost".encode()):
                 client = clients.enter_context(socket.create_connection((HOST, served.port), timeout=SECOND))
                 client.sendall(sent)
-            wait_until(lambda: feed._listeners)
+            wait_until(lambda: feed._readers)
             began = time.monotonic()
         assert time.monotonic() - began < 2.0
         assert json.loads(sockets[0].recv(timeout=SECOND)) == {"end": True}

@@ -18,7 +18,7 @@ from urllib.parse import urlsplit
 import pytest
 from browser import open_url
 from command_line import soft_gripper
-from served_page import LONG, SMALL_SCENE, Served, wait_until
+from served_page import LONG, SMALL_SCENE, Served, see, wait_until
 from websockets.exceptions import WebSocketException
 from websockets.sync.client import connect
 
@@ -37,6 +37,9 @@ let drawn = 0;
 for (let i = 0; i < pixels.length; i += 4)
   drawn += Math.max(...[r, g, b].map((part, j) => Math.abs(pixels[i + j] - part))) < 40 && pixels[i + 3] > 60;
 return drawn;"""  # pixels of a colour in the plot of pressures, edges of its lines included
+
+
+BUSY = """setInterval(() => { for (const end = performance.now() + 900; performance.now() < end;); }, 1000)"""
 
 
 class Played(Served):
@@ -120,6 +123,12 @@ def test_a_page_that_is_left_open_says_that_its_session_has_ended(played: Played
         other.process.wait()
 
 
+def test_a_slow_browser_says_that_its_picture_is_late(played: Played, driver: Any) -> None:
+    driver.execute_script(BUSY)
+    wait_until(lambda: "picture late by" in driver.find_element("id", "pace").text)
+    assert "slow" in driver.find_element("id", "pace").get_attribute("class")
+
+
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_a_signal_is_a_normal_end(played: Played, number: signal.Signals) -> None:
     assert played.message()["status"]["factor"] > 0
@@ -170,12 +179,12 @@ def test_an_attacker_commands_nothing_writes_nothing_and_stops_nothing(played: P
         page.send(b"\xc1")
         page.send(b"")
         page.send(json.dumps({"signals": [PRESSURE]}))
-        wait_until(lambda: json.loads(page.recv(timeout=LONG))["values"])
+        wait_until(lambda: see(page)["values"])
         assert played.value(PRESSURE) == pytest.approx(before, abs=1.0)
         assert list(played.out.iterdir()) == [] or [f.name for f in played.out.iterdir()] == [".claim"]
         page.send(json.dumps({"button": "record"}))
-        wait_until(lambda: json.loads(page.recv(timeout=LONG))["status"]["recording"])
-        wait_until(lambda: json.loads(page.recv(timeout=LONG))["status"]["time"] > 0.3)
+        wait_until(lambda: see(page)["status"]["recording"])
+        wait_until(lambda: see(page)["status"]["time"] > 0.3)
         began = time.monotonic()
         for number in (signal.SIGINT, signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
             played.process.send_signal(number)
@@ -199,11 +208,11 @@ def test_junk_to_meshcat_itself_is_no_end(played: Played) -> None:
     assert meshcat[0] != "127.0.0.1"
     with played.open() as page, connect(f"ws://{meshcat[0]}:{meshcat[1]}/", proxy=None, compression=None) as stranger:
         page.send(json.dumps({"button": "record"}))
-        wait_until(lambda: json.loads(page.recv(timeout=LONG))["status"]["time"] > 0.1)
+        wait_until(lambda: see(page)["status"]["time"] > 0.1)
         stranger.send(b"\xc1")
-        wait_until(lambda: "opened again" in json.loads(page.recv(timeout=LONG))["status"]["note"])
+        wait_until(lambda: "opened again" in see(page)["status"]["note"])
         time_then = played.message()["status"]["time"]
-        wait_until(lambda: json.loads(page.recv(timeout=LONG))["status"]["time"] > time_then)
+        wait_until(lambda: see(page)["status"]["time"] > time_then)
         played.process.send_signal(signal.SIGINT)
         code, said = played.end()
     assert code == 0

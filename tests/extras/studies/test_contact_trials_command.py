@@ -10,7 +10,7 @@ from soft_gripper.commands.parser import parsed
 from soft_gripper.extras.studies.commands import contact_trials
 from soft_gripper.extras.studies.contacts import estimates as contact_estimates
 from soft_gripper.extras.studies.contacts.contacts import load_contacts
-from soft_gripper.extras.studies.contacts.peg import PEG_FRICTION, ContactRow
+from soft_gripper.extras.studies.contacts.peg import PEG_FRICTION, PLACE, ContactRow
 from soft_gripper.extras.studies.contacts.trials import ContactErrorRow
 from soft_gripper.files.row_table import read_csv
 
@@ -21,9 +21,10 @@ def one_set_of_sensors(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(contact_estimates, "SEEDS", 1)
 
 
-def test_the_default_friction_is_that_of_the_peg() -> None:
-    """It is written out, since nothing is imported for it."""
-    assert parsed(["study", "contact-trials"]).friction == PEG_FRICTION
+def test_defaults_are_those_of_the_peg() -> None:
+    """They are written out, since nothing is imported for them."""
+    options = parsed(["study", "contact-trials"])
+    assert (options.friction, options.beyond) == (PEG_FRICTION, PLACE[0])
 
 
 @pytest.mark.slow

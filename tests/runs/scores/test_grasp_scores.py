@@ -58,7 +58,7 @@ def test_a_held_object_is_held_by_forces_at_the_end():
     assert found.least_force_n == pytest.approx(found.slip_ratio)
     assert found.contact_area_mm2 == pytest.approx(20)
     assert (found.mean_pressure_kpa, found.largest_pressure_kpa) == pytest.approx((95, 100))
-    assert np.isnan(found.estimated_width_mm)
+    assert "estimated_width_mm" not in vars(found), "an estimate without a band"
 
 
 @pytest.mark.parametrize(

@@ -53,6 +53,30 @@ def test_what_means_nothing_is_quoted(text):
         read_axis(text)
 
 
+@pytest.mark.parametrize(
+    ("text", "right"),
+    [
+        ("1-4", "1..4:N"),
+        ("[1-4]", "1..4:N"),
+        ("2,0.5 - 0.9", "0.5..0.9:N"),
+        ("-4--1", "-4..-1:N"),
+        ("1:4", "1..4:N"),
+        ("1\u20134", "1..4:N"),
+        ("1e3 to 1e4", "1e3..1e4:N"),
+        ("-10-10%", "-10..10 %:N"),
+    ],
+)
+def test_a_range_in_another_notation_is_told_ours(text, right):
+    with pytest.raises(InputError) as caught:
+        read_axis(f"sensor.sections={text}")
+    assert caught.value.expected == f"write {right}, with N values, or list them"
+
+
+@pytest.mark.parametrize("text", ["a-b", "box_1-4", "1e-3", "-3,-2", "1-2-3-4", "left-1"])
+def test_a_dash_inside_a_value_is_no_range(text):
+    assert isinstance(read_axis(f"a={text}"), Values)
+
+
 @pytest.mark.parametrize("text", ["0..1" + 3000 * " " + "x", 3000 * "." + "x"])
 def test_a_long_text_takes_no_time(text):
     began = time.process_time()

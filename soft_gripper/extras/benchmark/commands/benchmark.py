@@ -12,28 +12,32 @@ from tempfile import TemporaryDirectory
 from tqdm import tqdm
 
 from soft_gripper.errors import InputError
-from soft_gripper.extras.benchmark.baselines import Estimator, baselines
+from soft_gripper.extras.benchmark.baselines import baselines
 from soft_gripper.extras.benchmark.benchmark_task import (
     Task,
+    Tested,
+    inputs_of,
     missing_files,
     read_tests,
     read_training,
+    recorded_folders,
     unread_files,
 )
 from soft_gripper.extras.benchmark.contacts import FOLDER as SHIPPED
+from soft_gripper.extras.benchmark.estimates import Answers, answers
 from soft_gripper.extras.benchmark.measured_force import TRIALS, force_tasks
 from soft_gripper.extras.benchmark.ours import ours
 from soft_gripper.extras.benchmark.published import published_beside
 from soft_gripper.extras.benchmark.report import by_region, document, figure, load_scores
-from soft_gripper.extras.benchmark.scores import Answers, Score, Tested, answers, scores
+from soft_gripper.extras.benchmark.scores import Score, scores
 from soft_gripper.extras.benchmark.submission import read_submission, write_submission
 from soft_gripper.extras.benchmark.tasks import TASKS
+from soft_gripper.extras.benchmark.user_estimator import user_estimator
 from soft_gripper.extras.hardware.recordings import DATA_FOLDER
 from soft_gripper.files.output import atomic_file, check_file
 from soft_gripper.pictures.style import save_figure
-from soft_gripper.registry import OWN
 
-Tests = Mapping[Task, tuple[Path, Tested]]  # folder of the files of a task, and what is tested
+Tasks = Mapping[Task, Path]  # and the folders of their files
 
 
 def run(options: argparse.Namespace) -> int:
@@ -49,24 +53,19 @@ def run(options: argparse.Namespace) -> int:
     for file in (options.out, options.submit):
         if file is not None:
             check_file(file)
-    own = (
-        {}
-        if options.estimator is None
-        else {options.estimator: OWN.find(options.estimator, "--estimator", "benchmark")}
-    )
-    tests = _tests(given)
-    found = _submitted(tests, options.score) if options.score else _scores(tests, own, options.submit)
+    tasks = _tasks(given)
+    found = _submitted(tasks, options.score) if options.score else _scores(tasks, options.estimator, options.submit)
     written = [options.submit] if options.submit else []
     print_scores(found)
     options.console.table("scores", found)
     with atomic_file(options.out) as partial:
-        partial.write_text(json.dumps(document(found, [*tests]), indent=2) + "\n")
+        partial.write_text(json.dumps(document(found, [*tasks]), indent=2) + "\n")
     save_figure(figure(found), options.out.with_suffix(""))
     options.console.wrote(options.out, *(options.out.with_suffix(suffix) for suffix in (".png", ".svg")), *written)
     return 0
 
 
-def _tests(given: Path | None) -> Tests:
+def _tasks(given: Path | None) -> Tasks:
     """The tasks whose files are there, and a word where those of the others are."""
     found = {}
     for task in (*TASKS, *(force_tasks(given) if given else ())):
@@ -77,10 +76,9 @@ def _tests(given: Path | None) -> Tests:
             where = f"skipped, {folder} has no {', '.join(missing)}; they are at {task.source}"
             print(f"{task.name}: {where}", file=sys.stderr)
         else:
-            whole = task.with_kept_back(folder)
-            found[whole] = folder, read_tests(whole, folder)
-    for folder in {folder for task, (folder, _) in found.items() if task.folder != SHIPPED}:
-        _name_unread([task for task, (own, _) in found.items() if own == folder], folder)
+            found[task.with_kept_back(folder)] = folder
+    for folder in {folder for task, folder in found.items() if task.folder != SHIPPED}:
+        _name_unread([task for task, own in found.items() if own == folder], folder)
     return found
 
 
@@ -93,37 +91,57 @@ def _name_unread(tasks: Sequence[Task], folder: Path) -> None:
         print(f"{folder / parent}: not read: {names}; recordings are called {', '.join(called)}", file=sys.stderr)
 
 
-def _scores(tests: Tests, own: Mapping[str, Estimator], submission: Path | None) -> list[Score]:
-    """Scores of all estimators, by task; a user's own are run first, so that their mistakes are reported at once."""
-    runs = [(task, name, found) for task in tests for name, found in own.items()]
-    runs += [(task, *each) for task in tests for each in (baselines(task.question) | ours(task)).items()]
-    found: dict[str, list[Score]] = {task.name: [] for task in tests}
+def _scores(tasks: Tasks, own: str | None, submission: Path | None) -> list[Score]:
+    """Scores of all estimators, by task; a user's own is run first, so that its mistakes are reported at once.
+
+    Until it has answered everything, the inputs are all that is kept of what is tested.
+    """
+    runs = [(task, *each) for task in tasks for each in (baselines(task.question) | ours(task)).items()]
+    found: dict[str, list[Score]] = {task.name: [] for task in tasks}
     stated: dict[Task, Answers] = {}
-    with TemporaryDirectory() as copies, tqdm(runs, desc="benchmark", unit="estimator", disable=None) as bar:
-        train = {task: read_training(task, folder, Path(copies)) for task, (folder, _) in tests.items()}
-        for task, name, estimator in bar:
+    count = len(runs) + (0 if own is None else len(tasks))
+    with TemporaryDirectory() as copies, tqdm(total=count, desc="benchmark", unit="estimator", disable=None) as bar:
+        if own is not None:
+            for task in tasks:
+                bar.set_postfix_str(f"{task.name}: {own}")
+                stated[task] = _answers_apart(tasks, task, own, Path(copies))
+                bar.update()
+        train = {task: read_training(task, folder, Path(copies)) for task, folder in tasks.items()}
+        tests = {task: read_tests(task, folder) for task, folder in tasks.items()}
+        for task, name, estimator in runs:
             bar.set_postfix_str(f"{task.name}: {name}")
-            of_task = answers(task, name, estimator, train[task], tests[task][1])
-            found[task.name] += scores(task, name, of_task, tests[task][1])
-            if name in own:
-                stated[task] = of_task
-    if submission is not None:
-        (name,) = own
-        write_submission(submission, name, stated)
-    return [score for of_task in found.values() for score in sorted(of_task, key=lambda score: score.estimator in own)]
+            answered = answers(task.question, name, estimator, train[task], inputs_of(tests[task]))
+            found[task.name] += scores(task, name, answered, tests[task])
+            bar.update()
+    if own is not None:
+        for task, answered in stated.items():
+            found[task.name] += scores(task, own, answered, tests[task])
+        if submission is not None:
+            write_submission(submission, own, stated)
+    return [score for of_task in found.values() for score in of_task]
 
 
-def _submitted(tests: Tests, files: list[Path]) -> list[Score]:
+def _answers_apart(tasks: Tasks, task: Task, name: str, copies: Path) -> Answers:
+    """What a user's estimator states of a task, in a process that knows no other: their inputs may be answers here."""
+    train, inputs = read_training(task, tasks[task], copies), inputs_of(read_tests(task, tasks[task]))
+    with user_estimator(name, recorded_folders(tasks)) as (estimator, is_hidden):
+        if not is_hidden and task is next(iter(tasks)):
+            tqdm.write(f"{name} could read the tests: this system has no Landlock", file=sys.stderr)
+        return answers(task.question, name, estimator, train, inputs)
+
+
+def _submitted(tasks: Tasks, files: list[Path]) -> list[Score]:
     """Scores of submissions, in the tasks whose files are there."""
+    tests = {task: read_tests(task, folder) for task, folder in tasks.items()}
     found = [score for file in files for score in _of_submission(file, tests)]
     if not found:
         raise InputError("benchmark", "--score", [str(file) for file in files], "has no task whose data are there")
     return found
 
 
-def _of_submission(file: Path, tests: Tests) -> Iterator[Score]:
+def _of_submission(file: Path, tests: Mapping[Task, Tested]) -> Iterator[Score]:
     submission = read_submission(file)
-    for task, (_, tested) in tests.items():
+    for task, tested in tests.items():
         if task.name in submission.tasks:
             yield from scores(task, submission.estimator, submission.answers(task, tested), tested)
 

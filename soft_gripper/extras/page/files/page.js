@@ -5,6 +5,7 @@ import {Controls, element} from "./controls.js";
 import {Plot} from "./plot.js";
 
 const SLOW = 0.95; // a factor of real time below this is called slow
+const LATE = 0.5; // s by which the picture may be behind without a word
 const LONG = 50; // ms that drawing the scene may take before it is done less often
 const AGAIN = 1000; // ms until another try to connect
 const find = (id) => document.getElementById(id);
@@ -96,17 +97,20 @@ function ask() {
   send({signals: [...new Set([...plots.values()].flatMap((plot) => Object.keys(plot.about.signals)))]});
 }
 
-function take({end, status, values}) {
+function take({end, number, status, values}) {
   if (end) {
     hasEnded = true;
     say("ended", "halted");
     return;
   }
+  send({seen: number});
   const {time, mode = status.paused ? "paused" : "live", alarm} = status;
   say(`${mode}${status.recording ? ", recording" : ""}`, alarm || status.recording ? "alarm" : status.paused ? "halted" : "");
   find("time").textContent = `${time.toFixed(1)} s`;
-  find("pace").textContent = status.latency ?? `${status.factor.toFixed(2)} × real time`;
-  find("pace").className = status.factor < SLOW ? "slow" : "";
+  const isLate = status.late > LATE;
+  const pace = status.latency ?? `${status.factor.toFixed(2)} × real time`;
+  find("pace").textContent = isLate ? `${pace}, picture late by ${status.late.toFixed(1)} s` : pace;
+  find("pace").className = isLate || status.factor < SLOW ? "slow" : "";
   note(status.note);
   controls.update(status);
   if (status.tables) find("tables").replaceChildren(...status.tables.map(table));

@@ -10,7 +10,7 @@ import numpy as np
 
 from soft_gripper.extras.studies.contacts.contacts import Contacts, load_contacts, save_contacts
 from soft_gripper.extras.studies.contacts.estimates import ESTIMATOR, check_estimator
-from soft_gripper.extras.studies.contacts.peg import SIDES, Contact, as_arrays, contact_row, run_contacts
+from soft_gripper.extras.studies.contacts.peg import PLACE, SIDES, Contact, as_arrays, contact_row, run_contacts
 from soft_gripper.extras.studies.contacts.trials import (
     BOTH,
     ERRORS,
@@ -49,7 +49,7 @@ def _simulate(options: argparse.Namespace, out: Path) -> Contacts:
     number, kept = options.trials, "nothing is written until the last contact"
     executor = open_executor(options.jobs, options.scheduler)
     with options.console.jobs(number, "contacts", kept) as ended, executor as opened:
-        contacts = run_contacts(number, options.seed, opened, ended, options.friction)
+        contacts = run_contacts(number, options.seed, opened, ended, options.friction, (options.beyond, PLACE[1]))
     arrays = as_arrays(contacts)
     write_csv(out / TABLE, [contact_row(contact) for contact in contacts])
     save_contacts(arrays, out / ARRAYS)

@@ -57,8 +57,7 @@ Job = tuple[str, Case]
 
 def key_of(situation: str, case: Case) -> tuple[str, ...]:
     """The cells that name a row."""
-    sensors = "realistic" if case.realistic else "ideal"
-    return situation, str(case.sections), sensors, case.model
+    return situation, str(case.sections), case.sensors, case.model
 
 
 def coverage_row(situation: str, case: Case, stated: Stated) -> Row:
@@ -120,7 +119,7 @@ def rows_of(kind: str, case: Case, number: float, seed: int) -> list[Row]:
         simulated, runs = (pressed, RUNS) if kind == "peg" else (carried, CARRIES)
         found = simulated(case, max(round(number * runs), 1), seed)
         return [coverage_row(situation, case, stated) for situation, stated in found.items()]
-    return [coverage_row(kind, case, drawn(kind, case, max(round(number * CONTACTS), 1), seed))]
+    return [coverage_row(kind, case, drawn(STATICS[kind], case, max(round(number * CONTACTS), 1), seed))]
 
 
 def coverage_jobs() -> list[Job]:

@@ -6,10 +6,11 @@ contacts in space. Simulated: a finger that presses on a peg, at rest and shortl
 that carries a box.
 
 The nominal model is exact, and declared to be; or stiffness and pressure are wrong, by up to 10 and 2 %, which either
-is declared or not: the uncertainty is the default one then.
+is declared or not: the uncertainty is the default one then. In DIFFERENCES the finger differs from the nominal one, or
+the scene from the default uncertainty, in a way that this does not declare.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import cache, partial
 from typing import Any, NamedTuple
@@ -28,12 +29,15 @@ from soft_gripper.extras.studies.contacts.contacts import Contacts, read_finger
 from soft_gripper.extras.studies.contacts.estimates import REALISTIC, Condition, preset_errors
 from soft_gripper.extras.studies.contacts.found_contact import FoundContact, driving_torque
 from soft_gripper.extras.studies.contacts.statics import (
+    FORCES,
     contacts_in_space,
     finger_in_space,
     rubbing_contacts,
     several_contacts,
 )
+from soft_gripper.extras.studies.robustness.plants import RUBBER
 from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.statics import softened
 from soft_gripper.scenario.scenario_file import changed_scenario
 from soft_gripper.scenario.schema import SensorConfig
 from soft_gripper.scenario.sensor_presets import sensor_layout
@@ -43,8 +47,12 @@ from soft_gripper.sensors.strain_errors import StrainErrors, disturb
 PLACES = 0.1, 1.0  # of the length
 FRICTION, MOST_FRICTION = 0.9, 1.0  # of contacts at rest, at most, and of sliding ones
 FINER = 48  # segments of a plant under a nominal finger of 12
+STRONG, NEAR = {"inner": (2.0, 5.0), "outer": (2.0, 5.0)}, (0.1, 1 / 3)  # N; fractions of the length
+ROUGH = 1.3  # friction, above the 0.9 of the default uncertainty
+BORDER_SHIFT = 1 / 12  # of the length, 10 mm
 STIFFNESS, PRESSURE = (-10, -5, 0, 5, 10), 0.02  # %, errors of the nominal one; share, the largest error
 MODELS = "exact, declared", "wrong, defaults", "wrong, called exact"
+NOMINAL = "as simulated, defaults"
 _MOVED, _PERIOD = 100, 0.05  # samples of a motion into the contact and of holding it, s between them
 
 
@@ -57,8 +65,8 @@ class Case(NamedTuple):
 
     @property
     def exact(self) -> bool:
-        """Whether the nominal finger is that which is simulated, and the pressure is measured exactly."""
-        return self.model == MODELS[0]
+        """Whether stiffness and pressure are the nominal ones."""
+        return self.model in (MODELS[0], NOMINAL)
 
     @property
     def errors(self) -> StrainErrors | None:
@@ -67,7 +75,12 @@ class Case(NamedTuple):
     @property
     def assumed(self) -> Uncertainty:
         found = uncertainty_of(self.errors)
-        return found if self.model == MODELS[1] else replace(found, bend_per_pressure=EXACT)
+        return found if self.model in (MODELS[1], NOMINAL) else replace(found, bend_per_pressure=EXACT)
+
+    @property
+    def sensors(self) -> str:
+        """In one word."""
+        return REALISTIC if self.realistic else "ideal"
 
 
 class Stated(NamedTuple):
@@ -97,45 +110,85 @@ def _uniform(number: int, seed: int) -> Array:
     return np.random.default_rng(seed).uniform(size=number)
 
 
+class Statics(NamedTuple):
+    """Contacts by statics of a finger, and the nominal finger and sensors, which by default know of bending alone."""
+
+    contacts: Callable[..., Contacts]  # of a number and a seed, and of ranges of `forces` in DIFFERENCES
+    nominal: Callable[[], Finger] = read_finger
+    layout: str = "sides"
+    border_shift: float = 0.0  # fraction of the length by which the middle border lies beyond the nominal one
+
+
+def _contacts_on_faces(
+    number: int,
+    seed: int,
+    friction: Array | float = FRICTION,
+    share: Array | float | None = None,
+    places: tuple[float, float] = PLACES,
+    finger: Callable[[], Finger] = read_finger,
+    forces: Mapping[str, tuple[float, float]] = FORCES,
+) -> Contacts:
+    """Contacts with a share of the friction; None: any."""
+    share = _uniform(number, seed) if share is None else share
+    return rubbing_contacts(number, friction, share, seed, places, finger(), forces)
+
+
 def _sliding(number: int, seed: int) -> Contacts:
     """Contacts at the edge of a cone of up to MOST_FRICTION."""
     cone = np.random.default_rng(seed).uniform(0.2, MOST_FRICTION, number)
-    return rubbing_contacts(number, cone, 1.0, seed, PLACES)
-
-
-def _finer(number: int, seed: int) -> Contacts:
-    """Contacts on a finger of FINER segments."""
-    finger = replace(read_finger(), segments=FINER)
-    return rubbing_contacts(number, FRICTION, _uniform(number, seed), seed, PLACES, finger)
+    return _contacts_on_faces(number, seed, cone, 1.0)
 
 
 def _of_plant_in_space(number: int, seed: int, faces: int) -> Contacts:
     return contacts_in_space(number, FRICTION * _uniform(number, seed), seed, faces=faces)
 
 
-STATICS: dict[str, Callable[[int, int], Contacts]] = {
-    "at rest": lambda number, seed: rubbing_contacts(number, FRICTION, _uniform(number, seed), seed, PLACES),
-    "sliding": _sliding,
-    "two contacts": lambda number, seed: several_contacts(number, FRICTION, seed),
-    "a spread contact": lambda number, seed: several_contacts(number, FRICTION, seed, spread=True),
-    "a plant of 48 segments": _finer,
-    "a plant in space": lambda number, seed: _of_plant_in_space(number, seed, faces=2),
-    "in space": lambda number, seed: _of_plant_in_space(number // 2, seed, faces=4),
+def graded(change: float) -> Finger:
+    """The shipped finger, stiffer by this fraction at the base and softer by it at the tip, and linear between."""
+    finger = read_finger()
+    base, tip = (softened(finger, 1 / (1 + part)) for part in (change, -change))
+    return replace(finger, base=base.base, tip=tip.tip)
+
+
+STATICS = {
+    "at rest": Statics(_contacts_on_faces),
+    "sliding": Statics(_sliding),
+    "two contacts": Statics(lambda number, seed: several_contacts(number, FRICTION, seed)),
+    "a spread contact": Statics(lambda number, seed: several_contacts(number, FRICTION, seed, spread=True)),
+    "a plant of 48 segments": Statics(
+        partial(_contacts_on_faces, finger=lambda: replace(read_finger(), segments=FINER))
+    ),
+    "a plant in space": Statics(lambda number, seed: _of_plant_in_space(number, seed, faces=2)),
+    "in space": Statics(
+        lambda number, seed: _of_plant_in_space(number // 2, seed, faces=4), finger_in_space, "four_faces_and_diagonal"
+    ),
+}
+DIFFERENCES = {
+    "none": Statics(_contacts_on_faces),
+    "stiffness +5 % at the base, -5 % at the tip": Statics(partial(_contacts_on_faces, finger=partial(graded, 0.05))),
+    "stiffness -10 % at the base, +10 % at the tip": Statics(
+        partial(_contacts_on_faces, finger=partial(graded, -0.10))
+    ),
+    "a border between sections 10 mm off": Statics(_contacts_on_faces, border_shift=BORDER_SHIFT),
+    "forces of 2 to 5 N before a third of the length": Statics(partial(_contacts_on_faces, places=NEAR, forces=STRONG)),
+    "sliding with friction of 1.3": Statics(partial(_contacts_on_faces, friction=ROUGH, share=1.0)),
+    "a neo-Hookean plant": Statics(partial(_contacts_on_faces, finger=RUBBER.finger)),
 }
 PEG, ARM = ("peg, at rest", "peg, after a step"), ("carried by an arm",)
-_contacts = cache(lambda situation, number, seed: STATICS[situation](number, seed))  # the same for all cases
+_contacts = cache(lambda make, number, seed: make(number, seed))  # the same for all cases
 
 
-def drawn(situation: str, case: Case, number: int, seed: int) -> Stated:
-    """Statements about contacts by statics.
-
-    Sensors and estimator know of bending alone, but for the situation "in space".
-    """
-    contacts, rng = _contacts(situation, number, seed), np.random.default_rng(seed)
-    seen, config = read_finger(), SensorConfig(sections=case.sections)
-    if situation == "in space":
-        seen, config = finger_in_space(), SensorConfig(sections=case.sections, layout="four_faces_and_diagonal")
-    readings = _read(sensor_layout(replace(seen, segments=contacts.finger.segments), config), contacts.q, case, rng)
+def drawn(situation: Statics, case: Case, number: int, seed: int) -> Stated:
+    """Statements about contacts by statics."""
+    contacts, rng = _contacts(situation.contacts, number, seed), np.random.default_rng(seed)
+    seen, config = situation.nominal(), SensorConfig(sections=case.sections, layout=situation.layout)
+    true_config = config
+    if situation.border_shift:
+        borders = np.arange(1, case.sections) / case.sections
+        borders[len(borders) // 2] += situation.border_shift
+        true_config = replace(config, borders=borders.tolist())
+    layout = sensor_layout(replace(seen, segments=contacts.finger.segments), true_config)
+    readings = _read(layout, contacts.q, case, rng)
     measured, parts = _wrong(case, len(contacts.q), rng)
     found = [
         _stated_of(contacts.at(rows), seen, condition, config, case.assumed, readings[rows], measured[rows])

@@ -4,6 +4,7 @@ A force turns with the link that it presses on: it is fixed in the link's frame,
 of each.
 """
 
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
 from typing import NamedTuple
@@ -50,7 +51,7 @@ def in_balance(
     """The contacts for which a balance is found, and which bend the finger by less than MOST_BEND.
 
     Args:
-        finger: with linear springs, that does not creep.
+        finger: that does not creep.
         pressure, gravity: (M,) Pa and (M, 3) m/s^2 in B.
         forces: of the contacts.
         normal_force, s, side, mu: what the contacts count as, see `Contacts`; `mu` is their coefficient of friction.
@@ -69,10 +70,17 @@ def in_balance(
         contact = Loads(weight.frames, np.zeros((finger.segments + 1, 3)), force, moment)
         return torques(at, weight), torques(at, contact), force.sum(axis=-2)
 
-    q = moved = driving / stiffness
+    bending = np.array(chain.ways) == "bending"
+
+    def deflection(torque: Array) -> Array:
+        q: Array = torque / stiffness
+        q[:, bending] = finger.angle(torque[:, bending])
+        return q
+
+    q = moved = deflection(driving)
     for _ in range(_REPETITIONS):
         by_weight, torque, _ = loaded(q)
-        moved = (driving + by_weight + torque) / stiffness - q
+        moved = deflection(driving + by_weight + torque) - q
         q = q + _STEP * moved
     _, torque, force = loaded(q)
     order = np.argsort(chain.places(ways_in_space(finger)))
@@ -93,22 +101,23 @@ def rubbing_contacts(
     seed: int,
     places: tuple[float, float] = FAR,
     finger: Finger | None = None,
+    forces: Mapping[str, tuple[float, float]] = FORCES,
 ) -> Contacts:
     """About `number` random contacts in the bending plane, with a share of the friction one way or the other.
 
     `friction`, a coefficient, and `share` are one for all or (number); `finger` is the shipped one unless another is
-    given, `places` are shares of its length.
+    given, `places` are shares of its length, `forces` ranges by side, N.
     """
     rng, finger = np.random.default_rng(seed), finger or read_finger()
     side = np.asarray(rng.choice(list(_SIDES), number), dtype=str)
     s = finger.length * rng.uniform(*places, number)
-    force, pressure = (np.array([rng.uniform(*ranges[one]) for one in side]) for ranges in (FORCES, PRESSURES))
+    force, pressure = (np.array([rng.uniform(*ranges[one]) for one in side]) for ranges in (forces, PRESSURES))
     rub = share * friction * rng.choice([-1, 1], number)
     strength = G * rng.uniform(size=number)
     gravity = strength[:, None] * _in_plane(2 * np.pi * rng.uniform(size=number))
-    forces = _on_faces(finger, side, s[:, None], force[:, None], rub[:, None])
+    pressing = _on_faces(finger, side, s[:, None], force[:, None], rub[:, None])
     sides, mu = np.array([_SIDES[one] for one in side]), np.broadcast_to(friction, number)
-    return in_balance(finger, pressure, gravity, forces, force, s, sides, mu)
+    return in_balance(finger, pressure, gravity, pressing, force, s, sides, mu)
 
 
 def _in_plane(angle: Array) -> Array:

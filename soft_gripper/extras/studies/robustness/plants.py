@@ -21,6 +21,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -30,6 +31,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.evaluation.paper.contact_table import contact_table, of_touched_fingers
+from soft_gripper.extras.studies.contacts.contacts import FINGER
 from soft_gripper.files.output import atomic_file
 from soft_gripper.files.xml_text import read_xml
 from soft_gripper.fingers.cross_section import CrossSection
@@ -94,6 +96,14 @@ class Plant:
             changes[f"pressure.{end}"] = self.pressure * getattr(shipped.pressure, end)
         changes["pressure.steps.all"] = [self.pressure * step for step in shipped.pressure.steps["all"]]
         return changed_scenario(name, changes)
+
+    def finger(self) -> Finger:
+        """The shipped finger of a single finger's file with these differences."""
+        with TemporaryDirectory(prefix="soft-gripper-") as folder:
+            file = Path(folder) / "finger.urdf"
+            self.write(model_path(FINGER), file)
+            (finger,) = expand_urdf(file).fingers
+        return finger
 
     def write(self, shipped: Path, file: Path) -> None:
         """Writes a shipped file in which these fingers replace its own."""

@@ -51,7 +51,7 @@ def test_a_file_of_ones_own_names_its_scenario_beside_it(tmp_path):
         ({"scenario.nominal.youngs_modulus": "+30 %"}, "variation.youngs_modulus"),
         ({"variation.weight": 1.0}, "variation.weight"),
         ({"grasp.object": "apple"}, "grasp.object"),
-        ({"reach": {}}, "task"),
+        ({"reach": {}}, "reach"),
         ({"observation": []}, "observation"),
         ({"time_step": 0.01}, "time_step"),
         ({"duration": 0.01}, "duration"),

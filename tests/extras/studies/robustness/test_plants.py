@@ -5,28 +5,18 @@ import pytest
 
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.extras.studies.robustness.plants import FINE, PLANTS, RUBBER, TAPERED
-from soft_gripper.fingers.urdf import expand_urdf
-from soft_gripper.models import DIRECTORY
-
-SHIPPED = DIRECTORY / "grippers/finger.urdf"
 
 
-def finger_of(plant, folder):
-    plant.write(SHIPPED, folder / "finger.urdf")
-    (finger,) = expand_urdf(folder / "finger.urdf").fingers
-    return finger
-
-
-def test_files_say_what_is_different(tmp_path, shipped_finger) -> None:
-    fine, tapered, rubber = (finger_of(plant, tmp_path) for plant in (FINE, TAPERED, RUBBER))
+def test_files_say_what_is_different(shipped_finger) -> None:
+    fine, tapered, rubber = (plant.finger() for plant in (FINE, TAPERED, RUBBER))
     assert (fine.segments, fine.base, fine.elastic_law) == (24, shipped_finger.base, None)
     assert (tapered.segments, tapered.base.thickness, tapered.tip.thickness) == (12, 0.035, 0.015)
     assert rubber.segments == 24
     assert rubber.elastic_law is not None
 
 
-def test_rubber_is_as_stiff_as_believed_at_60_degrees_and_softer_beyond(tmp_path, shipped_finger) -> None:
-    rubber = finger_of(RUBBER, tmp_path)
+def test_rubber_is_as_stiff_as_believed_at_60_degrees_and_softer_beyond(shipped_finger) -> None:
+    rubber = RUBBER.finger()
     nominal = [np.full(12, np.radians(bend) / 12) for bend in (60, 120, -30)]
     simulated = [np.repeat(q, 2) / 2 for q in nominal]
     linear, curved = (
@@ -38,8 +28,8 @@ def test_rubber_is_as_stiff_as_believed_at_60_degrees_and_softer_beyond(tmp_path
     assert curved[2] < 1.1 * linear[2] < 0
 
 
-def test_a_tapered_finger_bends_about_as_far_at_its_pressures(tmp_path, shipped_finger) -> None:
-    tapered = finger_of(TAPERED, tmp_path)
+def test_a_tapered_finger_bends_about_as_far_at_its_pressures(shipped_finger) -> None:
+    tapered = TAPERED.finger()
     shipped, other = (
         finger.angle(factor * 1e5 * finger.pressure_gain).sum()
         for finger, factor in ((shipped_finger, 1.0), (tapered, TAPERED.pressure))
