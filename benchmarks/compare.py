@@ -1,13 +1,15 @@
 """Compares this checkout with another one: `python compare.py OTHER [SCENARIO ...]`.
 
 OTHER is a folder in which `make .venv/ready` was run. The checkouts take turns, each run in a process of its own and
-timed by the checkout's own timed_run.py. For every part of a run the mean of its two shortest times counts, which
-excludes as much as possible of the machine's other load.
+timed by the checkout's own timed_run.py, or by this one if that reads no signals. For every part of a run the mean of
+its two shortest times counts, which excludes as much as possible of the machine's other load. Each scenario has two
+rows: with no signal of its recording read, and with all of them, in both checkouts.
 """
 
 import json
 import subprocess
 import sys
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -15,18 +17,28 @@ import numpy as np
 HERE = Path(__file__).parent
 ROUNDS = 7
 SCENARIOS = ("free_bending", "box_grasp", "irregular_grasp", "pick_and_place_box")
-Runs = dict[tuple[str, str], list[list[float]]]  # times of the parts, by checkout and diagram
+Times = dict[str, list[float]]  # s, by what is timed: the parts of a run, "closed" or "bare", and "read"
+Runs = dict[tuple[str, str], list[list[float]]]  # times by checkout and what is timed
 
 
 def main(other: Path, scenarios: list[str]) -> None:
-    """Prints a line per scenario."""
-    print("scenario               faster  blocks  closed / bare, other  closed / bare, here")
+    """Prints two lines per scenario."""
+    print("scenario, signals read   faster  blocks  closed / bare, other  closed / bare, here")
     for name in scenarios or SCENARIOS:
-        times = {key: shortest(runs) for key, runs in run_in_turns(other, name).items()}
-        here, there = times["here", "closed"], times["other", "closed"]
-        bare = min((time for (_, diagram), time in times.items() if diagram == "bare"), default=np.nan)
-        numbers = there / here, (here - bare) / (there - bare), there / bare, here / bare
-        print(f"{name:<22} {numbers[0]:>6.2f} {numbers[1]:>7.2f} {numbers[2]:>21.2f} {numbers[3]:>20.2f}", flush=True)
+        for signals, numbers in ratios({key: shortest(runs) for key, runs in run_in_turns(other, name).items()}):
+            cells = zip(numbers, (6, 7, 21, 20), strict=True)
+            print(f"{f'{name}, {signals}':<24}", *(f"{number:>{width}.2f}" for number, width in cells), flush=True)
+
+
+def ratios(times: Mapping[tuple[str, str], float]) -> Iterator[tuple[str, tuple[float, ...]]]:
+    """Which signals are read, and how many times as fast this checkout is, its blocks, and closed over bare in both."""
+    bare = min((time for (_, timed), time in times.items() if timed == "bare"), default=np.nan)
+    for signals in ("none", "all"):
+        there, here = (
+            times[checkout, "closed"] + (times[checkout, "read"] if signals == "all" else 0.0)
+            for checkout in ("other", "here")
+        )
+        yield signals, (there / here, (here - bare) / (there - bare), there / bare, here / bare)
 
 
 def run_in_turns(other: Path, scenario: str) -> Runs:
@@ -34,12 +46,19 @@ def run_in_turns(other: Path, scenario: str) -> Runs:
     runs: Runs = {}
     for _ in range(ROUNDS):
         for checkout, folder in (("other", other), ("here", HERE.parent)):
-            folder = folder.resolve()
-            command = [folder / ".venv/bin/python", folder / "benchmarks/timed_run.py", scenario]
-            found = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
-            for diagram, times in found.items():
-                runs.setdefault((checkout, diagram), []).append(times)
+            for timed, times in timed_run(folder.resolve(), scenario).items():
+                runs.setdefault((checkout, timed), []).append(times)
     return runs
+
+
+def timed_run(folder: Path, scenario: str) -> Times:
+    """A run of a scenario in a checkout, with the time of reading its signals."""
+    for script in (folder / "benchmarks/timed_run.py", HERE / "timed_run.py"):
+        command = [folder / ".venv/bin/python", script, scenario]
+        times: Times = json.loads(subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout)
+        if "read" in times:
+            return times
+    raise AssertionError("this timed_run.py reads all signals")
 
 
 def shortest(runs: list[list[float]]) -> float:

@@ -67,7 +67,7 @@ def main() -> None:
     simulated = STEPS * env.time_step
     print(f"reset: {1e3 * median['reset']:.1f} ms")
     print(f"SoftGrasp-v0: {simulated / median['episode']:.1f} times real time")
-    print(f"box_grasp, with sensing and logs: {2.0 / median['box']:.1f} times real time")
+    print(f"box_grasp, no signal read: {2.0 / median['box']:.1f} times real time")
     gains = [2 * one / two for one, two in zip(found["one"], found["two"], strict=True)]
     steps = [MANY * one / all_ for one, all_ in zip(found["episode"], found["many"], strict=True)]
     print(f"{MANY} environments in MuJoCo: {np.median(steps):.1f} times the steps a second of computing time")

@@ -1,4 +1,4 @@
-"""CPU times of the parts of a run, printed as JSON: `python timed_run.py SCENARIO`; see compare.py."""
+"""CPU times of a run and of reading its signals, printed as JSON: `python timed_run.py SCENARIO`; see compare.py."""
 
 import os
 
@@ -13,6 +13,7 @@ import numpy as np
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 from pydrake.systems.framework import DiagramBuilder
 
+from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.scene import add_plant
 from soft_gripper.diagrams.simulation import make_simulator, solver_config
 from soft_gripper.diagrams.station import make_private_station
@@ -25,11 +26,19 @@ OF_A_TASK = 8.0  # s, in which every task of the scenarios handles its object
 
 
 def main(name: str) -> None:
-    """The closed diagram; and the bare plant with its drive, if no task commands it."""
+    """Times the closed diagram and every signal of its recording; without a task, the bare plant with its drive too."""
     scenario = load_scenario(name)
     station = make_private_station(scenario)
     simulator = make_simulator(station)
-    times = {"closed": part_times(simulator, scenario, lambda: station.recording(simulator.get_context()))}
+    recordings: list[Recording] = []
+
+    def record() -> None:
+        recordings.append(station.recording(simulator.get_context()))
+
+    times = {"closed": part_times(simulator, scenario, record)}
+    first, whole = recordings
+    read_all(first)  # a single sample: imports what the reading of all takes
+    times["read"] = [cpu_time(lambda: read_all(whole))]
     if scenario.task is None:
         bare = Simulator(bare_diagram(scenario))
         ApplySimulatorConfig(solver_config(scenario), bare)
@@ -52,10 +61,16 @@ def part_times(simulator: Simulator, scenario: Scenario, finish: Callable[[], ob
     finish()
     end = OF_A_TASK if scenario.task is not None else scenario.duration
     actions = [*(lambda time=time: simulator.AdvanceTo(time) for time in np.arange(PART, end + 1e-9, PART)), finish]
-    return [_cpu_time(action) for action in actions]
+    return [cpu_time(action) for action in actions]
 
 
-def _cpu_time(action: Callable[[], object]) -> float:
+def read_all(recording: Recording) -> None:
+    """Computes every signal of a recording."""
+    recording.data.load()
+
+
+def cpu_time(action: Callable[[], object]) -> float:
+    """CPU time that an action takes, s."""
     start = process_time()
     action()
     return process_time() - start

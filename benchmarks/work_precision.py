@@ -86,7 +86,7 @@ def main() -> None:
     print_results(results)
     default = results[DEFAULT].seconds
     settled, moving = errors(towards_zero, reference)
-    print(f"\nComputing time 1 is {1e3 * default:.0f} ms for a simulated second.")
+    print(f"\nComputing time 1 is {1e3 * default:.0f} ms for a simulated second, no signal read.")
     print(f"The reference takes {seconds / default:.0f}.")
     print(f"The discrete plant towards 0 ms is {1e6 * settled:.4f} µm and {1e3 * moving:.5f} mm from the reference.\n")
     print_floor(reference)
@@ -110,7 +110,7 @@ def make(overrides: list[str]) -> Station:
 
 
 def run(station: Station) -> tuple[float, Planar]:
-    """CPU time for a simulated second, s, and the fingertips in their frames B, (fingers, steps, samples) m."""
+    """CPU time for a simulated second, s, no signal read, and tips in their frames B, (fingers, steps, samples) m."""
     start = process_time()
     recording = run_station(station)
     seconds = (process_time() - start) / station.scenario.duration

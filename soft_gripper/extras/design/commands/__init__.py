@@ -20,7 +20,7 @@ COMMANDS = (
         (
             "examples/design/bottle.yaml --out results/bottle    tables, Pareto front, gripper, drawings, mould",
             "my_study.yaml --out results/mine --resume           go on after an interruption",
-            "my_study.yaml --engine mujoco --check 100           faster; a hundred runs of the test again in Drake",
+            "my_study.yaml --engine mujoco --check 100           in MuJoCo; a hundred runs of the test again in Drake",
         ),
         (
             *CONSOLE,
