@@ -58,7 +58,7 @@ def add_torque_bar(figure: Figure, limit: float, label: str = "external torque",
     """Draws the scale from -`limit` to `limit` N m, in mN m; `where` as for `Figure.colorbar`."""
     scale = ScalarMappable(Normalize(-1e3 * limit, 1e3 * limit), COLORMAP)
     bar = figure.colorbar(scale, **where)
-    bar.set_label(f"holds open  ←  {label} [mN m]  →  closes")
+    bar.set_label(f"opens  ←  {label} [mN m]  →  closes")
     bar.outline.set_visible(False)
     return bar
 
