@@ -1,16 +1,14 @@
-"""Model files: found by path or package, read by Drake or by us, named as the scenario says, or refused in one line."""
+"""Model files: read by Drake or by us, named as the scenario says, or refused in one line."""
 
 import shutil
 
 import pytest
 import trimesh
 from pydrake.multibody.plant import MultibodyPlant
-from refusals import refused
 
 from soft_gripper.diagrams.loaded_model import load_model
 from soft_gripper.errors import InputError
 from soft_gripper.models import DIRECTORY
-from soft_gripper.scenario.model_files import model_path
 from soft_gripper.scenario.schema import MeshConfig, ModelConfig
 
 BOX = "package://soft_gripper/objects/box.sdf"
@@ -35,24 +33,6 @@ def refusal(plant, name, file):
     with pytest.raises(InputError) as caught:
         load_model(plant, ModelConfig(name, file), "models[3]")
     return str(caught.value)
-
-
-def test_a_package_of_ours_is_where_its_files_are():
-    assert model_path(BOX) == DIRECTORY / "objects" / "box.sdf"
-    assert model_path(BOX).is_file()
-
-
-def test_a_package_of_drake_is_found_too():
-    assert model_path("package://drake/LICENSE.TXT").is_absolute()
-
-
-def test_an_unknown_package_names_the_known_ones():
-    with refused("file", "package://nosuch/thing.sdf"):
-        model_path("package://nosuch/thing.sdf")
-
-
-def test_a_plain_path_stays_what_it_is(tmp_path):
-    assert model_path(str(tmp_path / "thing.sdf")) == tmp_path / "thing.sdf"
 
 
 @pytest.mark.parametrize("file", [BOX, FINGER, str(DIRECTORY / "objects" / "irregular.obj")])
