@@ -129,19 +129,8 @@ def import_options(config: ModelConfig, where: str = "model", is_arm: bool = Fal
     kind, add_to_link = deformable_kind(), None
     if kind is not None and kind.is_meant(config.mesh):
         add_to_link = partial(kind.add_to_link, config.mesh)
-    return ImportOptions(
-        where,
-        is_arm,
-        config.free,
-        config.child,
-        config.without,
-        config.mass,
-        config.friction,
-        config.name,
-        config.mesh.scale,
-        config.mesh.color,
-        add_to_link,
-    )
+    asked = config.free, config.child, config.without, config.mass, config.friction
+    return ImportOptions(where, is_arm, *asked, config.name, config.mesh.scale, config.mesh.color, add_to_link)
 
 
 def _expanded(

@@ -89,18 +89,17 @@ def _set(plant: MultibodyPlant, joint: Joint, motor: JointActuator | None, limit
 
 def _check(model: AddedModel, joint: Joint, effort: float) -> None:
     name = joint.name()
+    where = f"{model.file.path}: joint '{name}'"
     lower, upper, velocity = _limits(joint)
     expected = f"give what the joint can do at most, in the file or in the scenario: arm.limits.{name}: {_NUMBERS}"
     for field, value in (("limit.effort", effort), ("limit.velocity", velocity)):
         if not value > 0:
-            raise InputError(f"{model.file.path}: joint '{name}'", field, value, expected)
+            raise InputError(where, field, value, expected)
         if value == math.inf:
             why = f"the file gives none; arm.limits.{name} can"
             model.file.note(READ, f"joint '{name}': {field}", "unlimited", why.replace(name, "JOINT"))
     if not lower < upper:
-        raise InputError(
-            f"{model.file.path}: joint '{name}'", "limit.upper", upper, f"is not above limit.lower; {expected}"
-        )
+        raise InputError(where, "limit.upper", upper, f"is not above limit.lower; {expected}")
 
 
 def couple(model: AddedModel) -> None:

@@ -165,7 +165,7 @@ def _free_from_world(model: ModelFile, free: bool, child: str | None) -> None:
     if moving and (free or child is not None):
         field, value = ("free", True) if free else ("child", child)
         expected = f"leave it out: joint '{moving[0].get('name')}' of the file joins the model to the world"
-        raise InputError(model.path, field, value, expected)
+        model.refuse(field, value, expected)
     for joint in [joint for joint in joints if free or joint.get("type") == "floating"]:
         model.root.remove(joint)
         joints.remove(joint)

@@ -3,7 +3,9 @@
 import xml.etree.ElementTree as ET
 from functools import cached_property
 from pathlib import Path
+from typing import NoReturn
 
+from soft_gripper.errors import InputError
 from soft_gripper.files.notes import Note, make_note
 from soft_gripper.files.xml_text import read_xml
 
@@ -32,3 +34,7 @@ class ModelFile:
     def note(self, outcome: str, element: str, value: object, why: str) -> None:
         """Adds a note on an element of the file."""
         self.notes.append(make_note(outcome, self.path, element, value, why))
+
+    def refuse(self, field: str, value: object, expected: str) -> NoReturn:
+        """Raises an InputError."""
+        raise InputError(self.path, field, value, expected)

@@ -9,9 +9,9 @@ from importlib import import_module
 
 from soft_gripper.errors import InputError
 from soft_gripper.model_import import forms
+from soft_gripper.model_import.added_model import model_mass
 from soft_gripper.model_import.imported_model import Form, ImportedModel, ImportOptions
 from soft_gripper.model_import.model_file import ModelFile
-from soft_gripper.model_import.model_mass import model_mass
 
 _XML = (".urdf", ".xacro", ".sdf", ".world", ".xml", ".mjcf")
 _NO_OPTIONS = ImportOptions()
@@ -31,7 +31,7 @@ def form_of(file: ModelFile) -> Form | None:
         return _BY_MARK.get(suffix)
     if file.root.tag not in _BY_MARK:
         known = ", ".join(f"<{mark}> ({form.name})" for mark, form in _BY_MARK.items() if not mark.startswith("."))
-        raise InputError(file.path, "root element", file.root.tag, f"a model begins with one of {known}")
+        file.refuse("root element", file.root.tag, f"a model begins with one of {known}")
     return _BY_MARK[file.root.tag]
 
 

@@ -3,7 +3,6 @@
 import xml.etree.ElementTree as ET
 from collections.abc import Sequence
 
-from soft_gripper.errors import InputError
 from soft_gripper.files.xml_text import DRAKE, joint_end
 from soft_gripper.model_import.model_file import ModelFile
 
@@ -35,9 +34,9 @@ def remove_links(model: ModelFile, names: Sequence[str]) -> None:
     chosen = [link_of(name if model.root.tag == "robot" else name.replace("::", "_")) for name in names]
     for name, link in zip(names, chosen, strict=True):
         if link not in links:
-            raise InputError(model.path, "without", name, f"no such link; known: {', '.join(links)}")
+            model.refuse("without", name, f"no such link; known: {', '.join(links)}")
         if parents.get(link) not in links:
-            raise InputError(model.path, "without", name, "hangs on nothing; only what a joint carries can be left out")
+            model.refuse("without", name, "hangs on nothing; only what a joint carries can be left out")
     cut = {link for link in links if _hangs_on(link, chosen, parents)}
     cut_joints = {joint.get("name", "") for joint, child in children.items() if child in cut}
     cut_frames = {name for name in frames if link_of(name) in cut}

@@ -7,7 +7,6 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import breadth_first_order
 
 from soft_gripper.arrays import Array
-from soft_gripper.errors import InputError
 from soft_gripper.files.notes import MENDED, READ
 from soft_gripper.model_import.model_file import ModelFile
 
@@ -57,12 +56,10 @@ def closed_parts(file: ModelFile, mesh: trimesh.Trimesh) -> list[trimesh.Trimesh
     if is_open or not parts:
         which = f"{is_open} of its {len(parts)} parts are open" if len(parts) > 1 else "it is open"
         expected = f"is not watertight: {which}; close the holes, since an open surface has no volume and no inertia"
-        raise InputError(file.path, "mesh", file.path.name, expected)
+        file.refuse("mesh", file.path.name, expected)
     for number, part in enumerate(parts):
         if part.is_winding_consistent and abs(part.volume) <= _FLAT_VOLUME * part.extents.max() ** 3:
-            raise InputError(
-                file.path, "mesh", file.path.name, f"part {number} has no volume: both of its sides face outward"
-            )
+            file.refuse("mesh", file.path.name, f"part {number} has no volume: both of its sides face outward")
     if sum(part.volume for part in parts if part.is_winding_consistent) < 0:
         for part in parts:
             part.invert()
@@ -102,9 +99,7 @@ def _parts(file: ModelFile, mesh: trimesh.Trimesh) -> list[trimesh.Trimesh]:
     if not len(mesh.faces):
         return []
     if (count := int(_part_of_faces(mesh).max()) + 1) > _MAX_PARTS:
-        raise InputError(
-            file.path, "parts", count, f"give a mesh of at most {_MAX_PARTS} parts that do not hang together"
-        )
+        file.refuse("parts", count, f"give a mesh of at most {_MAX_PARTS} parts that do not hang together")
     return list(mesh.split(only_watertight=False, repair=False))
 
 
@@ -131,9 +126,7 @@ def _turn(file: ModelFile, parts: list[trimesh.Trimesh]) -> None:
         if not part.is_winding_consistent:
             part.faces = _consistent(part)
             if not part.is_winding_consistent:
-                raise InputError(
-                    file.path, "mesh", file.path.name, f"part {number} has no outside: its surface has one side"
-                )
+                file.refuse("mesh", file.path.name, f"part {number} has no outside: its surface has one side")
             part.faces = part.faces if part.volume > 0 else part.faces[:, ::-1]
             file.note(MENDED, f"part {number}", "", "some of its faces were turned the other way")
     outward = [part.triangles if part.volume > 0 else part.triangles[:, ::-1] for part in parts]

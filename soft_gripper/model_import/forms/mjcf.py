@@ -380,9 +380,9 @@ def remove_bodies(model: ModelFile, names: Sequence[str]) -> None:
     meshes: set[str | None] = set()
     for name in names:
         if name not in known:
-            raise InputError(model.path, "without", name, f"no such body; known: {', '.join(filter(None, known))}")
+            model.refuse("without", name, f"no such body; known: {', '.join(filter(None, known))}")
         if any(body.get("name") == name for world in model.root.findall("worldbody") for body in world.findall("body")):
-            raise InputError(model.path, "without", name, "is in no other body; only a body in another can be left out")
+            model.refuse("without", name, "is in no other body; only a body in another can be left out")
     parents = {child: parent for parent in model.root.iter() for child in parent}
     for body in [body for world in model.root.findall("worldbody") for body in world.iter("body")]:
         if body.get("name") in names:

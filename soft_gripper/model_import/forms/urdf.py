@@ -2,7 +2,6 @@
 
 import xml.etree.ElementTree as ET
 
-from soft_gripper.errors import InputError
 from soft_gripper.files.notes import LEFT_OUT
 from soft_gripper.files.xml_text import number
 from soft_gripper.model_import.imported_model import Form, ImportedModel, ImportOptions
@@ -58,9 +57,7 @@ def _refuse_xacro(robot: ModelFile) -> None:
         if isinstance(element.tag, str) and "xacro" in element.tag:
             macros.insert(0, plain(element.tag))
         if macros:
-            raise InputError(
-                robot.path, "xacro", macros[0], f"is not expanded; run: xacro {robot.path.name} -o arm.urdf"
-            )
+            robot.refuse("xacro", macros[0], f"is not expanded; run: xacro {robot.path.name} -o arm.urdf")
 
 
 def actuate(robot: ModelFile) -> None:
