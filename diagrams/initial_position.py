@@ -6,8 +6,8 @@ import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex
 
-from soft_gripper.control.couplings import Mimic
 from soft_gripper.errors import InputError
+from soft_gripper.model_import.imported_model import Mimic
 
 
 def set_initial_position(

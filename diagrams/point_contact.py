@@ -22,7 +22,7 @@ from pydrake.geometry import (
 )
 from pydrake.multibody.plant import MultibodyPlant
 
-from soft_gripper.scenario.convex_parts import convex_parts
+from soft_gripper.model_import.convex_parts import convex_parts
 
 _RIGID = 1e12  # N/m, of what touches a finger: the skin alone gives way
 _MATERIAL, _STIFFNESS = "material", "point_contact_stiffness"

@@ -24,18 +24,20 @@ from pydrake.multibody.tree import Frame, Joint, ModelInstanceIndex, RigidBody, 
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder
 
 from soft_gripper.arrays import Array
-from soft_gripper.control.couplings import Couplings, Mimic, couplings
+from soft_gripper.control.couplings import Couplings, couplings
 from soft_gripper.diagrams.initial_position import set_initial_position
+from soft_gripper.diagrams.loaded_model import LoadedModel, load_model
 from soft_gripper.diagrams.point_contact import prepare_point_contact
 from soft_gripper.errors import InputError
 from soft_gripper.files.notes import collected
 from soft_gripper.fingers.finger_parts import SLIDES
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.library_messages import without_messages
+from soft_gripper.model_import.drake_parsing import drake_reads
+from soft_gripper.model_import.imported_model import Mimic
 from soft_gripper.scenario.deformables import Deformable, deformable_body, deformable_kind
 from soft_gripper.scenario.directives import add_directives
-from soft_gripper.scenario.drake_parsing import drake_reads
-from soft_gripper.scenario.model_files import LoadedModel, is_mjcf, load_model, model_path
+from soft_gripper.scenario.model_files import is_mjcf, model_path
 from soft_gripper.scenario.schema import ArmConfig, ModelConfig
 
 _LOGGER = logging.getLogger(__name__)

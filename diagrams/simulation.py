@@ -35,13 +35,14 @@ from soft_gripper.diagrams.view.meshcat_view import PERIOD
 from soft_gripper.diagrams.wiring.sensors import RANDOM
 from soft_gripper.errors import InputError, SimulationDivergedError
 from soft_gripper.files.text import read_bytes
+from soft_gripper.model_import.forms.mesh import SUFFIXES as MESH_SUFFIXES
+from soft_gripper.model_import.read_model import FORMS
 from soft_gripper.models import DIRECTORY
 from soft_gripper.progress import progress_of_long_runs
 from soft_gripper.registry import registered
 from soft_gripper.scenario.checks import checked_scenario
 from soft_gripper.scenario.directives import parts_with_files
 from soft_gripper.scenario.drake_values import plain_values
-from soft_gripper.scenario.mesh_object import mesh_suffixes
 from soft_gripper.scenario.model_files import model_path
 from soft_gripper.scenario.schema import DRAKE, Scenario, default_simulator_config
 
@@ -103,8 +104,9 @@ def content(path: Path) -> str | None:
         content = read_bytes(path)
     except InputError:
         return None
-    is_mesh = path.suffix.lower() in mesh_suffixes()
-    return None if not is_mesh and any(mark in content for mark in _NAMES_OTHERS) else sha256(content).hexdigest()
+    suffix = path.suffix.lower()
+    may_refer = any(suffix in form.marks for form in FORMS) or any(mark in content for mark in _NAMES_OTHERS)
+    return None if suffix not in MESH_SUFFIXES and may_refer else sha256(content).hexdigest()
 
 
 def seed_random_sources(diagram: Diagram, context: Context, seed: int) -> None:

@@ -8,7 +8,6 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Context, Diagram, InputPort, OutputPort, System
 
 from soft_gripper.arrays import Array
-from soft_gripper.control.couplings import Mimic
 from soft_gripper.control.task import TaskMachine
 from soft_gripper.diagrams.arm import Arm
 from soft_gripper.diagrams.recording import Recording, SignalLogs, make_recording, provenance, read_logs
@@ -18,6 +17,7 @@ from soft_gripper.diagrams.wiring.external import External
 from soft_gripper.errors import InputError
 from soft_gripper.files.notes import Note
 from soft_gripper.fingers.plant_finger import PlantFinger
+from soft_gripper.model_import.imported_model import Mimic
 from soft_gripper.scenario.deformables import Deformable
 from soft_gripper.scenario.schema import Scenario
 

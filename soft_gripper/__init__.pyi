@@ -14,6 +14,8 @@ from . import truth as truth
 from .array_block import ArrayBlock as ArrayBlock
 from .control.pid_controller import PidController as PidController
 from .diagrams.arm import make_arm as make_arm
+from .diagrams.loaded_model import add_fingers as add_fingers
+from .diagrams.loaded_model import find_fingers as find_fingers
 from .diagrams.recording import Recording as Recording
 from .diagrams.recording import add_logs as add_logs
 from .diagrams.recording import read_logs as read_logs
@@ -43,8 +45,6 @@ from .fingers.urdf import expand_urdf as expand_urdf
 from .load.force_estimator import ForceEstimator as ForceEstimator
 from .piecewise_linear import PiecewiseLinear as PiecewiseLinear
 from .piecewise_linear import PiecewiseLinearBlock as PiecewiseLinearBlock
-from .scenario.model_files import add_fingers as add_fingers
-from .scenario.model_files import find_fingers as find_fingers
 from .scenario.model_files import model_path as model_path
 from .scenario.scenario_file import changed_scenario as changed_scenario
 from .scenario.scenario_file import dump_scenario as dump_scenario

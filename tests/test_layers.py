@@ -16,6 +16,7 @@ PACKAGE = ROOT / "soft_gripper"
 # Each part of the core may import from those before it. The files of `soft_gripper` itself are known by all.
 PARTS = (
     "files",
+    "model_import",
     "fingers",
     "sensors",
     "estimators",

@@ -9,8 +9,8 @@ from pydrake.geometry import Box, Cylinder, Mesh, Role, Shape
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.framework import DiagramBuilder
 
+from soft_gripper.diagrams.loaded_model import load_model
 from soft_gripper.models import DIRECTORY
-from soft_gripper.scenario.model_files import load_model
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.schema import ModelConfig
 

@@ -19,10 +19,10 @@ from pydrake.systems.framework import Context, DiagramBuilder
 from scipy.special import eval_legendre
 
 from soft_gripper.arrays import Array
+from soft_gripper.diagrams.loaded_model import load_model
 from soft_gripper.extras.soft.objects.make_soft import block
 from soft_gripper.extras.soft.soft_kind import SoftKind
 from soft_gripper.extras.soft.tetrahedra import Tetrahedra, oriented
-from soft_gripper.scenario.model_files import load_model
 from soft_gripper.scenario.schema import MeshConfig, ModelConfig
 from verification.tables import Row, Table
 

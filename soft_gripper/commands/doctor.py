@@ -18,8 +18,8 @@ from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.diagrams.view.meshcat_view import hidden_meshcat
 from soft_gripper.errors import InputError, first_line
 from soft_gripper.files.output import writable_folder
+from soft_gripper.model_import.mesh_files import cache_folder
 from soft_gripper.pictures.rendering import SceneRenderer
-from soft_gripper.scenario.mesh_object import cache_folder
 from soft_gripper.scenario.scenario_file import load_scenario
 
 PACKAGES = ("drake", "numpy", "scipy", "matplotlib", "xarray")

@@ -2,21 +2,12 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
-
-
-class Mimic(NamedTuple):
-    """A joint that follows another: its position is multiplier times that of the other, plus offset (rad or m)."""
-
-    joint: str
-    leader: str
-    multiplier: float
-    offset: float
+from soft_gripper.model_import.imported_model import Mimic
 
 
 @dataclass(frozen=True)

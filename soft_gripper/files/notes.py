@@ -1,7 +1,8 @@
 """Notes on files supplied by the user: what was mended or left out while they were read, so that nothing is in silence.
 
-A reader calls `note`; `collected` gathers the notes of all readers inside it, logs them once, and leaves them to its
-caller, who keeps them: a recording has them in its attribute `notes`, one a line.
+A reader calls `note`, or leaves notes to its caller, who calls `report`; `collected` gathers the notes of all readers
+inside it, logs them once, and leaves them to its caller, who keeps them: a recording has them in its attribute `notes`,
+one a line.
 """
 
 import logging
@@ -40,25 +41,24 @@ class Note(NamedTuple):
 _open: ContextVar[list[Note] | None] = ContextVar("open", default=None)  # the innermost collection
 
 
+def make_note(outcome: str, file: Path | str, element: str, value: object, why: str) -> Note:
+    """A note in one line, whose value is as short as a message shows it."""
+    return Note(outcome, str(file), in_one_line(element), shortened(in_one_line(str(value)), _LONGEST_VALUE), why)
+
+
 def note(outcome: str, file: Path | str, element: str, value: object, why: str) -> None:
-    """Adds a note to the innermost `collected`, or logs it at once if there is none."""
-    shown = shortened(in_one_line(str(value)), _LONGEST_VALUE)
-    made, notes = Note(outcome, str(file), in_one_line(element), shown, why), _open.get()
-    if notes is None:
-        _log([made])
-    elif made not in notes:
-        notes.append(made)
+    """Reports one note, see `make_note`."""
+    report([make_note(outcome, file, element, value, why)])
 
 
-@contextmanager
-def kept() -> Iterator[list[Note]]:
-    """Keeps the notes made inside for the caller alone."""
-    notes = list[Note]()
-    token = _open.set(notes)
-    try:
-        yield notes
-    finally:
-        _open.reset(token)
+def report(made: Iterable[Note]) -> None:
+    """Adds notes to the innermost `collected`, or logs each at once if there is none."""
+    notes = _open.get()
+    for each in made:
+        if notes is None:
+            _log([each])
+        elif each not in notes:
+            notes.append(each)
 
 
 @contextmanager
@@ -67,9 +67,12 @@ def collected() -> Iterator[list[Note]]:
 
     At the end they go to the collection around it, or to the log; none do if an error ends it.
     """
-    around = _open.get()
-    with kept() as notes:
+    notes, around = list[Note](), _open.get()
+    token = _open.set(notes)
+    try:
         yield notes
+    finally:
+        _open.reset(token)
     if around is None:
         _log(notes)
     else:

@@ -19,78 +19,13 @@ from typing import NamedTuple
 
 from soft_gripper.errors import InputError
 from soft_gripper.files.text import read_text
-from soft_gripper.files.xml_text import DRAKE, check_counts, joint_end, parse_xml
+from soft_gripper.files.xml_text import check_counts, parse_xml
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_element import FingerElement, read_finger_element
 from soft_gripper.fingers.finger_links import finger_to_urdf
 from soft_gripper.fingers.finger_writer import finger_element
-
-
-def remove_links(path: Path, model: ET.Element, names: Sequence[str]) -> None:
-    """Removes links, with all links beyond them, the joints before them, and what refers to these.
-
-    Args:
-        path: of the file, for messages.
-        model: a <robot>, or a <model> of SDFormat without models in it, which is changed.
-        names: of the links, or of frames on them.
-
-    Raises:
-        InputError: if there is no such link, or it is the root.
-    """
-    if not names:
-        return
-    frames = {
-        frame.get("name", ""): frame.get("attached_to", frame.get("link", "")) for frame in model.findall("frame")
-    }
-    links = [link.get("name", "") for link in model.findall("link")]
-
-    def link_of(name: str) -> str:
-        for _ in frames:  # no longer than the longest chain
-            name = name if name in links else frames.get(name, name)
-        return name
-
-    children = {joint: link_of(joint_end(joint, "child")) for joint in model.findall("joint")}
-    parents = {child: link_of(joint_end(joint, "parent")) for joint, child in children.items()}
-    chosen = [link_of(name if model.tag == "robot" else name.replace("::", "_")) for name in names]
-    for name, link in zip(names, chosen, strict=True):
-        if link not in links:
-            raise InputError(path, "without", name, f"no such link; known: {', '.join(links)}")
-        if parents.get(link) not in links:
-            raise InputError(path, "without", name, "hangs on nothing; only what a joint carries can be left out")
-    cut = {link for link in links if _hangs_on(link, chosen, parents)}
-    cut_joints = {joint.get("name", "") for joint, child in children.items() if child in cut}
-    cut_frames = {name for name in frames if link_of(name) in cut}
-    for element in list(model):
-        if _is_of(element, cut, cut_joints, cut_frames):
-            model.remove(element)
-    for parent in [*model.findall("joint"), *model.findall("joint/axis"), *model.findall(_GROUP)]:
-        for element in [*parent.findall("mimic"), *parent.findall(DRAKE + "member")]:
-            if element.get("joint") in cut_joints or element.get("link", (element.text or "").strip()) in cut:
-                parent.remove(element)
-
-
-_GROUP = DRAKE + "collision_filter_group"
-
-
-def _hangs_on(link: str, names: Sequence[str], parents: dict[str, str]) -> bool:
-    for _ in parents:  # no longer than the longest chain, should the joints form a ring
-        link = link if link in names else parents.get(link, link)
-    return link in names
-
-
-def _is_of(element: ET.Element, links: set[str], joints: set[str], frames: set[str]) -> bool:
-    """Whether a child of a model is, or refers to, what is removed."""
-    own = {"joint": joints, "link": links, "frame": frames}
-    if element.tag in own:
-        return element.get("name") in own[element.tag]
-    if element.tag == "finger":
-        return joint_end(element, "parent") in links
-    if str(element.tag).startswith(DRAKE) and element.tag != _GROUP:
-        words = {word.strip() for part in element.iter() for word in (*part.attrib.values(), part.text or "")}
-        return bool(words & (links | joints | frames))
-    spoken_of = {joint.get("name") for joint in element.findall("joint")}
-    return element.get("reference") in links | joints or element.get("link") in links or bool(spoken_of & joints)
-
+from soft_gripper.model_import.model_file import ModelFile
+from soft_gripper.model_import.removed_links import remove_links
 
 GUARD = "fingers: load with soft_gripper.add_fingers, or soft-gripper expand"
 
@@ -215,7 +150,7 @@ def _read(source: _Source) -> _Unexpanded:
     path, only_name = source.path, source.only_name
     robot = _parse_robot(path, source.text)
     check_counts(path, robot)
-    remove_links(path, robot, source.without)
+    remove_links(ModelFile(path, robot), source.without)
     _take_guard(path, robot)
     if source.model_name is not None:
         robot.set("name", source.model_name)

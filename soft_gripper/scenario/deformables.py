@@ -1,7 +1,7 @@
 """Objects of finite elements: what Drake has of them, and what an extra adds, which alone knows their files and truth.
 
 An extra adds them by the name of a subclass of `DeformableKind`, as `DEFORMABLES = {name: "module:Class"}` in its
-`adds`.
+`adds`, and what reads the surface of their mesh files as `MESHES`.
 """
 
 import xml.etree.ElementTree as ET
@@ -10,7 +10,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 
-import trimesh
 import xarray as xr
 from pydrake.geometry import GeometryId, Meshcat, SceneGraph, SceneGraphInspector
 from pydrake.multibody.plant import MultibodyPlant, MultibodyPlantConfig
@@ -58,18 +57,12 @@ class Deformable(ABC):
 class DeformableKind(ABC):
     """How objects of finite elements are read, checked and drawn."""
 
-    suffix: str  # of their mesh files
-
     @abstractmethod
     def is_meant(self, config: MeshConfig) -> bool:
         """Whether the mesh of a model is to be one."""
 
     @abstractmethod
-    def surface(self, path: Path) -> trimesh.Trimesh:
-        """The surface of a mesh file with this suffix."""
-
-    @abstractmethod
-    def add_to_link(self, link: ET.Element, path: Path, config: MeshConfig, density: float, friction: float) -> None:
+    def add_to_link(self, config: MeshConfig, link: ET.Element, path: Path, density: float, friction: float) -> None:
         """Describes an object of a density, kg/m^3, as the link of an SDFormat file."""
 
     @abstractmethod

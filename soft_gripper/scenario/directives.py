@@ -18,9 +18,9 @@ from pydrake.multibody.plant import MultibodyPlant
 from soft_gripper.errors import InputError
 from soft_gripper.files.document import check_document, require
 from soft_gripper.files.yaml_text import read_yaml
+from soft_gripper.model_import.drake_parsing import check_inside, drake_reads
+from soft_gripper.model_import.included_files import check_files
 from soft_gripper.models import package_map
-from soft_gripper.scenario.drake_parsing import check_inside, drake_reads
-from soft_gripper.scenario.included_files import check_files
 
 _FILE = "file://"
 _PACKAGE = "package://"

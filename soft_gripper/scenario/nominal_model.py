@@ -7,7 +7,8 @@ from soft_gripper.errors import InputError
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.scenario.calibration_file import CalibrationConfig, calibrated, load_calibration
-from soft_gripper.scenario.model_files import OF_FINGER, OF_SECTION, changed_finger, model_path
+from soft_gripper.scenario.finger_changes import OF_FINGER, OF_SECTION, changed_finger
+from soft_gripper.scenario.model_files import model_path
 from soft_gripper.scenario.schema import NominalConfig, SensorConfig
 from soft_gripper.scenario.sensor_presets import sensor_layout
 from soft_gripper.sensors.measurement import MeasurementModel

@@ -7,7 +7,7 @@ import pytest
 from command_line import soft_gripper
 
 from soft_gripper.commands import doctor
-from soft_gripper.scenario import mesh_object as mesh_cache
+from soft_gripper.model_import import mesh_files as mesh_cache
 
 
 def findings(outcome):

@@ -9,8 +9,8 @@ from pydrake.systems.framework import DiagramBuilder
 from soft_gripper.diagrams.scene import add_plant
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.errors import InputError
+from soft_gripper.model_import.convex_parts import convex_parts
 from soft_gripper.models import DIRECTORY
-from soft_gripper.scenario.convex_parts import convex_parts
 from soft_gripper.scenario.scenario_file import load_scenario
 
 pytestmark = pytest.mark.slow

@@ -9,7 +9,7 @@ from pydrake.math import RollPitchYaw
 from soft_gripper.fingers.finger_parts import CreepBranch, ElasticLaw, TipLoad
 from soft_gripper.fingers.urdf import changed_urdf, expand_urdf
 from soft_gripper.models import DIRECTORY
-from soft_gripper.scenario.model_files import mounted_finger
+from soft_gripper.scenario.finger_changes import mounted_finger
 from soft_gripper.scenario.schema import FingerConfig
 
 FILES = sorted([*(DIRECTORY / "grippers").glob("*.urdf"), *(DIRECTORY / "recordings").glob("*.urdf")])

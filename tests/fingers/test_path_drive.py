@@ -8,10 +8,10 @@ from finger_plants import uniform_finger
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 
+from soft_gripper.diagrams.loaded_model import add_fingers
 from soft_gripper.fingers.path_drive import TendonDrive, Tendons
 from soft_gripper.fingers.paths import Tendon
 from soft_gripper.models import DIRECTORY
-from soft_gripper.scenario.model_files import add_fingers
 
 LEVER = 8e-3  # m, from the neutral axis to the tendon
 

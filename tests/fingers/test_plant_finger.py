@@ -10,6 +10,7 @@ from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import MultibodyForces, RevoluteJoint, SpatialInertia
 
+from soft_gripper.diagrams.loaded_model import add_fingers
 from soft_gripper.fingers.finger_element import FingerElement
 from soft_gripper.fingers.finger_links import finger_to_urdf
 from soft_gripper.fingers.finger_parts import YIELDS
@@ -17,7 +18,6 @@ from soft_gripper.fingers.plant_finger import add_torsion_springs
 from soft_gripper.fingers.spatial_chain import spatial_chain
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.models import DIRECTORY
-from soft_gripper.scenario.model_files import add_fingers
 
 FINGER, TWO_FINGER = DIRECTORY / "grippers/finger.urdf", DIRECTORY / "grippers/two_finger.urdf"
 X_WPALM = RigidTransform(RollPitchYaw(0.3, -0.5, 1.2), [0.1, 0.2, 0.3])

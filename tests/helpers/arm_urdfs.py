@@ -14,8 +14,11 @@ from pydrake.systems.framework import DiagramBuilder
 from trimesh.visual import TextureVisuals
 from trimesh.visual.material import PBRMaterial
 
+from soft_gripper.files.notes import report
 from soft_gripper.fingers.urdf import expand_urdf
-from soft_gripper.scenario.model_xml import ready
+from soft_gripper.model_import.imported_model import ImportOptions
+from soft_gripper.model_import.model_file import ModelFile
+from soft_gripper.model_import.read_model import read_model
 
 SIZE = np.array([0.1, 0.2, 0.3])  # m, of the box in every mesh file
 INERTIAL = "<inertial><mass value='2'/><inertia ixx='0.1' iyy='0.1' izz='0.1' ixy='0' ixz='0' iyz='0'/></inertial>"
@@ -85,7 +88,10 @@ class Loaded:
 
 def arm_urdf(path):
     """What Drake reads of a URDF file of an arm."""
-    return ready(path, ET.fromstring(expand_urdf(path).text), is_arm=True).text
+    file = ModelFile(path, ET.fromstring(expand_urdf(path).text))
+    text = read_model(file, ImportOptions(is_arm=True)).text
+    report(file.notes)
+    return text
 
 
 def load(path, **options):

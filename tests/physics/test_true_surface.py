@@ -9,10 +9,10 @@ from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.framework import DiagramBuilder
 
+from soft_gripper.diagrams.loaded_model import load_model
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.models import DIRECTORY
-from soft_gripper.scenario.model_files import load_model
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.schema import ModelConfig
 

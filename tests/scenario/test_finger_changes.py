@@ -8,7 +8,7 @@ from refusals import refused
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.models import DIRECTORY
-from soft_gripper.scenario.model_files import configured_finger
+from soft_gripper.scenario.finger_changes import configured_finger
 from soft_gripper.scenario.scenario_file import changed_scenario, dump_scenario, parse_scenario
 from soft_gripper.scenario.schema import FingerConfig
 

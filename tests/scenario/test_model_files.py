@@ -1,39 +1,11 @@
-"""Model files: found by path or package, read by Drake or by us, named as the scenario says, or refused in one line."""
+"""Files of models are found by path or package, or refused in one line."""
 
-import shutil
-
-import pytest
-import trimesh
-from pydrake.multibody.plant import MultibodyPlant
 from refusals import refused
 
-from soft_gripper.errors import InputError
 from soft_gripper.models import DIRECTORY
-from soft_gripper.scenario.model_files import load_model, model_path
-from soft_gripper.scenario.schema import MeshConfig, ModelConfig
+from soft_gripper.scenario.model_files import model_path
 
 BOX = "package://soft_gripper/objects/box.sdf"
-FINGER = "package://soft_gripper/grippers/finger.urdf"
-WORLD = "<sdf version='1.7'><world name='room'>{}</world></sdf>"
-MODEL = "<model name='{0}'><link name='{0}'/></model>"
-
-
-@pytest.fixture(autouse=True)
-def _work_in(tmp_path, monkeypatch):
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    monkeypatch.chdir(tmp_path)
-
-
-@pytest.fixture
-def plant():
-    return MultibodyPlant(0.0)
-
-
-def refusal(plant, name, file):
-    """What is wrong with a model, in one line."""
-    with pytest.raises(InputError) as caught:
-        load_model(plant, ModelConfig(name, file), "models[3]")
-    return str(caught.value)
 
 
 def test_a_package_of_ours_is_where_its_files_are():
@@ -52,80 +24,3 @@ def test_an_unknown_package_names_the_known_ones():
 
 def test_a_plain_path_stays_what_it_is(tmp_path):
     assert model_path(str(tmp_path / "thing.sdf")) == tmp_path / "thing.sdf"
-
-
-@pytest.mark.parametrize("file", [BOX, FINGER, str(DIRECTORY / "objects" / "irregular.obj")])
-def test_a_model_has_its_name_in_the_scenario(plant, file):
-    model, *_ = load_model(plant, ModelConfig("thing", file), "models[0]")
-    assert plant.GetModelInstanceName(model) == "thing"
-    assert plant.GetModelInstanceByName("thing") == model
-
-
-def test_a_file_may_be_loaded_twice(plant):
-    for name in ("one", "other"):
-        _, (finger,), _ = load_model(plant, ModelConfig(name, FINGER), "models[0]")
-        assert finger.name == name
-        _, none, _ = load_model(plant, ModelConfig(f"{name}_box", BOX), "models[1]")
-        assert none == []
-    plant.Finalize()
-    assert plant.num_actuators() == 2 * 12
-
-
-def test_fingers_have_the_number_of_segments_of_the_scenario(plant):
-    two = ModelConfig("hand", "package://soft_gripper/grippers/two_finger.urdf", segments=7)
-    _, fingers, _ = load_model(plant, two, "models[0]")
-    assert [(finger.name, finger.finger.segments) for finger in fingers] == [("left_finger", 7), ("right_finger", 7)]
-    plant.Finalize()
-    assert plant.num_actuators() == 2 * 7
-
-
-def test_springs_of_the_fingers_are_pairs_of_linear_ones_unless_the_scenario_chooses_torsion():
-    counts = {}
-    for springs in ("linear", "torsion"):
-        plant = MultibodyPlant(0.0)
-        _, (finger,), _ = load_model(plant, ModelConfig("finger", FINGER, springs=springs), "models[0]")
-        counts[springs] = plant.num_force_elements() - 1, len(finger.torsion_springs)  # gravity is one too
-    assert counts == {"linear": (24, 0), "torsion": (12, 12)}
-
-
-@pytest.mark.parametrize("name", ["part.stl", "PART.STL", "part.obj"])
-def test_a_bare_mesh_is_an_object(plant, name):
-    trimesh.creation.box([40, 30, 50]).export(name, file_type=name[-3:].lower())
-    config = ModelConfig("part", name, mass=0.07, mesh=MeshConfig(scale=1e-3))
-    model, fingers, _ = load_model(plant, config, "models[0]")
-    plant.Finalize()
-    assert fingers == []
-    assert plant.CalcTotalMass(plant.CreateDefaultContext(), [model]) == pytest.approx(0.07)
-
-
-def test_meshes_of_a_users_own_model_are_found(plant, tmp_path):
-    for name in ("irregular.sdf", "irregular.obj"):
-        shutil.copy(DIRECTORY / "objects" / name, tmp_path / name)
-    load_model(plant, ModelConfig("mine", str(tmp_path / "irregular.sdf")), "models[0]")
-    assert plant.HasBodyNamed("irregular")
-
-
-def test_a_missing_file_is_reported_with_its_path(plant):
-    missing = "package://soft_gripper/objects/nosuch.sdf"
-    path = DIRECTORY / "objects" / "nosuch.sdf"
-    assert refusal(plant, "thing", missing) == f"models[3]: file = '{missing}': there is no file {path}"
-
-
-@pytest.mark.parametrize(
-    ("name", "text", "complaint"),
-    [
-        ("two.sdf", WORLD.format(MODEL.format("a") + MODEL.format("b")), "holds 2 models; give a file with one"),
-        ("none.sdf", WORLD.format(""), "holds 0 models; give a file with one"),
-        ("joint.sdf", WORLD.format("<joint/>"), "Drake cannot read it: "),
-        ("bare.urdf", "<robot name='r'/>", "holds a model without links"),
-        ("text.txt", "words", "Drake cannot read it: "),
-        ("joint.urdf", "<robot name='r'><joint name='j' type='fixed'/></robot>", "Drake cannot read it: "),
-    ],
-)
-def test_a_file_that_is_no_model(plant, tmp_path, name, text, complaint):
-    (tmp_path / name).write_text(text)
-    assert refusal(plant, "thing", name).startswith(f"models[3]: file = '{name}': {complaint}")
-
-
-def test_a_name_that_drake_takes_itself(plant):
-    assert refusal(plant, "WorldModelInstance", BOX).startswith("models[3]: name = 'WorldModelInstance': is taken")

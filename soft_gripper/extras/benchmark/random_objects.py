@@ -9,8 +9,8 @@ from pydrake.math import RigidTransform, RotationMatrix
 
 from soft_gripper.errors import InputError
 from soft_gripper.extras.grasps.trial import RandomObject
+from soft_gripper.model_import.mesh_files import read_scene
 from soft_gripper.runs.scores.readings import ReadAgain
-from soft_gripper.scenario.mesh_object import read_scene
 from soft_gripper.scenario.model_files import model_path
 from soft_gripper.scenario.schema import ModelConfig, Scenario
 from soft_gripper.sensors.strain_errors import StrainErrors, disturb

@@ -15,7 +15,8 @@ from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.urdf import changed_urdf
 from soft_gripper.pictures.scenes_figure import section_figure
 from soft_gripper.pictures.style import save_figure
-from soft_gripper.scenario.model_files import model_path, mounted_finger, mounted_fingers
+from soft_gripper.scenario.finger_changes import mounted_finger
+from soft_gripper.scenario.model_files import model_path, mounted_fingers
 from soft_gripper.scenario.scenario_file import changed_scenario, dump_scenario
 from soft_gripper.scenario.schema import ModelConfig, Scenario
 

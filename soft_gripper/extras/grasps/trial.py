@@ -13,9 +13,10 @@ from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
 from soft_gripper.extras.grasps.adds import TrialsConfig, Varied
 from soft_gripper.files.row_table import cells, of_cells
+from soft_gripper.model_import.forms.mesh import SUFFIXES as MESH_SUFFIXES
+from soft_gripper.model_import.mesh_files import read_scene
 from soft_gripper.runs.scores.grasp import UNKNOWN, Grasp
 from soft_gripper.runs.scores.recorded_task import Judged
-from soft_gripper.scenario.mesh_object import mesh_suffixes, read_scene
 from soft_gripper.scenario.model_files import model_path
 from soft_gripper.scenario.schema import ModelConfig, PoseErrorConfig, Scenario
 
@@ -92,9 +93,9 @@ def _object(scenario: Scenario) -> ModelConfig:
     """The model handled by the task."""
     name = None if scenario.task is None else scenario.task.object
     for model in scenario.models:
-        if model.name == name and model_path(model.file).suffix.lower() in mesh_suffixes():
+        if model.name == name and model_path(model.file).suffix.lower() in MESH_SUFFIXES:
             return model
-    expected = f"give the model of a bare mesh ({', '.join(mesh_suffixes())})"
+    expected = f"give the model of a bare mesh ({', '.join(MESH_SUFFIXES)})"
     raise InputError("grasp trials", "task.object", name, expected)
 
 

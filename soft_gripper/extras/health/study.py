@@ -28,7 +28,8 @@ from soft_gripper.extras.health.health_monitor import named
 from soft_gripper.pictures.style import COLORS, STYLE
 from soft_gripper.runs.scores.readings import ReadAgain, read_again
 from soft_gripper.runs.study import results
-from soft_gripper.scenario.model_files import OF_FINGER, changed_finger, model_path
+from soft_gripper.scenario.finger_changes import OF_FINGER, changed_finger
+from soft_gripper.scenario.model_files import model_path
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.schema import NominalConfig, Scenario, SensorConfig, StrainErrorsConfig
 from soft_gripper.scenario.sensor_presets import strain_errors

@@ -16,3 +16,4 @@ class SoftMesh:
 
 FIELDS = {"MeshConfig": SoftMesh}
 DEFORMABLES = {"soft": "soft_gripper.extras.soft.soft_kind:SoftKind"}
+MESHES = {".vtk": "soft_gripper.extras.soft.soft_kind:read_surface"}

@@ -19,8 +19,9 @@ from soft_gripper.extras.soft.soft_object import SoftBody
 from soft_gripper.extras.soft.soft_visualizer import SoftVisualizer, drawn_bodies
 from soft_gripper.extras.soft.tetrahedra import SUFFIX, Tetrahedra, read_tetrahedra
 from soft_gripper.files.xml_text import DRAKE
+from soft_gripper.model_import.forms.mesh import add_geometry, add_values, add_visual
+from soft_gripper.model_import.mesh_files import keep_by_content, obj_text
 from soft_gripper.scenario.deformables import Deformable, DeformableKind, deformable_body
-from soft_gripper.scenario.mesh_object import add_geometry, add_values, add_visual, keep_by_content, obj_text
 from soft_gripper.scenario.schema import MeshConfig, ModelConfig
 
 _LOGGER = logging.getLogger(__name__)
@@ -30,15 +31,10 @@ _INWARD = 1e-6  # share of the way to the middle of an element
 class SoftKind(DeformableKind):
     """Objects whose mesh has a modulus, and files of finite elements."""
 
-    suffix = SUFFIX
-
     def is_meant(self, config: MeshConfig) -> bool:
         return cast(SoftMesh, config).youngs_modulus is not None
 
-    def surface(self, path: Path) -> trimesh.Trimesh:
-        return surface(read_tetrahedra(path))
-
-    def add_to_link(self, link: ET.Element, path: Path, config: MeshConfig, density: float, friction: float) -> None:
+    def add_to_link(self, config: MeshConfig, link: ET.Element, path: Path, density: float, friction: float) -> None:
         """Adds finite elements, drawn as their surface."""
         soft = cast(SoftMesh, config)
         if path.suffix.lower() != SUFFIX:
@@ -48,7 +44,7 @@ class SoftKind(DeformableKind):
             raise InputError(path, "mesh.youngs_modulus", soft.youngs_modulus, expected)
         elements = read_tetrahedra(path).scaled(config.scale)
         drawn = obj_text(surface(_inside(elements)).smooth_shaded, normals=True)
-        add_visual(link, f"file://{keep_by_content(drawn)}", config)
+        add_visual(link, f"file://{keep_by_content(drawn)}", config.color)
         body = add_geometry(link, "collision", f"file://{keep_by_content(elements.as_vtk(), SUFFIX)}")
         add_values(ET.SubElement(body, DRAKE + "proximity_properties"), {"mu_dynamic": friction})
         material = {
@@ -105,6 +101,11 @@ class SoftKind(DeformableKind):
         drawing = builder.AddNamedSystem("soft_visualizer", SoftVisualizer(meshcat, bodies, period))
         for name, port in inputs(drawing).items():
             builder.Connect(signals[name], port)
+
+
+def read_surface(path: Path) -> trimesh.Trimesh:
+    """The surface of a mesh file of tetrahedra."""
+    return surface(read_tetrahedra(path))
 
 
 def surface(tetrahedra: Tetrahedra) -> trimesh.Trimesh:

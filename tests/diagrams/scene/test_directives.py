@@ -12,6 +12,7 @@ from pydrake.multibody.parsing import PackageMap, Parser
 from pydrake.multibody.plant import MultibodyPlant
 from refusals import refused
 
+from soft_gripper.diagrams import loaded_model
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
@@ -120,8 +121,9 @@ def packages(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest
             parser.package_map().Remove("drake_models")  # whose place would be taken
             return parser
 
-        for part in (module, model_files):
+        for part in (module, loaded_model):
             monkeypatch.setattr(part, "Parser", parser_without)
+        for part in (module, loaded_model, model_files):
             monkeypatch.setattr(part, "package_map", with_stand_ins)
     elif not _is_downloaded():
         pytest.skip("drake_models is not in Drake's cache, and tests download nothing")

@@ -6,9 +6,9 @@ from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.framework import DiagramBuilder
 
+from soft_gripper.diagrams.loaded_model import add_fingers
 from soft_gripper.diagrams.wiring.drive import add_pressure_drive
 from soft_gripper.models import DIRECTORY
-from soft_gripper.scenario.model_files import add_fingers
 from soft_gripper.scenario.schema import PressureConfig
 from soft_gripper.signals import signal_of
 

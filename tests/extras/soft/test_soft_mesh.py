@@ -11,10 +11,11 @@ from pydrake.multibody.tree import ModelInstanceIndex
 from pydrake.systems.framework import DiagramBuilder
 from refusals import refused
 
+from soft_gripper.diagrams.loaded_model import import_options, load_model
 from soft_gripper.extras import soft
 from soft_gripper.extras.soft.soft_kind import SoftKind
-from soft_gripper.scenario.mesh_object import mesh_to_sdf
-from soft_gripper.scenario.model_files import load_model
+from soft_gripper.model_import.model_file import ModelFile
+from soft_gripper.model_import.read_model import read_model
 from soft_gripper.scenario.schema import MeshConfig, ModelConfig
 
 OBJECTS = Path(soft.__path__[0]) / "objects"
@@ -27,9 +28,14 @@ def cache(tmp_path, monkeypatch) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
 
 
+def mesh_to_sdf(path: Path, config: MeshConfig, mass: float | None = None, friction: float | None = None) -> str:
+    model = ModelConfig("thing", str(path), mesh=config, mass=mass, friction=friction)
+    return read_model(ModelFile(path), import_options(model)).text
+
+
 def parsed(config: MeshConfig):
     plant, scene_graph = AddMultibodyPlantSceneGraph(DiagramBuilder(), 0.01)
-    Parser(plant).AddModelsFromString(mesh_to_sdf(BLOCK, config, "thing", 0.02, 0.6), "sdf")
+    Parser(plant).AddModelsFromString(mesh_to_sdf(BLOCK, config, 0.02, 0.6), "sdf")
     plant.Finalize()
     return plant, scene_graph.model_inspector()
 
@@ -55,7 +61,7 @@ def test_without_a_modulus_it_is_rigid():
 
 @pytest.mark.parametrize("key", ["mass", "friction"])
 def test_what_an_sdformat_file_says_of_a_soft_object_stays(tmp_path, key):
-    text = mesh_to_sdf(BLOCK, SOFT, "thing")
+    text = mesh_to_sdf(BLOCK, SOFT)
     (tmp_path / "soft.sdf").write_text(text, encoding="utf-8")
     plant, _ = AddMultibodyPlantSceneGraph(DiagramBuilder(), 0.01)
     with refused(key, 0.5):
@@ -66,18 +72,18 @@ def test_a_surface_with_a_modulus_is_refused(tmp_path):
     path = Path(tmp_path) / "box.obj"
     trimesh.creation.box([0.04, 0.04, 0.04]).export(path)
     with refused("mesh.youngs_modulus", 3e4) as caught:
-        mesh_to_sdf(path, SOFT, "thing")
+        mesh_to_sdf(path, SOFT)
     assert "tetrahedra" in str(caught.value)
 
 
 def test_a_mesh_in_millimetres_is_refused():
     with refused("mesh.scale", 100):
-        mesh_to_sdf(BLOCK, MeshConfig(scale=100, youngs_modulus=3e4), "thing")
+        mesh_to_sdf(BLOCK, MeshConfig(scale=100, youngs_modulus=3e4))
 
 
 @pytest.mark.parametrize("scale", [0.976463, 1.039179, 0.9104042602128819, 0.9643738782151885])
 def test_a_mesh_of_any_scale_is_drawn(scale):
     """Rounding put drawn vertices of the tomato outside its elements, which Drake refuses."""
-    text = mesh_to_sdf(OBJECTS / "tomato.vtk", MeshConfig(scale=scale, youngs_modulus=1e5), "thing")
+    text = mesh_to_sdf(OBJECTS / "tomato.vtk", MeshConfig(scale=scale, youngs_modulus=1e5))
     plant, _ = AddMultibodyPlantSceneGraph(DiagramBuilder(), 0.01)
     assert len(Parser(plant).AddModelsFromString(text, "sdf")) == 1

@@ -5,9 +5,9 @@ from pydrake.math import RigidTransform
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 
+from soft_gripper.diagrams.loaded_model import add_fingers
 from soft_gripper.models import DIRECTORY
 from soft_gripper.runs.scores.slip import grip_at
-from soft_gripper.scenario.model_files import add_fingers
 
 
 def test_a_contact_is_gripped_by_the_link_on_whose_face_it_lies():

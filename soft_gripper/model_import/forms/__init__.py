@@ -1,0 +1,1 @@
+"""The forms of model files: each module has one, as its `FORM`."""

@@ -1,0 +1,417 @@
+"""MJCF files as they are found, made ready for Drake: one text, meshes that Drake reads, possible masses, motors."""
+
+import math
+import os
+import re
+import xml.etree.ElementTree as ET
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from soft_gripper.arrays import Array
+from soft_gripper.errors import InputError
+from soft_gripper.files.notes import MENDED, READ
+from soft_gripper.files.xml_text import check_counts, finite_numbers, read_numbers
+from soft_gripper.model_import.convex_parts import note_hull
+from soft_gripper.model_import.imported_model import Form, ImportedModel, ImportOptions, Mimic
+from soft_gripper.model_import.included_files import IncludedFiles
+from soft_gripper.model_import.link_inertia import NEXT_TO_NONE, NOT_POSSIBLE, SPECK, SPECK_WHY, possible_inertia
+from soft_gripper.model_import.links_and_joints import check_chains
+from soft_gripper.model_import.mesh_checks import check_mesh_file
+from soft_gripper.model_import.mesh_files import converted, outward, weighable
+from soft_gripper.model_import.model_file import ModelFile
+
+_DENSITY = "1000"  # kg/m^3, of a geom for which none is given
+_FULL = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # entries of fullinertia
+_ACTUATORS = ("motor", "general", "position", "velocity", "intvelocity", "damper")
+_JOINTS = ("joint", "freejoint")
+_WITH_DEFAULTS = ("geom", "joint", "actuator")
+_SECTIONS = ("tendon", "actuator", "equality", "contact", "sensor")  # they refer to bodies and to those before them
+_NAMED_TAGS = ("body", "joint", "site", "geom", "tendon", "actuator")
+# Attributes that name another element end in its kind, or in that and a number: "joint1", "refsite".
+_REFERENCE = re.compile(rf"[a-z]*?({'|'.join(_NAMED_TAGS)})(?:name|inparent)?[12]?")
+_NAMED_KINDS = {"objname": "objtype", "refname": "reftype"}  # attributes with names, and those with their kinds
+_Defaults = Mapping[str, Mapping[str, Mapping[str, str]]]  # attributes by class and tag
+
+
+def read(model: ModelFile, options: ImportOptions) -> ImportedModel:
+    """A model that Drake reads; it touches its meshes at their convex hulls, and those of an arm are noted.
+
+    Raises:
+        InputError: if a file that it names is missing or cannot be read, or files include each other.
+    """
+    path, root = model.path, model.root
+    _include(path.parent, root, IncludedFiles(path, root))
+    remove_bodies(model, options.without)
+    check_counts(path, root)
+    if not (root.get("model") or "").strip():
+        root.set("model", path.stem)
+    defaults = _defaults(root)
+    meshes = _find_meshes(model, defaults, options.is_arm)
+    masses = _Masses(defaults, meshes, *_take_groups(model))
+    for world in root.findall("worldbody"):
+        _mend_masses(model, world, masses, "main")
+    mimics = _take_mimics(model, {name for name, _ in _joints(root, defaults)})
+    _make_motors(model, defaults)
+    return ImportedModel(ET.tostring(root, encoding="unicode"), ".xml", mimics, tuple(_apart(root, defaults)))
+
+
+def scale_masses(path: Path, root: ET.Element, factor: float) -> None:
+    """Multiplies the masses and moments of all bodies of a model that was `read` by a factor.
+
+    Raises:
+        InputError: if one is not a number.
+    """
+    defaults = _defaults(root)
+    for body, childclass in _bodies(root):
+        where = f"{path}: {_name(body)}"
+        for inertial in body.findall("inertial"):
+            for name in {"mass", "diaginertia", "fullinertia"} & set(inertial.keys()):
+                numbers = finite_numbers(where, f"inertial.{name}", inertial.get(name, ""), 1, 3, 6, least=0)
+                inertial.set(name, " ".join(repr(factor * number) for number in numbers))
+        for geom in body.findall("geom"):
+            values = _with_defaults(geom, "geom", defaults, childclass)
+            name = "mass" if "mass" in values else "density"
+            (value,) = finite_numbers(where, name, values.get(name, _DENSITY), 1)
+            geom.set(name, repr(factor * value))
+
+
+FORM = Form("MJCF", ("mujoco",), read, scale_masses)
+
+
+def _include(folder: Path, around: ET.Element, files: IncludedFiles) -> None:
+    """Puts the contents of included files, which are named from a folder, in the place of each <include>."""
+    content: list[ET.Element] = []
+    for element in around:
+        if element.tag == "include":
+            name = element.get("file", "")
+            with files.read("include.file", name, folder / name) as included:
+                _include(folder, included, files)
+            content += included
+        else:
+            _include(folder, element, files)
+            content.append(element)
+    around[:] = content
+
+
+def _find_meshes(model: ModelFile, defaults: _Defaults, is_arm: bool) -> dict[str, bool]:
+    """Gives meshes files that Drake reads, and names; returns whether each has a file: Drake leaves out the others."""
+    options: dict[str, str] = {}
+    for compiler in model.root.findall("compiler"):
+        options |= compiler.attrib
+        for name in ("meshdir", "assetdir", "strippath"):
+            compiler.attrib.pop(name, None)
+    weighed, touched = (
+        _weighed(model.root, defaults, options.get("inertiafromgeom") == "true"),
+        _touched(model.root, defaults),
+    )
+    folder = Path(os.path.realpath(model.path.parent)) / options.get("meshdir", options.get("assetdir", ""))
+    for mesh in model.root.findall("asset/mesh"):
+        if named := (mesh.get("file") or "").strip():
+            file = folder / (os.path.basename(named) if options.get("strippath") == "true" else named)
+            mesh.set("name", name := _mesh_name(mesh))
+            try:
+                check_mesh_file(file)
+                found = file if file.suffix.lower() == ".obj" else converted(file)
+                if name in weighed or name in touched:
+                    found = weighable(model, found, file) if name in weighed else outward(model, found, file)
+                for body in touched.get(name, ()) if is_arm else ():
+                    note_hull(model, body, found, file)
+            except InputError as error:
+                raise error.inside(model.path) from None
+            mesh.set("file", str(found))
+            mesh.attrib.pop("content_type", None)
+    return {mesh.get("name", ""): bool(mesh.get("file")) for mesh in model.root.findall("asset/mesh")}
+
+
+def _weighed(root: ET.Element, defaults: _Defaults, all_are: bool) -> set[str | None]:
+    """The names of the meshes from whose volumes masses may follow."""
+    bodies = [body for body in root.iter("body") if all_are or body.find("inertial") is None]
+    by_class = {values["geom"].get("mesh") for values in defaults.values() if "geom" in values}
+    return by_class | {geom.get("mesh") for body in bodies for geom in body.findall("geom")}
+
+
+def _touched(root: ET.Element, defaults: _Defaults) -> Mapping[str, list[str]]:
+    """The names of the meshes that others may touch, and those of the bodies that have them."""
+    touched: dict[str, list[str]] = {}
+    worlds = ((world, "main") for world in root.findall("worldbody"))
+    for body, childclass in [*worlds, *_bodies(root)]:
+        for geom in body.findall("geom"):
+            values = _with_defaults(geom, "geom", defaults, childclass)
+            if "mesh" in values and (_bits(values, "contype") or _bits(values, "conaffinity")):
+                touched.setdefault(values["mesh"], []).append(body.get("name", ""))
+    return touched
+
+
+def _defaults(root: ET.Element) -> _Defaults:
+    """The attributes that each class gives to elements that have none of their own."""
+    found: dict[str, dict[str, dict[str, str]]] = {"main": {}}
+
+    def add(default: ET.Element, around: str, name: str) -> None:
+        own = found.setdefault(name, dict(found[around]))
+        for element in default:
+            tag = "actuator" if element.tag in _ACTUATORS else str(element.tag)
+            if tag in _WITH_DEFAULTS:
+                own[tag] = {**own.get(tag, {}), **element.attrib}
+        for inner in default.findall("default"):
+            add(inner, name, inner.get("class", ""))
+
+    for default in root.findall("default"):
+        add(default, "main", "main")
+    return found
+
+
+def _with_defaults(element: ET.Element, tag: str, defaults: _Defaults, childclass: str) -> dict[str, str]:
+    return {**defaults.get(element.get("class", childclass), {}).get(tag, {}), **element.attrib}
+
+
+def _name(element: ET.Element) -> str:
+    return f"{element.tag} '{element.get('name', element.get('joint', ''))}'"
+
+
+class _Masses(NamedTuple):
+    """Masses of geoms: by their classes, of meshes with files, and only in some groups."""
+
+    defaults: _Defaults
+    meshes: Mapping[str, bool]
+    first: float
+    last: float
+
+
+def _take_groups(model: ModelFile) -> tuple[float, float]:
+    """The groups of which geoms have a mass, which Drake does not know."""
+    found = -math.inf, math.inf
+    for compiler in model.root.findall("compiler"):
+        if (text := compiler.attrib.pop("inertiagrouprange", None)) is not None:
+            first, last = finite_numbers(model.path, "compiler.inertiagrouprange", text, 2)
+            found = first, last
+    return found
+
+
+def _mend_masses(model: ModelFile, around: ET.Element, masses: _Masses, childclass: str) -> None:
+    for body in around.findall("body"):
+        inside = body.get("childclass", childclass)
+        moves = any(body.find(tag) is not None for tag in _JOINTS)
+        inertial = body.find("inertial")
+        if inertial is not None:
+            _mend(model, body, inertial, moves)
+        elif sum(_has_mass(model, geom, masses, inside) for geom in body.findall("geom")) == 0 and moves:
+            _set_inertia(ET.SubElement(body, "inertial", pos="0 0 0"), *SPECK)
+            model.note(MENDED, f"{_name(body)}: mass", "0", SPECK_WHY)
+        _mend_masses(model, body, masses, inside)
+
+
+def _has_mass(model: ModelFile, geom: ET.Element, masses: _Masses, childclass: str) -> bool:
+    """Whether a geom has a mass; one of a group that has none loses it.
+
+    Raises:
+        InputError: if its mesh is missing.
+    """
+    values = _with_defaults(geom, "geom", masses.defaults, childclass)
+    if (mesh := values.get("mesh")) is not None and mesh not in masses.meshes:
+        raise InputError(f"{model.path}: {_name(geom)}", "mesh", mesh, "no mesh of <asset> has this name")
+    if (
+        not masses.first
+        <= finite_numbers(f"{model.path}: {_name(geom)}", "group", values.get("group", "0"), 1)[0]
+        <= masses.last
+    ):
+        geom.set("mass", "0")
+        return False
+    name = "mass" if "mass" in values else "density"
+    (value,) = finite_numbers(f"{model.path}: {_name(geom)}", name, values.get(name, _DENSITY), 1)
+    return value > 0 and (mesh is None or masses.meshes[mesh])
+
+
+def _mend(model: ModelFile, body: ET.Element, inertial: ET.Element, moves: bool) -> None:
+    """Makes the inertia of a body one that a body can have."""
+    where = f"{model.path}: {_name(body)}"
+    (mass,) = finite_numbers(where, "inertial.mass", inertial.get("mass", "0"), 1)
+    inertia = _inertia(where, inertial)
+    if mass <= 0:
+        _set_inertia(inertial, *(SPECK if moves else NEXT_TO_NONE))
+        if moves:
+            model.note(MENDED, f"{_name(body)}: mass", f"{mass:g}", SPECK_WHY)
+    elif (possible := possible_inertia(mass, inertia)) is not inertia:
+        _set_inertia(inertial, mass, possible)
+        moments = ", ".join(f"{moment:.3g}" for moment in np.diag(inertia))
+        model.note(MENDED, f"{_name(body)}: inertia", moments, NOT_POSSIBLE)
+
+
+def _inertia(where: str, inertial: ET.Element) -> Array:
+    full = inertial.get("fullinertia")
+    numbers = finite_numbers(where, "inertial.fullinertia", full, 6) if full is not None else ()
+    diagonal = finite_numbers(where, "inertial.diaginertia", inertial.get("diaginertia", "0 0 0"), 3)
+    inertia = np.diag(diagonal)
+    for (i, j), value in zip(_FULL, numbers, strict=bool(numbers)):
+        inertia[i, j] = inertia[j, i] = value
+    return inertia
+
+
+def _set_inertia(inertial: ET.Element, mass: float, inertia: Array) -> None:
+    inertial.attrib.pop("diaginertia", None)
+    inertial.set("mass", repr(mass))
+    inertial.set("fullinertia", " ".join(repr(float(inertia[index])) for index in _FULL))
+
+
+def _take_mimics(model: ModelFile, joints: Collection[str]) -> tuple[Mimic, ...]:
+    """Takes out of a model which joints follow others, as far as they follow in proportion."""
+    mimics: list[Mimic] = []
+    for equality in model.root.findall("equality"):
+        for element in [each for each in equality.findall("joint") if each.get("active") != "false"]:
+            joint, leader = element.get("joint1", ""), element.get("joint2", "")
+            law = finite_numbers(
+                f"{model.path}: {_name(element)}", "polycoef", element.get("polycoef", "0 1 0 0 0"), 1, 2, 3, 4, 5
+            )
+            offset, factor, *others = (*law, *(0.0, 1.0)[len(law) :])
+            followers = {mimic.joint for mimic in mimics}
+            if {joint, leader} <= set(joints) and not any(others) and joint not in followers and joint != leader:
+                equality.remove(element)
+                mimics.append(Mimic(joint, leader, factor, offset))
+    check_chains(model.path, mimics)
+    return tuple(mimics)
+
+
+def _make_motors(model: ModelFile, defaults: _Defaults) -> None:
+    """Makes each actuator of a joint a motor with the largest effort at the joint: Drake knows neither gears nor gains.
+
+    A default class may say what a motor no longer has, so that those of actuators go.
+    """
+    joints = dict(_joints(model.root, defaults))
+    for actuators in model.root.findall("actuator"):
+        for place, actuator in enumerate(list(actuators)):
+            if actuator.tag in _ACTUATORS and (joint := actuator.get("joint")) in joints:
+                effort = _effort(model, actuator, _with_defaults(actuator, "actuator", defaults, "main"), joints[joint])
+                motor = ET.Element("motor", {"name": actuator.get("name", f"{joint}_actuator"), "joint": joint})
+                if effort < math.inf:
+                    motor.attrib |= {"ctrllimited": "true", "ctrlrange": f"{-effort!r} {effort!r}"}
+                if actuator.tag != "motor":
+                    model.note(
+                        READ,
+                        f"actuator '{motor.get('name')}'",
+                        actuator.tag,
+                        "as a motor with its largest effort",
+                    )
+                actuators[place] = motor
+    for default in model.root.iter("default"):
+        for element in [element for element in default if element.tag in _ACTUATORS]:
+            default.remove(element)
+
+
+def _apart(root: ET.Element, defaults: _Defaults) -> Iterator[tuple[list[str], list[str]]]:
+    """Bodies that never touch others by the masks of their geoms, which Drake does not know, and these others."""
+    groups: dict[tuple[int, int], list[str]] = {}
+    for body, childclass in _bodies(root):
+        contype = conaffinity = 0
+        for geom in body.findall("geom"):
+            values = _with_defaults(geom, "geom", defaults, childclass)
+            contype, conaffinity = contype | _bits(values, "contype"), conaffinity | _bits(values, "conaffinity")
+        if body.get("name") and (contype or conaffinity):
+            groups.setdefault((contype, conaffinity), []).append(body.get("name", ""))
+    for (a, b), names in groups.items():
+        if others := [name for (c, d), more in groups.items() if not (a & d or c & b) for name in more]:
+            yield names, others
+
+
+def _bits(values: Mapping[str, str], name: str) -> int:
+    text = values.get(name, "1")
+    return int(text) if text.isascii() and text.isdecimal() and len(text) < 20 else 1
+
+
+def _bodies(root: ET.Element) -> Iterator[tuple[ET.Element, str]]:
+    """All bodies, and the class that their elements have."""
+
+    def inside(around: ET.Element, childclass: str) -> Iterator[tuple[ET.Element, str]]:
+        for body in around.findall("body"):
+            of_body = body.get("childclass", childclass)
+            yield body, of_body
+            yield from inside(body, of_body)
+
+    for world in root.findall("worldbody"):
+        yield from inside(world, "main")
+
+
+def _joints(root: ET.Element, defaults: _Defaults) -> Iterator[tuple[str, dict[str, str]]]:
+    """The names and attributes of the joints with one degree of freedom."""
+    for body, childclass in _bodies(root):
+        for joint in body.findall("joint"):
+            values = _with_defaults(joint, "joint", defaults, childclass)
+            if values.get("type", "hinge") in ("hinge", "slide"):
+                yield values.get("name", ""), values
+
+
+def _effort(model: ModelFile, actuator: ET.Element, values: Mapping[str, str], joint: Mapping[str, str]) -> float:
+    """The largest effort of an actuator at its joint, N m or N."""
+    where = f"{model.path}: {_name(actuator)}"
+
+    def number(name: str, default: str) -> float:
+        return read_numbers(where, name, values.get(name, default))[0]
+
+    gear = abs(number("gear", "1"))
+    is_motor = actuator.tag == "motor" or (actuator.tag == "general" and values.get("biastype", "none") == "none")
+    gain = abs(number("gainprm", "1")) if actuator.tag == "general" else 1.0
+    efforts = [gear * _most(where, values, "force")]
+    efforts += [gear * gain * _most(where, values, "ctrl")] if is_motor else []
+    efforts += [_most(where, joint, "actuatorfrc")]
+    return min(efforts)
+
+
+def _most(where: str, values: Mapping[str, str], kind: str) -> float:
+    """The larger end of a range, if it limits anything."""
+    text = values.get(f"{kind}range")
+    if text is None or values.get(f"{kind}limited", "auto") == "false":
+        return math.inf
+    return max(map(abs, finite_numbers(where, f"{kind}range", text, 2)))
+
+
+def remove_bodies(model: ModelFile, names: Sequence[str]) -> None:
+    """Removes bodies from an MJCF model, with all bodies in them and what refers to these.
+
+    Keyframes, whose positions are those of all joints, go too, and meshes that nothing else has.
+
+    Raises:
+        InputError: if there is no such body, or it is in no other.
+    """
+    if not names:
+        return
+    known = [body.get("name", "") for world in model.root.findall("worldbody") for body in world.iter("body")]
+    removed: set[tuple[str, str | None]] = set()
+    meshes: set[str | None] = set()
+    for name in names:
+        if name not in known:
+            model.refuse("without", name, f"no such body; known: {', '.join(filter(None, known))}")
+        if any(body.get("name") == name for world in model.root.findall("worldbody") for body in world.findall("body")):
+            model.refuse("without", name, "is in no other body; only a body in another can be left out")
+    parents = {child: parent for parent in model.root.iter() for child in parent}
+    for body in [body for world in model.root.findall("worldbody") for body in world.iter("body")]:
+        if body.get("name") in names:
+            removed |= {(_kind_of(element), element.get("name")) for element in body.iter() if element.get("name")}
+            meshes |= {geom.get("mesh") for geom in body.iter("geom")}
+            parents[body].remove(body)
+    for section in [section for tag in _SECTIONS for section in model.root.findall(tag)]:
+        for element in list(section):
+            if any(_references(part) & removed for part in element.iter()):
+                section.remove(element)
+                removed.add((_kind_of(section), element.get("name")))
+    for keyframe in model.root.findall("keyframe"):
+        model.root.remove(keyframe)
+    meshes -= {geom.get("mesh") for geom in model.root.iter("geom")}
+    for assets in model.root.findall("asset"):
+        for mesh in [mesh for mesh in assets.findall("mesh") if _mesh_name(mesh) in meshes]:
+            assets.remove(mesh)
+
+
+def _mesh_name(mesh: ET.Element) -> str:
+    """The name of a mesh: that of its file if it has none."""
+    return mesh.get("name") or Path((mesh.get("file") or "").strip()).stem
+
+
+def _kind_of(element: ET.Element) -> str:
+    return "joint" if element.tag == "freejoint" else element.tag
+
+
+def _references(element: ET.Element) -> set[tuple[str, str | None]]:
+    """Kinds and names of the elements to which one refers."""
+    pairs = {(match[1], value) for key, value in element.attrib.items() if (match := _REFERENCE.fullmatch(key))}
+    return pairs | {(element.get(kind, "").removeprefix("x"), element.get(name)) for name, kind in _NAMED_KINDS.items()}

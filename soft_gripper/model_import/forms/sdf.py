@@ -1,0 +1,266 @@
+"""SDFormat, made ready for Drake: all links in one model, as a scenario has them.
+
+Links, joints and frames of a nested model get its name as a prefix, `hand_palm` for `hand::palm`; a frame with the
+name of the model takes the place of its own, in which its poses are given.
+"""
+
+import os
+import xml.etree.ElementTree as ET
+from collections.abc import Collection, Sequence
+from pathlib import Path
+
+from soft_gripper.errors import InputError
+from soft_gripper.files.notes import LEFT_OUT
+from soft_gripper.files.xml_text import DRAKE, check_counts
+from soft_gripper.model_import.imported_model import Form, ImportedModel, ImportOptions, Mimic
+from soft_gripper.model_import.included_files import IncludedFiles, sdf_file
+from soft_gripper.model_import.link_inertia import scale_inertias
+from soft_gripper.model_import.links_and_joints import (
+    convert_meshes,
+    drop,
+    drop_others,
+    drop_unused,
+    fix_if_static,
+    mend_joints,
+    mend_links,
+)
+from soft_gripper.model_import.model_file import ModelFile
+from soft_gripper.model_import.removed_links import remove_links
+
+# What elements may have, by their path in the model; all else is for other programs.
+_KNOWN = {
+    "link": (
+        *("pose", "inertial", "collision", "visual", "gravity", "enable_wind", "self_collide", "kinematic"),
+        *("must_be_base_link", "velocity_decay"),
+    ),
+    "link/collision": ("pose", "geometry", "surface", "max_contacts", "laser_retro", "density", "auto_inertia_params"),
+    "link/visual": (
+        *("pose", "geometry", "material", "cast_shadows", "laser_retro", "transparency", "visibility_flags", "meta"),
+    ),
+    "joint": (
+        *("parent", "child", "pose", "axis", "axis2", "physics"),
+        *("gearbox_ratio", "gearbox_reference_body", "thread_pitch", "screw_thread_pitch"),
+    ),
+}
+_KNOWN_ATTRIBUTES = {"link": ("name",), "collision": ("name",), "visual": ("name",), "joint": ("name", "type")}
+_OTHERS = (
+    *("plugin", "sensor", "light", "projector", "battery", "particle_emitter", "audio_source", "audio_sink", "script"),
+)
+_VERSION = (1, 7)  # of SDFormat, the first in which poses name the frames in which they are given
+_POSED = ("link", "frame", "model")
+_NAMES = (*_POSED, "joint")
+_ATTRIBUTES = ("relative_to", "attached_to", "expressed_in", "canonical_link", "placement_frame")
+_TEXTS = ("parent", "child", "gearbox_reference_body", f"{DRAKE}member")
+_OUTER = ("world", "__root__")
+_OVERRIDES = ("pose", "static")  # of an <include>
+
+
+def read(file: ModelFile, options: ImportOptions) -> ImportedModel:
+    """Raises an InputError if a file is missing, or it contradicts itself or the options."""
+    _flatten(file)
+    check_counts(file.path, file.root)
+    mimics: list[Mimic] = []
+    for model in map(file.part, _models(file.root)):
+        remove_links(model, options.without)
+        drop_others(model, _KNOWN)
+        for parent in list(model.root.iter()):
+            for element in [element for element in parent if element.tag in _OTHERS]:
+                drop(model, parent, element)
+            _drop_attributes(model, parent)
+        for link in model.root.findall("link"):
+            for tag in ("collision", "visual"):
+                _tell_apart(link.findall(tag))
+        drop_unused(model)
+        mimics += mend_joints(model, options)
+        mend_links(model, options)
+        convert_meshes(model, options.is_arm)
+    return ImportedModel(ET.tostring(file.root, encoding="unicode"), ".sdf", mimics)
+
+
+def _scale(path: Path, root: ET.Element, factor: float) -> None:
+    for model in _models(root):
+        scale_inertias(path, model, factor)
+
+
+FORM = Form("SDFormat", ("sdf",), read, _scale)
+
+
+def _models(root: ET.Element) -> list[ET.Element]:
+    return [*root.findall("model"), *root.findall("world/model")]
+
+
+def _drop_attributes(model: ModelFile, element: ET.Element) -> None:
+    known = _KNOWN_ATTRIBUTES.get(element.tag)
+    for name in [name for name in element.attrib if known and name not in known and not name.startswith(DRAKE)]:
+        value = element.attrib.pop(name)
+        model.note(LEFT_OUT, f"{element.tag} '{element.get('name')}': {name}", value, "SDFormat has no such attribute")
+
+
+def _tell_apart(shapes: Sequence[ET.Element]) -> None:
+    """Gives shapes of the same name, which SDFormat does not allow, names of their own."""
+    taken: set[str | None] = set()
+    for place, shape in enumerate(shapes):
+        if shape.get("name") in taken:
+            shape.set("name", f"{shape.get('name')}_{place}")
+        taken.add(shape.get("name"))
+
+
+def _flatten(file: ModelFile) -> None:
+    """Puts included and nested models into the model around them.
+
+    Raises:
+        InputError: if an included file is missing or is not one model in SDFormat, or files include each other.
+    """
+    path, root = file.path, file.root
+    if root.find(".//include") is None and root.find(".//model/model") is None:
+        return
+    files = IncludedFiles(path, root)
+    for around in [root, *root.findall("world")]:
+        _include(path, around, files)
+    version = _version(path, root)
+    for model in _models(root):
+        _modernize(model, version)
+        _merge_all(path, model)
+    root.set("version", ".".join(map(str, max(version, _VERSION))))
+
+
+def _version(path: Path, root: ET.Element) -> tuple[int, ...]:
+    text = root.get("version", "")
+    try:
+        return tuple(map(int, text.split(".")))
+    except ValueError:
+        raise InputError(path, "sdf.version", text, "give a version such as 1.7") from None
+
+
+def _include(path: Path, around: ET.Element, files: IncludedFiles) -> None:
+    """Replaces each <include> in an element, and in the models in it, by the model that it names."""
+    for model in around.findall("model"):
+        _include(path, model, files)
+    for place, include in [each for each in enumerate(around) if each[1].tag == "include"]:
+        around[place] = _included(path, include, files)
+
+
+def _included(path: Path, include: ET.Element, files: IncludedFiles) -> ET.Element:
+    _check_manner(path, include)
+    uri, file = sdf_file(path, include)
+    with files.read("include.uri", uri, file) as root:
+        models = [*root.findall("model"), *root.findall("include")] if root.tag == "sdf" else []
+        if len(models) != 1:
+            raise InputError(path, "include.uri", uri, f"must be SDFormat with one model: {file}")
+        _include(file, root, files)
+    (model,) = root.findall("model")
+    _modernize(model, _version(file, root))
+    for mesh in model.iter("mesh"):
+        for name in mesh.findall("uri"):
+            if "://" not in (text := (name.text or "").strip()):
+                name.text = f"file://{Path(os.path.realpath(file.parent)) / text}"
+    for tag in _OVERRIDES:
+        if (given := include.find(tag)) is not None:
+            for element in model.findall(tag):
+                model.remove(element)
+            model.append(given)
+    model.set("name", (include.findtext("name") or model.get("name") or "").strip())
+    if frame := (include.findtext("placement_frame") or "").strip():
+        model.set("placement_frame", frame)
+    return model
+
+
+def _check_manner(path: Path, include: ET.Element) -> None:
+    """Checks that an <include> asks for nothing but a whole model under a name of its own."""
+    if (merge := include.get("merge", "false").strip()) not in ("false", "0"):
+        raise InputError(
+            path, "include.merge", merge, "leave it out: links get the name of the included model before them"
+        )
+    for element in include:
+        if isinstance(element.tag, str) and element.tag.endswith("params"):
+            expected = "leave it out, and include a file with these changes"
+            raise InputError(path, "include.experimental:params", include.findtext("uri"), expected)
+
+
+def _modernize(model: ET.Element, version: tuple[int, ...]) -> None:
+    """Says in which frame axes are, where older versions of SDFormat have another rule."""
+    for axis in [*model.findall("joint/axis"), *model.findall("joint/axis2")] if version < _VERSION else ():
+        marks = axis.findall("use_parent_model_frame")
+        for mark in marks:
+            axis.remove(mark)
+        in_model = (marks[-1].text or "").strip() in ("true", "1") if marks else version < (1, 5)
+        for direction in axis.findall("xyz") if in_model else ():
+            direction.set("expressed_in", "__model__")
+    for nested in model.findall("model"):
+        _modernize(nested, version)
+
+
+def _merge_all(path: Path, around: ET.Element) -> None:
+    """Moves what nested models hold into the model around them."""
+    nested = around.findall("model")
+    for model in nested:
+        _merge(path, around, model)
+    _scope(around, {model.get("name", "") for model in nested})
+
+
+def _merge(path: Path, around: ET.Element, nested: ET.Element) -> None:
+    name = nested.get("name", "")
+    _merge_all(path, nested)
+    fix_if_static(nested)
+    links = [link.get("name", "") for link in nested.findall("link")]
+    if (frame := nested.get("placement_frame")) is not None:
+        raise InputError(f"{path}: model '{name}'", "placement_frame", frame, "leave it out of a nested model")
+    if not links:
+        raise InputError(path, "model", name, "is nested, and holds no link")
+    first = nested.get("canonical_link", links[0])
+    for element in [element for element in nested if element.tag in _NAMES]:
+        _place(element)
+    for element in nested:
+        _rename(element, name)
+    pose = nested.find("pose")
+    pose = ET.Element("pose") if pose is None else pose
+    pose.attrib.setdefault("relative_to", "__model__")
+    frame_of_model = ET.Element("frame", {"name": name, "attached_to": f"{name}_{first.replace('::', '_')}"})
+    frame_of_model.append(pose)
+    around.remove(nested)
+    around.append(frame_of_model)
+    around.extend([element for element in nested if element.tag in _NAMES])
+    around.extend([element for element in nested if str(element.tag).startswith(DRAKE)])
+
+
+def _place(element: ET.Element) -> None:
+    """Says that poses which name no frame are in that of the model."""
+    if element.tag == "frame" and "attached_to" not in element.attrib:
+        element.set("attached_to", "__model__")
+    elif element.tag in ("link", "model"):
+        pose = element.find("pose")
+        pose = ET.SubElement(element, "pose") if pose is None else pose
+        pose.attrib.setdefault("relative_to", "__model__")
+
+
+def _rename(element: ET.Element, prefix: str) -> None:
+    """Prefixes all names of a nested model, and what refers to them."""
+    if element.tag in _NAMES:
+        element.set("name", f"{prefix}_{element.get('name', '')}")
+    for part in element.iter():
+        for key in _ATTRIBUTES:
+            if (value := part.get(key)) is not None:
+                part.set(key, _renamed(value, prefix))
+        if part.tag == "mimic" and (leader := part.get("joint")):
+            part.set("joint", _renamed(leader, prefix))
+        if part.tag in _TEXTS and len(part) == 0 and part.text:
+            part.text = _renamed(part.text.strip(), prefix)
+
+
+def _renamed(name: str, prefix: str) -> str:
+    return prefix if name == "__model__" else name if not name or name in _OUTER else f"{prefix}_{name}"
+
+
+def _scope(model: ET.Element, nested: Collection[str]) -> None:
+    """Writes names such as `hand::palm` as what they are now."""
+    for part in model.iter() if nested else ():
+        for key, value in part.attrib.items():
+            if (key in _ATTRIBUTES or part.tag == "mimic") and _is_inside(value, nested):
+                part.set(key, value.replace("::", "_"))
+        if part.tag in _TEXTS and _is_inside(text := (part.text or "").strip(), nested):
+            part.text = text.replace("::", "_")
+
+
+def _is_inside(name: str, nested: Collection[str]) -> bool:
+    model, colons, _ = name.partition("::")
+    return bool(colons) and model in nested

@@ -1,0 +1,99 @@
+"""Files of one model that include each other, read within limits that hold for all of them together."""
+
+import os
+import xml.etree.ElementTree as ET
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from soft_gripper.errors import InputError
+from soft_gripper.files.xml_text import MAX_CHARACTERS, MAX_ELEMENTS, read_xml
+from soft_gripper.model_import.drake_parsing import check_file
+from soft_gripper.model_import.mesh_names import mesh_file, named_in_packages
+
+_MAX_DEPTH = 10  # files inside each other
+_MAX_FILES = 500  # more than the largest models have, and read within a second
+
+
+class IncludedFiles:
+    """Reads the files that a model includes, however often and by way of which others."""
+
+    def __init__(self, path: Path, root: ET.Element):
+        self._chain = [path]  # files that are being read, the model's own first
+        self._elements = sum(1 for _ in root.iter())
+        self._count = self._characters = 0
+
+    @contextmanager
+    def read(self, field: str, name: str, file: Path) -> Iterator[ET.Element]:
+        """Reads the root of a file; those that are read within the context are included in it.
+
+        Args:
+            field, name: where and how the including file names it, for messages.
+            file: the file.
+
+        Raises:
+            InputError: if the file cannot be read, is among those that include it, or is one too many or too large.
+        """
+        where, chain = self._chain[-1], [*self._chain, file]
+        if not os.path.isfile(file):
+            raise InputError(where, field, name, f"there is no file {file}")
+        if any(os.path.realpath(file) == os.path.realpath(path) for path in self._chain):
+            names = " > ".join(path.name for path in chain)
+            raise InputError(where, field, name, f"leave it out: the file would be inside itself: {names}")
+        if len(self._chain) > _MAX_DEPTH:
+            raise InputError(where, field, name, f"lies in more than {_MAX_DEPTH} files that include each other")
+        self._count += 1
+        if self._count > _MAX_FILES:
+            raise InputError(where, field, name, f"is one of more than {_MAX_FILES} included files; include fewer")
+        root = read_xml(file)
+        self._elements += sum(1 for _ in root.iter())
+        self._characters += os.path.getsize(file)
+        if self._elements > MAX_ELEMENTS or self._characters > MAX_CHARACTERS:
+            most = f"{MAX_ELEMENTS} elements or {MAX_CHARACTERS} characters"
+            raise InputError(where, field, name, f"makes a model of more than {most}; include fewer files")
+        self._chain = chain
+        yield root
+        self._chain = chain[:-1]
+
+
+def check_files(path: Path) -> ET.Element | None:
+    """Checks a file that Drake is to read unchanged, and all that it includes; returns as `check_file`.
+
+    Raises:
+        InputError: as `check_file` and `IncludedFiles`.
+    """
+    root = check_file(path)
+    if root is not None:
+        _check_included(path, path.parent, root, IncludedFiles(path, root))
+    return root
+
+
+def _check_included(path: Path, folder: Path, around: ET.Element, files: IncludedFiles) -> None:
+    for include in around.iter("include"):
+        if (name := include.get("file")) is not None:
+            field, file = "include.file", folder / name
+        else:
+            field, (name, file) = "include.uri", sdf_file(path, include)
+        with files.read(field, name, file) as included:
+            check_file(file)
+            _check_included(file, folder, included, files)
+
+
+def sdf_file(path: Path, include: ET.Element) -> tuple[str, Path]:
+    """The URI of an <include> in SDFormat, which may name the folder of a model, and the file behind it.
+
+    Raises:
+        InputError: if there is no such file.
+    """
+    uri = (include.findtext("uri") or "").strip()
+    beside = Path(os.path.realpath(path.parent)) / uri.removeprefix("file://")
+    folders = [folder for folder in (beside, *named_in_packages(uri, path)) if os.path.isdir(folder)]
+    if not folders:
+        try:
+            return uri, mesh_file(uri, path)
+        except InputError as error:
+            raise InputError(path, "include.uri", uri, error.expected) from None
+    names = [(sdf.text or "").strip() for sdf in read_xml(folders[0] / "model.config").findall("sdf")]
+    if not names or not os.path.isfile(folders[0] / names[-1]):
+        raise InputError(folders[0] / "model.config", "sdf", ", ".join(names), "names no file of the model")
+    return uri, folders[0] / names[-1]

@@ -1,0 +1,136 @@
+"""Inertias of links: those that no body can have become possible ones."""
+
+import xml.etree.ElementTree as ET
+from collections.abc import Collection
+from pathlib import Path
+
+import numpy as np
+
+from soft_gripper.arrays import Array
+from soft_gripper.files.notes import MENDED
+from soft_gripper.files.xml_text import joint_end, number
+from soft_gripper.model_import.model_file import ModelFile
+
+SPECK = (1e-3, 4e-8 * np.eye(3))  # kg, kg m^2: a ball of 1 g and 1 cm radius
+NEXT_TO_NONE = (1e-9, 1e-15 * np.eye(3))  # kg, kg m^2
+SPECK_WHY = "it moves on a joint of its own, and weighs 1 g now"
+NOT_POSSIBLE = "no body has it; the nearest that a body can have takes its place"
+_THINNEST = 1e-3  # m, spread of the mass along any axis
+_ROUNDED = 1e-3  # change relative to the trace, below which an inertia was only rounded in its file
+_DENSITY = "1000"  # kg/m^3, of SDFormat
+_ENTRIES = {"ixx": (0, 0), "iyy": (1, 1), "izz": (2, 2), "ixy": (0, 1), "ixz": (0, 2), "iyz": (1, 2)}
+
+
+def possible_inertia(mass: float, inertia: Array) -> Array:
+    """The nearest rotational inertia (3, 3), kg m^2, about the centre of mass, that a body of this mass can have.
+
+    An inertia is possible if no principal moment is larger than the sum of the others, that is, if no second moment
+    of the mass, tr(I)/2 1 - I, is negative. A possible one is kept, unless a principal moment is zero, which would
+    make the mass matrix singular. A changed one is that of a body at least 1 mm thick.
+    """
+    moments, axes = np.linalg.eigh(np.trace(inertia) / 2 * np.eye(3) - inertia)
+    if moments[0] >= 0 and moments[0] + moments[1] > 0:
+        return inertia
+    second_moments = (axes * np.maximum(moments, mass * _THINNEST**2)) @ axes.T
+    nearest: Array = np.trace(second_moments) * np.eye(3) - second_moments
+    return nearest
+
+
+def repair_inertia(model: ModelFile, jointed: Collection[str]) -> None:
+    """Makes the inertias of all links of a URDF or SDFormat model possible.
+
+    Files leave out inertias that hardly matter, or give zeros. Links named in `jointed`, which have a degree of
+    freedom of their own, then get a tiny mass, since the mass matrix would be singular, unless something that has a
+    mass is fixed to them; the others are fixed to something that has a mass.
+
+    Raises:
+        InputError: if a mass or a moment is not a number.
+    """
+    is_sdf = model.root.tag == "model"
+    heavy = _heavy(model, is_sdf)
+    for link in model.root.findall("link"):
+        name = link.get("name")
+        if is_sdf and (link.find("inertial") is None or link.find("inertial[@auto]") is not None):
+            continue  # 1 kg and 1 kg m^2, or computed by Drake
+        mass, inertia = _read(f"{model.path}: link '{name}'", link, is_sdf)
+        if mass > 0:
+            possible = possible_inertia(mass, inertia)
+            if possible is not inertia:
+                _write(link, mass, possible, is_sdf)
+                is_rounded = np.abs(possible - inertia).max() <= _ROUNDED * np.trace(possible)
+                if not (is_rounded and np.linalg.eigvalsh(inertia)[0] > 0):
+                    moments = ", ".join(f"{moment:.3g}" for moment in np.diag(inertia))
+                    model.note(MENDED, f"link '{name}': inertia ixx, iyy, izz", moments, NOT_POSSIBLE)
+        elif name in jointed and name not in heavy:
+            _write(link, *SPECK, is_sdf)
+            model.note(MENDED, f"link '{name}': mass", f"{mass:g}", SPECK_WHY)
+        else:
+            massless(link, is_sdf)
+
+
+def scale_inertias(path: Path, model: ET.Element, factor: float) -> None:
+    """Multiplies the masses and moments of all links of a URDF or SDFormat model by a factor.
+
+    Raises:
+        InputError: if a mass or a moment is not a number.
+    """
+    is_sdf = model.tag == "model"
+    for link in model.findall("link"):
+        auto = link.find("inertial[@auto='true']")
+        if auto is not None:  # computed by Drake, from the densities of the shapes or that of the link
+            density = _child(auto, "density")
+            density.text = density.text or _DENSITY
+            for each in (density, *link.findall("collision/density")):
+                each.text = repr(factor * float(each.text or _DENSITY))
+        elif is_sdf or link.find("inertial") is not None:
+            mass, inertia = _read(f"{path}: link '{link.get('name')}'", link, is_sdf)
+            _write(link, factor * mass, factor * inertia, is_sdf)
+
+
+def _heavy(model: ModelFile, is_sdf: bool) -> set[str]:
+    """The links to which something with a mass is fixed, directly or by way of others."""
+    masses = {
+        link.get("name", ""): _read(f"{model.path}: link '{link.get('name')}'", link, is_sdf)[0]
+        for link in model.root.findall("link")
+    }
+    fixed = [joint for joint in model.root.findall("joint") if joint.get("type") == "fixed"]
+    parents = {joint_end(joint, "child"): joint_end(joint, "parent") for joint in fixed}
+    heavy = set[str]()
+    for name in [name for name, mass in masses.items() if mass > 0]:
+        while (name := parents.get(name, "")) and name not in heavy:
+            heavy.add(name)
+    return heavy
+
+
+def massless(link: ET.Element, is_sdf: bool) -> ET.Element:
+    """This link without mass, or with next to none in SDFormat, where a link that has none weighs 1 kg."""
+    for inertial in link.findall("inertial"):
+        link.remove(inertial)
+    if is_sdf:
+        _write(link, *NEXT_TO_NONE, is_sdf)
+    return link
+
+
+def _read(where: str, link: ET.Element, is_sdf: bool) -> tuple[float, Array]:
+    inertial, inertia = link.find("inertial"), np.zeros((3, 3))
+    entries = None if inertial is None else inertial.find("inertia")
+    for key, (i, j) in _ENTRIES.items():
+        inertia[i, j] = inertia[j, i] = number(where, entries, key, "1" if is_sdf and i == j else "0")
+    return number(where, inertial, "mass", "1" if is_sdf else "0"), inertia
+
+
+def _write(link: ET.Element, mass: float, inertia: Array, is_sdf: bool) -> None:
+    inertial = _child(link, "inertial")
+    entries = {key: repr(float(inertia[index])) for key, index in _ENTRIES.items()}
+    if is_sdf:
+        _child(inertial, "mass").text = repr(mass)
+        for key, text in entries.items():
+            _child(_child(inertial, "inertia"), key).text = text
+    else:
+        _child(inertial, "mass").set("value", repr(mass))
+        _child(inertial, "inertia").attrib.update(entries)
+
+
+def _child(element: ET.Element, tag: str) -> ET.Element:
+    child = element.find(tag)
+    return ET.SubElement(element, tag) if child is None else child

@@ -1,0 +1,184 @@
+"""Mesh files: checked, read, and kept as OBJ files that Drake reads, in the user's cache folder."""
+
+import hashlib
+import os
+import re
+from functools import lru_cache
+from io import BytesIO
+from pathlib import Path
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+from trimesh.visual import ColorVisuals, TextureVisuals
+from trimesh.visual.material import SimpleMaterial
+
+from soft_gripper.errors import InputError, first_line
+from soft_gripper.files.notes import MENDED, READ, Note, make_note
+from soft_gripper.files.output import atomic_file, writable_folder
+from soft_gripper.files.text import read_bytes, read_text
+from soft_gripper.model_import.mesh_checks import NamedFiles, check_mesh_file
+from soft_gripper.model_import.model_file import ModelFile
+from soft_gripper.model_import.msh_file import read_msh
+from soft_gripper.model_import.solid_mesh import closed_parts, together
+from soft_gripper.registry import registered
+
+_MATERIALS = re.compile(r"<bind_material>.*?</bind_material>", re.DOTALL)
+_DIGITS = 12  # of coordinates in metres
+_MOST_CHECKED = 50_000  # faces of a mesh of which it is checked which way they are turned: seconds
+_CONVERSION = f"2, trimesh {trimesh.__version__}"  # to be increased when the same mesh leads to another OBJ file
+
+
+def read_scene(path: Path) -> trimesh.Scene:
+    """The meshes in a file, in its units and axes.
+
+    Raises:
+        InputError: if the file is missing, too large, cannot be read, or has no faces.
+    """
+    check_mesh_file(path)
+    if read := {".msh": read_msh, **registered("MESHES")}.get(path.suffix.lower()):
+        return trimesh.Scene([read(path)])
+    try:
+        scene = trimesh.load_scene(path, resolver=NamedFiles(path))
+        if path.suffix.lower() == ".dae" and not _has_faces(scene):  # a material that is missing hides all faces
+            bare = _MATERIALS.sub("", read_text(path))
+            scene = trimesh.load_scene(BytesIO(bare.encode()), file_type="dae")
+    except InputError:
+        raise
+    except Exception as error:  # trimesh's readers raise errors of many types
+        missing = isinstance(error, ImportError)  # which guesses how the text of what is not a mesh is encoded
+        reason = "it is damaged" if missing else first_line(error)
+        raise InputError(path, "mesh", path.name, f"cannot be read as a mesh: {reason}") from None
+    if not _has_faces(scene):
+        raise InputError(path, "mesh", path.name, "is empty; give a mesh with faces")
+    return scene
+
+
+def _has_faces(scene: trimesh.Scene) -> bool:
+    return any(len(getattr(part, "faces", ())) for part in scene.geometry.values())
+
+
+def converted(path: Path) -> Path:
+    """An OBJ file, in metres, with the normals of the mesh and an MTL file beside it if the mesh has colours.
+
+    As in ROS, the unit of a COLLADA file counts and its up axis does not; a glTF file's +y becomes +z, as in Drake.
+
+    Raises:
+        InputError: if the mesh is missing or cannot be read, or the cache cannot be written to.
+    """
+    check_mesh_file(path)
+    name = _digest(read_bytes(path) + path.suffix.lower().encode() + _CONVERSION.encode())
+    kept = cache_folder() / f"{name}.obj"
+    if not kept.is_file():
+        text, materials = _to_obj(path, f"{name}.mtl")
+        for mtl, content in materials.items():
+            keep(mtl, content.decode())
+        keep(kept.name, text)  # written last: it shows that all files are there
+    return kept
+
+
+def outward(model: ModelFile, path: Path, origin: Path) -> Path:
+    """An OBJ file or, if parts of it are inside out, one in which they face outward, with a note on its `origin`.
+
+    Parts that are not closed have no outside, and stay as they are. The notes go to the `model` that has the mesh.
+
+    Raises:
+        InputError: if the mesh is missing or cannot be read, or the cache cannot be written to.
+    """
+    return _outward(model, path, origin)[0]
+
+
+def weighable(model: ModelFile, path: Path, origin: Path) -> Path:
+    """A file as of `outward`, whose volume counts: an open mesh is noted."""
+    turned, is_open = _outward(model, path, origin)
+    if is_open:
+        why = "it is open: its volume, and a mass from its density, are uncertain"
+        model.notes.append(make_note(READ, origin, "the mesh", "", why))
+    return turned
+
+
+def _outward(model: ModelFile, path: Path, origin: Path) -> tuple[Path, bool]:
+    check_mesh_file(path)
+    turned, notes, is_open = _turned(path, origin, path.stat().st_mtime_ns)
+    model.notes += notes
+    return turned, is_open
+
+
+@lru_cache(maxsize=256)
+def _turned(path: Path, origin: Path, modified: int) -> tuple[Path, list[Note], bool]:
+    """The file of `outward`, the notes on it, and whether it is open; `modified`, ns: a changed file is read again."""
+    mesh, file = read_scene(path).to_mesh(), ModelFile(origin)
+    if len(mesh.faces) > _MOST_CHECKED:
+        why = f"it has more than {_MOST_CHECKED} faces, and is not searched for parts that are inside out"
+        file.note(READ, "the mesh", "", why)
+        return path, file.notes, False
+    try:
+        parts = closed_parts(file, mesh)
+    except InputError:
+        return path, [], True
+    turned = [each for each in file.notes if each.outcome == MENDED]
+    return (keep_by_content(obj_text(together(parts).smooth_shaded, normals=True)) if turned else path), turned, False
+
+
+def keep(name: str, text: str) -> Path:
+    """Writes a file of the cache, unless it exists."""
+    path = writable_folder(cache_folder()) / name
+    if not path.exists():
+        with atomic_file(path) as partial:
+            partial.write_text(text, encoding="utf-8")
+    return path
+
+
+def keep_by_content(text: str, suffix: str = ".obj") -> Path:
+    """Keeps a mesh file under a name made from its contents."""
+    return keep(f"{_digest(text.encode())}{suffix}", text)
+
+
+def cache_folder() -> Path:
+    """The user's cache folder, according to the XDG specification."""
+    given = Path(os.environ.get("XDG_CACHE_HOME", ""))
+    return (given if given.is_absolute() else Path.home() / ".cache") / "soft-gripper" / "meshes"
+
+
+def _digest(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()[:16]
+
+
+def _to_obj(path: Path, mtl_name: str) -> tuple[str, dict[str, bytes]]:
+    scene = read_scene(path)
+    if path.suffix.lower() == ".glb":
+        scene.apply_transform(trimesh.transformations.rotation_matrix(np.pi / 2, [1, 0, 0]))
+    parts = [_shaded(part) for part in scene.dump() if len(getattr(part, "faces", ()))]
+    text, materials = trimesh.exchange.obj.export_obj(
+        trimesh.Scene(parts), include_normals=True, return_texture=True, mtl_name=mtl_name, header=None
+    )
+    return text, materials
+
+
+def _shaded(part: trimesh.Trimesh) -> trimesh.Trimesh:
+    """A part in metres, smooth but for its sharp edges, in one colour or none."""
+    if part.units:
+        part.apply_scale(trimesh.units.unit_conversion(part.units, "meters"))
+    color = _color(part)
+    part.visual = ColorVisuals()  # smoothing would copy its texture for every smooth piece
+    part.merge_vertices(merge_tex=True, merge_norm=True)
+    if part.is_watertight and part.volume < 0:
+        part.invert()
+    smooth = part.smooth_shaded
+    if color is not None:
+        smooth.visual = TextureVisuals(material=SimpleMaterial(diffuse=color))
+    return smooth
+
+
+def _color(part: trimesh.Trimesh) -> NDArray[np.uint8] | None:
+    """Red, green, blue and opacity; textures are not kept."""
+    if not part.visual.defined:
+        return None
+    return part.visual.material.main_color if part.visual.kind == "texture" else part.visual.main_color
+
+
+def obj_text(mesh: trimesh.Trimesh, normals: bool = False) -> str:
+    text: str = trimesh.exchange.obj.export_obj(
+        mesh, include_texture=False, include_normals=normals, header=None, digits=_DIGITS
+    )
+    return text

@@ -1,0 +1,216 @@
+"""The solid that a mesh file describes: its parts joined at their seams, and turned outward."""
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import breadth_first_order
+
+from soft_gripper.arrays import Array
+from soft_gripper.files.notes import MENDED, READ
+from soft_gripper.model_import.model_file import ModelFile
+
+_INSIDE_WINDING = 0.5  # winding number above which a point is inside
+_RAYS = 5_000_000  # triangles that the search for overlaps compares with rays at most
+_AT_A_TIME = 500_000  # of these
+_POINTS = 512  # at which two parts are searched for an overlap, at most
+_PAIRS = 500  # of parts that are searched
+_MAX_PARTS = 1000  # of a mesh
+_FLAT_VOLUME = 1e-9  # volume of a part over that of a cube around it, below which it has none
+
+
+def solid(file: ModelFile, mesh: trimesh.Trimesh) -> trimesh.Trimesh:
+    """A mesh of parts as `closed_parts` finds them; those that overlap are noted, since the density counts twice.
+
+    Raises:
+        InputError: if a part is not closed.
+    """
+    parts = closed_parts(file, mesh)
+    _note_overlap(file, [part for part in parts if part.volume > 0])
+    return together(parts)
+
+
+def together(parts: list[trimesh.Trimesh]) -> trimesh.Trimesh:
+    """One mesh of several parts."""
+    found: trimesh.Trimesh = trimesh.util.concatenate(parts)
+    return found
+
+
+def closed_parts(file: ModelFile, mesh: trimesh.Trimesh) -> list[trimesh.Trimesh]:
+    """The closed parts of a mesh, which face outward or, if they lie in another part, enclose a cavity.
+
+    Vertices that are split at seams of texture or at sharp edges are joined. Faces and parts that are turned the other
+    way are turned back, with a note.
+
+    Args:
+        file: of the mesh.
+        mesh: any mesh; it is not changed.
+
+    Raises:
+        InputError: if a part is not closed, or there are more than 1000.
+    """
+    mesh = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False)
+    is_closed = _is_in_closed_part(mesh)
+    parts = _parts(file, _faces(mesh, is_closed)) + _parts(file, _joined(_faces(mesh, ~is_closed)))
+    is_open = sum(not part.is_watertight for part in parts)
+    if is_open or not parts:
+        which = f"{is_open} of its {len(parts)} parts are open" if len(parts) > 1 else "it is open"
+        expected = f"is not watertight: {which}; close the holes, since an open surface has no volume and no inertia"
+        file.refuse("mesh", file.path.name, expected)
+    for number, part in enumerate(parts):
+        if part.is_winding_consistent and abs(part.volume) <= _FLAT_VOLUME * part.extents.max() ** 3:
+            file.refuse("mesh", file.path.name, f"part {number} has no volume: both of its sides face outward")
+    if sum(part.volume for part in parts if part.is_winding_consistent) < 0:
+        for part in parts:
+            part.invert()
+        file.note(MENDED, "the mesh", "", "it was inside out")
+    _turn(file, parts)
+    return parts
+
+
+def _part_of_faces(mesh: trimesh.Trimesh) -> NDArray[np.int_]:
+    """The number of the part to which each face belongs, (F,): edges of two faces hold a part together."""
+    numbers: NDArray[np.int_] = trimesh.graph.connected_component_labels(
+        mesh.face_adjacency, node_count=len(mesh.faces)
+    )
+    return numbers
+
+
+def _is_in_closed_part(mesh: trimesh.Trimesh) -> NDArray[np.bool_]:
+    """Whether each face, (F,), belongs to a part of which every edge has two faces."""
+    part = _part_of_faces(mesh)
+    edges = mesh.edges_unique_inverse * len(part) + np.repeat(part, 3)  # one number for an edge of a part
+    _, edge, counts = np.unique(edges, return_inverse=True, return_counts=True)
+    is_closed = np.ones(len(part), bool)
+    is_closed[part[np.flatnonzero(counts[edge] != 2) // 3]] = False
+    return is_closed[part]
+
+
+def _faces(mesh: trimesh.Trimesh, chosen: NDArray[np.bool_]) -> trimesh.Trimesh:
+    """The mesh of some faces, (F,) of all."""
+    found = mesh.copy()
+    found.update_faces(chosen)
+    found.remove_unreferenced_vertices()
+    return found
+
+
+def _parts(file: ModelFile, mesh: trimesh.Trimesh) -> list[trimesh.Trimesh]:
+    """The parts of a mesh; raises an InputError if they are too many."""
+    if not len(mesh.faces):
+        return []
+    if (count := int(_part_of_faces(mesh).max()) + 1) > _MAX_PARTS:
+        file.refuse("parts", count, f"give a mesh of at most {_MAX_PARTS} parts that do not hang together")
+    return list(mesh.split(only_watertight=False, repair=False))
+
+
+def _joined(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
+    """A mesh whose parts are joined where their vertices coincide, without what lies double, or between them."""
+    if not len(mesh.faces):
+        return mesh
+    mesh.merge_vertices(merge_tex=True, merge_norm=True)
+    mesh.update_faces(mesh.nondegenerate_faces())
+    order = np.argsort(mesh.faces, axis=1)
+    sides = np.where((order[:, 1] - order[:, 0]) % 3 == 1, 1, -1)  # of a face, that its order of vertices shows
+    _, group = np.unique(np.sort(mesh.faces, axis=1), axis=0, return_inverse=True)
+    balance = np.bincount(group.ravel(), weights=sides)  # of faces on the same vertices; 0: a wall between pieces
+    shown = np.flatnonzero(sides == np.sign(balance[group.ravel()]))
+    _, first = np.unique(group.ravel()[shown], return_index=True)
+    mesh.update_faces(np.sort(shown[first]))
+    mesh.remove_unreferenced_vertices()
+    return mesh
+
+
+def _turn(file: ModelFile, parts: list[trimesh.Trimesh]) -> None:
+    """Turns faces and parts outward."""
+    for number, part in enumerate(parts):
+        if not part.is_winding_consistent:
+            part.faces = _consistent(part)
+            if not part.is_winding_consistent:
+                file.refuse("mesh", file.path.name, f"part {number} has no outside: its surface has one side")
+            part.faces = part.faces if part.volume > 0 else part.faces[:, ::-1]
+            file.note(MENDED, f"part {number}", "", "some of its faces were turned the other way")
+    outward = [part.triangles if part.volume > 0 else part.triangles[:, ::-1] for part in parts]
+    for number, part in enumerate(parts):
+        others = [each for i, each in enumerate(outward) if i != number]
+        if part.volume < 0 and others and _is_inside(part, np.concatenate(others)):
+            file.note(READ, f"part {number}", "", "it is inside out and in another part: a cavity")
+        elif part.volume < 0:
+            part.invert()
+            file.note(MENDED, f"part {number}", "", "it was inside out")
+
+
+def _consistent(part: trimesh.Trimesh) -> NDArray[np.int_]:
+    """The faces of a connected part, (F, 3), turned as the first one is."""
+    pairs, edges, faces = part.face_adjacency, part.face_adjacency_edges, np.array(part.faces)
+
+    def along(face: NDArray[np.int_]) -> NDArray[np.bool_]:
+        """Whether each edge runs along a face rather than against it."""
+        starts = faces[face] == edges[:, :1]
+        follows: NDArray[np.bool_] = (np.roll(faces[face], -1, axis=1) == edges[:, 1:])[starts]
+        return follows
+
+    differs = along(pairs[:, 0]) == along(pairs[:, 1])  # neighbours that are turned alike run along it in opposite ways
+    rows, columns = np.concatenate([pairs, pairs[:, ::-1]]).T
+    shape, unlike = (len(faces), len(faces)), np.concatenate([differs, differs])
+    graph, turned = (
+        coo_matrix((1 + unlike.astype(int), (rows, columns)), shape=shape).tocsr(),
+        np.zeros(len(faces), bool),
+    )
+    order, before = breadth_first_order(graph, 0, directed=False)
+    for face in order[1:]:
+        turned[face] = turned[before[face]] ^ (graph[before[face], face] == 2)
+    faces[turned] = faces[turned, ::-1]
+    return faces
+
+
+def _is_inside(part: trimesh.Trimesh, triangles: Array) -> bool:
+    """Whether most of the surface of a part is inside of others, (F, 3, 3)."""
+    points = part.triangles_center[:: max(1, len(part.faces) // 50)]
+    return bool((winding(points, triangles) > _INSIDE_WINDING).mean() > 0.5)
+
+
+def _note_overlap(file: ModelFile, parts: list[trimesh.Trimesh]) -> None:
+    low, high = np.array([part.bounds for part in parts]).reshape(-1, 2, 3).swapaxes(0, 1)
+    one, other = np.triu_indices(len(parts), 1)
+    is_near = (np.minimum(high[one], high[other]) > np.maximum(low[one], low[other])).all(axis=1)
+    near = [*zip(one[is_near].tolist(), other[is_near].tolist(), strict=True)]
+    if len(near) > _PAIRS:
+        file.note(READ, "overlaps of parts", f"{len(near)} pairs", f"only {_PAIRS} pairs are searched for them")
+    for one, other in near[:_PAIRS]:
+        pair = parts[one], parts[other]
+        count = _RAYS // (len(near) * sum(len(part.faces) for part in pair))
+        points = _between(*pair, int(np.clip(count, 27, _POINTS)))
+        if np.all([winding(points, part.triangles) > _INSIDE_WINDING for part in pair], axis=0).any():
+            file.note(READ, f"parts {one} and {other}", "", "they overlap: density counts twice there")
+
+
+def _room(one: trimesh.Trimesh, other: trimesh.Trimesh) -> Array:
+    """The size of the box in which two parts may overlap, (3,); negative along axes along which they are apart."""
+    room: Array = np.minimum(one.bounds[1], other.bounds[1]) - np.maximum(one.bounds[0], other.bounds[0])
+    return room
+
+
+def _between(one: trimesh.Trimesh, other: trimesh.Trimesh, count: int) -> Array:
+    """Points of a grid in the box in which two parts may overlap, about `count`, (M, 3)."""
+    steps = (np.arange(round(count ** (1 / 3))) + 0.5) / round(count ** (1 / 3))
+    grid = np.stack(np.meshgrid(steps, steps, steps), axis=-1).reshape(-1, 3)
+    points: Array = np.maximum(one.bounds[0], other.bounds[0]) + grid * _room(one, other)
+    return points
+
+
+def winding(points: Array, triangles: Array) -> Array:
+    """How often closed surfaces of triangles (F, 3, 3) go around each of some points (M, 3), (M,).
+
+    That is how often a ray from the point leaves them more than it enters; no ray is along an edge of a box.
+    """
+    turn = np.array([[0.36, 0.48, -0.8], [-0.8, 0.6, 0.0], [0.48, 0.64, 0.6]])
+    points, corners = points @ turn.T, np.moveaxis(triangles @ turn.T, 1, 0)
+    chunk, numbers = max(1, _AT_A_TIME // len(triangles)), []
+    for begin in range(0, len(points), chunk):
+        a, b, c = corners[:, None] - points[None, begin : begin + chunk, None]  # (m, F, 3) each
+        doubled = [u[..., 1] * v[..., 2] - u[..., 2] * v[..., 1] for u, v in ((b, c), (c, a), (a, b))]
+        signs = np.sign(doubled)
+        way = np.where((signs == signs[0]).all(axis=0), signs[0], 0.0)
+        ahead = (np.array(doubled) * (a[..., 0], b[..., 0], c[..., 0])).sum(axis=0) * way > 0
+        numbers.append((way * ahead).sum(axis=-1))
+    return np.concatenate(numbers)

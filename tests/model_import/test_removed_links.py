@@ -1,0 +1,213 @@
+"""Links that are left out: what remains is the file as it would have been written without them."""
+
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import numpy as np
+import pytest
+from arm_plants import GRIPPER
+from arm_urdfs import ARM, LIMIT, Loaded, joint, link
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.systems.framework import DiagramBuilder
+from scenario_plants import add_scene, arm_of
+
+from soft_gripper.diagrams.loaded_model import load_model
+from soft_gripper.errors import InputError
+from soft_gripper.model_import.model_file import ModelFile
+from soft_gripper.model_import.removed_links import remove_links
+from soft_gripper.scenario.schema import ArmConfig, ModelConfig, Scenario
+
+PATH = Path("arm.urdf")
+MASS = 2.0  # kg, of every link: see INERTIAL
+
+
+def transmission(name):
+    kind = "<type>transmission_interface/SimpleTransmission</type>"
+    return f"<transmission name='{name}_t'>{kind}<joint name='{name}'/><actuator name='{name}_m'/></transmission>"
+
+
+def group(*members):
+    """Links that do not touch each other."""
+    inside = "".join(f"<drake:member link='{member}'/>" for member in members)
+    inside += "<drake:ignored_collision_filter_group name='own'/>"
+    return f"<drake:collision_filter_group name='own'>{inside}</drake:collision_filter_group>"
+
+
+DRIVES = transmission("shoulder") + transmission("elbow")
+SAID = (
+    "<gazebo reference='fore'><mu1>0.2</mu1></gazebo><gazebo><plugin name='p'/></gazebo><frame name='f' link='fore'/>"
+)
+JAW_LIMIT = LIMIT.replace("-2", "0").replace("'2'", "'0.04'")
+HAND = (
+    joint("mount", "fore", "hand", "", "fixed")
+    + link("hand")
+    + joint("left", "hand", "left_jaw", JAW_LIMIT, "prismatic")
+    + link("left_jaw")
+    + joint("right", "hand", "right_jaw", JAW_LIMIT + "<mimic joint='left'/>", "prismatic")
+    + link("right_jaw")
+    + joint("glue", "left_jaw", "pad", "", "fixed")
+    + link("pad")
+)
+SAID_OF_HAND = (
+    transmission("left")
+    + transmission("right")
+    + "<gazebo reference='left_jaw'><mu1>0.9</mu1></gazebo><gazebo reference='mount'/>"
+    + "<frame name='grasp' link='hand' xyz='0 0 0.1' rpy='0 0 0'/>"
+)
+ALONGSIDE = joint("side", "base", "camera", "", "fixed") + link("camera")
+
+
+def urdf(*parts):
+    return "<robot name='acme' xmlns:drake='http://drake.mit.edu'>" + "".join(parts) + "</robot>"
+
+
+def without(text, *names):
+    robot = ET.fromstring(text)
+    remove_links(ModelFile(PATH, robot), names)
+    return ET.tostring(robot, encoding="unicode")
+
+
+def same(text):
+    return ET.tostring(ET.fromstring(text), encoding="unicode")
+
+
+WITH_HAND = urdf(
+    ARM, HAND, ALONGSIDE, DRIVES, SAID, SAID_OF_HAND, group("upper", "fore", "hand", "left_jaw", "right_jaw", "pad")
+)
+BARE = urdf(ARM, ALONGSIDE, DRIVES, SAID, group("upper", "fore"))
+
+
+@pytest.mark.parametrize("names", [["hand"], ["hand", "left_jaw"], ["right_jaw", "hand", "hand"]])
+def test_a_link_goes_with_all_that_hangs_on_it(names):
+    assert without(WITH_HAND, *names) == same(BARE)
+
+
+def test_nothing_is_left_out_unasked():
+    assert without(WITH_HAND) == same(WITH_HAND)
+
+
+def test_only_a_jaw():
+    left = ET.fromstring(without(WITH_HAND, "right_jaw"))
+    names = {tag: [e.get("name") for e in left.findall(tag)] for tag in ("link", "joint", "transmission", "frame")}
+    assert names["link"] == ["base", "upper", "fore", "hand", "left_jaw", "pad", "camera"]
+    assert names["joint"] == ["shoulder", "elbow", "mount", "left", "glue", "side"]
+    assert names["transmission"] == ["shoulder_t", "elbow_t", "left_t"]
+    assert names["frame"] == ["f", "grasp"]
+
+
+def test_branches_are_cut_one_by_one():
+    assert without(WITH_HAND, "camera", "hand") == same(urdf(ARM, DRIVES, SAID, group("upper", "fore")))
+
+
+def test_order_of_the_file_does_not_matter():
+    shuffled = urdf(SAID_OF_HAND, DRIVES, HAND, ALONGSIDE, ARM)
+    assert without(shuffled, "hand") == same(urdf(DRIVES, ALONGSIDE, ARM))
+
+
+def test_drake_loads_what_remains():
+    """And nothing of ours is needed for it."""
+    loaded, bare = Loaded(without(WITH_HAND, "hand")), Loaded(BARE)
+    np.testing.assert_array_equal(loaded.mass_matrix(), bare.mass_matrix())
+    assert [a.joint().name() for a in loaded.actuators] == ["shoulder", "elbow"]
+
+
+@pytest.mark.parametrize(
+    ("name", "complaint"),
+    [
+        ("gripper", "no such link; known: base, upper, fore, hand, left_jaw, right_jaw, pad, camera"),
+        ("mount", "no such link; known: base, upper, fore, hand, left_jaw, right_jaw, pad, camera"),
+        ("", "no such link; known: base, upper, fore, hand, left_jaw, right_jaw, pad, camera"),
+        ("base", "hangs on nothing; only what a joint carries can be left out"),
+    ],
+)
+@pytest.mark.parametrize("is_arm", [True, False])
+def test_what_cannot_be_left_out(tmp_path, name, complaint, is_arm):
+    path = tmp_path / "arm.urdf"
+    path.write_text(WITH_HAND)
+    config = ModelConfig("arm", str(path), without=["hand", name])
+    with pytest.raises(InputError) as caught:
+        load_model(MultibodyPlant(0.0), config, "models[0]", ArmConfig() if is_arm else None)
+    assert str(caught.value) == f"{path}: without = '{name}': {complaint}"
+
+
+def with_our_gripper(folder):
+    """A scenario that takes the gripper off an arm and puts ours in its place."""
+    (folder / "arm.urdf").write_text(urdf(ARM, HAND, DRIVES, SAID, SAID_OF_HAND, group("fore", "hand")))
+    arm = ModelConfig("arm", str(folder / "arm.urdf"), without=["hand"])
+    gripper = ModelConfig("gripper", GRIPPER, parent="arm::fore")
+    return Scenario(models=[arm, gripper], arm=ArmConfig("arm", [0.3, -0.4]))
+
+
+def test_another_gripper_in_its_place(tmp_path):
+    scenario = with_our_gripper(tmp_path)
+    scene = add_scene(DiagramBuilder(), scenario)
+    arm, plant = arm_of(scenario, scene), scene.plant
+    bodies = [plant.get_body(index).name() for index in plant.GetBodyIndices(arm.model)]
+    assert bodies == ["base", "upper", "fore"]
+    assert [finger.name for finger in scene.fingers] == ["left_finger", "right_finger"]
+    assert arm.plant.num_positions() == 2
+    context = plant.CreateDefaultContext()
+    X_WFore, X_WPalm = (plant.GetFrameByName(name).CalcPoseInWorld(context) for name in ("fore", "palm"))
+    assert X_WPalm.IsNearlyEqualTo(X_WFore, 1e-12)
+    ours = plant.CalcTotalMass(context, [plant.GetModelInstanceByName("gripper")])
+    assert plant.CalcTotalMass(context) == pytest.approx(3 * MASS + ours)
+    assert arm.plant.CalcTotalMass(arm.plant.CreateDefaultContext()) == pytest.approx(3 * MASS + ours)
+
+
+def test_with_its_own_gripper_it_is_heavier(tmp_path):
+    """What `without` takes away is there otherwise."""
+    scenario = with_our_gripper(tmp_path)
+    scenario.models[0].without = []
+    plant = add_scene(DiagramBuilder(), Scenario(models=scenario.models)).plant
+    arm = plant.GetModelInstanceByName("arm")
+    assert plant.CalcTotalMass(plant.CreateDefaultContext(), [arm]) == pytest.approx(7 * MASS)
+
+
+IN_SDF = """<sdf version='1.7' xmlns:drake='http://drake.mit.edu'><model name='m'><link name='base'/><link name='fore'/>
+<joint name='lift' type='prismatic'><parent>base</parent><child>fore</child><axis><xyz>0 0 1</xyz></axis></joint>
+<frame name='flange' attached_to='fore'/><!--
+<link name='hand'/><joint name='mount' type='fixed'><parent>flange</parent><child>hand</child></joint>
+<frame name='palm' attached_to='hand'/><frame name='grasp' attached_to='palm'/>
+<link name='jaw'/><joint name='close' type='prismatic'><parent>palm</parent><child>jaw</child></joint>
+<drake:ball_constraint><drake:ball_constraint_body_A>jaw</drake:ball_constraint_body_A>
+<drake:ball_constraint_body_B>fore</drake:ball_constraint_body_B></drake:ball_constraint>
+--><drake:collision_filter_group name='own'><drake:member>base</drake:member><!--<drake:member>jaw</drake:member>-->
+</drake:collision_filter_group></model></sdf>"""
+HAND_IN_SDF = IN_SDF.replace("<!--", "").replace("-->", "")
+
+
+def links_left(text, *names):
+    root = ET.fromstring(text)
+    remove_links(ModelFile(PATH, root[0]), names)
+    return "".join(ET.tostring(root, encoding="unicode").split())
+
+
+@pytest.mark.parametrize("name", ["hand", "palm", "grasp"])
+def test_a_link_of_sdformat_goes_with_all_that_hangs_on_it(name):
+    assert links_left(HAND_IN_SDF, name) == links_left(IN_SDF)
+
+
+@pytest.mark.parametrize("name", ["base", "flangee", "mount"])
+def test_what_cannot_be_left_out_of_sdformat(name):
+    with pytest.raises(InputError, match=f"without = '{name}': (no such link; known: base, fore, hand, jaw|hangs on)"):
+        links_left(HAND_IN_SDF, name)
+
+
+def test_a_joint_that_followed_what_is_left_out_is_free():
+    follower = joint("side", "base", "camera", JAW_LIMIT + "<mimic joint='left'/>", "prismatic") + link("camera")
+    alone = joint("side", "base", "camera", JAW_LIMIT, "prismatic") + link("camera")
+    assert without(urdf(ARM, HAND, follower), "hand") == same(urdf(ARM, alone))
+
+
+def test_drake_loads_what_remains_of_nested_sdformat(tmp_path):
+    inertial = "<inertial><mass>1</mass></inertial>"
+    nested = f"<model name='hand'><link name='palm'>{inertial}</link></model>"
+    mount = "<joint name='mount' type='fixed'><parent>fore</parent><child>hand::palm</child></joint></model>"
+    path = tmp_path / "arm.sdf"
+    path.write_text(IN_SDF.replace("</model>", nested + mount))
+    plant = MultibodyPlant(0.01)
+    load_model(plant, ModelConfig("arm", str(path), without=["hand::palm"]), "models[0]")
+    assert [plant.get_body(i).name() for i in plant.GetBodyIndices(plant.GetModelInstanceByName("arm"))] == [
+        "base",
+        "fore",
+    ]
