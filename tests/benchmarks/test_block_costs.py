@@ -19,7 +19,7 @@ def few(monkeypatch):
 def test_every_block_has_a_cost():
     """Those too that have discrete states but take no samples."""
     costs = bench.cost_of_blocks(make_station(load_scenario("free_bending", SHORT)))
-    assert {"TrueContact", "SensorBlock", "ShapeEstimator"} <= costs.keys()
+    assert {"TrueContact", "StrainSensor", "ArcPoseEstimator"} <= costs.keys()
     assert np.isfinite([*costs.values()]).all()
 
 

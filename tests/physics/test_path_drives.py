@@ -120,7 +120,7 @@ def test_a_length_that_is_pulled_bends_by_what_is_left_of_it():
     [
         (["tendons.steps.all=[-1]"], "tendons.steps.all[0]", -1),
         (["tendons.steps.left_finger::extensor=[1]"], "left_finger::extensor", [1]),
-        (["tendons.maximum=2"], "tendons.steps.all[3]", 3),
+        (["tendons.maximum=2"], "tendons.maximum", 2),
         (["tendons.command=push"], "tendons.command", "push"),
     ],
 )

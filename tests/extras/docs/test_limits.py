@@ -315,7 +315,7 @@ REPEATED = [  # what a page repeats, and where it is measured
     ),
     ("limitations.md", r"\(# at 40 kPa\)", "extras/hardware/identification.md", r"at all times .* \| # %: \*\*misses"),
     ("limitations.md", r"not shown by #", "extras/grasps/grasp_trials.md", r"all of # cups succeeded"),
-    ("limitations.md", r"over bare plant: 1\.5 times \(#\)", "benchmarks.md", r"# times in the box grasp and"),
+    ("limitations.md", r"over bare plant: 1\.5 times \(#\)", "benchmarks.md", r"# times in the box grasp"),
     ("limitations.md", r"20 ms more \(\[#\]", "benchmarks.md", r"overhead of 28 and # ms a run"),
 ]
 
