@@ -1,10 +1,13 @@
-"""The size and the order of the code, in numbers: `make house` prints them, each with its aim.
+"""The size and the order of the code, in numbers: `make house` prints them, each with its aim, and how rooms grew.
 
 Times are measured elsewhere: `make bench-against` compares two checkouts, `make check` and `.ci/run` tell their own.
 """
 
 import ast
+import io
 import re
+import subprocess
+import tarfile
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
@@ -71,11 +74,49 @@ def measures() -> Iterator[tuple[str, object, str]]:
         yield f"modules named {name}", modules[name], "1"
 
 
+def room(path: str) -> str:
+    """The room of a file: a folder of the package, an extra, or a folder of the repository."""
+    folder, *below = path.split("/")[:-1] or ["top level"]
+    depth = 2 if below[:1] == ["extras"] else 1
+    name = "/".join([folder, *below[:depth]]) if folder == PRODUCT[0] else folder
+    return f"{name}, words" if path.endswith(".md") else f"{name}, lines"
+
+
+def sizes(revision: str) -> Counter[str]:
+    """Lines of Python and words of documentation of every room at a commit."""
+    names = "*.py", "docs/*.md", "README.md", "CONTRIBUTING.md"
+    archive = subprocess.run(["git", "archive", revision, "--", *names], cwd=ROOT, capture_output=True, check=True)
+    sizes: Counter[str] = Counter()
+    with tarfile.open(fileobj=io.BytesIO(archive.stdout)) as files:
+        for file in filter(tarfile.TarInfo.isreg, files):
+            text = files.extractfile(file).read().decode()  # type: ignore[union-attr]
+            sizes[room(file.name)] += len(text.split() if file.name.endswith(".md") else text.splitlines())
+    return sizes
+
+
+def revisions() -> Iterator[tuple[str, str]]:
+    """What the sizes of today are compared with, and its commit, as far as this clone has it."""
+    release = re.search(r"^version = .*", (ROOT / "pyproject.toml").read_text(encoding="utf-8"), re.MULTILINE)
+    for name, choice in (
+        ("last release", ["-S", release.group() if release else "", "--", "pyproject.toml"]),
+        ("a week ago", ["--before=1 week ago"]),
+    ):
+        log = subprocess.run(["git", "log", "-1", "--format=%h", *choice], cwd=ROOT, capture_output=True, text=True)
+        if commit := log.stdout.strip():
+            yield name, commit
+
+
 def main() -> None:
-    """Prints the table."""
+    """Prints the tables."""
     print("| measure | today | aim, at most |\n|---|---:|---:|")
     for name, today, aim in measures():
         print(f"| {name} | {today:,} | {aim} |")
+    columns = {"last commit": "HEAD", **dict(revisions())}
+    print(f"\n| room | {' | '.join(f'{name}, {commit}' for name, commit in columns.items())} |")
+    print(f"|---|{len(columns) * '---:|'}")
+    counts = [sizes(commit) for commit in columns.values()]
+    for name in sorted(set().union(*counts)):
+        print(f"| {name} | {' | '.join(f'{count[name]:,}' for count in counts)} |")
 
 
 if __name__ == "__main__":
