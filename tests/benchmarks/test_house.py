@@ -1,7 +1,6 @@
 """What grew: files are counted in the room that they are in."""
 
 import pytest
-
 from house import room
 
 
