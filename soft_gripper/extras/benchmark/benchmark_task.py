@@ -126,9 +126,13 @@ def unread_files(tasks: Sequence[Task], folder: Path) -> list[str]:
 
 
 def recorded_folders(tasks: Mapping[Task, Path]) -> set[Path]:
-    """The folders that the files of tasks are in, and the files, which may be links; `tasks` has the data folders."""
+    """The folders that the files of tasks are in, the files, which may be links, and the repositories around them.
+
+    `tasks` has the data folders.
+    """
     files = [folder / file for task, folder in tasks.items() for file in task.sha256]
-    return {path.resolve() for file in files for path in (file, file.parent)}
+    found = {path.resolve() for file in files for path in (file, file.parent)}
+    return found | {git for path in found for parent in path.parents if (git := parent / ".git").exists()}
 
 
 def read_training(task: Task, folder: Path, copies: Path) -> list[Recorded]:

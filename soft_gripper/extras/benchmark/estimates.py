@@ -9,6 +9,8 @@ from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
 from soft_gripper.extras.benchmark.benchmark_task import Estimator, Inputs, Predict, Question, Recorded
 
+_LARGEST = 1e9  # of what is stated: squares of it do not overflow, and would drop out of the errors
+
 
 @dataclass(frozen=True)
 class Estimated:
@@ -88,6 +90,7 @@ def _array(name: str, task: Question, what: str, value: object, shape: tuple[int
         raise InputError(name, f"{what} on {task.name}", type(value).__name__, f"must be numbers {shape}") from None
     if array.shape != shape:
         raise InputError(name, f"shape of {what} on {task.name}", array.shape, f"must be {shape}")
-    if not np.isfinite(array).all():
-        raise InputError(name, f"{what} on {task.name}", "NaN or infinite", "must be finite")
+    if not (np.abs(array) < _LARGEST).all():
+        expected = f"must be finite, and below {_LARGEST:g}"
+        raise InputError(name, f"{what} on {task.name}", float(array[~(np.abs(array) < _LARGEST)][0]), expected)
     return array

@@ -170,7 +170,7 @@ def _answer(parent: Connection, **answer: object) -> None:
 def _called(name: str, task: Question, function: Callable[..., object], *arguments: object) -> object:
     try:
         return function(*arguments)
-    except (Exception, SystemExit) as error:
+    except BaseException as error:  # Ctrl-C does not reach this process
         raise _failure(name, task.name, described(error)) from error
 
 

@@ -128,6 +128,9 @@ CONNECTION = "next(each for each in gc.get_objects() if type(each).__name__ == '
         ("return None", "returned = 'NoneType': must be a function predict(inputs)"),
         ("return lambda inputs: object()", "mean on twin = 'object': must be numbers"),
         ("return lambda inputs: inputs[1:]", "shape of mean on twin"),
+        ("return lambda inputs: 0 * inputs + 1e200", "mean on twin = 1e+200: must be finite, and below 1e+09"),
+        ("return lambda inputs: inputs * float('nan')", "mean on twin = nan: must be finite"),
+        ("raise KeyboardInterrupt", "failed on twin = 'KeyboardInterrupt"),
         (f"{CONNECTION}.send_bytes(b'[' * 10**5)", "its process answered with something else"),
         (f"{CONNECTION}.send_bytes(b'{{\"mistake\": 3}}')", "its process answered with something else"),
         (f"{CONNECTION}.send(3)", "its process answered with something else"),
@@ -226,3 +229,10 @@ def test_where_recordings_are_links_both_ends_are_hidden(tmp_path):
     (tmp_path / file).parent.mkdir()
     (tmp_path / file).symlink_to(tmp_path / "store")
     assert recorded_folders({task: tmp_path}) == {tmp_path / "store", tmp_path / "tendon_robots"}
+
+
+def test_the_repository_around_recordings_is_hidden(tmp_path):
+    """Git would show its files."""
+    (task,) = [task for task in tasks.TASKS if task.name == "tendons_v4_tip"]
+    (tmp_path / ".git").mkdir()
+    assert tmp_path / ".git" in recorded_folders({task: tmp_path / "data"})

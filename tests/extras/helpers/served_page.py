@@ -1,5 +1,6 @@
 """A command that serves a page, as a process."""
 
+import gc
 import json
 import re
 import subprocess
@@ -37,6 +38,7 @@ class Served:
     """A command in a process of its own, and the page that it serves."""
 
     def __init__(self, *arguments: object):
+        gc.collect()  # Drake's Meshcat ends the process if it is freed in another thread, such as those of websockets
         command = [*LISTENING, *map(str, arguments)]
         self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         assert self.process.stdout is not None
