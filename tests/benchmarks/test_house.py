@@ -9,7 +9,7 @@ from house import room
     [
         ("soft_gripper/errors.py", "soft_gripper, lines"),
         ("soft_gripper/model_import/forms/urdf.py", "soft_gripper/model_import, lines"),
-        ("soft_gripper/extras/bench/commands/live.py", "soft_gripper/extras/bench, lines"),
+        ("soft_gripper/extras/mine/commands/weigh.py", "soft_gripper/extras/mine, lines"),
         ("diagrams/wiring/drive.py", "diagrams, lines"),
         ("docs/howto/own_arm.md", "docs, words"),
         ("README.md", "top level, words"),
