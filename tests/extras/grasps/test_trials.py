@@ -1,6 +1,7 @@
 """Many trials: their tables while they run and when they fail, the same whatever the number of processes."""
 
 import csv
+from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
@@ -29,7 +30,9 @@ DRAWN = (1.0, 2.0, 3.0, 40.0, 0.6, 1.0, 0.5, -0.5, 0.7, 1.5, 1.5, 3.7)  # what a
 def succeed(file: str, seed: int, trial: int) -> Trial:
     """In the place of a trial that runs."""
     result = Judged(True, 1.0 + trial, 2.0, False, 2.0, 0.0, 0.5, 20.0, 1.5, 9.9, "")
-    return Trial(file, trial, result, Details(*DRAWN, 0.1, 0.2, 0.3, 0.4), Grasp("held", *[1.0] * 16))
+    return Trial(
+        file, trial, result, Details(*DRAWN, 0.1, 0.2, 0.3, 0.4), Grasp("held", *[1.0] * (len(fields(Grasp)) - 1))
+    )
 
 
 def together(run):
