@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from soft_gripper.arrays import Array
+from soft_gripper.errors import InputError
 from soft_gripper.files.notes import MENDED
 from soft_gripper.files.xml_text import joint_end, number
 from soft_gripper.model_import.model_file import ModelFile
@@ -63,7 +64,7 @@ def repair_inertia(model: ModelFile, jointed: Collection[str]) -> None:
                     model.note(MENDED, f"link '{name}': inertia ixx, iyy, izz", moments, NOT_POSSIBLE)
         elif name in jointed and name not in heavy:
             _write(link, *SPECK, is_sdf)
-            model.note(MENDED, f"link '{name}': mass", f"{mass:g}", SPECK_WHY)
+            model.note(MENDED, f"link '{name}': mass", "0", SPECK_WHY)
         else:
             massless(link, is_sdf)
 
@@ -116,7 +117,15 @@ def _read(where: str, link: ET.Element, is_sdf: bool) -> tuple[float, Array]:
     entries = None if inertial is None else inertial.find("inertia")
     for key, (i, j) in _ENTRIES.items():
         inertia[i, j] = inertia[j, i] = number(where, entries, key, "1" if is_sdf and i == j else "0")
-    return number(where, inertial, "mass", "1" if is_sdf else "0"), inertia
+    mass = number(where, inertial, "mass", "1" if is_sdf else "0")
+    check_mass(where, mass)
+    return mass, inertia
+
+
+def check_mass(where: str, mass: float) -> None:
+    """Raises an InputError for a mass below 0, kg."""
+    if mass < 0:
+        raise InputError(where, "mass", mass, "give a mass of at least 0, kg")
 
 
 def _write(link: ET.Element, mass: float, inertia: Array, is_sdf: bool) -> None:

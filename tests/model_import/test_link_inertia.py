@@ -13,6 +13,7 @@ from soft_gripper.diagrams.loaded_model import load_model
 from soft_gripper.errors import InputError
 from soft_gripper.model_import.link_inertia import possible_inertia, repair_inertia
 from soft_gripper.model_import.model_file import ModelFile
+from soft_gripper.model_import.read_model import read_model
 from soft_gripper.scenario.schema import ModelConfig
 
 FILE = Path("arm.urdf")
@@ -91,7 +92,7 @@ def inertia_of(robot):
     return float(inertial.find("mass").get("value")), np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
-@pytest.mark.parametrize("inertial", ["", "<inertial/>", SOLID.replace("'2'", "'0'"), SOLID.replace("'2'", "'-1'")])
+@pytest.mark.parametrize("inertial", ["", "<inertial/>", SOLID.replace("'2'", "'0'")])
 def test_a_link_without_mass(inertial):
     """With a joint of its own it becomes lighter than anything that matters; otherwise it adds no mass."""
     link = f"<link name='a'>{inertial}</link>"
@@ -117,6 +118,13 @@ def test_a_link_that_is_wrong_keeps_its_centre_of_mass():
     assert ET.tostring(robot.find("link/inertial/origin")) == ET.tostring(ET.fromstring(origin))
 
 
+@pytest.mark.parametrize("jointed", ["a", "b"])
+def test_a_mass_below_zero_is_refused(jointed):
+    """On a joint or fixed to another link, where it would vanish."""
+    with pytest.raises(InputError, match=r"arm\.urdf: link 'a': mass = -1\.0: give a mass of at least 0, kg"):
+        links("<link name='a'>" + SOLID.replace("'2'", "'-1'") + "</link>", {jointed})
+
+
 @pytest.mark.parametrize(("wrong", "right"), [("heavy", "'2'"), ("nan", "'2'"), ("one", "'1'")])
 def test_what_is_no_number(wrong, right):
     with pytest.raises(InputError) as caught:
@@ -134,3 +142,12 @@ def test_a_centre_of_mass_that_overflows(tmp_path):
     plant, _ = AddMultibodyPlantSceneGraph(DiagramBuilder(), 0.0)
     with pytest.raises(InputError, match="link 'far': centre of mass"):
         load_model(plant, ModelConfig(name="far", file=str(tmp_path / "far.xml")), "models[0]")
+
+
+def test_a_mass_below_zero_in_mjcf(tmp_path):
+    (tmp_path / "arm.xml").write_text(
+        '<mujoco><worldbody><body name="far"><inertial pos="0 0 0" mass="-2" diaginertia="1 1 1"/>'
+        '<geom size="0.1"/></body></worldbody></mujoco>'
+    )
+    with pytest.raises(InputError, match=r"mass = -2\.0: give a mass of at least 0, kg"):
+        read_model(ModelFile(tmp_path / "arm.xml"))

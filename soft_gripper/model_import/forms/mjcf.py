@@ -17,7 +17,14 @@ from soft_gripper.files.xml_text import check_counts, finite_numbers, read_numbe
 from soft_gripper.model_import.convex_parts import note_hull
 from soft_gripper.model_import.imported_model import Form, ImportedModel, ImportOptions, Mimic
 from soft_gripper.model_import.included_files import IncludedFiles
-from soft_gripper.model_import.link_inertia import NEXT_TO_NONE, NOT_POSSIBLE, SPECK, SPECK_WHY, possible_inertia
+from soft_gripper.model_import.link_inertia import (
+    NEXT_TO_NONE,
+    NOT_POSSIBLE,
+    SPECK,
+    SPECK_WHY,
+    check_mass,
+    possible_inertia,
+)
 from soft_gripper.model_import.links_and_joints import check_chains
 from soft_gripper.model_import.mesh_checks import check_mesh_file
 from soft_gripper.model_import.mesh_files import converted, outward, weighable
@@ -228,11 +235,12 @@ def _mend(model: ModelFile, body: ET.Element, inertial: ET.Element, moves: bool)
     """Makes the inertia of a body one that a body can have."""
     where = f"{model.path}: {_name(body)}"
     (mass,) = finite_numbers(where, "inertial.mass", inertial.get("mass", "0"), 1)
+    check_mass(where, mass)
     inertia = _inertia(where, inertial)
-    if mass <= 0:
+    if mass == 0:
         _set_inertia(inertial, *(SPECK if moves else NEXT_TO_NONE))
         if moves:
-            model.note(MENDED, f"{_name(body)}: mass", f"{mass:g}", SPECK_WHY)
+            model.note(MENDED, f"{_name(body)}: mass", "0", SPECK_WHY)
     elif (possible := possible_inertia(mass, inertia)) is not inertia:
         _set_inertia(inertial, mass, possible)
         moments = ", ".join(f"{moment:.3g}" for moment in np.diag(inertia))
