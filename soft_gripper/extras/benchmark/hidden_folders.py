@@ -10,14 +10,15 @@ from pathlib import Path
 
 # As in linux/landlock.h and linux/prctl.h.
 _CREATE_RULESET, _ADD_RULE, _RESTRICT_SELF = 444, 445, 446  # system calls
-_READ_FILE, _PATH_BENEATH, _NO_NEW_PRIVILEGES = 1 << 2, 1, 38
+_FILE_ACCESS = 1 << 1 | 1 << 2  # to write and to read
+_PATH_BENEATH, _NO_NEW_PRIVILEGES = 1, 38
 
 
 def hide(paths: Collection[Path]) -> bool:
-    """Makes files, and all that is below folders, unreadable to this thread and to what it starts, for good.
+    """Lets this thread, and what it starts, neither read nor write files and all that is below folders, for good.
 
     Nor can these read the memory of processes that were started before. Landlock allows by place: what is beside the
-    paths and the folders that lead to them remains readable, but no new file in these folders is.
+    paths and the folders that lead to them remains open to both, but no new file in these folders is.
 
     Returns:
         Whether the system does it.
@@ -25,14 +26,14 @@ def hide(paths: Collection[Path]) -> bool:
     if sys.platform != "linux":
         return False
     call = ctypes.CDLL(None).syscall
-    handled = struct.pack("=Q", _READ_FILE)
+    handled = struct.pack("=Q", _FILE_ACCESS)
     rules = call(_CREATE_RULESET, handled, ctypes.c_size_t(len(handled)), 0)
     if rules < 0:
         return False
     for path in _beside({path.resolve() for path in paths}):
         with suppress(OSError):  # gone, or not ours
             place = os.open(path, os.O_PATH | os.O_NOFOLLOW)
-            call(_ADD_RULE, rules, _PATH_BENEATH, struct.pack("=Qi", _READ_FILE, place), 0)
+            call(_ADD_RULE, rules, _PATH_BENEATH, struct.pack("=Qi", _FILE_ACCESS, place), 0)
             os.close(place)
     ctypes.CDLL(None).prctl(_NO_NEW_PRIVILEGES, 1, 0, 0, 0)
     is_hidden: bool = call(_RESTRICT_SELF, rules, 0) == 0

@@ -204,10 +204,12 @@ hide([Path(name) for name in ("hidden", "hidden/folder", "beside/file")]) or sys
 for name in "hidden/file hidden/folder/file beside/file to_file to_folder/file other/file beside/two".split():
     ended = subprocess.run(["cat", name], capture_output=True, text=True)
     print(name, ended.stdout or ended.stderr.rpartition(": ")[2].strip())
+    if subprocess.run(["sh", "-c", ': >> "$0"', name], stderr=subprocess.DEVNULL).returncode == 0:
+        print("written:" + name, "")
 """
 
 
-def test_hidden_files_cannot_be_read_and_others_can(tmp_path):
+def test_hidden_files_can_be_neither_read_nor_written_and_others_can(tmp_path):
     for name in ("hidden/file", "hidden/folder/file", "beside/file", "other/file", "beside/two"):
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).write_text("read")
@@ -219,7 +221,8 @@ def test_hidden_files_cannot_be_read_and_others_can(tmp_path):
     assert ended.stderr == ""
     found = dict(line.split(" ", 1) for line in ended.stdout.splitlines())
     assert {name for name, said in found.items() if said == "read"} == {"other/file", "beside/two"}
-    assert {said for said in found.values() if said != "read"} == {"Permission denied"}
+    assert {name for name in found if name.startswith("written:")} == {"written:other/file", "written:beside/two"}
+    assert {said for said in found.values() if said not in ("read", "")} == {"Permission denied"}
 
 
 def test_where_recordings_are_links_both_ends_are_hidden(tmp_path):
