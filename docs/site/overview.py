@@ -1,7 +1,7 @@
 """What the reference page lists: the namespaces with their names, and the blocks with a line each."""
 
 import inspect
-from collections.abc import Iterable
+from collections.abc import Iterator
 
 from api_pages import summary
 from example_blocks import example_blocks
@@ -28,11 +28,6 @@ def _namespace(space: str, names: list[str]) -> str:
     return f"### {f'sg.{space}' if space else 'sg'}\n\n{prose(text)}\n\n{listed}\n"
 
 
-def _public_blocks() -> Iterable[str]:
-    """Public names of the blocks; that in `soft_gripper` of a block that its part has too."""
-    found: dict[object, str] = {}
+def _public_blocks() -> Iterator[str]:
     for names in public_names().values():
-        for name in names:
-            if public(name).__hash__ and public(name) in example_blocks():
-                found.setdefault(public(name), name)
-    return found.values()
+        yield from (name for name in names if public(name).__hash__ and public(name) in example_blocks())

@@ -2,7 +2,6 @@
 
 from .arm_motion import ArmLimits as ArmLimits
 from .arm_motion import movable_joints as movable_joints
-from .pid_controller import PidController as PidController
 from .pid_controller import PidGains as PidGains
 from .task import QUIET_TIME as QUIET_TIME
 from .task import Outcome as Outcome

@@ -1,6 +1,5 @@
 """The estimators of the shape, and the block that holds one."""
 
-from .arc_pose_estimator import ArcPoseEstimator as ArcPoseEstimator
 from .arc_shapes import ArcShape as ArcShape
 from .arc_shapes import BendSharing as BendSharing
 from .arc_shapes import ConstantCurvatureShape as ConstantCurvatureShape

@@ -1,7 +1,6 @@
 """Load: shape and driving torque -> external torque, contact and object width."""
 
 from .contact_detector import ContactDetector as ContactDetector
-from .force_estimator import ForceEstimator as ForceEstimator
 from .force_estimator import Motion as Motion
 from .force_estimator import TorqueBalance as TorqueBalance
 from .opening import Gripper as Gripper

@@ -23,4 +23,3 @@ from .strain_errors import Draws as Draws
 from .strain_errors import ReadingErrorBlock as ReadingErrorBlock
 from .strain_errors import StrainErrors as StrainErrors
 from .strain_errors import disturb as disturb
-from .strain_sensor import StrainSensor as StrainSensor

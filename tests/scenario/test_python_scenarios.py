@@ -70,7 +70,7 @@ def test_a_value_of_another_type(part, name, value):
 )
 def test_gains_and_limits_of_a_controller(kp, period, minimum, field):
     with pytest.raises(sg.InputError) as caught:
-        sg.control.PidController(sg.control.PidGains(kp), period, minimum, 1.0)
+        sg.PidController(sg.control.PidGains(kp), period, minimum, 1.0)
     assert caught.value.field == field
 
 

@@ -32,7 +32,7 @@ def test_a_part_shows_what_goes_in_and_out(diagram):
 
 
 def test_of_a_block_alone_its_ports(shipped_finger):
-    block = sg.load.ForceEstimator(shipped_finger, np.array([0, 0, -9.81]), 0.01)
+    block = sg.ForceEstimator(shipped_finger, np.array([0, 0, -9.81]), 0.01)
     block.set_name("force")
     text = sg.block_picture(block)
     assert "<title>in driving_torque&#45;&gt;force</title>" in text

@@ -52,7 +52,7 @@ def test_every_port_is_listed():
 
 
 def test_outputs_have_what_describe_says():
-    assert row(sg.load.ForceEstimator, "external_torque") == "| `external_torque` | out | 12 | N m | joint (12) |"
+    assert row(sg.ForceEstimator, "external_torque") == "| `external_torque` | out | 12 | N m | joint (12) |"
     assert "path (inner, outer) × section (2)" in row(sg.StrainSensor, "strain")
     assert row(sg.estimators.FingerShape, "tip_pose") == "| `tip_pose` | out | 3 | 2 × m, rad | pose (x, z, heading) |"
 
@@ -60,7 +60,7 @@ def test_outputs_have_what_describe_says():
 def test_inputs_have_what_is_wired_to_them():
     assert row(sg.estimators.DrivingTorque, "pressure").endswith("| in | 1 | Pa |  |")
     assert row(GripForce, "left_finger.contact_force").endswith("| in | 1 | N |  |")
-    assert row(sg.load.ForceEstimator, "driving_torque").endswith("| in | 12 | N m | joint (12) |")
+    assert row(sg.ForceEstimator, "driving_torque").endswith("| in | 12 | N m | joint (12) |")
 
 
 def test_all_signals_of_a_scenario_are_listed():
