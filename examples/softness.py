@@ -21,7 +21,6 @@ from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.estimators.uncertainty import EXACT
-from soft_gripper.extras.benchmark.random_objects import SENSORS, SETS, draw, free_model, with_errors, with_mesh
 from soft_gripper.extras.grasps.trial import RandomObject
 from soft_gripper.files.row_table import write_csv
 from soft_gripper.fingers.finger import Finger
@@ -34,6 +33,7 @@ from soft_gripper.runs.study import results
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.schema import Scenario
 from soft_gripper.scenario.sensor_presets import strain_errors
+from studies.benchmark.random_objects import SENSORS, SETS, draw, free_model, with_errors, with_mesh
 
 MATERIALS = {"20 kPa": 2e4, "60 kPa": 6e4, "200 kPa": 2e5, "wood": 1e8}  # Pa, moduli
 _LEAST_SHARE = 0.5  # %, of those that are listed

@@ -27,13 +27,11 @@ PARTS = (
     "diagrams",
     "pictures",
     "runs",
-    "evaluation",
     "commands",
 )
 # Each extra may import from all of the core, and from these extras.
 LISTED: dict[str, set[str]] = {
     "bench": {"hardware", "page"},
-    "benchmark": {"grasps", "hardware", "studies"},
     "design": {"grasps"},
     "export": set(),
     "foxglove": set(),
@@ -43,11 +41,12 @@ LISTED: dict[str, set[str]] = {
     "learning": {"mujoco_engine"},
     "mujoco_engine": {"export"},
     "page": set(),
+    "paper": set(),
     "play": {"page"},
     "soft": set(),
-    "studies": set(),
 }
 EXTRAS = {name: used for name, used in LISTED.items() if (PACKAGE / "extras" / name).is_dir()}  # any may be deleted
+LINKED = ROOT / "diagrams", ROOT / "models"
 FRONT_DOOR = PACKAGE / "__init__.py"
 CORE = sorted(path for part in PARTS for path in (PACKAGE / part).resolve().rglob("*.py"))
 
@@ -75,7 +74,7 @@ def imports(path):
     nodes = list(ast.walk(ast.parse(path.read_text(encoding="utf-8"))))
     found = [node.module for node in nodes if isinstance(node, ast.ImportFrom) and node.module]
     found += [alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names]
-    return [module for module in found if module.startswith("soft_gripper.")]
+    return [module for module in found if module.startswith(("soft_gripper.", "studies"))]
 
 
 @pytest.mark.parametrize("path", CORE, ids=lambda path: str(path.relative_to(ROOT)))
@@ -102,9 +101,18 @@ def test_the_core_names_no_extra(path):
     assert re.findall(rf"\bextras[./]({'|'.join(LISTED)})\b", path.read_text(encoding="utf-8")) == []
 
 
+def test_nothing_else_imports_a_study():
+    """Neither the wheel nor what is beside it: `studies` and its tests may be deleted."""
+    beside = (path for folder in ("tests", "docs/site") for path in (ROOT / folder).rglob("*.py"))
+    paths = [*(path for folder in (PACKAGE, *LINKED) for path in folder.rglob("*.py")), *beside]
+    others = (path for path in paths if "studies" not in path.relative_to(ROOT).parts)
+    assert [str(path) for path in others if any(module.startswith("studies") for module in imports(path))] == []
+
+
 def test_no_test_of_the_core_names_an_extra():
     """Nor do its helpers: the tests of extras, and of the whole product with them, are in tests/extras."""
-    paths = (path for path in (ROOT / "tests").rglob("*.py") if "extras" not in path.relative_to(ROOT).parts)
+    beside = {"extras", "studies"}
+    paths = (path for path in (ROOT / "tests").rglob("*.py") if not beside & {*path.relative_to(ROOT).parts})
     named = rf"\bextras[./]({'|'.join(LISTED)})\b"
     assert [str(path) for path in paths if re.search(named, path.read_text(encoding="utf-8"))] == []
 

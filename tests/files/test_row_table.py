@@ -6,8 +6,8 @@ from typing import Annotated
 import pytest
 from refusals import refused
 
-from soft_gripper.evaluation.paper.forces import ForceRow
 from soft_gripper.files.row_table import print_rows, print_table, read_csv, write_csv
+from soft_gripper.runs.scores.external_torques import ForceRow
 from soft_gripper.runs.scores.poses import PoseRow
 
 NAN = float("nan")

@@ -13,11 +13,12 @@ import pytest
 from command_line import soft_gripper
 from hardware_files import published
 from links import ROOT
-from published import SENTENCES, differences
+from printed_numbers import differences
+from published import SENTENCES
 
 from soft_gripper.commands.parser import parsed
-from soft_gripper.extras.studies.contacts.trials import ContactErrorRow
 from soft_gripper.files.row_table import read_csv
+from studies.contacts.trials import ContactErrorRow
 
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 CODE = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
