@@ -103,7 +103,7 @@ def test_the_core_names_no_extra(path):
 
 def test_nothing_else_imports_a_study():
     """Neither the wheel nor what is beside it: `studies` and its tests may be deleted."""
-    beside = (path for folder in ("tests", "docs/site") for path in (ROOT / folder).rglob("*.py"))
+    beside = (path for folder in ("tests", "examples", "docs/site") for path in (ROOT / folder).rglob("*.py"))
     paths = [*(path for folder in (PACKAGE, *LINKED) for path in folder.rglob("*.py")), *beside]
     others = (path for path in paths if "studies" not in path.relative_to(ROOT).parts)
     assert [str(path) for path in others if any(module.startswith("studies") for module in imports(path))] == []

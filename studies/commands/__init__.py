@@ -190,6 +190,27 @@ COMMANDS = (
         group=Group.ESTIMATES,
     ),
     Command(
+        "recognition",
+        "how often sensors tell a sphere, a cylinder, a box and an uneven body apart",
+        ("",),
+        (*EXECUTOR, out("results")),
+        package="studies.benchmark",
+        group=Group.ESTIMATES,
+    ),
+    Command(
+        "softness",
+        "how often sensors tell blocks of four materials apart",
+        ("",),
+        (
+            count("--grasps", "number of grasps of a material to train on, and to test", 25),
+            SEED,
+            *EXECUTOR,
+            out("results/softness"),
+        ),
+        package="studies.benchmark",
+        group=Group.ESTIMATES,
+    ),
+    Command(
         "verification",
         "fingers in space against what is known of rods, and their grasps",
         ("",),

@@ -12,12 +12,14 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import cast
 
 from soft_gripper.diagrams.scene import first_body
 from soft_gripper.diagrams.simulation import run_to_end
 from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.extras.export.folder import export_mjcf
 from soft_gripper.extras.export.run_mjcf import simulate
+from soft_gripper.extras.grasps.adds import Varied
 from soft_gripper.extras.grasps.trial import Variation, draw, random_numbers, varied
 from soft_gripper.files.output import writable_folder
 from soft_gripper.files.row_table import write_csv
@@ -85,7 +87,7 @@ def random_grasp(kind: str, seed: int, number: int) -> tuple[Scenario, Variation
     file = f"models.bottle.file=package://soft_gripper/objects/{kind}.obj"
     scenario = load_scenario("bottle_grasp", [place, file, *overrides])
     assert scenario.task is not None
-    variation = draw(random_numbers(seed, kind, number), scenario.task.trials)
+    variation = draw(random_numbers(seed, kind, number), cast(Varied, scenario.task).trials)
     return varied(scenario, variation), variation
 
 

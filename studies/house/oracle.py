@@ -9,6 +9,7 @@ import argparse
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any, cast
 
 import numpy as np
 from tqdm import tqdm
@@ -100,7 +101,7 @@ def run(options: argparse.Namespace) -> int:
     """Stores, or compares and prints what differs by more than allowed."""
     if options.action == "store":
         options.folder.mkdir(parents=True, exist_ok=True)
-        np.savez_compressed(options.folder / "oracle.npz", **dict(values()))
+        np.savez_compressed(options.folder / "oracle.npz", **cast(dict[str, Any], dict(values())))
         return 0
     found = list(differences(options.folder))
     worse = [(name, by, allowed) for name, by, allowed in found if not by <= allowed]

@@ -1,12 +1,15 @@
 """The tasks in our second engine: whole runs of the scenario, many at once, as sweeps and trials make them."""
 
+from collections.abc import Iterator
 from copy import deepcopy
 from time import process_time
+from typing import cast
 
 import mujoco  # noqa: F401  or the engine is left out
 import numpy as np
 
 from soft_gripper.diagrams.recording import Recording
+from soft_gripper.diagrams.simulation import Run as Simulated
 from soft_gripper.diagrams.simulation import run_many
 from studies.peers.task import Run, Setting, Task, Trial
 
@@ -26,7 +29,7 @@ def make_run(task: Task, setting: Setting) -> Run:
 
     def run() -> Trial:
         start = process_time()
-        recordings = [each.recording for each in run_many(alike, described=False)]
+        recordings = [each.recording for each in cast(Iterator[Simulated], run_many(alike, described=False))]
         for recording in recordings if task.sensed else ():
             _read(task, recording)
         seconds = (process_time() - start) / len(alike)

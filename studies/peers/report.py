@@ -12,6 +12,7 @@ from matplotlib.ticker import LogLocator, NullFormatter
 from soft_gripper.pictures.style import STYLE, estimator_style, save_figure
 from studies.peers.comparison import Result, chosen, ours_as_good
 from studies.peers.simulators import OURS
+from studies.peers.task import Setting
 
 _WIDE = 1e4  # ratio of the ends of an axis with a label at each decade alone: others may be less than a decade long
 _HEADING = (
@@ -50,9 +51,9 @@ def _words(result: Result) -> str:
     return ", ".join(parts)
 
 
-def _flat(setting: dict[str, object]) -> dict[str, object]:
+def _flat(setting: Setting) -> Setting:
     """Fields, those of a nested mapping among them; steps in ms."""
-    flat: dict[str, object] = {}
+    flat: Setting = {}
     for key, value in setting.items():
         if isinstance(value, dict):
             flat |= value

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from soft_gripper.arrays import Array
+from soft_gripper.arrays import Array, Planar
 from soft_gripper.estimators import BendSharing, arcs_from_readings, joints_on_arcs
 from soft_gripper.load import Motion, TorqueBalance
 from soft_gripper.load.force_estimator import SAMPLES, windows
@@ -10,7 +10,7 @@ from soft_gripper.sensors import SensorLayout, extension_ratios
 from studies.peers.task import Task
 
 
-def sense(task: Task, q: Array, pressure: Array) -> tuple[Array, ...]:
+def sense(task: Task, q: Array, pressure: Array) -> tuple[Array, Array, Planar, Array, Array]:
     """Strain, arcs, positions of the joints, joint angles and external torque of fingers that are alike and hang.
 
     Args:

@@ -8,12 +8,12 @@ samples, the rest of held steps.
 import argparse
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, cast
 
 import numpy as np
 
 from soft_gripper.diagrams.recording import Recording
-from soft_gripper.diagrams.simulation import run_many
+from soft_gripper.diagrams.simulation import Run, run_many
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.files.row_table import print_rows, write_csv
 from soft_gripper.runs.scores.poses import held_samples
@@ -46,7 +46,7 @@ class PresetRow:
     seeds: int
 
 
-def finger_scores(station: Station, recording: Recording) -> Iterator[tuple[float, float, float, float, float]]:
+def finger_scores(station: Station, recording: Recording) -> Iterator[tuple[float, ...]]:
     """Errors, shares and torque of each finger, in the order of PresetRow."""
 
     def held(signal: str) -> np.ndarray:
@@ -65,9 +65,11 @@ def finger_scores(station: Station, recording: Recording) -> Iterator[tuple[floa
 def preset_row(preset: str) -> PresetRow:
     """The row of a preset."""
     changes = CHANGES | {"sensor.errors.preset": preset}
-    runs = run_many([changed_scenario("free_bending", changes | {"sensor.seed": seed}) for seed in range(SEEDS)])
+    scenarios = [changed_scenario("free_bending", changes | {"sensor.seed": seed}) for seed in range(SEEDS)]
+    runs = cast(Iterator[Run], run_many(scenarios))
     scores = [score for run in runs for score in finger_scores(run.station, run.recording)]
-    return PresetRow(preset, *np.mean(scores, axis=0).tolist(), SEEDS)
+    means = np.mean(scores, axis=0).tolist()
+    return PresetRow(*[preset, *means, SEEDS])
 
 
 def run(options: argparse.Namespace) -> None:

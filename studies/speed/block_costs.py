@@ -13,7 +13,7 @@ All times are CPU time of the process, threads included; medians over repeats. E
 """
 
 import argparse
-from collections import Counter
+from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -228,7 +228,7 @@ def cost_of_blocks(station: Station) -> dict[str, float]:
     root = simulator.get_context()
     blocks = list(_python_blocks(station.diagram))
     logs = station.logs.GetMyContextFromRoot(root)
-    seconds: Counter[str] = Counter()
+    seconds: dict[str, float] = defaultdict(float)
     for sample in range(SAMPLES):
         simulator.AdvanceTo((sample + 0.5) * station.scenario.sensor.period)
         for block in blocks:

@@ -7,6 +7,7 @@ with all of them; CPU time, the least of several alternating runs.
 """
 
 import argparse
+from functools import partial
 
 import numpy as np
 
@@ -39,8 +40,8 @@ def run(options: argparse.Namespace) -> None:
             for kind, pair in stations.items():
                 for i, station in enumerate(pair):
                     made: list[Recording] = []
-                    seconds_run = cpu_time(lambda station=station, made=made: made.append(run_station(station)))
-                    read = cpu_time(lambda made=made: read_all(made[0]))
+                    seconds_run = cpu_time(partial(made.extend, map(run_station, [station])))
+                    read = cpu_time(partial(read_all, made[0]))
                     seconds[kind][i] = np.minimum(seconds[kind][i], [seconds_run, seconds_run + read])
                     recordings.setdefault(kind, made[0])
         before = recordings["surface"]

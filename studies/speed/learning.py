@@ -8,6 +8,7 @@ distorts.
 import argparse
 import time
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import gymnasium
@@ -49,15 +50,14 @@ def run(options: argparse.Namespace) -> None:
     found: dict[str, list[float]] = {name: [] for name in ("reset", "episode", "box", "one", "two", "many")}
     many = gymnasium.make_vec("SoftGrasp-v0", MANY, "vector_entry_point")
     for seed in range(ROUNDS):
-        found["reset"].append(clocked(lambda seed=seed: env.reset(seed=seed), time.process_time))
+        found["reset"].append(clocked(partial(env.reset, seed=seed), time.process_time))
         found["episode"].append(clocked(lambda: episode(env, 0), time.process_time))
-        simulator = make_simulator(box)
-        found["box"].append(clocked(lambda simulator=simulator: simulator.AdvanceTo(2.0), time.process_time))
+        found["box"].append(clocked(partial(make_simulator(box).AdvanceTo, 2.0), time.process_time))
         many.reset(seed=seed)
         found["many"].append(clocked(lambda: episode(many, MANY), time.process_time))
         for name, number in (("one", 1), ("two", 2)):
             vectors[number].reset(seed=seed)
-            found[name].append(clocked(lambda number=number: episode(vectors[number], number), time.perf_counter))
+            found[name].append(clocked(partial(episode, vectors[number], number), time.perf_counter))
     median = {name: float(np.median(times)) for name, times in found.items()}
     simulated = STEPS * env.time_step
     print(f"reset: {1e3 * median['reset']:.1f} ms")

@@ -6,7 +6,7 @@ are sent everything, with no browser to show them. Exit code 1: a scenario stays
 
 import argparse
 import logging
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -14,9 +14,9 @@ from typing import Any
 
 from soft_gripper import load_scenario, make_station
 from soft_gripper.diagrams.view.meshcat_view import PERIOD
+from soft_gripper.extras.page.panel import Slider
 from soft_gripper.extras.page.session import Session
 from soft_gripper.extras.page.signal_feed import SignalFeed
-from soft_gripper.extras.play.control_panel import Slider
 from soft_gripper.extras.play.open_scenario import open_scenario
 from soft_gripper.extras.play.simulation_driver import SimulationDriver
 from soft_gripper.scenario.shipped import scenario_names
@@ -42,7 +42,7 @@ class Player(SignalFeed):
             self._panel.take({"slider": slider.name, "value": value})
 
 
-def moves(sliders: list[Slider]) -> Iterator[tuple[float, Slider, float]]:
+def moves(sliders: Sequence[Slider]) -> Iterator[tuple[float, Slider, float]]:
     """The times and positions of the sliders; the first slider is that of all fingers."""
     grip = sliders[0]
     yield CLOSE, grip, 0.6 * grip.value if "opening" in grip.name else (grip.low + grip.high) / 2

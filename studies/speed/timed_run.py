@@ -11,7 +11,7 @@ from time import process_time
 
 import numpy as np
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
-from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.framework import Diagram, DiagramBuilder
 
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.scene import add_plant
@@ -46,7 +46,7 @@ def main(name: str) -> None:
     print(json.dumps(times))
 
 
-def bare_diagram(scenario: Scenario):
+def bare_diagram(scenario: Scenario) -> Diagram:
     """The plant and what drives it."""
     builder = DiagramBuilder()
     scene = add_plant(builder, scenario.plant_config, scenario.models, scenario.gravity, scenario.arm, visuals=False)

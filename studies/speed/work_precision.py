@@ -7,7 +7,7 @@ stepping has nothing in common with either solver; how far the discrete plant wi
 
 import argparse
 from time import process_time
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import matplotlib as mpl
 import numpy as np
@@ -15,10 +15,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator
 
+from soft_gripper.arrays import Planar
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.diagrams.station_parts import Station
-from soft_gripper.fingers.kinematics import Planar, forward_kinematics
+from soft_gripper.fingers.kinematics import forward_kinematics
 from soft_gripper.pictures.style import STYLE
 from soft_gripper.scenario.scenario_file import load_scenario
 from studies import ROOT
@@ -54,7 +55,7 @@ SETTINGS = {  # (solver, setting) -> overrides
     **{("cenic, fixed step", f"{step} ms"): continuous("cenic", max_step_ms=step, control=False) for step in (10, 1)},
 }
 DEFAULT = ("discrete", "10 ms")
-LOOK = {  # of lines, and of the labels beside their points
+LOOK: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {  # of lines, and of the labels beside their points
     "discrete": ({"color": "#2166ac", "marker": "o"}, {"xytext": (-6, -4), "ha": "right", "va": "top"}),
     "cenic, accuracy": ({"color": "#b2182b", "marker": "s"}, {"xytext": (6, 3), "ha": "left", "va": "bottom"}),
     "cenic, fixed step": (
@@ -93,7 +94,7 @@ def run(options: argparse.Namespace) -> None:
 def measure(reference: Planar) -> Results:
     """All settings alternately, so that a busy machine slows them equally; the computing times are medians."""
     stations = {key: make(overrides) for key, overrides in SETTINGS.items()}
-    repeats = [{key: run(station) for key, station in stations.items()} for _ in range(REPEATS)]
+    repeats = [{key: timed_tips(station) for key, station in stations.items()} for _ in range(REPEATS)]
     results = {}
     for key in stations:
         seconds = float(np.median([repeat[key][0] for repeat in repeats]))

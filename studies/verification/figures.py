@@ -113,6 +113,6 @@ def draw_grasps(runs: Mapping[tuple[str, bool], Run]) -> None:
 def _picture(run: Run) -> np.ndarray:
     renderer = SceneRenderer(run.scenario, run.recording, PICTURE, PICTURE)
     thing = run.scenario.models[-1].name
-    middle = renderer.scene.model_position(thing, PUSHED)
+    middle = renderer.scene.object_position(thing, PUSHED)
     around = np.array([[x, y, z] for x in (-0.04, 0.04) for y in (-0.03, 0.03) for z in (-0.03, 0.055)])
     return renderer.render(PUSHED, framing_camera(middle + around, PICTURE, PICTURE, VIEW))

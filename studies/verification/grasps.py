@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 from pydrake.common.schema import Transform
-from pydrake.common.value import Value
+from pydrake.common.value import AbstractValue, Value
 from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 from pydrake.multibody.math import SpatialForce
 from pydrake.multibody.plant import (
@@ -107,7 +107,7 @@ class _Push(LeafSystem):
         self._force.p_BoBq_B = body.CalcCenterOfMassInBodyFrame(plant.CreateDefaultContext())
         self.DeclareAbstractOutputPort("forces", lambda: Value([ExternallyAppliedSpatialForce()]), self._calc)
 
-    def _calc(self, context, output) -> None:
+    def _calc(self, context: Context, output: AbstractValue) -> None:
         # Within a tenth of a second, so that the object does not swing.
         share = np.clip((context.get_time() - PUSHED) / 0.1, 0.0, 1.0)
         self._force.F_Bq_W = SpatialForce(np.zeros(3), np.array([0.0, PUSH * share, 0.0]))

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 from pydrake.geometry import AddContactMaterial, AddRigidHydroelasticProperties, Box, ProximityProperties
@@ -20,6 +20,7 @@ from scipy.special import eval_legendre
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.loaded_model import load_model
+from soft_gripper.extras.soft.adds import SoftMesh
 from soft_gripper.extras.soft.objects.make_soft import block
 from soft_gripper.extras.soft.soft_kind import SoftKind
 from soft_gripper.extras.soft.tetrahedra import Tetrahedra, oriented
@@ -59,7 +60,7 @@ def pressed(mesh: Tetrahedra, material: Material, force: float) -> Pressed:
     plant, scene_graph = AddMultibodyPlant(config, builder)
     plant.mutable_gravity_field().set_gravity_vector([0.0, 0.0, 0.0])
     _add_body(plant, mesh, material)
-    _add_plates(plant, mesh.vertices[:, 2].min(), mesh.vertices[:, 2].max(), material.friction)
+    _add_plates(plant, float(mesh.vertices[:, 2].min()), float(mesh.vertices[:, 2].max()), material.friction)
     plant.Finalize()
     soft = SoftKind().objects(plant, scene_graph.model_inspector(), ["body"])["body"]
     simulator = Simulator(builder.Build())
@@ -79,7 +80,8 @@ def pressed(mesh: Tetrahedra, material: Material, force: float) -> Pressed:
 def _add_body(plant: MultibodyPlant, mesh: Tetrahedra, material: Material) -> None:
     """Adds it as a scenario does, from a file."""
     properties, mass = MeshConfig(), DENSITY * float(mesh.volumes.sum())
-    properties.youngs_modulus, properties.poissons_ratio = material.modulus, material.poissons_ratio
+    soft = cast(SoftMesh, properties)
+    soft.youngs_modulus, soft.poissons_ratio = material.modulus, material.poissons_ratio
     with TemporaryDirectory() as folder:
         path = Path(folder) / "body.vtk"
         path.write_text(mesh.as_vtk(), encoding="utf-8")
@@ -113,7 +115,7 @@ def ball(cells: int) -> Tetrahedra:
     layer, distance = np.abs(cube.vertices).max(axis=1), np.linalg.norm(cube.vertices, axis=1)
     scale = np.divide(layer, distance, out=np.zeros_like(layer), where=distance > 0)
     found = oriented(Tetrahedra(cube.vertices * scale[:, None], cube.cells))
-    return found.scaled(RADIUS * (4 / 3 * np.pi / found.volumes.sum()) ** (1 / 3))
+    return found.scaled(RADIUS * float(4 / 3 * np.pi / found.volumes.sum()) ** (1 / 3))
 
 
 class Change(NamedTuple):
@@ -135,7 +137,8 @@ def change(found: Pressed) -> Change:
     distance = np.linalg.norm(rest.vertices[:, :2], axis=1)
     around = (np.abs(height) < 1e-9) & (distance > 0.95 * RADIUS)
     outward = (moved[around, :2] * rest.vertices[around, :2]).sum(axis=1) / distance[around]
-    return Change(low - high, 2 * float(outward.mean()), along[np.argmin(height)] - along[np.argmax(height)])
+    poles = float(along[np.argmin(height)] - along[np.argmax(height)])
+    return Change(float(low - high), 2 * float(outward.mean()), poles)
 
 
 _TERMS, _NODES = 400, 100  # of the series, and of the integrals

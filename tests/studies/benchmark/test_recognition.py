@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from recognition import SAMPLES, Probe, confusion, confusion_figure, probe, run_grasp
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.scenario.scenario_file import load_scenario
 from studies.benchmark.random_objects import SETS, SHAPES
+from studies.benchmark.recognition import SAMPLES, Probe, confusion, confusion_figure, probe, run_grasp
 
 
 @pytest.mark.slow

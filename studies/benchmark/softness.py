@@ -1,17 +1,16 @@
 """How soft is what is held: blocks of four materials, told apart by what the sensors of two fingers estimate.
 
-    python examples/softness.py
-
 Two fingers close on a block, and press harder. The narrowest gap between their estimated inner surfaces becomes smaller
 as the estimated force grows; the ratio is the compliance of the grasp. Some grasps show which compliances a material
 has; the others are recognized by it. The shape is estimated by `gaussian` with an exact nominal model, from realistic
 sensors, whose readings are averaged for two seconds at each pressure.
 """
 
+import argparse
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
-from pathlib import Path
+from typing import cast
 
 import numpy as np
 
@@ -22,6 +21,7 @@ from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.estimators.uncertainty import EXACT
 from soft_gripper.extras.grasps.trial import RandomObject
+from soft_gripper.extras.soft.adds import SoftMesh
 from soft_gripper.files.row_table import write_csv
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import forward_kinematics
@@ -54,7 +54,7 @@ _ESTIMATOR = "gaussian"
 def block_scenario(material: str, drawn: RandomObject) -> Scenario:
     """Two fingers close on a block, and press harder."""
     scenario = with_mesh(load_scenario(_SCENARIO, _CHANGES), BLOCK, 1.0, drawn)
-    free_model(scenario).mesh.youngs_modulus = MATERIALS[material]
+    cast(SoftMesh, free_model(scenario).mesh).youngs_modulus = MATERIALS[material]
     return scenario
 
 
@@ -210,15 +210,10 @@ def print_softness(rows: Sequence[SoftnessRow]) -> None:
         print(f"{sections} sections: {right:.1f} % right")
 
 
-def main(train: int = 25, test: int = 25, seed: int = 1, jobs: int = 2, out: str = "results/softness") -> None:
+def run(options: argparse.Namespace) -> None:
     """Runs the study, writes its table and prints it."""
-    folder = Path(out)
-    folder.mkdir(parents=True, exist_ok=True)
-    with open_executor(jobs) as executor:
-        rows = softness_rows(run_grasps(dict(zip(SETS, (train, test), strict=True)), seed, executor))
-    write_csv(folder / "softness.csv", rows)
+    options.out.mkdir(parents=True, exist_ok=True)
+    with open_executor(options.jobs, options.scheduler) as executor:
+        rows = softness_rows(run_grasps(dict.fromkeys(SETS, options.grasps), options.seed, executor))
+    write_csv(options.out / "softness.csv", rows)
     print_softness(rows)
-
-
-if __name__ == "__main__":
-    main()

@@ -1,9 +1,9 @@
-"""The softness of a held block, as the example finds it."""
+"""The softness of a held block, as the study finds it."""
 
 import numpy as np
 import pytest
 
-from softness import SECTIONS, compliance, grasp_compliance, likeliest
+from studies.benchmark.softness import SECTIONS, compliance, grasp_compliance, likeliest
 
 
 def test_compliance_is_the_decrease_of_the_gap_over_the_increase_of_the_force():

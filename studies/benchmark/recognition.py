@@ -1,16 +1,14 @@
 """Which object is held? Its shape, recognized from what the sensors of two fingers estimate at three pressures.
 
-    python examples/recognition.py
-
 Two fingers close on a sphere, a cylinder, a box or an uneven body of random place, turn, size, mass and friction, and
 press harder twice (scenario `probing_grasp`). Of every shape 60 grasps train a discriminant, and 50 others test it;
 each is read by eight sets of realistic sensors. It reaches 75 %: an upright cylinder and a box have one outline in the
-plane in which the fingers bend and measure. With ideal sensors it is 86 %. Draws results/recognition.png.
+plane in which the fingers bend and measure. With ideal sensors it is 86 %. Draws recognition.png.
 """
 
+import argparse
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import matplotlib as mpl
 import numpy as np
@@ -142,17 +140,13 @@ def _draw(axes: Axes, shapes: Sequence[str], matrix: Array, number: int) -> None
     axes.set_xlabel("recognized")
 
 
-def main() -> None:
+def run(options: argparse.Namespace) -> None:
     """Simulates the grasps, prints what is recognized, and draws it."""
     keys = [(set, number, shape) for set in SETS for number in range(GRASPS[set]) for shape in SHAPES]
-    with tqdm(total=len(keys), unit="grasp") as bar, open_executor(None) as executor:
+    with tqdm(total=len(keys), unit="grasp") as bar, open_executor(options.jobs, options.scheduler) as executor:
         grasps = results(executor, run_grasp, {key: (key,) for key in keys}, lambda _: bar.update())
     matrices = {sections: confusion(grasps, sections) for sections in SECTIONS}
     for sections, matrix in matrices.items():
         print(f"{sections} sections: {100 * np.trace(matrix) / matrix.sum():.1f} % right")
-    Path("results").mkdir(exist_ok=True)
-    save_figure(confusion_figure(matrices, GRASPS[SETS[1]]), Path("results/recognition"))
-
-
-if __name__ == "__main__":
-    main()
+    options.out.mkdir(parents=True, exist_ok=True)
+    save_figure(confusion_figure(matrices, GRASPS[SETS[1]]), options.out / "recognition")
