@@ -80,7 +80,7 @@ class Task:
     trained: tuple[Part, ...]
     tested: Mapping[str, tuple[Part, ...]]
     read: Callable[[Path], Recorded]
-    folder: Path | None = None  # of files that ship with the package, or were given; None: the data folder
+    folder: Path | None = None  # of files that are in the repository, or were given; None: the data folder
     period: float | None = None
     recognition: bool = False
     kept_back: Part | None = None  # pattern of further files; what is there of each is another region

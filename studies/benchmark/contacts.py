@@ -1,9 +1,9 @@
-"""Single contacts of a simulated finger, which ship with the package.
+"""Single contacts of a simulated finger, which are in the repository.
 
 The contacts are simulated in Drake: a peg on the inner or the outer side, with friction, anywhere from a tenth of the
 length on, at random pressures and orientations. Sensors have realistic errors, drawn anew for every contact.
 
-    python -P -m studies.benchmark.contacts       writes the file again, to the last digit
+`python -m studies benchmark-data` writes the files again, to the last digit.
 """
 
 from dataclasses import dataclass
@@ -65,13 +65,9 @@ def samples(contacts: Contacts, readings: Array) -> list[ContactSample]:
     return [ContactSample(*(float(f"{value:.7g}") for value in row)) for row in table[table[:, -1].argsort()]]
 
 
-def main() -> None:
+def write_samples() -> None:
     """Simulates the contacts and writes the files."""
     for number, (file, seed) in enumerate(FILES.items()):
         contacts = simulated(seed)
         read = contact_readings(layout(), contacts, preset_errors(REALISTIC), len(FILES), HELD).pressed
         write_csv(FOLDER / file, samples(contacts, read[number]))
-
-
-if __name__ == "__main__":
-    main()

@@ -1,9 +1,9 @@
-"""Simulated grasps of objects of four shapes, which ship with the package.
+"""Simulated grasps of objects of four shapes, which are in the repository.
 
 Two fingers close on an object, and press harder twice (`probing_grasp`, see `random_objects`). A row has the
 mean readings at the end of every pressure, by realistic sensors drawn anew for every grasp.
 
-    python -P -m studies.benchmark.grasps       writes the files again, to the last digit
+`python -m studies benchmark-data` writes the files again, to the last digit.
 """
 
 from pathlib import Path
@@ -60,7 +60,7 @@ def readings(set: str, number: int, shape: str) -> Array:
     return np.stack(found, axis=1).ravel()
 
 
-def main() -> None:
+def write_samples() -> None:
     """Simulates the grasps and writes the files."""
     for file, (set, count) in FILES.items():
         keys = [(set, number, shape) for shape in SHAPES for number in range(count)]
@@ -68,7 +68,3 @@ def main() -> None:
             found = results(executor, readings, {key: key for key in keys}, lambda _: bar.update())
         rows = ([shape, *(f"{value:.5g}" for value in values)] for (_, _, shape), values in found.items())
         write_rows(FOLDER / file, ["shape", *columns()], rows)
-
-
-if __name__ == "__main__":
-    main()

@@ -1,4 +1,4 @@
-"""The tasks of the benchmark: simulated contacts and grasps, which ship, and recordings of hardware, which do not."""
+"""The tasks of the benchmark: simulated contacts and grasps, whose files are in the repository, and recordings."""
 
 import csv
 import re
@@ -156,7 +156,7 @@ _BEAM_FILES = {
     "clamped_beam/load_52g.csv": "c794c8331774e9130c1aa1000f53b897c9160d5544451052ade25a5dd3d08d30",
     "clamped_beam/load_101g.csv": "8090b97fceda49e35da4cc9e9f746d489fa0e18b98da3afff5300465f2f47108",
 }
-_BEAM = _SRL + "realbeam_experiments/Measurement_data (markers as CSV, see docs/extras/benchmark/benchmark.md)"
+_BEAM = _SRL + "realbeam_experiments/Measurement_data (markers as CSV, see docs/studies/benchmark.md)"
 _LIGHTER = tuple(recording_file("clamped_beam", name) for name in BEAM.fitted)
 (_HEAVIEST,) = (recording_file("clamped_beam", name) for name in BEAM.tested)
 _FITTED_PRESSURES = tuple(recording_file("pneumatic_segment", name) for name in SEGMENT.fitted)
@@ -306,7 +306,7 @@ TASKS = (
     ),
     Task(
         "segment_tip",
-        _SRL + "1segment_arm/Measurement_data (markers as CSV, see docs/extras/benchmark/benchmark.md)",
+        _SRL + "1segment_arm/Measurement_data (markers as CSV, see docs/studies/benchmark.md)",
         _SEGMENT_FILES,
         _channels("kPa", "pressure"),
         _channels("m", "tip_x tip_z"),

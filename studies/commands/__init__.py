@@ -182,6 +182,14 @@ COMMANDS = (
         group=Group.RECORDINGS,
     ),
     Command(
+        "benchmark-data",
+        "simulate the contacts and grasps of the benchmark again",
+        ("",),
+        (),
+        package="studies.benchmark",
+        group=Group.RECORDINGS,
+    ),
+    Command(
         "sensor-presets",
         "errors of shape and torque with every preset of sensor errors",
         ("",),

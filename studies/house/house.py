@@ -63,6 +63,7 @@ def measures() -> Iterator[tuple[str, object, str]]:
     modules = Counter(path.stem for path in product)
     yield "lines of Python, product", lines(product), "43,000"
     yield "  of these outside extras", lines(core), "23,000"
+    yield "lines of studies", lines(files("studies")), "7,000"
     yield "lines of tests", lines(files("tests")), "38,000"
     yield "words of documentation", sum(words().values()), f"{AIM:,}"
     yield "estimator blocks", matches(BLOCK, core), "2"

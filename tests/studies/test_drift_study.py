@@ -112,7 +112,7 @@ def test_the_study_is_resumed(tmp_path, monkeypatch):
     assert (tmp_path / f"{FIGURE}.png").stat().st_size > 10_000
 
 
-PAGE = Path(__file__).parents[2] / "docs" / "extras" / "studies" / "drift.md"
+PAGE = Path(__file__).parents[2] / "docs" / "studies" / "drift.md"
 SHOWN = [("never", 5), *((policy, minute) for policy in POLICIES for minute in (30, 60))]
 
 

@@ -70,7 +70,7 @@ def test_contacts_and_grasps_that_ship_are_scored_without_data(shipped):
     }
 
 
-DOCS = Path(__file__).parents[3] / "docs" / "extras" / "benchmark"
+DOCS = Path(__file__).parents[3] / "docs" / "studies"
 
 
 def reference():

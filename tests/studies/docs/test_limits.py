@@ -1,7 +1,7 @@
 """Numbers of the pages on limits, contacts, estimators and sensors, compared with committed tables and each other.
 
 The studies `model-errors`, `contact-coverage` and `contacts --seed 1`, with `--friction 0` too, wrote the tables in
-docs/extras/studies, and `sensor-presets` docs/sensor_presets.csv.
+docs/studies, and `sensor-presets` docs/sensor_presets.csv.
 """
 
 import re
@@ -29,8 +29,8 @@ from studies.robustness.sensor_presets import TABLE as PRESETS_TABLE
 from studies.robustness.sensor_presets import PresetRow, preset_row
 
 DOCS = ROOT / "docs"
-TABLES = DOCS / "extras/studies"
-CONTACTS = "extras/studies/contacts.md"
+TABLES = DOCS / "studies"
+CONTACTS = "studies/contacts.md"
 ROWS = read_csv(TABLES / TABLE, ModelErrorRow)
 PRESET_ROWS = read_csv(PRESETS_TABLE, PresetRow)
 _, GRADED, _, SHIFTED, STRONG, *_ = DIFFERENCES
@@ -294,8 +294,8 @@ def test_presets_still_err_as_much(row):
 
 HELD = r"`recursive`(?: \| [\d./]+){3} \| # \|"  # the first of a table: free bending, covered with two sensors
 REPEATED = [  # what a page repeats, and where it is measured
-    ("limitations.md", r"bands cover # % in free bending with two sensors", "extras/studies/robustness.md", HELD),
-    ("estimators.md", r"bands cover # % in free bending with two sensors", "extras/studies/robustness.md", HELD),
+    ("limitations.md", r"bands cover # % in free bending with two sensors", "studies/robustness.md", HELD),
+    ("estimators.md", r"bands cover # % in free bending with two sensors", "studies/robustness.md", HELD),
     (
         "limitations.md",
         r"shape: # % right with two realistic sensors per side, # % only with ideal",
