@@ -5,8 +5,7 @@ import numpy as np
 from peers.task import Task
 from soft_gripper.arrays import Array
 from soft_gripper.estimators import BendSharing, arcs_from_readings, joints_on_arcs
-from soft_gripper.load import Motion, TorqueBalance
-from soft_gripper.load.force_estimator import SAMPLES, windows
+from soft_gripper.load.force_estimator import SAMPLES, Motion, TorqueBalance, windows
 from soft_gripper.sensors import SensorLayout, extension_ratios
 
 
