@@ -35,21 +35,20 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from soft_gripper.arrays import Array, Planar
-from soft_gripper.fingers.finger import Finger
-from soft_gripper.fingers.kinematics import forward_kinematics, gravity_torque
-from soft_gripper.fingers.statics import resting_angles, softened
-from soft_gripper.scenario.calibration_file import Calibration
-from soft_gripper.sensors.calibrated_states import DRIVE, KNOWN_DRIVE, CalibratedStates, by_distance, state_spreads
-from soft_gripper.sensors.fitted_states import (
+from soft_gripper.extras.hardware.left_out_regions import (
     COVERAGE,
-    FittedStates,
     LeftOut,
-    Widths,
     fitted_disagreement,
     learned_widths,
     moved_without,
     regions_left_out,
 )
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.kinematics import forward_kinematics, gravity_torque
+from soft_gripper.fingers.statics import resting_angles, softened
+from soft_gripper.scenario.calibration_file import Calibration
+from soft_gripper.sensors.calibrated_states import DRIVE, KNOWN_DRIVE, CalibratedStates, by_distance, state_spreads
+from soft_gripper.sensors.fitted_states import FittedStates, Widths
 from soft_gripper.sensors.response_curve import CalibratedResponse, ResponseCurve
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 from soft_gripper.sensors.strain_errors import MINUTE, PLAYS, lagging_strain, moved_plays
