@@ -4,8 +4,7 @@ import numpy as np
 
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.estimators import BendSharing, arcs_from_readings, joints_on_arcs
-from soft_gripper.load import Motion, TorqueBalance
-from soft_gripper.load.force_estimator import SAMPLES, windows
+from soft_gripper.load.force_estimator import SAMPLES, Motion, TorqueBalance, windows
 from soft_gripper.sensors import SensorLayout, extension_ratios
 from studies.peers.task import Task
 

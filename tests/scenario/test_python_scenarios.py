@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import soft_gripper as sg
+from soft_gripper.piecewise_linear import PiecewiseLinear
 from soft_gripper.scenario import checks
 
 BASE = sg.load_scenario("free_bending")
@@ -138,7 +139,7 @@ def test_points_of_an_elastic_law(curvature, shipped_finger):
 )
 def test_points_of_a_curve(x, y):
     with pytest.raises(sg.InputError) as caught:
-        sg.PiecewiseLinear(np.array(x), np.array(y))
+        PiecewiseLinear(np.array(x), np.array(y))
     assert caught.value.field == "points"
 
 

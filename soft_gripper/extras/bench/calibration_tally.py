@@ -6,7 +6,7 @@ import numpy as np
 
 from soft_gripper.estimators.calibration_range import DISAGREEMENT, FAR
 from soft_gripper.extras.bench.bench import Bench
-from soft_gripper.sensors.fitted_states import NEAREST
+from soft_gripper.extras.hardware.left_out_regions import NEAREST
 
 _JUDGED = 2.0  # s of readings under a drive that was fitted, after which it is known whether these agree
 

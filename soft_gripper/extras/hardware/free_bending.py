@@ -35,21 +35,19 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from soft_gripper.arrays import Array, Planar
-from soft_gripper.fingers.finger import Finger
-from soft_gripper.fingers.kinematics import forward_kinematics, gravity_torque
-from soft_gripper.fingers.statics import resting_angles, softened
-from soft_gripper.scenario.calibration_file import Calibration
-from soft_gripper.sensors.calibrated_states import DRIVE, KNOWN_DRIVE, CalibratedStates, by_distance, state_spreads
-from soft_gripper.sensors.fitted_states import (
+from soft_gripper.extras.hardware.left_out_regions import (
     COVERAGE,
-    FittedStates,
     LeftOut,
-    Widths,
     fitted_disagreement,
     learned_widths,
     moved_without,
     regions_left_out,
 )
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.kinematics import forward_kinematics, gravity_torque
+from soft_gripper.fingers.statics import resting_angles, softened
+from soft_gripper.sensors.calibrated_states import DRIVE, KNOWN_DRIVE, CalibratedStates, by_distance, state_spreads
+from soft_gripper.sensors.fitted_states import FittedStates, Widths
 from soft_gripper.sensors.response_curve import CalibratedResponse, ResponseCurve
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 from soft_gripper.sensors.strain_errors import MINUTE, PLAYS, lagging_strain, moved_plays
@@ -103,6 +101,27 @@ class _Predicted(NamedTuple):
         """The derivative by what was larger by `step` here than there."""
         strain, lag, tip = self.strain - other.strain, self.lag - other.lag, self.tip - other.tip
         return _Predicted(strain / step, lag / step, tip / step)
+
+
+class Calibration(NamedTuple):
+    """Estimates of a calibration, and standard deviations."""
+
+    bend_ratio: float  # how much further the finger bends under the same pressure than nominal
+    gains: Array  # (R)
+    offsets: Array  # (R) extension ratio
+    residual: float  # root mean square of what is left of the holds, extension ratio
+    bend_ratio_std: float
+    gain_stds: Array  # (R)
+    offset_stds: Array  # (R)
+    hysteresis: float  # share of the stroke
+    drifts: Array  # (R) 1/s, mean of the recordings
+    tip_measured: bool  # whether the place of the tip was
+    doubtful: tuple[tuple[int, float], ...]  # recordings, from 0, and times, s, of holds that are not free bending
+    pressure_offset: float  # Pa, what the sensor reads too much
+    pressure_offset_std: float
+    response_curvature: float
+    response_curvature_std: float
+    states: CalibratedStates | None = None  # in which it was calibrated
 
 
 def calibrate(layout: SensorLayout, recordings: Sequence[FreeBending], sought: Collection[str] = ()) -> Calibration:

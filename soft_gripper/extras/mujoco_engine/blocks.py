@@ -28,8 +28,8 @@ from soft_gripper.arrays import Array
 from soft_gripper.control.grip import GripForce, GripForceBound, LowSelector
 from soft_gripper.control.pid_controller import PidController, Step
 from soft_gripper.control.task import GripObservation, Progress, TaskMachine
-from soft_gripper.fingers.leak import Leak
 from soft_gripper.fingers.path_drive import BentChambers, TendonDrive
+from soft_gripper.fingers.pressure_drive import Leak
 from soft_gripper.load.opening import GripperOpening
 
 Read = Callable[[int], Array]  # the value of an input, by its number

@@ -35,7 +35,7 @@ def test_defaults_are_what_a_factory_makes():
 def test_fields_of_base_classes_come_first():
     names = [text.name for text in field_texts(FingerConfig)]
     assert names[: len(field_texts(FingerChanges))] == [text.name for text in field_texts(FingerChanges)]
-    assert names[-1] == "dissipation"
+    assert names[-1] == "friction"
 
 
 def test_named_tuples_have_fields_and_other_classes_none():

@@ -3,11 +3,11 @@
 import argparse
 from dataclasses import asdict
 
-from soft_gripper.extras.hardware.calibration import calibrate_recordings
+from soft_gripper.extras.hardware.calibration import calibrate_recordings, save_calibration
 from soft_gripper.extras.hardware.finger_logs import given_log
 from soft_gripper.extras.hardware.free_bending import GAIN, SOUGHT
 from soft_gripper.files.output import check_file
-from soft_gripper.scenario.calibration_file import FingerCalibrationConfig, save_calibration
+from soft_gripper.scenario.calibration_file import FingerCalibrationConfig
 
 _UNKNOWN = 0.5  # of the standard deviation before, above which a gain counts as not determined
 

@@ -28,6 +28,7 @@ from soft_gripper.estimators.finger_shape import ANGLES
 from soft_gripper.estimators.mechanics import Mechanics
 from soft_gripper.extras.hardware.finger_logs import FingerLog, nominal_layout, steady
 from soft_gripper.extras.hardware.instrument import Instrument, InstrumentRun, find_instrument
+from soft_gripper.extras.hardware.left_out_regions import nearest
 from soft_gripper.extras.hardware.measured import SI, Measured
 from soft_gripper.extras.hardware.replay.finger_estimation import estimate_log, sampled_rows
 from soft_gripper.extras.hardware.replay.held_out import REPORT_PERIOD
@@ -39,7 +40,6 @@ from soft_gripper.fingers.kinematics import Sites, forward_kinematics
 from soft_gripper.scenario.schema import Scenario
 from soft_gripper.scenario.sensor_presets import uncertainty
 from soft_gripper.sensors.calibrated_states import CalibratedStates, StateDistances
-from soft_gripper.sensors.fitted_states import nearest
 
 LEAST = {"force": 0.05, "torque": 2.5e-3, "angle": 0.02}  # N, N m, rad: less is nothing
 _REST = 0.5  # s for which a pressure has been steady, and the instrument, once a finger rests

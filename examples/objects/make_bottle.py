@@ -1,7 +1,5 @@
 """Makes bottle.obj: a small bottle with a straight body, shoulder and neck, watertight; its frame is at its foot."""
 
-from pathlib import Path
-
 import numpy as np
 import trimesh
 
@@ -28,5 +26,5 @@ def make_mesh() -> trimesh.Trimesh:
 if __name__ == "__main__":
     mesh = make_mesh()
     assert mesh.is_watertight
-    mesh.export(Path(__file__).with_name("bottle.obj"), header=None, digits=6)
+    mesh.export("bottle.obj", header=None, digits=6)
     print(mesh.bounds, mesh.volume, mesh.center_mass)

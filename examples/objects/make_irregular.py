@@ -3,8 +3,6 @@
 Its sides roughly follow the curve of a soft finger that closes on them, so that fingers wrap around it.
 """
 
-from pathlib import Path
-
 import numpy as np
 import trimesh
 from scipy.interpolate import PchipInterpolator
@@ -60,5 +58,5 @@ def make_mesh(rings: int = 26, spokes: int = 28) -> trimesh.Trimesh:
 if __name__ == "__main__":
     mesh = make_mesh()
     assert mesh.is_watertight
-    mesh.export(Path(__file__).with_name("irregular.obj"), header=None, digits=6)
+    mesh.export("irregular.obj", header=None, digits=6)
     print(mesh.bounds, mesh.volume, mesh.convex_hull.volume, mesh.moment_inertia / mesh.volume)

@@ -1,7 +1,5 @@
 """Makes apple.obj: an apple with its stem in a dimple, watertight, standing on a ring around another dimple."""
 
-from pathlib import Path
-
 import numpy as np
 import trimesh
 
@@ -36,5 +34,5 @@ def make_mesh(rings: int = 21, spokes: int = 30) -> trimesh.Trimesh:
 if __name__ == "__main__":
     mesh = make_mesh()
     assert mesh.is_watertight
-    mesh.export(Path(__file__).with_name("apple.obj"), header=None, digits=6)
+    mesh.export("apple.obj", header=None, digits=6)
     print(mesh.bounds, mesh.volume)

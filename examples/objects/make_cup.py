@@ -1,7 +1,5 @@
 """Makes cup.obj: a slender cone frustum like an upturned paper cup, closed, standing on its wider end."""
 
-from pathlib import Path
-
 import trimesh
 
 HEIGHT, FOOT, TOP = 0.065, 0.023, 0.020  # m: height, radius of the foot and of the top
@@ -17,5 +15,5 @@ def make_mesh() -> trimesh.Trimesh:
 if __name__ == "__main__":
     mesh = make_mesh()
     assert mesh.is_watertight
-    mesh.export(Path(__file__).with_name("cup.obj"), header=None, digits=6)
+    mesh.export("cup.obj", header=None, digits=6)
     print(mesh.bounds, mesh.volume)

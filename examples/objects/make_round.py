@@ -1,7 +1,5 @@
 """Makes sphere.obj and cylinder.obj: a ball, and a low tin; watertight, their frames in the centres."""
 
-from pathlib import Path
-
 import trimesh
 
 RADIUS, HEIGHT = 0.023, 0.032  # m, the height of the cylinder
@@ -19,5 +17,5 @@ def make_meshes() -> dict[str, trimesh.Trimesh]:
 if __name__ == "__main__":
     for name, mesh in make_meshes().items():
         assert mesh.is_watertight
-        mesh.export(Path(__file__).with_name(f"{name}.obj"), header=None, digits=6)
+        mesh.export(f"{name}.obj", header=None, digits=6)
         print(name, mesh.bounds, mesh.volume)
