@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from command_line import soft_gripper
 from csv_rows import csv_rows
-from refusals import refusal
 from scale_files import GRAM, write_log
 
 from soft_gripper.diagrams.recording import Recording
@@ -16,8 +15,6 @@ from soft_gripper.extras.bench.bench_driver import understood
 from soft_gripper.extras.bench.messages import MalformedError
 from soft_gripper.extras.bench.plausible import plausible_ranges
 from soft_gripper.extras.hardware.bench_schema import load_bench
-from soft_gripper.extras.hardware.table import Columns
-from soft_gripper.extras.hardware.table_files import read_table
 from soft_gripper.scenario.scenario_file import load_scenario
 
 FORCE = "finger.measured_force"
@@ -96,19 +93,3 @@ def test_a_scale_that_is_not_read_costs_no_reading(folder):
 def test_what_no_finger_does_is_malformed(folder, changes):
     with pytest.raises(MalformedError, match=r"finger\.measured_force, which is not within"):
         reading(folder, **changes)
-
-
-def test_a_place_that_is_not_on_the_finger_is_refused_at_once(folder, monkeypatch):
-    monkeypatch.chdir(folder)
-    text = (folder / "bench.yaml").read_text().replace("place_column: mm, place_unit: mm", "place: 0.2")
-    (folder / "beyond.yaml").write_text(text)
-    said = refusal("live", folder / "one.yaml", "--bench", folder / "beyond.yaml", "--fast")
-    assert "fingers.finger.measured_force.place = 0.2: must be on the finger: 0 to 0.12 m" in said
-
-
-def test_it_is_in_mcap_too(folder, recorded, tmp_path):
-    pytest.importorskip("mcap")
-    Recording(recorded).save(tmp_path / "out.mcap")
-    names = {f"/finger/measured_force.value.{part}": "measured_force" for part in ("value", "place")}
-    table = read_table(tmp_path / "out.mcap", Columns(names, "/finger/measured_force.timestamp"))
-    np.testing.assert_allclose(table.columns([*names]), recorded[FORCE].values)
