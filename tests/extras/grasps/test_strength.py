@@ -10,7 +10,6 @@ from here_executor import HereExecutor
 from pydrake.math import RigidTransform, RotationMatrix
 from refusals import refused
 
-from soft_gripper.errors import InputError
 from soft_gripper.extras.grasps import strength as module
 from soft_gripper.extras.grasps.strength import (
     LOADS,
@@ -172,13 +171,6 @@ def test_the_object_is_that_of_the_task_or_the_first_free_one():
         held_object(load_scenario("bottle_grasp"), "cup")
     with refused("free models"):
         held_object(load_scenario("free_bending"), None)
-
-
-@pytest.mark.parametrize("wrong", [{"slid": 0.0}, {"turned": -1.0}, {"seconds": float("nan")}])
-def test_limits_that_mean_nothing(wrong):
-    with pytest.raises(InputError) as caught:
-        Shake(**wrong)
-    assert caught.value.field == next(iter(wrong))
 
 
 def made_up(text: str, held: str, number: int, shake: Shake) -> StrengthRow:

@@ -171,29 +171,6 @@ def test_what_an_older_run_left_is_gone_before_the_first_trial_ends(executor, tm
     assert records(tmp_path) == records(tmp_path, "trials_details.csv") == []
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("table", ["trials.csv", "trials_details.csv", "trials_grasps.csv"])
-def test_a_number_that_was_changed_in_either_table_is_not_believed(table, executor, tmp_path):
-    """One digit of the first trial is another; only that trial is run again."""
-    run_trials(NAMES, 2, 1, tmp_path, executor, lambda trial: None)
-    header, first, *others = (tmp_path / table).read_text().splitlines(keepends=True)
-    cells = first.split(",")
-    place = next(i for i, cell in enumerate(cells) if "." in cell and i > 1)
-    cells[place] = f"{float(cells[place]) + 1:.6f}"
-    (tmp_path / table).write_text("".join([header, ",".join(cells), *others]))
-    executor.calls.clear()
-    run_trials(NAMES, 2, 1, tmp_path, executor, lambda trial: None, resume=True)
-    assert executor.calls == [(NAMES[0], 1, [0], {})]
-
-
-@pytest.mark.slow
-def test_trials_of_another_seed_are_not_resumed(executor, tmp_path):
-    run_trials(NAMES, 1, 1, tmp_path, executor, lambda trial: None)
-    with pytest.raises(InputError) as error:
-        run_trials(NAMES, 1, 2, tmp_path, executor, lambda trial: None, resume=True)
-    assert error.value.field == "--resume"
-
-
 def test_a_trial_without_a_recording():
     found = trials._failed("pick_and_place_box", 1, 3, "no arm is so long")
     assert (found.scenario, found.trial) == ("pick_and_place_box", 3)
