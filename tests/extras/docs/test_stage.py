@@ -19,14 +19,6 @@ def tables_of_contents():
             yield page, [posixpath.join(posixpath.dirname(page), entry) for entry in entries]
 
 
-def test_every_page_is_in_a_table_of_contents_once():
-    entries = [entry for _, found in tables_of_contents() for entry in found]
-    assert len(set(entries)) == len(entries)
-    places = {site_path(path).removesuffix(".md") for path in repository_pages() if path.endswith(".md")}
-    assert places - set(entries) == {"index"}
-    assert "notebooks/*" in entries
-
-
 def test_the_sidebar_is_short_while_its_groups_are_folded():
     shown = [entries for page, entries in tables_of_contents() if page == "index.md"]
     assert len(shown) <= 4

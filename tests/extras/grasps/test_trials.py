@@ -129,48 +129,6 @@ def test_trials_that_were_cut_short_go_on_to_the_same_tables(executor, tmp_path,
         run_trials(NAMES, 3, 2, cut, executor, lambda trial: None, resume=True)
 
 
-@pytest.mark.slow
-def test_a_trial_whose_number_was_changed_is_run_again(executor, tmp_path, caplog):
-    run_trials(NAMES, 2, 1, tmp_path, executor, lambda trial: None)
-    whole = {
-        table: (tmp_path / table).read_text() for table in ("trials.csv", "trials_details.csv", "trials_grasps.csv")
-    }
-    for table, text in whole.items():
-        lines = text.splitlines(keepends=True)
-        number = 2 if table == "trials.csv" else 3
-        assert ".0" in lines[number]
-        lines[number] = lines[number].replace(".0", ".1", 1)
-        (tmp_path / table).write_text("".join(lines))
-    executor.calls.clear()
-    run_trials(NAMES, 2, 1, tmp_path, executor, lambda trial: None, resume=True)
-    assert executor.calls == [(NAMES[1], 1, [0], {}), (NAMES[0], 1, [1], {})]
-    assert "2 rows" in caplog.text
-    for table, text in whole.items():
-        assert (tmp_path / table).read_text() == text
-
-
-def test_a_description_that_is_not_text_is_not_resumed(executor, tmp_path):
-    (tmp_path / "trials.yaml").write_bytes(b"\xff")
-    with pytest.raises(InputError) as error:
-        run_trials(NAMES, 2, 1, tmp_path, executor, lambda trial: None, resume=True)
-    assert error.value.value == "trials.yaml"
-
-
-@pytest.mark.slow
-def test_what_an_older_run_left_is_gone_before_the_first_trial_ends(executor, tmp_path, monkeypatch):
-    def interrupt(*_, **__):
-        raise KeyboardInterrupt
-
-    run_trials(NAMES, 1, 1, tmp_path, executor, lambda trial: None)
-    tables = {"trials.yaml", "trials.csv", "trials.csv.sha256", "trials_details.csv", "trials_grasps.csv"}
-    assert {path.name for path in tmp_path.iterdir()} == {*tables, "trials.png", "trials.svg"}
-    monkeypatch.setattr(trials.StudyTables, "run", interrupt)
-    with pytest.raises(KeyboardInterrupt):
-        run_trials(NAMES, 1, 1, tmp_path, executor, lambda trial: None)
-    assert {path.name for path in tmp_path.iterdir()} == tables
-    assert records(tmp_path) == records(tmp_path, "trials_details.csv") == []
-
-
 def test_a_trial_without_a_recording():
     found = trials._failed("pick_and_place_box", 1, 3, "no arm is so long")
     assert (found.scenario, found.trial) == ("pick_and_place_box", 3)

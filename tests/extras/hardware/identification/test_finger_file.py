@@ -97,13 +97,6 @@ def test_a_fitted_finger_keeps_its_sections(sectioned):
     assert written == [{"at": at} | as_before for at in ("0.3", "0.7")]
 
 
-def test_words_before_the_robot_stay(file):
-    file.write_text(HOLLOW.replace("<robot", "<!-- whose <robot is it? -->\n<robot", 1))
-    text = with_finger(file, read_finger(file))
-    assert "<!-- whose <robot is it? -->\n<robot" in text
-    assert text.count("<?xml") == 1
-
-
 @pytest.mark.parametrize(
     ("changes", "stays"),
     [({"youngs_modulus": 3e5}, False), ({"density": 1e3}, False), ({"chamber_width": 0.011}, True)],
