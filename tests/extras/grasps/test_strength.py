@@ -95,15 +95,6 @@ def test_every_start_is_the_same(pads):
     assert one == again
 
 
-@pytest.mark.slow
-def test_fingers_that_hold_nothing_have_no_strength(pads):
-    open_hand = pads.station.scenario
-    open_hand.pressure.steps = {"all": [0.0]}
-    open_hand.pressure.settle = 0.1
-    found = Settled.of(open_hand, "pad").loaded(LOADS[0], Shake())
-    assert (found.strength, found.ended) == (0, "not held")
-
-
 BELT_FRICTION, DRUM, HALF, TIP = 0.3, 0.03, 0.002, 0.1  # m, radius and half of the thickness; kg
 BELT = f"""<robot name="belt"><link name="mount">{INERTIAL}</link>{GUARD}
 <finger name="belt"><parent link="mount"/><body length="0.1" segments="20" relaxation_time="3"/>

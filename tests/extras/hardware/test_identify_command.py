@@ -1,7 +1,6 @@
 """soft-gripper identify as a user calls it."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -22,7 +21,6 @@ from identified import (
 from refusals import refusal
 
 from soft_gripper.errors import InputError
-from soft_gripper.extras.hardware.identification import fit as fit_module
 from soft_gripper.extras.hardware.identification import settled_states as states_module
 from soft_gripper.extras.hardware.identification.identified_finger import read_finger, read_setup
 from soft_gripper.extras.hardware.identification.simulated_motion import Setup
@@ -125,16 +123,6 @@ def test_mistakes_are_named(files, changes, said):
     begin, end = BEAM.index("<finger"), BEAM.index("</finger>") + len("</finger>")
     (files / "two.urdf").write_text(BEAM[:end] + BEAM[begin:end].replace('"beam"', '"other"') + BEAM[end:])
     assert said in refusal(*command("run.csv", **changes))
-
-
-@pytest.mark.slow
-@pytest.mark.usefixtures("files")
-def test_a_search_that_is_ended_early_is_kept(monkeypatch):
-    monkeypatch.setattr(fit_module, "_MOST_STEPS", 1)
-    outcome = identify("run.csv")
-    assert outcome.code == 0
-    assert "WARNING: the search was ended before it converged" in outcome.out
-    assert {path.name for path in Path("out").iterdir()} == WRITTEN
 
 
 @pytest.mark.slow
