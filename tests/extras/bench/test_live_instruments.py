@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from command_line import soft_gripper
 from csv_rows import csv_rows
+from refusals import refusal
 from scale_files import GRAM, write_log
 
 from soft_gripper.diagrams.recording import Recording
@@ -93,3 +94,11 @@ def test_a_scale_that_is_not_read_costs_no_reading(folder):
 def test_what_no_finger_does_is_malformed(folder, changes):
     with pytest.raises(MalformedError, match=r"finger\.measured_force, which is not within"):
         reading(folder, **changes)
+
+
+def test_a_place_that_is_not_on_the_finger_is_refused_at_once(folder, monkeypatch):
+    monkeypatch.chdir(folder)
+    text = (folder / "bench.yaml").read_text().replace("place_column: mm, place_unit: mm", "place: 0.2")
+    (folder / "beyond.yaml").write_text(text)
+    said = refusal("live", folder / "one.yaml", "--bench", folder / "beyond.yaml", "--fast")
+    assert "fingers.finger.measured_force.place = 0.2: must be on the finger: 0 to 0.12 m" in said

@@ -1,11 +1,10 @@
 """Many trials: their tables while they run and when they fail, the same whatever the number of processes."""
 
-import csv
 from dataclasses import fields
-from pathlib import Path
 
 import numpy as np
 import pytest
+from csv_rows import csv_rows
 from here_executor import HereExecutor
 from refusals import refused
 
@@ -51,23 +50,18 @@ def executor(monkeypatch: pytest.MonkeyPatch) -> HereExecutor:
     return HereExecutor()
 
 
-def records(folder: Path, table: str = "trials.csv") -> list[dict[str, str]]:
-    with (folder / table).open(newline="") as file:
-        return list(csv.DictReader(file))
-
-
 @pytest.mark.slow
 def test_a_row_is_there_after_every_trial_and_all_are_in_order_at_the_end(executor, tmp_path):
     counts = []
 
     def look(trial: Trial) -> None:
-        found = [(record["scenario"], int(record["trial"])) for record in records(tmp_path)]
+        found = [(record["scenario"], int(record["trial"])) for record in csv_rows(tmp_path / "trials.csv")]
         assert (trial.scenario, trial.trial) in found
         counts.append(len(found))
 
     run_trials(NAMES, 3, 1, tmp_path, executor, look)
     assert counts == [1, 2, 3, 4, 5, 6]
-    found = [(record["scenario"], record["trial"]) for record in records(tmp_path)]
+    found = [(record["scenario"], record["trial"]) for record in csv_rows(tmp_path / "trials.csv")]
     assert found == [(name, trial) for name in NAMES for trial in "012"]
     assert (tmp_path / "trials.csv").read_text().splitlines()[0] == COLUMNS
     assert [path.name for path in tmp_path.iterdir() if path.name.startswith(".")] == []
@@ -91,13 +85,13 @@ def test_a_trial_that_fails_leaves_its_cause_and_ends_no_other(executor, tmp_pat
 
     monkeypatch.setattr(trials, "trials_together", together(fail_once))
     run_trials(NAMES, 3, 5, tmp_path, executor, lambda trial: None)
-    failed = [record for record in records(tmp_path) if record["success"] == "False"]
+    failed = [record for record in csv_rows(tmp_path / "trials.csv") if record["success"] == "False"]
     assert [(record["scenario"], record["trial"]) for record in failed] == [(NAMES[1], "1")]
     assert cause in failed[0]["cause"]
     assert failed[0]["placed_error_mm"] == failed[0]["duration_s"] == "nan"
-    assert len(records(tmp_path)) == 6
+    assert len(csv_rows(tmp_path / "trials.csv")) == 6
     drawn = draw(random_numbers(5, NAMES[1], 1), TrialsConfig())
-    details = records(tmp_path, "trials_details.csv")[4]
+    details = csv_rows(tmp_path / "trials_details.csv")[4]
     assert float(details["mass_g"]) == pytest.approx(drawn.mass_g, abs=1e-6)
     for part in ("x_mm", "y_mm", "yaw_deg"):
         true, error, reported = (float(details[f"{kind}{part}"]) for kind in ("", "error_", "reported_"))

@@ -137,6 +137,13 @@ def test_a_common_gain_is_taken_for_bend(shipped_finger):
     assert np.all(np.abs(found.gains[4:] - 1.02) < 2 * found.gain_stds[4:])
 
 
+def test_a_reading_that_is_lost_is_left_out(shipped_finger):
+    layout = SensorLayout(shipped_finger, 2)
+    samples, gains, _ = free_bending(layout, 1.1, BENCH, tip=True)
+    samples.ratios[samples.hold == 2, 2] = np.nan
+    np.testing.assert_allclose(calibrate(layout, [samples]).gains[2:], gains[2:], rtol=5e-3)
+
+
 @pytest.mark.slow
 def test_a_finger_that_creeps_is_calibrated_as_it_rests(shipped_finger):
     """It bends as one does that is softer by what has crept away."""
