@@ -4,6 +4,7 @@ import os
 
 import numpy as np
 import pytest
+from c3d_files import write_c3d
 from damaged_files import damaged_bytes
 from hardware_files import swinging
 from refusals import refused
@@ -13,9 +14,6 @@ from soft_gripper.extras.hardware import reading_apart
 from soft_gripper.extras.hardware.recordings import read_recording
 from soft_gripper.extras.hardware.table import Columns
 from soft_gripper.extras.hardware.table_files import read_table
-
-pytest.importorskip("ezc3d", reason="C3D files take ezc3d: pip install 'soft-gripper[c3d]'")
-from c3d_files import write_c3d
 
 
 def test_a_label_of_two_subjects_is_refused_without_the_subject(tmp_path, describe):

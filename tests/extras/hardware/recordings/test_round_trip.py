@@ -6,12 +6,10 @@ from functools import partial
 import numpy as np
 import pytest
 import xarray as xr
-from bag_files import POINT, write_json_mcap, write_ros
 from c3d_files import write_c3d
 from hardware_files import write_csv
 from identified import BEAM, RELEASED, finger_of, motion_columns, recorded, release
 from log_forms import FORMS, drawn, table
-from rosbags.rosbag2 import StoragePlugin
 
 from soft_gripper.diagrams.recording_file import write_netcdf
 from soft_gripper.extras.hardware.identification.identified_finger import identify
@@ -24,12 +22,18 @@ OF_BAG = RELEASED.replace("time: time_s", "time: /m/tip_1.header.stamp").replace
 )
 
 
-def write_bag(path, columns, write=write_ros, part="", **options):
+def write_bag(path, columns, plugin="", part=""):
+    pytest.importorskip("rosbags", reason="bags take rosbags and mcap: pip install 'soft-gripper[ros]'")
+    import bag_files
+    from rosbags.rosbag2 import StoragePlugin
+
     points = {
         f"/m/{name}": (columns["time_s"], np.column_stack([columns[f"{name}_{axis}_mm"] for axis in "xyz"]))
         for name in MARKERS
     }
-    path = write(path, points, dict.fromkeys(points, POINT), **options)
+    write = bag_files.write_json_mcap if path.suffix == ".mcap" else bag_files.write_ros
+    storage = {"plugin": StoragePlugin[plugin]} if plugin else {}
+    path = write(path, points, dict.fromkeys(points, bag_files.POINT), **storage)
     return next(path.glob(part)) if part else path
 
 
@@ -45,7 +49,6 @@ def write_json(path, columns, lines):
     return path
 
 
-SQLITE, MCAP = ({"plugin": plugin} for plugin in (StoragePlugin.SQLITE3, StoragePlugin.MCAP))
 FILES = {
     "C3D, mm": ("a.c3d", write_c3d),
     "C3D, m": ("a.c3d", partial(write_c3d, unit="m")),
@@ -55,11 +58,11 @@ FILES = {
     "JSON": ("a.json", partial(write_json, lines=False)),
     "lines of JSON": ("a.json", partial(write_json, lines=True)),
     "ROS 1": ("a.bag", write_bag),
-    "ROS 2, SQLite": ("bag", partial(write_bag, **SQLITE)),
-    "ROS 2, MCAP": ("bag", partial(write_bag, **MCAP)),
-    "ROS 2, one database": ("bag", partial(write_bag, part="*.db3", **SQLITE)),
-    "ROS 2, one MCAP file": ("bag", partial(write_bag, part="*.mcap", **MCAP)),
-    "MCAP of JSON": ("a.mcap", partial(write_bag, write=write_json_mcap)),
+    "ROS 2, SQLite": ("bag", partial(write_bag, plugin="SQLITE3")),
+    "ROS 2, MCAP": ("bag", partial(write_bag, plugin="MCAP")),
+    "ROS 2, one database": ("bag", partial(write_bag, plugin="SQLITE3", part="*.db3")),
+    "ROS 2, one MCAP file": ("bag", partial(write_bag, plugin="MCAP", part="*.mcap")),
+    "MCAP of JSON": ("a.mcap", write_bag),
 }
 TEXTS = FORMS | {f"drawn {seed}": partial(drawn, seed=seed) for seed in range(30)}
 
