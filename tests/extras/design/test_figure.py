@@ -9,7 +9,7 @@ from soft_gripper.extras.design.figure import BEST, design_figure
 from soft_gripper.extras.design.ranking import Score
 from soft_gripper.extras.design.run_design import Design, Designed, DesignTest
 from soft_gripper.extras.design.study_file import DesignConfig, DesignStudy, EndConfig
-from soft_gripper.extras.design.study_tables import DESIGNS, SENSITIVITY, TESTS, short_names, write_tables
+from soft_gripper.extras.design.study_tables import DESIGNS, SENSITIVITY, TESTS, write_tables
 from soft_gripper.runs.sweep.run_sweep import Range, Values
 
 FORCE, ENERGY = EndConfig("force"), EndConfig("energy")
@@ -61,14 +61,3 @@ def test_tables(tmp_path):
 def test_lost_objects_are_a_reason(tmp_path):
     write_tables(found([FORCE], allowed=False), tmp_path)
     assert "holds in 1 of 4 runs" in (tmp_path / DESIGNS).read_text()
-
-
-def test_short_names():
-    modulus = "models.gripper.fingers.all.youngs_modulus"
-    assert short_names([modulus, "pressure.steps.all.0", "sensor.type"]) == [
-        "youngs modulus",
-        "pressure steps",
-        "sensor type",
-    ]
-    one_by_one = ["models.gripper.fingers.left_finger.length", "models.gripper.fingers.right_finger.length"]
-    assert short_names(one_by_one) == one_by_one

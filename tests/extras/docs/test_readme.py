@@ -1,6 +1,5 @@
 """README: short, and no number in it that a command or a page does not give."""
 
-import csv
 import re
 import shlex
 import subprocess
@@ -13,6 +12,7 @@ from pathlib import Path
 
 import pytest
 from command_line import soft_gripper
+from csv_rows import csv_rows
 from hardware_files import published
 from links import ROOT
 from printed_numbers import differences
@@ -78,11 +78,7 @@ def trial_numbers(arguments: list[str], folder: Path) -> Numbers:
 
 def _trials(arguments: list[str], folder: Path) -> list[dict[str, str]]:
     assert soft_gripper(*arguments, "--out", folder).code == 0
-    return _csv(folder / "trials.csv")
-
-
-def _csv(file: Path) -> list[dict[str, str]]:
-    return list(csv.DictReader(StringIO(file.read_text(encoding="utf-8"))))
+    return csv_rows(folder / "trials.csv")
 
 
 def replay_numbers(arguments: list[str], folder: Path) -> Numbers:
@@ -92,7 +88,7 @@ def replay_numbers(arguments: list[str], folder: Path) -> Numbers:
     files = [f"{before}{number}{after}" for number in numbers.split(",")]
     assert soft_gripper("replay", *files, *arguments[2:], "--data", data, "--out", folder).code == 0
     key = {"estimator": "arcs", "sections": "2", "recording": "all", "body": "tip"}
-    (row,) = (row for row in _csv(folder / "replay.csv") if key.items() <= row.items())
+    (row,) = (row for row in csv_rows(folder / "replay.csv") if key.items() <= row.items())
     return [float(row["mean_mm"]), float(row["percentile_95_mm"])]
 
 

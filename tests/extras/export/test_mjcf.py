@@ -2,6 +2,7 @@
 
 import csv
 import xml.etree.ElementTree as ET
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,7 @@ from soft_gripper.extras.export.mjcf import to_mjcf
 from soft_gripper.extras.export.tree import mobilities, tree_depth
 from soft_gripper.scenario.scenario_file import load_scenario
 
+exported = cache(lambda name: to_mjcf(load_scenario(name)))  # as shipped
 SHORT_PHASES = ("task.phases.close.rest=0.1", "task.phases.lift.rest=0.0")
 
 
@@ -68,8 +70,8 @@ def skin_stiffnesses(model, pressure, other):
 
 def test_mobilities_are_those_by_which_mujoco_scales_contacts():
     mujoco = pytest.importorskip("mujoco")
-    scenario = load_scenario("bottle_grasp")
-    model, plant = mujoco.MjModel.from_xml_string(*text_and_meshes(scenario)), make_station(scenario).plant
+    name = "bottle_grasp"
+    model, plant = mujoco.MjModel.from_xml_string(*text_and_meshes(name)), make_station(load_scenario(name)).plant
     for index, mobility in mobilities(plant, {}, 0.0).items():
         name = plant.get_body(index).scoped_name().get_full()
         if name != "WorldModelInstance::WorldBody" and plant.get_body(index).default_mass() > 0:
@@ -77,15 +79,14 @@ def test_mobilities_are_those_by_which_mujoco_scales_contacts():
 
 
 def text_and_meshes(scenario):
-    found = to_mjcf(scenario)
+    found = exported(scenario)
     return found.text, {name: source.read_bytes() for name, source in found.meshes.items()}
 
 
 def test_springs_friction_and_pressures_are_in_the_file():
     """With all their digits."""
-    scenario = load_scenario("box_grasp")
-    found = to_mjcf(scenario)
-    finger = make_station(scenario).fingers[0].finger
+    found = exported("box_grasp")
+    finger = make_station(load_scenario("box_grasp")).fingers[0].finger
     root = ET.fromstring(found.text)
     joints = [joint for joint in root.iter("joint") if "type" in joint.attrib]
     assert [float(joint.get("stiffness")) for joint in joints[:12]] == finger.stiffness.tolist()
@@ -98,12 +99,12 @@ def test_springs_friction_and_pressures_are_in_the_file():
 
 
 def test_a_free_body_begins_where_it_does_here():
-    key = ET.fromstring(to_mjcf(load_scenario("box_grasp")).text).find("keyframe")[0]
+    key = ET.fromstring(exported("box_grasp").text).find("keyframe")[0]
     assert [float(x) for x in key.get("qpos").split()][-7:] == [0, 0, 0.03001, 1, 0, 0, 0]
 
 
 def test_an_arm_has_its_controllers_and_carries_its_weight():
-    found = to_mjcf(load_scenario("bottle_grasp"))
+    found = exported("bottle_grasp")
     assert found.actuators[2:] == ["gantry::x", "gantry::z"]
     x, z = found.commands.arm[0]
     assert x == 0

@@ -11,7 +11,7 @@ from damaged_files import damaged_bytes, damaged_recordings
 from hostile import NUMBERS, WORDS, documents, elements, texts
 from hypothesis import strategies as st
 from live_inputs import commands
-from log_forms import FORMS, REFUSED, table
+from log_forms import FORMS, table
 from pydrake.common.yaml import yaml_dump
 
 import soft_gripper as sg
@@ -250,13 +250,12 @@ length: 0.12
 
 
 def logs() -> st.SearchStrategy[Input]:
-    """A log in one of the forms that are read or refused, whole or with changes in its text, and its description."""
+    """A log in one of the forms that are read, whole or with changes in its text, and its description."""
     time = np.arange(200) / 100
     counts = np.round(2048 + 20 * np.sin(time[:, None] * [1, 2, 3, 4]))
     columns = dict(zip("tabcdp", [time, *counts.T, 30 + 10 * np.sin(time)], strict=True))
     content = table(columns)
     forms = [(each.content, each.more) for each in (form(content) for form in FORMS.values())]
-    forms += [(form(content)[0], "") for form in REFUSED.values()]
     whole = st.sampled_from(forms)
     broken = whole.flatmap(
         lambda form: texts(form[0].decode("utf-8", "surrogateescape")).map(

@@ -92,21 +92,3 @@ def test_a_box_is_lifted_and_sinks():
     station = SimpleNamespace(scenario=SimpleNamespace(sensor=SimpleNamespace(period=0.01)))
     assert engine_agreement.sinking_mm(station, recording) == pytest.approx(0.5)
     assert engine_agreement.lifted_mm(station, recording) == pytest.approx(31.0 - 29.5)
-
-
-def test_boxes_that_end_differently_are_printed(monkeypatch, tmp_path, capsys):
-    """With the criterion, and the first of them in Drake with shorter steps."""
-    boxes = [Box(0.1, 0.6, 0.0, "held", "held", 0.5), Box(0.13, 0.8, 1.0, "resting", "held", 0.7)]
-    monkeypatch.setattr(engine_agreement, "drawn_boxes", lambda number: boxes)
-    monkeypatch.setattr(engine_agreement, "creep", lambda box, changes: Creep("drake", 10.0, 1e-5, "held", 0.1, 0.02))
-    for name in ("BOXES", "CREEP", "PAGE"):
-        monkeypatch.setattr(engine_agreement, name, tmp_path / name)
-    (tmp_path / "PAGE").write_text("\n".join([CREEP_HEADING[0], "| old |", "", "after"]), encoding="utf-8")
-    engine_agreement.compare_boxes(2)
-    printed = capsys.readouterr().out
-    assert "1 of 2 boxes end alike. Held: in the last 0.5 s the fingers carry 90% of the weight" in printed
-    assert "resting   held           1" in printed
-    assert "A box of 130 g and friction 0.80" in printed
-    assert (tmp_path / "PAGE").read_text(encoding="utf-8").splitlines()[2:4] == [
-        "| Drake | 10 | 1e-05 | held | 0.10 | 0.020 |"
-    ] * 2

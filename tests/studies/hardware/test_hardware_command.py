@@ -12,14 +12,12 @@ from csv_rows import csv_rows
 from here_executor import HereExecutor
 from study_line import study_line
 from synthetic_hardware import (
-    BEAM,
     SEGMENT,
     write_arm,
     write_beam,
     write_segment,
 )
 
-from soft_gripper.extras.hardware.identification.identified_finger import read_finger
 from soft_gripper.extras.hardware.identification.simulated_motion import Setup
 from soft_gripper.extras.hardware.replay import held_out
 from soft_gripper.extras.paper.claims import Claim
@@ -108,29 +106,3 @@ def test_all_that_is_named_was_written(run):
     written = of_fingers | {"two_segment_arm.csv", "claims.csv", "hardware.png", "hardware.svg"}
     assert {path.name for path in run.out.iterdir()} == written
     assert all(f"/{name}" in run.outcome.out for name in written)
-
-
-@pytest.mark.published
-def test_the_beam_is_the_true_one(run):
-    beam = read_finger(run.out / "clamped_beam.urdf")
-    assert beam.base.youngs_modulus == pytest.approx(BEAM.youngs_modulus, rel=0.02)
-    assert beam.relaxation_time == pytest.approx(BEAM.relaxation_time, rel=0.1)
-    assert sum(branch.share for branch in beam.creep) == pytest.approx(sum(dict(BEAM.creep)), abs=0.04)
-
-
-@pytest.mark.published
-def test_the_segment_is_the_true_one(run):
-    """Its compliance under every pressure that it was fitted to, how fast it fills, and where it is mounted."""
-    segment = read_finger(run.out / "pneumatic_segment.urdf")
-    for pressure in (1e4, 2.5e4, 4.5e4):
-        found, truth = (
-            segment.pressure_law.bend(pressure) / pressure / segment.base.youngs_modulus,
-            PUMPED.gain(pressure),
-        )
-        assert found == pytest.approx(truth / PUMPED.youngs_modulus, rel=0.03)
-    assert run.setup.mounting_x == pytest.approx(PUMPED.mounting.imag, abs=2e-4)
-    assert run.setup.mounting_z == pytest.approx(PUMPED.mounting.real, abs=1e-3)  # along the segment: hardly seen
-    assert run.setup.fill_time == pytest.approx(PUMPED.fill_time, rel=0.2)
-    swollen = (PUMPED.gain(3e4) / PUMPED.gain(0.0)) ** 2 - 1  # of the two, how slowly a swollen chamber fills is seen
-    filling, true_filling = (of.fill_time * (1 + of.swelling * swollen) for of in (run.setup, PUMPED))
-    assert filling == pytest.approx(true_filling, rel=0.1)
