@@ -15,6 +15,7 @@ from soft_gripper.estimators.force_posterior import (
     SOMEWHERE,
     Cells,
     Forces,
+    _interval,
     _joined,
     believed,
     contact_posterior,
@@ -93,6 +94,12 @@ def test_the_posterior_is_the_dense_sum(r, width):
     ):
         these = chi_squared[possible]
         assert bound == pytest.approx(FORCES[(these <= these.min() + 2.71).any(axis=0)][-1], rel=2e-3)
+
+
+def test_the_interval_encloses_that_with_equal_tails_on_the_flat_side_of_the_density():
+    force = np.linspace(0, 1, 1001)
+    assert _interval(force**8, force)[0] == pytest.approx(0.025 ** (1 / 8), abs=1e-4)
+    assert _interval(1 - (1 - force) ** 8, force)[2] == pytest.approx(1 - 0.025 ** (1 / 8), abs=1e-4)
 
 
 def test_what_is_drawn_from_the_prior_lies_in_its_intervals():

@@ -302,7 +302,7 @@ def test_the_monitor_says_what_it_puts_out(layout):
     assert ports == {"fault_probabilities", "fault", "sensor_fault", "usable_strain"}
 
 
-def test_errors_of_gains_grow_with_the_strain(layout):
+def test_errors_of_gains_grow_with_the_strain_and_drift_with_time(layout):
     """A sensor whose gain is off by g errs by g times the change of its strain, and no more at rest."""
     share, torque = 0.03, layout.finger.pressure_torque(60e3)
     q = layout.finger.angle(torque)
@@ -310,8 +310,8 @@ def test_errors_of_gains_grow_with_the_strain(layout):
     values = len(layout.matrix)
     lasting = np.arange(values, values + layout.readings)
 
-    def variances(gain, change):
-        health = HealthFilter(layout, Uncertainty(gain=gain), PERIOD)
+    def variances(gain, change, drift=0.0):
+        health = HealthFilter(layout, Uncertainty(gain=gain, drift=drift), PERIOD)
         known = health.begin()
         both = [np.stack([part, part]) for part in known[:2]]
         return health._predicted(*both, change, 0.1, known.age)[1][0][..., lasting, lasting]
@@ -320,6 +320,8 @@ def test_errors_of_gains_grow_with_the_strain(layout):
     np.testing.assert_allclose(grown, np.broadcast_to((share * moved) ** 2, grown.shape), rtol=1e-3)
     at_rest = np.zeros(values)
     np.testing.assert_array_equal(variances(share, at_rest), variances(0.0, at_rest))
+    drifted = variances(0.0, at_rest, drift=1e-3) - variances(0.0, at_rest)
+    np.testing.assert_allclose(drifted, 1e-3**2 * LOOK * PERIOD, rtol=1e-6)
 
 
 def of_contact(layout, load):

@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
+from pydrake.systems.primitives import DiscreteTimeIntegrator
 
 pytest.importorskip("mujoco")
 
 from soft_gripper.array_block import ArrayBlock
 from soft_gripper.errors import InputError
-from soft_gripper.extras.mujoco_engine.blocks import Functions
+from soft_gripper.extras.mujoco_engine.blocks import Contexts, Functions
 
 
 class Solving(ArrayBlock):
@@ -30,3 +31,14 @@ def test_a_failure_names_the_block_and_the_input_of_any_environment(number):
     values[1] = np.nan
     with pytest.raises(InputError, match="x = nan: must be finite"):
         functions.output(number, lambda _: values, 0.0)
+
+
+def test_a_state_of_drake_begins_anew_in_one_of_two_environments():
+    both, values = Contexts(DiscreteTimeIntegrator(1, 0.1), 2), np.array([[1.0], [2.0]])
+    for rows in ([0, 1], [0]):
+        both.clear(np.array(rows))
+        for _ in range(4):
+            both.advance(lambda _: values, 0.0, np.array(rows))
+            both.commit()
+    first, second = both.output(0, lambda _: values, 0.0)[:, 0]
+    assert second == pytest.approx(2 * (first / 0.1 + 4) * 0.1)
