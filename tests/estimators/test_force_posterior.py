@@ -15,6 +15,7 @@ from soft_gripper.estimators.force_posterior import (
     SOMEWHERE,
     Cells,
     Forces,
+    _interval,
     _joined,
     believed,
     contact_posterior,
@@ -69,8 +70,8 @@ def dense(r, cells):
 @pytest.mark.parametrize("width", [0.0, 0.3])
 @pytest.mark.parametrize("r", [(0.03, 0.004), (0.008, 0.0), (-0.02, -0.006), (0.002, 0.001)])
 def test_the_posterior_is_the_dense_sum(r, width):
-    """Median and both intervals of 95 %, the shortest and that with equal tails, within 3 % or 2 mN; the
-    probability of a contact within 1e-3; set and bounds within a step.
+    """Median and both intervals of 95 %, the shortest and that with equal tails, within 3 % or 2 mN; the mean force,
+    by cells, within 2 % or 70 mN; the probability of a contact within 1e-3; set and bounds within a step.
     """
     cells = few_cells(width=width)
     found = posterior(np.array(r), COVARIANCE, np.array(2), cells)
@@ -78,6 +79,8 @@ def test_the_posterior_is_the_dense_sum(r, width):
     assert found.misfit < 1
     prior = np.exp(-((FORCES / POSSIBLE.usual) ** 2) / 2)  # of forces that are equally spaced in their logarithm
     by_force = cells.prior @ likelihood * prior
+    of_cells = believed(fitted(np.array(r), COVARIANCE, cells, LARGEST), np.array(2), POSSIBLE)
+    assert of_cells.weight @ of_cells.mean == pytest.approx(by_force @ FORCES / by_force.sum(), rel=0.02, abs=0.07)
     upto = by_force.cumsum() / by_force.sum()
     lows = np.linspace(0, 0.05, 501)
     low, high = (np.interp(lows + share, upto, FORCES) for share in (0.0, 0.95))
@@ -93,6 +96,22 @@ def test_the_posterior_is_the_dense_sum(r, width):
     ):
         these = chi_squared[possible]
         assert bound == pytest.approx(FORCES[(these <= these.min() + 2.71).any(axis=0)][-1], rel=2e-3)
+
+
+def test_the_second_mode_is_the_likeliest_place_that_does_not_adjoin_the_first():
+    place, side = np.tile(np.arange(3), 2), np.repeat([-1, 1], 3)
+    response = side[:, None] * np.tile([[0.05, 0.0], [0.0, 0.05], [0.04, 5e-4]], (2, 1))
+    cells = Cells(response, np.zeros((6, 0, 2)), place, side, np.full(6, 1 / 6), np.pi * (side < 0))
+    found = posterior(response[3], COVARIANCE, np.array(2), cells)
+    np.testing.assert_allclose(found.mode_forces, [1.0, 1.25], rtol=0.01)
+    np.testing.assert_allclose(found.mode_arc_lengths, LENGTH / 6 * np.array([1, 5]))
+    np.testing.assert_array_equal(found.mode_sides, 0)
+
+
+def test_the_interval_encloses_that_with_equal_tails_on_the_flat_side_of_the_density():
+    force = np.linspace(0, 1, 1001)
+    assert _interval(force**8, force)[0] == pytest.approx(0.025 ** (1 / 8), abs=1e-4)
+    assert _interval(1 - (1 - force) ** 8, force)[2] == pytest.approx(1 - 0.025 ** (1 / 8), abs=1e-4)
 
 
 def test_what_is_drawn_from_the_prior_lies_in_its_intervals():

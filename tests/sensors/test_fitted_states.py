@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from soft_gripper.sensors.calibrated_states import CalibratedStates, state_spreads
 from soft_gripper.sensors.fitted_states import FittedStates, Widths, spread_of
 
 LINE = FittedStates(np.column_stack([np.linspace(0, 1, 101), np.zeros(101)]), np.array([1.0, 2.0]))
@@ -18,6 +19,14 @@ def test_a_combination_that_was_never_met_is_far():
     """Each number lies within what was fitted."""
     cross = FittedStates(np.array([[-1.0, 0.0], [0.0, -1.0], [1.0, 0.0], [0.0, 1.0]]), np.ones(2))
     assert cross.distance(np.array([0.9, 0.9])) == pytest.approx(np.hypot(0.1, 0.9))
+
+
+@pytest.mark.parametrize(("gravity", "distance"), [((0, 0, 9.81), np.sqrt(2)), ((-9.81, 0, 0), 2.0)])
+def test_a_finger_turned_from_its_only_pose_is_as_far_as_gravity_changed_over_g(gravity, distance):
+    strains, drive = np.zeros((5, 4)), np.tile([0.02, 9.81, 0.0], (5, 1))
+    fitted = FittedStates(np.hstack([strains, drive]), state_spreads(strains, drive))
+    states = CalibratedStates(fitted, Widths(np.array([1e-3]), 1e-3), np.inf, sections=2)
+    assert states.distances(strains[0], drive[0, :1], np.array(gravity)).drive == pytest.approx(distance, rel=1e-3)
 
 
 @pytest.mark.parametrize("region", [LINE.regions(4), LINE.halves(4)])

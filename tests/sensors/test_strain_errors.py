@@ -6,7 +6,18 @@ import numpy as np
 import pytest
 
 from soft_gripper.errors import InputError
-from soft_gripper.sensors.strain_errors import MINUTE, RUN_DRAWS, SAMPLE_DRAWS, Draws, StrainErrors, disturb, draw
+from soft_gripper.sensors.strain_errors import (
+    MINUTE,
+    PLAYS,
+    RUN_DRAWS,
+    SAMPLE_DRAWS,
+    Draws,
+    StrainErrors,
+    begin,
+    disturb,
+    draw,
+    stacked,
+)
 
 PERIOD = 0.01  # s
 
@@ -129,9 +140,10 @@ def test_the_same_seed_gives_the_same_readings_and_another_others():
     assert np.nanmax(np.abs(first - other)) > 1e-3
 
 
-def test_shapes_of_the_draws():
-    draws = draw(rng(), (50, 6, 3))
-    assert (draws.run.shape, draws.samples.shape) == ((6, RUN_DRAWS, 3), (50, 6, SAMPLE_DRAWS, 3))
+def test_shapes_of_the_draws_and_of_the_memory_of_several_sets():
+    draws = draw(rng(), (50, 2, 6, 3))
+    assert (draws.run.shape, draws.samples.shape) == ((2, 6, RUN_DRAWS, 3), (50, 2, 6, SAMPLE_DRAWS, 3))
+    assert stacked(begin(EVERYTHING, draws.run)).shape == (2, 6, 8 + PLAYS + EVERYTHING.delay, 3)
 
 
 @pytest.mark.parametrize(

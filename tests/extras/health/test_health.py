@@ -186,6 +186,8 @@ def test_what_a_look_shows_of_a_cut_is_linearised(layout):
     np.testing.assert_allclose(found.by_state[0, cut][:, g], by_more, atol=1e-6)
     left = found.values[0, cut] - found.by_state[0, cut] @ state[0, cut]
     np.testing.assert_allclose(left, 0, atol=1e-12)
+    expected = health.uncertainty.reading**2 / LOOK + (1e-4 * hypotheses.full_scale) ** 2
+    np.testing.assert_allclose(np.diagonal(found.noise[0]), expected)
 
 
 def test_a_reading_that_is_lost_for_good_is_dead(layout):
@@ -288,7 +290,7 @@ def test_the_monitor_says_what_it_puts_out(layout):
     assert ports == {"fault_probabilities", "fault", "sensor_fault", "usable_strain"}
 
 
-def test_errors_of_gains_grow_with_the_strain(layout):
+def test_errors_of_gains_grow_with_the_strain_and_drift_with_time(layout):
     """A sensor whose gain is off by g errs by g times the change of its strain, and no more at rest."""
     share, torque = 0.03, layout.finger.pressure_torque(60e3)
     q = layout.finger.angle(torque)
@@ -296,8 +298,8 @@ def test_errors_of_gains_grow_with_the_strain(layout):
     values = len(layout.matrix)
     lasting = np.arange(values, values + layout.readings)
 
-    def variances(gain, change):
-        health = HealthFilter(layout, Uncertainty(gain=gain), PERIOD)
+    def variances(gain, change, drift=0.0):
+        health = HealthFilter(layout, Uncertainty(gain=gain, drift=drift), PERIOD)
         known = health.begin()
         both = [np.stack([part, part]) for part in known[:2]]
         return health._predicted(*both, change, 0.1, known.age)[1][0][..., lasting, lasting]
@@ -306,15 +308,25 @@ def test_errors_of_gains_grow_with_the_strain(layout):
     np.testing.assert_allclose(grown, np.broadcast_to((share * moved) ** 2, grown.shape), rtol=1e-3)
     at_rest = np.zeros(values)
     np.testing.assert_array_equal(variances(share, at_rest), variances(0.0, at_rest))
+    drifted = variances(0.0, at_rest, drift=1e-3) - variances(0.0, at_rest)
+    np.testing.assert_allclose(drifted, 1e-3**2 * LOOK * PERIOD, rtol=1e-6)
 
 
-def of_contact(layout, load):
-    """Evidence per second of every hypothesis if the healthy finger bears `load`, rad, and the others none, (K,)."""
+def of_contact(layout, load, softer=None):
+    """Evidence per second of every hypothesis if the healthy finger bears `load`, rad, and the others none, (K,).
+
+    A cut finger that is `softer` by a share of the compliance bears it too.
+    """
     health, values = HealthFilter(layout, Uncertainty(), PERIOD), len(layout.matrix)
     known, evidence = health.begin(), np.ones(len(health.hypotheses.kind))
     mean = np.zeros_like(known.mean)
     mean[0, :values] = load
     mean[health.hypotheses.of("held"), :values] = load
+    if softer is not None:
+        mean[health.hypotheses.of("cut"), :values], mean[health.hypotheses.of("cut"), values + layout.readings] = (
+            load,
+            softer,
+        )
     covariance = 1e-6 * np.eye(mean.shape[1]) + np.zeros_like(known.covariance)
     q = layout.finger.angle(layout.finger.pressure_torque(60e3))
     return health.hypotheses, health._of_contact(mean, covariance, q, evidence) / (LOOK * PERIOD)
@@ -334,6 +346,16 @@ def test_the_evidence_of_a_load_is_that_of_one_look_a_second(layout):
     np.testing.assert_allclose(held[by_chance], 0, atol=1e-12)
     assert (held[hardly] > 0).all()
     assert misfits.max() == pytest.approx(_LARGEST_MISFIT)
+
+
+def test_a_load_may_be_further_from_one_contact_the_more_a_cut_changes(layout):
+    hypotheses, *found = of_contact(layout, 0.03 * np.array([1.0, -1.0, 1.0, -1.0]), 0.0)
+    for softer in (0.5, 1.0):
+        found += [of_contact(layout, 0.03 * np.array([1.0, -1.0, 1.0, -1.0]), softer)[1]]
+    as_healthy, less, more = np.array(found)[:, hypotheses.of("cut")]
+    np.testing.assert_allclose(as_healthy, 0, atol=1e-9)
+    assert (less > 0.1).all()
+    assert (more > less).all()
 
 
 def test_a_load_that_follows_the_drive_is_likelier_than_one_that_jumps():
