@@ -14,6 +14,7 @@ Pixels = NDArray[np.int_]  # (height, width, 3) red, green, blue
 
 _BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 _DRIVER = shutil.which("chromedriver")
+_CLICK_TIME = 120.0  # s, on a busy machine
 _OPTIONS = (
     "headless",
     "no-sandbox",
@@ -45,6 +46,26 @@ def open_url(url: str, profile: Path, window: str = "1000,700") -> Any:
     driver = webdriver.Chrome(options=options, service=webdriver.ChromeService(_DRIVER))
     driver.get(url)
     return driver
+
+
+def click(driver: Any, selector: str) -> None:
+    """Clicks an element, which a CSS selector names, once it keeps its place and nothing covers it."""
+    exceptions, support = (
+        pytest.importorskip(f"selenium.{name}") for name in ("common.exceptions", "webdriver.support.ui")
+    )
+    rects: list[dict[str, float]] = []
+
+    def clicks(driver: Any) -> bool:
+        element = driver.find_element("css selector", selector)
+        rects.append(element.rect)
+        if rects[-2:] != [element.rect] * 2:
+            return False
+        element.click()
+        return True
+
+    soon = exceptions.NoSuchElementException, exceptions.ElementNotInteractableException
+    passing = (*soon, exceptions.ElementClickInterceptedException, exceptions.StaleElementReferenceException)
+    support.WebDriverWait(driver, _CLICK_TIME, 0.1, passing).until(clicks)
 
 
 def screenshot(driver: Any) -> Pixels:

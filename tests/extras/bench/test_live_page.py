@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 import simulated_hardware
 import yaml
-from browser import open_url
+from browser import click, open_url
 from live_process import free_port
 from refusals import refusal
 from served_page import LONG, SMALL_SCENE, Served, wait_until
@@ -61,12 +61,12 @@ def test_a_user_zeroes_records_and_stops(served: Served, tmp_path: Path) -> None
         assert "left_finger" in text(driver, "tables")
         assert re.search(r"used\s+\d+\s+lost\s+\d+", text(driver, "tables"))
 
-        driver.find_element("id", "zero").click()
+        click(driver, "#zero")
         wait_until(lambda: text(driver, "note").startswith("zeroed:"))
         driver.find_element("tag name", "body").send_keys("c")
         wait_until(lambda: "recording" in text(driver, "mode"))
         time.sleep(1)
-        driver.find_element("id", "record").click()
+        click(driver, "#record")
         folder = Path("results/live/tip_distance_steps/1")
         wait_until(lambda: text(driver, "note") == f"written: {folder / 'recording.nc'}")
         recording = Recording.load(folder / "recording.nc")
@@ -75,7 +75,7 @@ def test_a_user_zeroes_records_and_stops(served: Served, tmp_path: Path) -> None
         assert recording["left_finger.position_std"].attrs["units"] == "m"
 
         assert [entry for entry in driver.get_log("browser") if entry["level"] == "SEVERE"] == []
-        driver.find_element("id", "stop").click()
+        click(driver, "#stop")
         code, said = served.end()
         assert code == 0
         assert f"Recordings: {folder}" in said

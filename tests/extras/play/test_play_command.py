@@ -16,7 +16,7 @@ from typing import Any
 from urllib.parse import urlsplit
 
 import pytest
-from browser import open_url
+from browser import click, open_url
 from command_line import soft_gripper
 from served_page import LONG, SMALL_SCENE, Served, see, wait_until
 from websockets.exceptions import WebSocketException
@@ -81,12 +81,12 @@ def test_a_user_plays_records_and_stops(played: Played, driver: Any) -> None:
     supply = (-50.0 + 210.0) / 2 * 1e3  # Pa, in the middle of the slider
     bend = played.value(BEND)
     wait_until(lambda: is_drawn(driver))
-    driver.find_element("css selector", "[type=range][aria-label='left_finger [kPa]']").click()
+    click(driver, "[type=range][aria-label='left_finger [kPa]']")
     wait_until(lambda: abs(played.value(PRESSURE) - supply) < 1e3)
     assert abs(played.value("right_finger.pressure")) < 1e3
     assert played.value(BEND) > bend + 0.05, "the finger closes"
 
-    driver.find_element("id", "record").click()
+    click(driver, "#record")
     wait_until(lambda: driver.find_element("id", "mode").text == "live, recording")
     driver.find_element("tag name", "body").send_keys("q" * 3)
     driver.switch_to.frame("scene")
@@ -97,12 +97,12 @@ def test_a_user_plays_records_and_stops(played: Played, driver: Any) -> None:
     number = driver.find_element("css selector", "[type=number][aria-label^='right_finger']")
     number.send_keys(CONTROL, "a", RELEASED, "-7.5\n")
     wait_until(lambda: abs(played.value("right_finger.pressure") + 7.5e3) < 100)
-    driver.find_element("id", "record").click()
+    click(driver, "#record")
     wait_until((played.out / "1" / "animation.html").exists)
     pressure = Recording.load(played.out / "1" / "recording.nc")[PRESSURE]
     assert pressure[-1] - pressure[0] == pytest.approx(10e3, abs=1.5e3)
 
-    driver.find_element("id", "stop").click()
+    click(driver, "#stop")
     code, said = played.end()
     assert code == 0
     assert re.search(r"Played [\d.]+ s at [\d.]+ times real time", said)
@@ -208,6 +208,7 @@ def test_junk_to_meshcat_itself_is_no_end(played: Played) -> None:
     assert meshcat[0] != "127.0.0.1"
     with played.open() as page, connect(f"ws://{meshcat[0]}:{meshcat[1]}/", proxy=None, compression=None) as stranger:
         page.send(json.dumps({"button": "record"}))
+        wait_until(lambda: see(page)["status"]["recording"])
         wait_until(lambda: see(page)["status"]["time"] > 0.1)
         stranger.send(b"\xc1")
         wait_until(lambda: "opened again" in see(page)["status"]["note"])
