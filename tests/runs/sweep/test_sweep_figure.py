@@ -23,6 +23,11 @@ def test_percent_are_numbers_and_names_are_places():
     assert [text.get_text() for text in named.get_xticklabels()] == ["arcs", "spline", "contact"]
 
 
+def test_true_and_false_are_drawn_as_one_and_zero():
+    (axes,) = sweep_figure({"key": ["1", "2", "3"]}, {"is_held": ["True", "False", ""]}, "").axes
+    np.testing.assert_array_equal(axes.lines[0].get_ydata(), [1, 0, np.nan])
+
+
 def test_a_map_of_a_grid_and_dots_of_samples_with_crosses_where_runs_failed():
     grid = sweep_figure({"a": ["1", "1", "2", "2"], "b": ["5", "6", "5", "6"]}, MEASURES, "").axes[0]
     np.testing.assert_array_equal(np.ma.filled(grid.collections[0].get_array(), np.nan), [[1, 3], [np.nan, np.nan]])
