@@ -61,7 +61,7 @@ def contact_numbers(arguments: list[str], folder: Path) -> Numbers:
         subprocess.run(line, cwd=ROOT, check=True, capture_output=True)
         key = {"sections": "2", "borders": borders, "sensors": "realistic", "averaged": "20"}
         key |= {"nominal": "as simulated", "side": "both"}
-        (row,) = (row for row in _csv(folder / borders / "contact_errors.csv") if key.items() <= row.items())
+        (row,) = (row for row in csv_rows(folder / borders / "contact_errors.csv") if key.items() <= row.items())
         numbers += [float(row[f"force_{statistic}_percent"]) for statistic in ("mean", "median", "90")]
     return [*numbers, float(row["found_percent"])]
 
