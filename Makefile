@@ -151,7 +151,7 @@ verification: $(READY)
 
 # Soft bodies between plates: the tables of docs/extras/soft/soft_objects.md, in a minute.
 verification-soft: $(READY)
-	$(STUDIES) verification-soft
+	$(STUDIES) verification --soft
 
 # The site, in build/docs/html: pages and notebooks of the repository, and pages generated from the code. Every version
 # has a folder there, as 0.2, beside those of earlier versions that are copied into it.

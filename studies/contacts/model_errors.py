@@ -4,6 +4,7 @@ A row for each of `situations.DIFFERENCES`, number of sections and kind of senso
 that nothing touches.
 """
 
+import argparse
 from collections.abc import Callable
 from concurrent.futures import Executor
 from dataclasses import dataclass
@@ -15,7 +16,9 @@ from typing import Annotated, Any
 import numpy as np
 
 from soft_gripper.estimators.force_posterior import DETECTED
-from soft_gripper.files.row_table import write_csv
+from soft_gripper.files.output import lock_folder
+from soft_gripper.files.row_table import print_rows, write_csv
+from soft_gripper.runs.executor import open_executor
 from soft_gripper.runs.study import results
 from studies.contacts.situations import DIFFERENCES, NOMINAL, Case, drawn
 
@@ -64,3 +67,14 @@ def run_model_errors(
     rows = list(results(executor, model_error_row, jobs, report).values())
     write_csv(folder / TABLE, rows)
     return rows
+
+
+def run(options: argparse.Namespace) -> None:
+    """Runs the command."""
+    executor, out = open_executor(options.jobs, options.scheduler), lock_folder(options.out)
+    number = len(DIFFERENCES) * len(CASES)
+    with options.console.jobs(number, "cases", "nothing is written until the last case") as ended, executor as opened:
+        rows = run_model_errors(out, options.contacts, options.seed, opened, lambda job: ended())
+    print_rows(rows)
+    options.console.table("model_errors", rows)
+    options.console.wrote(out / TABLE)

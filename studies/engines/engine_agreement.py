@@ -37,6 +37,7 @@ from soft_gripper.scenario.scenario_file import changed_scenario
 from soft_gripper.scenario.schema import DRAKE
 from soft_gripper.scenario.shipped import scenario_names
 from studies import ROOT
+from studies.page_table import write_table
 
 TABLE, BOXES, CREEP, PAGE = (
     ROOT / "docs/extras/mujoco_engine" / name for name in ("agreement.csv", "boxes.csv", "creep.csv", "mujoco.md")
@@ -239,7 +240,7 @@ def compare_boxes(number: int) -> None:
     if differing is not None:
         rows = [creep(differing, changes) for changes in REFINED]
         write_csv(CREEP, rows)
-        write_page(creep_table(rows))
+        write_table(PAGE, creep_table(rows))
         print_rows(rows, f"A box of {1e3 * differing.mass_kg:.0f} g and friction {differing.friction:.2f}")
 
 
@@ -265,15 +266,6 @@ def creep_table(rows: Sequence[Creep]) -> list[str]:
     return [*CREEP_HEADING, *lines]
 
 
-def write_page(table: Sequence[str]) -> None:
-    """Puts a table in the place of the one that the page has under its heading."""
-    lines = PAGE.read_text(encoding="utf-8").splitlines()
-    start = lines.index(table[0])
-    end = next(number for number in range(start, len(lines)) if not lines[number].startswith("|"))
-    lines[start:end] = table
-    PAGE.write_text("\n".join(lines) + "\n", encoding="utf-8")
-
-
 def run(options: argparse.Namespace) -> None:
     """Writes the table of scenarios, or compares boxes."""
     if options.boxes is not None:
@@ -288,4 +280,4 @@ def run(options: argparse.Namespace) -> None:
             continue
         print(rows[name], flush=True)
         write_csv(TABLE, [rows[each] for each in sorted(rows)])
-    write_page(page_table([rows[each] for each in sorted(rows)]))
+    write_table(PAGE, page_table([rows[each] for each in sorted(rows)]))

@@ -15,8 +15,9 @@ import yaml
 
 from soft_gripper.files.document import require
 from studies import ROOT
+from studies.page_table import write_table
 from studies.peers.comparison import compare, installed
-from studies.peers.report import draw, rows, table, write_table
+from studies.peers.report import draw, rows, table
 
 FIGURE, PAGE = (ROOT / "docs" / name for name in ("peers", "benchmarks.md"))
 
@@ -33,5 +34,5 @@ def run(options: argparse.Namespace) -> None:
         results[task] = compare(task, config, simulators, options.rounds)
         print(*rows(results[task]), sep="\n", flush=True)
     if not options.tasks:
-        write_table(PAGE, results.values())
+        write_table(PAGE, table(results.values()))
         draw(results, FIGURE)

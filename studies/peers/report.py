@@ -36,15 +36,6 @@ def rows(results: list[Result]) -> list[str]:
     return found
 
 
-def write_table(page: Path, results: Iterable[list[Result]]) -> None:
-    """Puts the table in the place of the one that a page has."""
-    lines = page.read_text(encoding="utf-8").splitlines()
-    start = lines.index(_HEADING[0])
-    end = next(number for number in range(start, len(lines)) if not lines[number].startswith("|"))
-    lines[start:end] = table(results)
-    page.write_text("\n".join(lines) + "\n", encoding="utf-8")
-
-
 def _words(result: Result) -> str:
     """A setting in a few words."""
     parts = (f"{key} {value}" for key, value in _flat(result.setting).items())

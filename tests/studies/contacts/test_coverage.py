@@ -5,7 +5,7 @@ import pytest
 
 from soft_gripper.commands.dispatch import dispatch
 from studies.commands import STUDIES
-from studies.contacts.coverage import (
+from studies.contacts.contact_coverage import (
     CASES,
     COLUMNS,
     FIGURE,
@@ -81,7 +81,7 @@ def test_a_finger_on_a_peg_is_seen_at_rest_and_after_steps():
 def test_the_study_is_resumed(tmp_path, monkeypatch, capsys):
     statics = {name: STATICS[name] for name in ("at rest", "sliding")}
     for name, value in (("STATICS", statics), ("PEG", ()), ("ARM", ())):
-        monkeypatch.setattr(f"studies.contacts.coverage.{name}", value)
+        monkeypatch.setattr(f"studies.contacts.contact_coverage.{name}", value)
     arguments = ["contact-coverage", "--size", "0.03", "--jobs", "1", "--out", str(tmp_path)]
     assert dispatch(arguments, STUDIES) == 0
     whole = (tmp_path / TABLE).read_text()

@@ -18,7 +18,7 @@ from soft_gripper.files.row_table import read_csv
 from soft_gripper.scenario.schema import presets
 from studies import ROOT
 from studies.commands import STUDIES
-from studies.contacts.coverage import SITUATIONS, rows_of
+from studies.contacts.contact_coverage import SITUATIONS, rows_of
 from studies.contacts.estimates import REALISTIC
 from studies.contacts.model_errors import CASES, TABLE, ModelErrorRow, model_error_row
 from studies.contacts.situations import ARM, DIFFERENCES, MODELS, PEG, Case

@@ -149,12 +149,13 @@ def test_the_comparison_goes_both_ways():
 
 
 def test_the_table_takes_the_place_of_the_one_before(tmp_path):
-    from studies.peers.report import rows, table, write_table
+    from studies.page_table import write_table
+    from studies.peers.report import rows, table
 
     page = tmp_path / "page.md"
     page.write_text("\n".join(["before", "", *table([]), "| old |", "", "after"]) + "\n", encoding="utf-8")
     results = [result(OURS, 1.0, 1e-3), result("A", 0.5, 1e-3)]
-    write_table(page, [results])
+    write_table(page, table([results]))
     lines = page.read_text(encoding="utf-8").splitlines()
     assert lines == ["before", "", *table([results]), "", "after"]
     assert rows(results)[1] == "| task | A |  | 2 | 1.000 |  | 0.5 | yes | 0.5 |"

@@ -5,6 +5,7 @@ that is withheld, since no single force explains the readings, and a bound at th
 are counted by themselves.
 """
 
+import argparse
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from itertools import product
@@ -17,7 +18,10 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from soft_gripper.estimators.force_posterior import DETECTED
+from soft_gripper.files.output import lock_folder
+from soft_gripper.files.row_table import print_table
 from soft_gripper.pictures.style import STYLE, save_figure
+from soft_gripper.runs.executor import open_executor
 from soft_gripper.runs.study import StudyTables
 from studies.contacts.situations import (
     ARM,
@@ -195,3 +199,16 @@ def coverage_figure(rows: Sequence[Row]) -> Figure:
         handles = [mpl.lines.Line2D([], [], color=color) for color in _COLORS]
         figure.legend(handles, SITUATIONS, loc="outside lower center", ncols=5, frameon=False)
     return figure
+
+
+def run(options: argparse.Namespace) -> None:
+    """Runs the command."""
+    executor, out = open_executor(options.jobs, options.scheduler), lock_folder(options.out)
+    kept = "--resume goes on with them"
+    with options.console.jobs(len(coverage_jobs()), "cases", kept) as ended, executor as opened:
+        rows = run_coverage(out, options.size, options.seed, opened, lambda job: ended(), options.resume)
+    names = [name for name in COLUMNS if not name.endswith("by_tenth")]  # which the table and the figure have
+    headings = {name.replace("_", " "): "" if name in KEYS else ">" for name in names}
+    print_table(headings, [[row[name] for name in names] for row in rows])
+    options.console.document["coverage"] = rows
+    options.console.wrote(*(out / file for file in (TABLE, f"{FIGURE}.png", f"{FIGURE}.svg")))
