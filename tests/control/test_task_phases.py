@@ -112,11 +112,6 @@ def test_a_task_that_succeeds():
     assert (script.outcome, script.failed) == (Outcome.DONE, None)
 
 
-def test_set_points_are_those_of_the_phases():
-    assert Script().set_point == OPEN
-    assert until_close().set_point == until_lift().set_point == NARROW
-
-
 def test_nothing_changes_when_a_task_is_over():
     over = until_release().observe(OPEN, 0.0).observe(OPEN, 0.0)
     end = over.progress
