@@ -7,7 +7,6 @@ from unittest.mock import patch
 import numpy as np
 import pytest
 
-from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.estimators.contact import ContactShape
 from soft_gripper.scenario.scenario_file import load_scenario
@@ -35,11 +34,6 @@ def test_what_is_not_read_is_not_computed():
 def test_a_copy_has_the_signals(recording, copied):
     other = copied(recording)
     assert other.data.identical(recording.data)
-
-
-def test_a_file_has_the_signals(recording, tmp_path):
-    recording.save(tmp_path / "recording.nc")
-    assert Recording.load(tmp_path / "recording.nc").data.identical(recording.data)
 
 
 def test_a_part_is_that_of_all(recording):
