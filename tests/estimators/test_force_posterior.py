@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from loaded_fingers import Push, in_balance, torque_of, vector
+from loaded_fingers import Push, in_balance, vector
 from scipy.optimize import brentq, nnls
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
@@ -130,22 +130,6 @@ def test_what_is_drawn_from_the_prior_lies_in_its_intervals():
         chosen = (least <= found.probability) & (found.probability <= most)
         spread = 3 * np.sqrt(0.25 / chosen.sum())
         assert found.probability[chosen].mean() == pytest.approx(pressed[chosen].mean(), abs=spread)
-
-
-@pytest.mark.parametrize("side", [-1, 1])
-def test_a_cell_bends_as_the_torque_of_its_force(shipped_finger, bent, side):
-    layout, q = SensorLayout(shipped_finger, 4), bent(12) / 2
-    compliance = 1 / shipped_finger.stiffness
-    cells = cells_of(layout, q)
-    for place in (0, 7, 31, 47):
-        s = (place + 0.5) / 48 * shipped_finger.length
-        section = shipped_finger.section(s)
-        offset = float(section.inner_face if side > 0 else section.outer_face)
-        for rub, number in zip((0.0, -0.45, 0.0, 0.45), (0, 1, 3, 5), strict=True):
-            torque = torque_of(shipped_finger, q, Push(s, side, rub, offset))
-            chosen = np.flatnonzero((cells.place == place) & (cells.side == side))[number]
-            np.testing.assert_allclose(cells.response[chosen], layout.sums(torque * compliance), atol=1e-12)
-    assert cells.prior.sum() == pytest.approx(1)
 
 
 def read(layout, pushes, pressure=60e3):
@@ -290,25 +274,6 @@ def test_what_no_forces_explain_widens_the_bound_of_several_as_larger_variances_
     ]
     assert bounds[0] == pytest.approx(bounds[1], rel=1e-6)
     assert bounds[0] < 1000
-
-
-def test_a_contact_as_long_as_a_link_lies_on_two(shipped_finger):
-    """Its lever at the joint below its middle is an eighth of its length, which a force on one link does not have."""
-    layout, q = SensorLayout(shipped_finger, 4), np.zeros(12)
-    compliance, length = 1 / shipped_finger.stiffness, shipped_finger.segment_length
-    cells = cells_of(layout, q)
-    for joint in (3, 5, 8):
-        middle = shipped_finger.joint_arc_lengths[joint]
-        spread = middle + length * (np.arange(100) + 0.5) / 100 - length / 2
-        torque = np.mean([torque_of(shipped_finger, q, Push(s, 1.0)) for s in spread], axis=0)
-        more = torque - torque_of(shipped_finger, q, Push(middle, 1.0))
-        place = int(middle / shipped_finger.length * 48)
-        chosen = np.flatnonzero((cells.place == place) & (cells.side == 1))
-        levers = cells.spreads[chosen, 2]
-        expected = layout.sums(more * compliance)
-        assert np.abs(levers[0]).max() == 0  # of a contact on one link
-        for lever in levers[1:]:
-            np.testing.assert_allclose(np.abs(lever), np.abs(expected), rtol=0.5, atol=1e-9)
 
 
 @pytest.mark.parametrize("around", [False, True])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scenes import Scene
 
-from soft_gripper.pictures.scenes_figure import GAP, HEIGHT, ROW, largest_pressure, pair_places, scenes_figure
+from soft_gripper.pictures.scenes_figure import GAP, HEIGHT, ROW, pair_places
 
 
 def test_pairs_fill_rows_and_stand_in_their_middle() -> None:
@@ -21,29 +21,6 @@ def test_pairs_fill_rows_and_stand_in_their_middle() -> None:
 def test_a_pair_that_is_wider_than_a_row_has_one_alone() -> None:
     places = pair_places([2.0, ROW + 1, 2.0])
     assert all(below[1] - above[1] > HEIGHT for above, below in pairwise(places))
-
-
-@pytest.mark.slow
-def test_every_scenario_has_two_pictures_of_one_size_named_by_scenario_and_pressure() -> None:
-    scenes = {name: Scene(name) for name in ("obstructed_outside", "box_grasp")}
-    runs = {}
-    for name, scene in scenes.items():
-        begin = scene.state()
-        for finger in scene.fingers:
-            scene.bend(finger, 0.05)
-        runs[name] = scene.scenario, scene.recording(begin, scene.state())
-    figure = scenes_figure(runs, height=60)
-    *pictures, _ = figure.axes
-    outside, grasp = (largest_pressure(scene.scenario)[1] / 1e3 for scene in scenes.values())
-    titles = ["(a) obstructed outside", f"{outside:.0f} kPa".replace("-", "−"), "(b) box grasp", f"{grasp:.0f} kPa"]
-    assert [axes.get_title() for axes in pictures] == titles
-    heights = [axes.get_position().height * figure.get_figheight() for axes in pictures]
-    assert heights == pytest.approx([HEIGHT] * 4)
-    for begin, end in (pictures[:2], pictures[2:]):
-        assert begin.get_position().x1 < end.get_position().x0
-        images = [np.array(axes.images[0].get_array()) for axes in (begin, end)]
-        assert images[0].shape == images[1].shape
-        assert (images[0] != images[1]).any()
 
 
 @pytest.mark.slow

@@ -89,13 +89,8 @@ def test_every_gain_has_an_offset(calibration, tmp_path):
     ("field", "value", "named"),
     [
         ("states[1][2]", float("nan"), "fitted.states[1][2]"),
-        ("states[1]", [1.0], "fitted.states[1]"),
         ("spread[0]", 0.0, "fitted.spread[0]"),
         ("spread", [1.0], "fitted.spread"),
-        ("states", [], "fitted.states"),
-        ("growth", -1.0, "fitted.growth"),
-        ("floor", [1e-3, 1e-3], "fitted.floor"),
-        ("noise", float("inf"), "fitted.noise"),
         ("disagreement", -0.1, "fitted.disagreement"),
         ("names", ["a", "b"], "fitted.spread"),
     ],

@@ -43,23 +43,6 @@ def test_a_scenario_of_python_holds_numbers_of_numpy():
 
 
 @pytest.mark.parametrize(
-    ("part", "name", "value"),
-    [
-        ("sensor", "sections", "2"),
-        ("sensor", "period", np.zeros(2)),
-        ("pressure", "steps", {"all": 3.0}),
-        ("pressure", "settle", float("nan")),
-        ("control", "gains", None),
-    ],
-)
-def test_a_value_of_another_type(part, name, value):
-    scenario = replace(BASE, **{part: replace(getattr(BASE, part), **{name: value})})
-    with pytest.raises(sg.InputError) as caught:
-        sg.make_station(scenario)
-    assert caught.value.field.startswith(f"{part}.{name}")
-
-
-@pytest.mark.parametrize(
     ("kp", "period", "minimum", "field"),
     [
         (None, 0.1, 0.0, "kp"),
@@ -117,21 +100,6 @@ def test_changes_are_by_names(changes, field):
     with pytest.raises(sg.InputError) as caught:
         sg.changed_scenario("free_bending", changes)
     assert caught.value.field == field
-
-
-@pytest.mark.parametrize("sections", [-1, 0, None, "four", 2.5, [4]])
-def test_sections_of_a_layout(sections, shipped_finger):
-    with pytest.raises(sg.InputError) as caught:
-        sg.sensors.SensorLayout(shipped_finger, sections)
-    assert caught.value.field.endswith("sections")
-
-
-@pytest.mark.parametrize("curvature", [(0.0, 2.0, 1.0), (0.0, None, 2.0), (0.0, "1", 2.0), (0.0, 1.0)])
-def test_points_of_an_elastic_law(curvature, shipped_finger):
-    law = sg.fingers.ElasticLaw(curvature, (0.0, 1.0, 2.0), (0.0, 1.0, 2.0))
-    with pytest.raises(sg.InputError) as caught:
-        replace(shipped_finger, elastic_law=law)
-    assert "elastic_law." in caught.value.field
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 from refusals import refused
 
-from soft_gripper.diagrams.contact_forces import FingerForce, contact_forces, force_band, forces_text
+from soft_gripper.diagrams.contact_forces import contact_forces, force_band
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.diagrams.station import make_private_station
@@ -30,23 +30,6 @@ STEPS = ["pressure.steps={all: [0.0, 75.0e3]}", "pressure.settle=0.5", "pressure
 def test_a_band_has_the_sign_of_its_force(force, interval, answer, expected):
     found = force_band(np.array([force]), np.array([interval]), np.array([answer]))
     np.testing.assert_array_equal([each[0] for each in found], expected)
-
-
-def test_what_is_not_known_is_printed_in_words():
-    rows = [
-        FingerForce("left", 1.0, 0.5, 0.52, 0.4, 0.6, 100.4, 99.6),
-        FingerForce("right", 1.0, 0.0, 0.0, 0.0, 2.0, NAN, NAN),
-        FingerForce("third", 1.0, NAN, NAN, NAN, NAN, NAN, NAN),
-    ]
-    cells = [line.split("  ") for line in forces_text(rows, "mine").splitlines()]
-    assert cells[0] == ["Contact forces at 1.00 s, estimated by mine"]
-    words = [[cell.strip() for cell in line if cell.strip()] for line in cells[3:]]
-    assert words == [
-        ["left", "0.50", "100", "0.52", "0.40 to 0.60", "100"],
-        ["right", "0.00", "no contact", "0.00", "0.00 to 2.00", "no contact"],
-        ["third", *["not known"] * 5],
-    ]
-    assert "estimator.type=contact" in forces_text(rows[2:])
 
 
 @pytest.fixture(scope="module", params=["contact", "arcs"])
@@ -79,21 +62,6 @@ def test_contact_estimates_what_it_would_have_during_the_run(grasp):
         assert (row.estimated_n, row.least_n, row.most_n) == pytest.approx(
             (found.estimated_n, found.least_n, found.most_n), rel=1e-6
         )
-
-
-def test_forces_over_time_are_the_signals(grasp):
-    _, recording = grasp
-    data = recording.forces().data
-    assert dict(data.sizes) == {"time": recording.data.sizes["time"], "finger": 2}
-    right = data.sel(finger="right_finger")
-    np.testing.assert_array_equal(right["true"], recording["right_finger.true_contact_force"])
-    assert data["true"].attrs["units"] == "N"
-    assert data["location"].attrs["units"] == "m"
-    if "right_finger.contact_force" in recording.data:
-        np.testing.assert_array_equal(right["estimated"], recording["right_finger.contact_force"])
-    else:
-        assert np.isnan(right["estimated"]).all()
-        assert "not known" in str(recording.forces())
 
 
 def test_the_last_sample_is_printed_and_others_can_be_asked_for(grasp):

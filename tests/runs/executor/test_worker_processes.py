@@ -13,7 +13,7 @@ from refusals import refused
 
 from soft_gripper.errors import InputError, WorkerDiedError
 from soft_gripper.runs import executor as worker_processes
-from soft_gripper.runs.executor import MainScriptError, WorkerProcesses, name_of, open_executor
+from soft_gripper.runs.executor import MainScriptError, WorkerProcesses, open_executor
 
 TESTS = Path(__file__).parents[2]
 PATHS = [str(TESTS), str(TESTS / "helpers")]
@@ -191,11 +191,6 @@ def is_alive(process: int) -> bool:
         return "Z" not in Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[:1]
     except FileNotFoundError:
         return False
-
-
-def test_calls_have_short_names():
-    assert name_of(die_at, ("x" * 99, 3)).startswith("die_at('xxx")
-    assert len(name_of(die_at, ("x" * 99, 3))) < 50
 
 
 UNGUARDED = """
