@@ -90,10 +90,8 @@ TEXTS = {
     "`time_unit`": NANOSECONDS,
     "did you mean 'tip1_x_mm'": text("tip_1_x", "tip1_x"),
     "tip_1_x_mm': 2 columns": text("tip_2_x_mm", "tip_1_x_mm"),
-    "file = 'bad.csv': .*no samples": HEAD,
-    "file = 'bad.csv'": HEAD + b"nothing,here\n",
-    "file = 'bad.csv': ": HEAD + 12 * b"," + b"\n",
 }
+EMPTY = b"", b"nothing,here\n", 12 * b"," + b"\n"
 DESCRIBED = {
     "pressures.unit = 'bar'": (changed(p=np.full(200, 1e5)), "pressures: {columns: [p], unit: bar}"),
     "lengths.unit or scale = 'V'": (
@@ -107,9 +105,15 @@ DESCRIBED = {
 }
 
 
-@pytest.mark.parametrize("said", [*COLUMNS, *TEXTS, *DESCRIBED])
-def test_what_cannot_be_is_refused(tmp_path, describe, said):
-    content, more = DESCRIBED.get(said, ((COLUMNS | TEXTS).get(said), ""))
+CASES = [
+    *((said, content, "") for said, content in (COLUMNS | TEXTS).items()),
+    *(("file = 'bad.csv'", HEAD + rows, "") for rows in EMPTY),
+    *((said, *given) for said, given in DESCRIBED.items()),
+]
+
+
+@pytest.mark.parametrize(("said", "content", "more"), CASES, ids=[said for said, *_ in CASES])
+def test_what_cannot_be_is_refused(tmp_path, describe, said, content, more):
     path = tmp_path / "bad.csv"
     if isinstance(content, bytes):
         path.write_bytes(content)
