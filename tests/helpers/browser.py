@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from PIL import Image
+from waiting import LONG
 
 Pixels = NDArray[np.int_]  # (height, width, 3) red, green, blue
 
 _BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 _DRIVER = shutil.which("chromedriver")
-_CLICK_TIME = 120.0  # s, on a busy machine
 _OPTIONS = (
     "headless",
     "no-sandbox",
@@ -65,7 +65,7 @@ def click(driver: Any, selector: str) -> None:
 
     soon = exceptions.NoSuchElementException, exceptions.ElementNotInteractableException
     passing = (*soon, exceptions.ElementClickInterceptedException, exceptions.StaleElementReferenceException)
-    support.WebDriverWait(driver, _CLICK_TIME, 0.1, passing).until(clicks)
+    support.WebDriverWait(driver, LONG, 0.1, passing).until(clicks)
 
 
 def screenshot(driver: Any) -> Pixels:

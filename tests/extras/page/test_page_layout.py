@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 from browser import open_url
 from pydrake.systems.primitives import PassThrough
-from served_page import wait_until
+from waiting import wait_until
 
 from soft_gripper.commands.page_server import page_server
 from soft_gripper.diagrams.view.meshcat_view import hidden_meshcat
