@@ -49,11 +49,10 @@ def served(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Served]:
 
 
 def test_a_user_zeroes_records_and_stops(served: Served, tmp_path: Path) -> None:
-    driver: Any = open_url(served.url, tmp_path / "profile", "900,700")
+    driver: Any = open_url(served.url, tmp_path / "profile", "900,700", SMALL_SCENE)
     try:
         driver.set_script_timeout(LONG)
         wait_until(lambda: "mm" in text(driver, "tables"))
-        driver.execute_script(SMALL_SCENE)
         assert driver.title == "tip_distance_steps - soft-gripper live"
         for path in (["drake", "visualizer"], ["drake", "estimate", "band"]):
             wait_until(lambda path=path: driver.execute_script(IN_SCENE, path))

@@ -14,7 +14,10 @@ from waiting import LONG
 from websockets.sync.client import ClientConnection, connect
 
 # Without a graphics card the scene takes a core, and more the larger it is.
-SMALL_SCENE = 'document.getElementById("scene").style.cssText = "width: 32px; height: 24px; flex: none"'
+SMALL_SCENE = """addEventListener("DOMContentLoaded", () => {
+    const scene = document.getElementById("scene");
+    if (scene) scene.style.cssText = "width: 32px; height: 24px; flex: none";
+});"""
 
 
 def see(page: ClientConnection) -> dict[str, Any]:

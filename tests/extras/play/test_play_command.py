@@ -63,10 +63,9 @@ def played(tmp_path: Path) -> Iterator[Played]:
 @pytest.fixture
 def driver(played: Played, tmp_path: Path) -> Iterator[Any]:
     """A browser that shows it, small, since there may be no graphics card."""
-    driver = open_url(played.url, tmp_path / "profile", "820,400")
+    driver = open_url(played.url, tmp_path / "profile", "820,400", SMALL_SCENE)
     driver.set_script_timeout(LONG)
     wait_until(lambda: driver.find_element("id", "mode").text == "live")
-    driver.execute_script(SMALL_SCENE)
     yield driver
     driver.quit()
 
