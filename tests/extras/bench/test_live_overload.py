@@ -9,6 +9,7 @@ import time
 import numpy as np
 import pytest
 from live_links import udp
+from waiting import LONG
 
 from soft_gripper.extras.bench.bench import Bench
 from soft_gripper.extras.bench.bench_driver import SWITCH_INTERVAL, BenchDriver
@@ -23,7 +24,6 @@ SAFE, COMMAND = -100.0, "left_finger.pressure_command"
 SECONDS = 1.0
 USED = 0.6  # least fraction of the time of the loop in which estimates are computed that are used
 SWITCH = 10 * SWITCH_INTERVAL  # s that threads of Python wait for one another between a reading and its result
-LONG = 30.0  # s that a busy machine may take
 
 
 def compute(seconds):

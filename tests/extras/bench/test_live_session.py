@@ -7,9 +7,10 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from live_links import BUSY, by_entry, feed, pseudo_terminal, udp
+from live_links import by_entry, feed, pseudo_terminal, udp
 from pydrake.math import RollPitchYaw
 from refusals import refused
+from waiting import LONG
 
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
@@ -75,7 +76,7 @@ def assert_as_offline(live, offline, counts, names=(TIP, STD, COMMAND)):
 @pytest.mark.parametrize("link", [udp, pseudo_terminal])
 def test_links_that_lose_nothing(link, messages, offline):
     with link() as (source, send):
-        live = made(source, is_live=True, stale_after=BUSY)  # however busy the machine, no reading is passed over
+        live = made(source, is_live=True, stale_after=LONG)  # however busy the machine, no reading is passed over
         feed(live.driver, send, messages, 0.01)
     is_busy = live.driver.counts.silences > 1  # of this machine, so that control began anew; the last one is the end
     assert_as_offline(live, offline, range(1, len(messages) + 1), (TIP, STD) if is_busy else (TIP, STD, COMMAND))

@@ -15,6 +15,7 @@ from pick_and_place import LOOKED_FOR
 from pydrake.common.eigen_geometry import Quaternion
 from pydrake.math import RigidTransform, RotationMatrix
 from refusals import refusal
+from waiting import LONG
 
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.extras.grasps.adds import TrialsConfig
@@ -105,7 +106,7 @@ def test_ctrl_c_leaves_a_whole_table_of_what_was_finished(scenario, tmp_path):
         while process.poll() is None and not (file.exists() and file.read_bytes().count(b"\n") > 1):
             time.sleep(0.05)
         os.killpg(process.pid, signal.SIGINT)
-        printed, complaint = process.communicate(timeout=30)
+        printed, complaint = process.communicate(timeout=LONG)
     assert process.returncode == 130
     found = csv_rows(out / "trials.csv")
     assert all(record["cause"].startswith("not over at 0.50 s") for record in found)

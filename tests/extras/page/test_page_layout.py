@@ -6,10 +6,9 @@ from typing import Any
 import pytest
 from browser import open_url
 from pydrake.systems.primitives import PassThrough
-from served_page import wait_until
+from waiting import wait_until
 
 from soft_gripper.commands.page_server import page_server
-from soft_gripper.diagrams.view.meshcat_view import hidden_meshcat
 from soft_gripper.extras.page.live_page import SessionPage, page_contents
 from soft_gripper.extras.page.panel import Button, Panel, Slider
 from soft_gripper.extras.page.signal_feed import SignalFeed
@@ -21,6 +20,7 @@ pytestmark = pytest.mark.slow
 SIGNALS = {f"{finger}.theta": describe(PassThrough(1).get_output_port(), "rad") for finger in ("left", "right")}
 BOXES = """return Object.fromEntries([...document.querySelectorAll("button, input, select")].map(
     (control, i) => [control.id || i, Object.values(control.getBoundingClientRect().toJSON())]));"""
+NO_SCENE = "http://127.0.0.1:1"  # nothing to draw, which takes long without a graphics card
 QUIET = {"recording": False, "paused": False, "note": "", "time": 0.0, "factor": 1.0}
 HEAD, ROW = ["", "left", "right"], ["calibration", "within, 0.1 spreads away", "far, 12.3 spreads away"]
 STATUSES: dict[str, dict[str, Any]] = {
@@ -41,9 +41,7 @@ def shown(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Any, Signa
     panel, feed = Panel(buttons, [Slider("left [kPa]", -50.0, 200.0, 5.0, 0.0)]), SignalFeed(SIGNALS)
     scenario = Scenario(description="Two fingers close on a box that rests on a table")
     page = SessionPage(page_contents("play", "box", scenario, panel, SIGNALS, ["left", "right"]), panel, feed)
-    meshcat = hidden_meshcat()
-    address = meshcat.web_url()
-    with page_server("127.0.0.1", lambda: address, page) as url:
+    with page_server("127.0.0.1", lambda: NO_SCENE, page) as url:
         driver = open_url(url, tmp_path_factory.mktemp("profile"))
         wait_until(lambda: len(boxes(driver)) == 9 and feed.wanted)
         yield driver, feed

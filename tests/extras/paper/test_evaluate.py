@@ -16,6 +16,7 @@ from command_line import LISTENING
 from here_executor import HereExecutor
 from matplotlib.figure import Figure
 from refusals import refused
+from waiting import LONG
 
 from soft_gripper.control.task import Outcome
 from soft_gripper.diagrams.recording import Recording
@@ -230,7 +231,7 @@ def test_interrupted_evaluation_says_what_is_missing(tmp_path, moment):
             time.sleep(0.05)
         time.sleep(0.5)
         os.killpg(process.pid, signal.SIGINT)
-        printed, complaint = process.communicate(timeout=30)
+        printed, complaint = process.communicate(timeout=LONG)
     assert process.returncode == 130
     missing = [name for name in RUNS if not (out / name).exists()]
     assert f"Missing: {', '.join(missing)}; " in printed
