@@ -7,7 +7,7 @@ from matplotlib.patches import Rectangle
 
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.models import DIRECTORY
-from soft_gripper.pictures.scenes_figure import section_figure
+from soft_gripper.pictures.section_figure import section_figure
 
 
 def rectangles(axes):
