@@ -43,7 +43,7 @@ from soft_gripper.scenario.model_files import model_path
 from soft_gripper.scenario.scenario_file import changed_scenario, load_scenario
 from soft_gripper.scenario.schema import Scenario
 from soft_gripper.sensors.strain_errors import StrainErrors, disturb
-from soft_gripper.truth.poses import TRUE_JOINTS, TRUE_TIP, corners, points_along
+from soft_gripper.truth.poses import TRUE_JOINTS, TRUE_TIP, corners
 from studies.contacts.contacts import FINGER
 
 _STRIPS = 400
@@ -212,3 +212,12 @@ def touched_fingers(name: str, station: Station, recording: Recording) -> Sequen
     contacts = contact_table(name, station, recording)
     touched = {row.finger for row in of_touched_fingers(contacts, contacts)}
     return [FingerAtRest(station, recording, finger) for finger in station.fingers if finger.name in touched]
+
+
+def points_along(finger: Finger, corners: Array, s: Array) -> Array:
+    """Points at arc lengths (M) m from the base, (..., M, 3) m, of links from corner to corner, (..., N + 2, 3) m."""
+    link = np.searchsorted(finger.joint_arc_lengths, s)
+    share = (s - finger.link_ends[link]) / np.diff(finger.link_ends)[link]
+    begins = corners[..., link, :]
+    points: Array = begins + share[:, None] * (corners[..., link + 1, :] - begins)
+    return points

@@ -3,7 +3,7 @@
 import pytest
 from matplotlib.patches import Rectangle
 
-from soft_gripper.pictures.scenes_figure import section_figure
+from soft_gripper.pictures.section_figure import section_figure
 
 
 def rectangles(axes):

@@ -11,7 +11,7 @@ from soft_gripper.extras.design.study_file import DesignStudy
 from soft_gripper.files.output import atomic_folder
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.urdf import changed_urdf
-from soft_gripper.pictures.scenes_figure import section_figure
+from soft_gripper.pictures.section_figure import section_figure
 from soft_gripper.pictures.style import save_figure
 from soft_gripper.scenario.finger_changes import mounted_finger
 from soft_gripper.scenario.model_files import model_path, mounted_fingers

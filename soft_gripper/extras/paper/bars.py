@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from soft_gripper.extras.paper.claims import Claim
-from soft_gripper.runs.scores.poses import PoseRow, errors_of, of_estimator
+from soft_gripper.extras.paper.pose_rows import errors_of, of_estimator
+from soft_gripper.runs.scores.poses import PoseRow
 
 BEST = "gaussian"
 ONE_PLACE = ("obstructed_inside", "obstructed_outside", "box_grasp")  # in which a finger touches something in one place

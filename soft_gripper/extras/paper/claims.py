@@ -10,8 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from soft_gripper.arrays import Array
+from soft_gripper.extras.paper.pose_rows import errors_of, largest_gain, mean_errors
 from soft_gripper.runs.scores.external_torques import ForceRow
-from soft_gripper.runs.scores.poses import PoseRow, errors_of, largest_gain, mean_errors
+from soft_gripper.runs.scores.poses import PoseRow
 
 FREE = "free_bending"
 SAME = 5e-3  # mm; smaller differences between errors, as before a grasp touches anything, are no reason to prefer one

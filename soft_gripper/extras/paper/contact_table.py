@@ -4,17 +4,24 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Protocol, TypeVar
 
+import numpy as np
+from numpy.typing import NDArray
+
+from soft_gripper.arrays import Array
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.diagrams.wiring.drive import pressure_steps
+from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.runs.scores.poses import held_samples
-from soft_gripper.truth.contact import changes_sign, contact_length, touches
+from soft_gripper.truth.contact import touches
+
+STRAIGHT = 0.1  # 1/m; a joint with less curvature (radius above 10 m) counts as straight
 
 
 @dataclass(frozen=True)
 class ContactRow:
-    """One finger at one held step, from the means over its samples; see `soft_gripper.truth.contact`."""
+    """One finger at one held step, from the means over its samples; see `contact_length` and `changes_sign`."""
 
     scenario: str
     finger: str
@@ -82,3 +89,16 @@ def of_touched_fingers(rows: Sequence[Row], contacts: Sequence[ContactRow]) -> l
     touched = {(row.scenario, row.finger) for row in contacts if row.touching_links}
     with_contact = {scenario for scenario, _ in touched}
     return [row for row in rows if row.scenario not in with_contact or (row.scenario, row.finger) in touched]
+
+
+def contact_length(finger: Finger, touching: NDArray[np.bool_]) -> Array:
+    """Contact length of a finger, (..., N + 1) -> (...) m: the sum of the lengths of touching links."""
+    length: Array = touching @ np.diff(finger.link_ends)
+    return length
+
+
+def changes_sign(finger: Finger, q: Array) -> NDArray[np.bool_]:
+    """Whether the curvature of a finger changes its sign along it, joint angles (..., N) rad -> (...)."""
+    curvature = q / finger.segment_length
+    changes: NDArray[np.bool_] = (curvature.min(axis=-1) < -STRAIGHT) & (curvature.max(axis=-1) > STRAIGHT)
+    return changes

@@ -19,6 +19,7 @@ from soft_gripper.arrays import Array, Planar
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.estimators.arcs import arcs_from_lengths
 from soft_gripper.extras.paper.claims import PAPER_POSE_GAIN, PAPER_TIP_GAIN
+from soft_gripper.extras.paper.pose_rows import largest_gain, mean_errors
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import (
     forward_kinematics,
@@ -27,7 +28,7 @@ from soft_gripper.fingers.kinematics import (
     rotated,
     segment_path_lengths,
 )
-from soft_gripper.runs.scores.poses import PoseRow, held_samples, largest_gain, mean_errors
+from soft_gripper.runs.scores.poses import PoseRow, held_samples
 from soft_gripper.scenario.schema import Scenario
 
 

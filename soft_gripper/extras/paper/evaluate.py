@@ -24,6 +24,7 @@ from soft_gripper.extras.paper.figures import (
 )
 from soft_gripper.extras.paper.forces import ContactForceRow
 from soft_gripper.extras.paper.page import Evaluation, difference_figure, estimators_figure, write_report
+from soft_gripper.extras.paper.pose_rows import of_estimator
 from soft_gripper.extras.paper.scenario_run import (
     CONTACT,
     FREE,
@@ -32,16 +33,17 @@ from soft_gripper.extras.paper.scenario_run import (
     is_finished,
     run_scenario,
 )
+from soft_gripper.extras.paper.scenes_figure import scenes_figure
 from soft_gripper.files.output import atomic_folder, read_folder, write_folder
 from soft_gripper.files.row_table import Row, read_csv, write_csv
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.pictures.phases import phases_figure
-from soft_gripper.pictures.scenes_figure import scenes_figure, section_figure
+from soft_gripper.pictures.section_figure import section_figure
 from soft_gripper.pictures.shape_figure import shape_figure
 from soft_gripper.pictures.style import save_figure
 from soft_gripper.runs.scores.contact_forces import DRAWN_FORCES, drawn_forces
 from soft_gripper.runs.scores.external_torques import ForceRow
-from soft_gripper.runs.scores.poses import PoseRow, of_estimator
+from soft_gripper.runs.scores.poses import PoseRow
 from soft_gripper.runs.scores.recorded_task import TaskRun
 from soft_gripper.runs.scores.steps import PhaseRow, outcome, phase_table
 from soft_gripper.runs.study import run_study

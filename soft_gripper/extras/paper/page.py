@@ -17,10 +17,11 @@ from soft_gripper.arrays import Array
 from soft_gripper.extras.paper.claims import Claim, verdict
 from soft_gripper.extras.paper.contact_table import ContactRow, contact_summary
 from soft_gripper.extras.paper.differences import Difference, TipErrors
+from soft_gripper.extras.paper.pose_rows import mean_errors, of_estimator
 from soft_gripper.files.output import atomic_file
 from soft_gripper.pictures.style import STYLE, estimator_style, section_style
 from soft_gripper.runs.scores.external_torques import ForceRow
-from soft_gripper.runs.scores.poses import PoseRow, mean_errors, of_estimator
+from soft_gripper.runs.scores.poses import PoseRow
 from soft_gripper.runs.scores.steps import PhaseRow
 from soft_gripper.scenario.scenario_file import load_scenario
 

@@ -17,9 +17,10 @@ from soft_gripper.extras.paper.claims import Claim, claims
 from soft_gripper.extras.paper.contact_table import ContactRow, of_touched_fingers
 from soft_gripper.extras.paper.evaluate import CONTACT, FREE, SCENARIOS
 from soft_gripper.extras.paper.forces import LAYOUTS, ContactForceRow
+from soft_gripper.extras.paper.pose_rows import of_estimator
 from soft_gripper.files.row_table import read_csv
 from soft_gripper.runs.scores.external_torques import ForceRow
-from soft_gripper.runs.scores.poses import PoseRow, of_estimator
+from soft_gripper.runs.scores.poses import PoseRow
 
 ROOT = Path(__file__).parents[3]
 MARK = "<!-- make evaluate -->"  # before a table that the command writes

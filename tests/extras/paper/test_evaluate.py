@@ -34,11 +34,12 @@ from soft_gripper.extras.paper.evaluate import (
     unfinished,
 )
 from soft_gripper.extras.paper.forces import ContactForceRow
+from soft_gripper.extras.paper.pose_rows import of_estimator
 from soft_gripper.extras.paper.scenario_run import evaluated_scenario, is_finished
 from soft_gripper.files.output import atomic_folder
 from soft_gripper.files.row_table import read_csv, write_csv
 from soft_gripper.runs.scores.external_torques import ForceRow
-from soft_gripper.runs.scores.poses import PoseRow, of_estimator
+from soft_gripper.runs.scores.poses import PoseRow
 from soft_gripper.runs.scores.steps import PhaseRow
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 

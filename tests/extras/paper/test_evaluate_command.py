@@ -23,10 +23,11 @@ from soft_gripper.extras.paper.claims import Claim
 from soft_gripper.extras.paper.contact_table import ContactRow, contact_summary
 from soft_gripper.extras.paper.evaluate import CAPTIONS, CONTACT, FREE, RUNS, SCENARIOS, TASK
 from soft_gripper.extras.paper.page import Evaluation
+from soft_gripper.extras.paper.pose_rows import of_estimator
 from soft_gripper.extras.paper.scenario_run import evaluated_scenario
 from soft_gripper.files.output import atomic_folder
 from soft_gripper.files.row_table import read_csv
-from soft_gripper.runs.scores.poses import PoseRow, of_estimator
+from soft_gripper.runs.scores.poses import PoseRow
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 
 pytestmark = pytest.mark.slow

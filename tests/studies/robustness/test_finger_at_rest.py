@@ -10,8 +10,8 @@ from soft_gripper.fingers.kinematics import forward_kinematics, in_space
 from soft_gripper.runs.scores.poses import held_samples
 from soft_gripper.runs.scores.readings import read_again
 from soft_gripper.sensors.strain_errors import StrainErrors
-from soft_gripper.truth.poses import corners, points_along
-from studies.robustness.plants import EVERY, touched_fingers
+from soft_gripper.truth.poses import corners
+from studies.robustness.plants import EVERY, points_along, touched_fingers
 
 
 def test_samples_are_those_of_the_held_steps(held) -> None:

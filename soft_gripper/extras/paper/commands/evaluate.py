@@ -10,10 +10,11 @@ from soft_gripper.extras.paper.bars import ARCS
 from soft_gripper.extras.paper.commands.printing import print_by_sensors, print_claims
 from soft_gripper.extras.paper.evaluate import RUNS, run_scenarios, summarize, unfinished
 from soft_gripper.extras.paper.page import Evaluation
+from soft_gripper.extras.paper.pose_rows import mean_errors, of_estimator
 from soft_gripper.extras.paper.scenario_run import SCENARIOS
 from soft_gripper.files.output import lock_folder
 from soft_gripper.runs.executor import open_executor
-from soft_gripper.runs.scores.poses import PoseRow, mean_errors, of_estimator
+from soft_gripper.runs.scores.poses import PoseRow
 from soft_gripper.scenario.scenario_file import load_scenario
 
 
