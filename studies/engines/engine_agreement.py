@@ -46,6 +46,7 @@ HEADING = (
     "| scenario | tips [mm] | at points | force [%] | at points | normal force [%] | in Drake | in MuJoCo | step |",
     "|---|---:|---:|---:|---:|---:|---|---|---:|",
 )
+LISTED = 4  # scenarios on the page; the table has all
 CREEP_HEADING = (
     "| | step [ms] | `stiction_tolerance` [m/s] | end | lifted [mm] | sinks in the last second [mm] |",
     "|---|---:|---:|---|---:|---:|",
@@ -245,13 +246,12 @@ def compare_boxes(number: int) -> None:
 
 
 def page_table(rows: Sequence[Agreement]) -> list[str]:
-    """The lines of the table of the page: all scenarios that touch something."""
+    """The lines of the table of the page: the scenarios whose forces differ most."""
     lines = [
         f"| `{row.scenario}` | {row.tips_mm:.2f} | {row.tips_mm_with_points:.2f} | {row.force_percent:.1f}"
         f" | {row.force_percent_with_points:.1f} | {row.normal_force_percent:.1f}"
         f" | {row.in_drake} | {row.in_mujoco} | {row.step} |"
-        for row in rows
-        if row.force_percent > 0
+        for row in sorted(rows, key=lambda row: -row.force_percent)[:LISTED]
     ]
     return [*HEADING, *lines]
 

@@ -303,8 +303,8 @@ def test_errors_are_those_that_are_printed(spatial, name, sections, row):
     page = PAGE.read_text(encoding="utf-8")
     table = page[page.index("| tip error [mm] / twist error") :].split("\n\n")[0]
     (line,) = (line for line in table.splitlines() if line.startswith(row))
-    printed = [[float(number) for number in cell.split("/")] for cell in line.split("|")[2:-1]]
-    np.testing.assert_allclose(pushed_sideways(spatial, name, sections), printed, atol=0.051)
+    printed = [float(number) for number in line.split("|")[2].split("/")]
+    np.testing.assert_allclose(pushed_sideways(spatial, name, sections)[1], printed, atol=0.051)
 
 
 @pytest.mark.parametrize("stiffness", [0.9, 1.1])
