@@ -4,7 +4,7 @@ What a cell should say is worked out from the CSV files again, in means, largest
 """
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import chain

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 from scenes import Scene
 
-from soft_gripper.extras.paper.scenes_figure import GAP, HEIGHT, ROW, pair_places
+from soft_gripper.extras.paper.scenes_figure import GAP, HEIGHT, ROW, largest_pressure, pair_places, scenes_figure
+from soft_gripper.pictures.rendering import SceneRenderer
+from soft_gripper.scenario.scenario_file import load_scenario
 
 
 def test_pairs_fill_rows_and_stand_in_their_middle() -> None:
