@@ -127,10 +127,6 @@ def test_the_page_shows_what_the_command_writes(tmp_path):
     of_force = [[row.force_error_n, row.force_width_n, row.force_covered_percent] for row in shown]
     results = [[*shape, *force] for shape, force in zip(of_shape, of_force, strict=True)]
     assert table_problems(page, "policy | minute | tip [mm]", results) == []
-    bounds, last = [60, 90, 99], [found[policy, 60] for policy in POLICIES]
-    claims = [[row.shape_covered_percent, row.force_covered_percent] for row in last]
-    claims = [bounds + claims[0], *claims[1:], [2.9, min(row.tip_percent for row in last)]]
-    assert table_problems(page, "claim | | measured", claims) == []
 
 
 @pytest.mark.parametrize(("share", "code"), [(95.0, 0), (99.9, 1)])
