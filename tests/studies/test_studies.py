@@ -1,6 +1,7 @@
 """The command line of the studies: one help, a module for each, one line for a mistake."""
 
 import ast
+import re
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -29,5 +30,15 @@ def test_every_folder_is_named_in_the_readme():
     assert [name for name in folders if f"`{name}`" not in text] == []
 
 
-def test_a_mistake_is_one_line():
+def test_a_mistake_is_one_line(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     assert "did you mean 'robustness'" in refusal("robustnes", program=STUDIES)
+
+
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *(ROOT / "docs").rglob("*.md"), *(ROOT / "studies").glob("*.md")]
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
+def test_studies_that_a_page_names_are_there(page):
+    named = re.findall(r"python -m studies ([a-z][\w-]*)", page.read_text(encoding="utf-8"))
+    assert {*named} <= {command.name for command in COMMANDS}
