@@ -37,3 +37,9 @@ def test_a_grasp_is_printed_without_nan(capsys):
     out = capsys.readouterr().out
     assert "It slips below 0.41 N of 0.06 N (700%)\n" in out
     assert "nan" not in out
+
+
+def test_a_friction_that_no_object_has_is_not_proposed(capsys):
+    text = printed(capsys, **SLIPS, **FORCE, **FRICTION | {"least_object_friction": math.inf})
+    assert "is lost" not in text
+    assert "models.cup.friction" not in text

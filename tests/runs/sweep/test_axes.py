@@ -7,7 +7,7 @@ import pytest
 from refusals import refused
 
 from soft_gripper.errors import InputError
-from soft_gripper.runs.sweep.run_sweep import Range, Values, read_axis, sweep_points
+from soft_gripper.runs.sweep.run_sweep import MOST_RUNS, Range, Values, read_axis, sweep_points
 
 
 @pytest.mark.parametrize(
@@ -163,3 +163,13 @@ def test_points_of_what_is_none(arguments, field):
     with pytest.raises(InputError) as caught:
         sweep_points(*arguments)
     assert caught.value.field == field
+
+
+def test_as_many_points_as_may_be():
+    assert len(sweep_points([Values("a", tuple(range(100))), Values("b", tuple(range(100)))])) == MOST_RUNS
+
+
+@pytest.mark.parametrize("count", [1, -1, 2.5, None])
+def test_a_range_is_spread_over_two_values_at_least(count):
+    with pytest.raises(InputError):
+        Range("a", 0.0, 1.0).spread(count)
