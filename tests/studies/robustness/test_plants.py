@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from soft_gripper.diagrams.station import make_station
-from studies.robustness.plants import FINE, PLANTS, RUBBER, TAPERED
+from studies.robustness.plants import FINE, PLANTS, RUBBER, TAPERED, rubber_moment
 
 
 def test_files_say_what_is_different(shipped_finger) -> None:
@@ -26,6 +26,12 @@ def test_rubber_is_as_stiff_as_believed_at_60_degrees_and_softer_beyond(shipped_
     assert curved[0] == pytest.approx(linear[0], rel=0.01)
     assert curved[1] < 0.95 * linear[1]
     assert curved[2] < 1.1 * linear[2] < 0
+
+
+def test_rubber_that_hardly_bends_is_as_stiff_as_its_cross_section(tapered_finger) -> None:
+    for section in (tapered_finger.base, tapered_finger.tip):
+        more, less = rubber_moment(section, np.array([1e-3, -1e-3]))
+        assert (more - less) / 2e-3 == pytest.approx(section.bending_stiffness, rel=5e-3)  # by strips
 
 
 def test_a_tapered_finger_bends_about_as_far_at_its_pressures(shipped_finger) -> None:

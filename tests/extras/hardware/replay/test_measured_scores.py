@@ -5,7 +5,7 @@ import pytest
 from command_line import soft_gripper
 from csv_rows import csv_rows
 from refusals import refusal
-from scale_files import DRIFT, FORCES, GRAM, LATE, PERIOD, ZERO, write_log
+from scale_files import DRIFT, FORCES, GRAM, LATE, PERIOD, RAMP, ZERO, write_log
 
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.extras.hardware.finger_logs import given_log, read_finger_logs
@@ -49,6 +49,13 @@ def test_each_press_is_compared(found):
     for row in forces:
         assert row.least <= row.estimated <= row.most
         assert row.within_band_percent == 100
+
+
+def test_a_finger_rests_half_a_second_after_its_pressure_is_steady(found):
+    rest = found.runs[0].rest.reshape(2 * len(FORCES[0.07]) + 1, -1)  # by the pressures that it is held at
+    begin = round((RAMP + 0.5) / PERIOD)
+    assert not rest[1:, 1 : begin - 1].any()
+    assert rest[1:, begin + 1 :].all()
 
 
 def test_delay_zero_and_drift_of_the_scale_are_found(found):
