@@ -66,7 +66,7 @@ def temporary_folder() -> tuple[str, bool]:
 
 def write_and_sleep(folder: str) -> None:
     (Path(folder) / f"{os.getpid()}.txt").write_text(tempfile.gettempdir())
-    time.sleep(10 * LONG)
+    time.sleep(2 * LONG)
 
 
 @pytest.fixture(scope="module")
@@ -173,8 +173,10 @@ def test_processes_end_when_their_parent_has_gone(tmp_path, number):
     script = tmp_path / "parent.py"
     script.write_text(PARENT.format(paths=PATHS, folder=str(tmp_path / "begun")))
     with subprocess.Popen([sys.executable, script]) as parent:
-        wait_until(lambda: len(written(tmp_path / "begun")) == 2)
-        parent.send_signal(number)
+        try:
+            wait_until(lambda: len(written(tmp_path / "begun")) == 2)
+        finally:
+            parent.send_signal(number)
     files = written(tmp_path / "begun")
     wait_until(lambda: not any(is_alive(int(file.stem)) for file in files))
     assert [Path(file.read_text()).exists() for file in files] == [False, False]
