@@ -13,7 +13,7 @@ from concurrent.futures import Executor
 from dataclasses import asdict, dataclass
 from math import inf
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from scipy.stats import qmc
@@ -33,9 +33,7 @@ from soft_gripper.runs.sweep.run_sweep import (
     Axis,
     Range,
     ScenarioRuns,
-    Work,
     engine_step_of,
-    measured_runs,
 )
 from soft_gripper.scenario.model_files import mounted_fingers
 from soft_gripper.scenario.scenario_file import changed_scenario
@@ -51,26 +49,16 @@ _DRIVE = ("pressure", "tendons", "control")  # parts of a scenario that say how 
 SEARCH, TEST = "search", "test"  # stages
 
 
-class Case(NamedTuple):
-    """An object and a draw, as changes of the scenario."""
-
-    object: str
-    draw: int
-    changes: Mapping[str, Any]
-
-    @property
-    def key(self) -> tuple[str, str]:
-        """The cells that name it in tables."""
-        return self.object, str(self.draw)
+Cases = Mapping[tuple[str, str], Mapping[str, Any]]  # changes of the scenario, by the cells of object and draw
 
 
-def cases(stage: str, objects: Mapping[str, Mapping[str, Any]], draws: int, seed: int) -> list[Case]:
+def cases(stage: str, objects: Mapping[str, Mapping[str, Any]], draws: int, seed: int) -> Cases:
     """The draws with every object; one only, if nothing is random.
 
     Those of the search are spread by a Latin hypercube, so that few cover the ranges; those of the test are
     independent, so that a proportion has a confidence interval. Neither depends on the other objects.
     """
-    found = []
+    found = {}
     for name, changes in objects.items():
         count = sum(isinstance(value, Range) for value in changes.values())
         rng = np.random.default_rng([seed, *f"{stage} {name}".encode()])
@@ -78,17 +66,8 @@ def cases(stage: str, objects: Mapping[str, Mapping[str, Any]], draws: int, seed
         if count and stage == SEARCH:
             shares = qmc.LatinHypercube(count, rng=rng).random(draws)
         for draw, row in enumerate(shares.tolist() if count else [[]]):
-            found.append(Case(name, draw, with_shares(changes, row)))
+            found[name, str(draw)] = with_shares(changes, row)
     return found
-
-
-class DesignTest(NamedTuple):
-    """A run of the test: the number of a design, the object, the cells of the table, and the scenario's changes."""
-
-    number: int
-    object: str
-    row: Row
-    changes: Mapping[str, Any]
 
 
 @dataclass(frozen=True)
@@ -99,7 +78,7 @@ class Designed:
     reference: the fingers as they are, with the best drive; the scenario as it is, if nothing of the drive is varied.
     front: indices of allowed designs than which no other is better in every end.
     best: index of the best design; None if no design is allowed.
-    tests: the runs of the test, of the reference and then of the best design.
+    tests: cells and changes of the scenario of the runs of the test, of the reference and then of the best design.
     """
 
     study: DesignStudy
@@ -107,7 +86,7 @@ class Designed:
     reference: Design
     front: Sequence[int]
     best: int | None
-    tests: Sequence[DesignTest]
+    tests: Sequence[tuple[Row, Mapping[str, Any]]]
 
 
 def run_design(
@@ -116,7 +95,6 @@ def run_design(
     executor: Executor,
     resume: bool = False,
     report: Callable[[bool], Any] = lambda held: None,
-    work: Work = measured_runs,
 ) -> Designed:
     """Searches the best design, and tests it beside the reference, with new draws and unseen objects.
 
@@ -126,14 +104,13 @@ def run_design(
         executor: makes the runs.
         resume: keep existing rows.
         report: called after each run, with whether the object is held.
-        work: makes runs; see `measured_runs`.
 
     Raises:
         InputError: if a measure does not exist, the scenario or an object cannot be built, every run of the scenario as
             it is fails, `out` cannot be written to, or the study to resume is a different one.
     """
     config = study.config
-    runs = _Runs(study, out, executor, resume, report, work)
+    runs = _Runs(study, out, executor, resume, report)
     shipped = Design(SHIPPED, {}, runs.scores({SHIPPED: {}})[0])
     errors = [runs.row(key)[ERROR] for key in runs.changes]
     if errors and all(errors):
@@ -163,7 +140,7 @@ def most_runs(study: DesignStudy) -> int:
     return tried * len(searched) + 2 * len(tested)
 
 
-def _all_cases(study: DesignStudy) -> tuple[list[Case], list[Case]]:
+def _all_cases(study: DesignStudy) -> tuple[Cases, Cases]:
     """Cases of the search and of the test."""
     config = study.config
     searched = cases(SEARCH, study.objects, config.draws, config.seed)
@@ -173,26 +150,16 @@ def _all_cases(study: DesignStudy) -> tuple[list[Case], list[Case]]:
 class _Runs(ScenarioRuns):
     """The runs of a study, in a table; `changes` has those of the scenario in each, in the order of the rows."""
 
-    def __init__(
-        self,
-        study: DesignStudy,
-        out: Path,
-        executor: Executor,
-        resume: bool,
-        report: Callable[[bool], Any],
-        work: Work,
-    ):
-        self._study, self._executor, self._report, self._work = study, executor, report, work
+    def __init__(self, study: DesignStudy, out: Path, executor: Executor, resume: bool, report: Callable[[bool], Any]):
+        self._study, self._executor, self._report = study, executor, report
         self._searched, self._tested = _all_cases(study)
         self._own = own_measures(study)
-        all_cases = [*self._searched, *self._tested]
         measures = names_of(kind_of(changed_scenario(study.scenario, study.fixed)), list(self._own.values()))
         _check_measures(study, measures)
-        varied = dict.fromkeys(
-            (*(axis.key for axis in study.axes), *(key for case in all_cases for key in case.changes))
-        )
+        drawn = (key for changes in (*self._searched.values(), *self._tested.values()) for key in changes)
+        varied = dict.fromkeys((*(axis.key for axis in study.axes), *drawn))
         super().__init__(out, TABLE, ABOUT, [STAGE, DESIGN, OBJECT, DRAW], [*varied, *measures])
-        first = {**study.fixed, **self._searched[0].changes}
+        first = {**study.fixed, **next(iter(self._searched.values()))}
         self._fixed = {**study.fixed, **engine_step_of(study.scenario, first, executor)}
         self._scenario = changed_scenario(study.scenario, self._fixed)
         self.begin_runs(self._scenario, resume, "optuna", study=asdict(study.config))
@@ -208,21 +175,19 @@ class _Runs(ScenarioRuns):
             for number, each in refused.items()
         ]
 
-    def tests(self, designs: Designs) -> list[DesignTest]:
+    def tests(self, designs: Designs) -> list[tuple[Row, Mapping[str, Any]]]:
         """The test of designs."""
-        keys = self._run(TEST, designs, self._tested)
-        return [DesignTest(int(key[1]), key[2], self.row(key), self.changes[key]) for key in keys]
+        return [(self.row(key), self.changes[key]) for key in self._run(TEST, designs, self._tested)]
 
-    def _run(self, stage: str, designs: Designs, in_cases: Sequence[Case]) -> list[tuple[str, ...]]:
+    def _run(self, stage: str, designs: Designs, in_cases: Cases) -> list[tuple[str, ...]]:
         """Makes the runs of each design in some cases that the table does not have; returns the keys of all."""
         changes: dict[tuple[str, ...], Mapping[str, Any]] = {
-            (stage, str(number), *case.key): {**self._fixed, **case.changes, **values}
+            (stage, str(number), *case): {**self._fixed, **drawn, **values}
             for number, values in designs.items()
-            for case in in_cases
+            for case, drawn in in_cases.items()
         }
         self.run_changed(
             self._executor,
-            self._work,
             self._scenario,
             (self._study.scenario, changes),
             (list(self._own.values()),),

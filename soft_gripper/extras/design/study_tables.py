@@ -8,7 +8,7 @@ from typing import Any
 from scipy.stats import binomtest
 
 from soft_gripper.extras.design.ranking import ends_of
-from soft_gripper.extras.design.run_design import DESIGN, Designed
+from soft_gripper.extras.design.run_design import DESIGN, OBJECT, Designed
 from soft_gripper.extras.design.sensitivity import Sensitivity, sensitivities
 from soft_gripper.files.row_table import columns, write_rows
 from soft_gripper.runs.sweep.run_sweep import cell
@@ -77,12 +77,12 @@ def sensitivity_rows(found: Designed) -> list[Sensitivity]:
 def test_rows(found: Designed) -> Table:
     """The reference and the best design with each object, and a 95 % confidence interval; ends of runs that hold it."""
     rows = []
-    for number, name in dict.fromkeys((test.number, test.object) for test in found.tests):
-        runs = [test.row for test in found.tests if (test.number, test.object) == (number, name)]
+    for number, name in dict.fromkeys((row[DESIGN], row[OBJECT]) for row, _ in found.tests):
+        runs = [row for row, _ in found.tests if (row[DESIGN], row[OBJECT]) == (number, name)]
         held, ends = ends_of(runs, found.study.config.ends)
         low, high = binomtest(len(held), len(runs)).proportion_ci(0.95, "wilson")
         rows.append(
-            {DESIGN: number, "object": name, "unseen": name in found.study.unseen, "held": len(held), "runs": len(runs)}
+            {DESIGN: number, OBJECT: name, "unseen": name in found.study.unseen, "held": len(held), "runs": len(runs)}
             | {"least_percent": 100 * low, "most_percent": 100 * high}
             | _named_ends(found, ends)
         )

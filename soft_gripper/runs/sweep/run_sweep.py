@@ -464,9 +464,7 @@ def run_sweep(
     changes: dict[tuple[str, ...], Mapping[str, Any]] = {
         (str(number),): fixed | point for number, point in enumerate(points)
     }
-    runs.run_changed(
-        executor, measured_runs, base, (scenario, changes), (own, check_step), lambda row: report(row[ERROR] == "")
-    )
+    runs.run_changed(executor, base, (scenario, changes), (own, check_step), lambda row: report(row[ERROR] == ""))
     runs.finish(changes)
     return [runs.row(key) for key in changes]
 
@@ -490,9 +488,6 @@ def _engine_step(scenario: str, changes: Mapping[str, Any]) -> float | None:
     return engine_step(changed_scenario(scenario, changes))
 
 
-Work = Callable[..., list[dict[str, Any]]]  # as `measured_runs`
-
-
 def agreement_with_drake(
     scenario: str,
     runs: Sequence[tuple[Mapping[str, str], Mapping[str, Any]]],
@@ -513,7 +508,8 @@ def agreement_with_drake(
     """
     fine = [run for run in runs if run[0][ERROR] == ""]
     picked = chosen(len(fine), checked, seed)
-    jobs = {i: (scenario, [{**fine[i][1], "engine": DRAKE}], own) for i in picked}
+    drake = {"engine": DRAKE, ENGINE_STEP: None}
+    jobs = {i: (scenario, [{**fine[i][1], **drake}], own) for i in picked}
     repeated = results(executor, measured_runs, jobs)
     both = [(fine[i][0], {name: cell(v) for name, v in repeated[i][0].items()}) for i in picked]
     same = [(row, other) for row, other in both if ERROR not in other]
@@ -544,7 +540,6 @@ class ScenarioRuns(StudyTables):
     def run_changed(
         self,
         executor: Executor,
-        work: Work,
         base: Scenario,
         given: tuple[str, Mapping[tuple[str, ...], Mapping[str, Any]]],
         others: Sequence[Any],
@@ -553,11 +548,10 @@ class ScenarioRuns(StudyTables):
         """Makes the runs whose rows do not exist, as many at once as the engine of the scenario is best at.
 
         Args:
-            executor: makes the calls.
-            work: `measured_runs` or a function like it.
+            executor: makes the calls of `measured_runs`.
             base: the scenario, read.
             given: its name or file, and the changes of each run by its key.
-            others: further arguments of `work`.
+            others: further arguments of them.
             report: called with the row of each run.
         """
         scenario, changes = given
@@ -579,7 +573,7 @@ class ScenarioRuns(StudyTables):
             for key in batch:
                 report(self.row(key))
 
-        self.run(executor, work, jobs, keep, failed, ended, keys=lambda batch: batch)
+        self.run(executor, measured_runs, jobs, keep, failed, ended, keys=lambda batch: batch)
 
     def row(self, key: tuple[str, ...]) -> dict[str, str]:
         """The cells of a run by column."""

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from soft_gripper.extras.design.figure import BEST, design_figure
 from soft_gripper.extras.design.ranking import Design, Score
-from soft_gripper.extras.design.run_design import Designed, DesignTest
+from soft_gripper.extras.design.run_design import Designed
 from soft_gripper.extras.design.study_file import DesignConfig, DesignStudy, EndConfig
 from soft_gripper.extras.design.study_tables import DESIGNS, SENSITIVITY, TESTS, write_tables
 from soft_gripper.runs.sweep.run_sweep import Range, Values
@@ -30,7 +30,7 @@ def found(ends, allowed=True, designs=12):
     tried[3] = Design(3, tried[3].values, Score(refused="a wall of 1.00 mm, below 2 mm", excess={"wall": 0.5}))
     row = {"grasp": "held", "force": "1.0", "energy": "2.0"}
     compared = [0, 5] if allowed else [0]
-    tested = [DesignTest(number, name, row, {}) for number in compared for name in ("bottle", "cup") for _ in range(3)]
+    tested = [(row | {"design": str(i), "object": name}, {}) for i in compared for name in ("bottle", "cup")] * 3
     return Designed(study, tried, tried[0], [5, 6] if allowed else [], 5 if allowed else None, tested)
 
 

@@ -43,9 +43,8 @@ def run(options: argparse.Namespace) -> int:
     begin = time.monotonic()
     with options.console.jobs(most_runs(study), "runs", kept) as report, executor as opened:
         found = run_design(study, options.out, opened, options.resume, lambda held: report())
-        runs = [(test.row, test.changes) for test in found.tests]
         own = list(own_measures(study).values())
-        agreed = agreement_with_drake(study.scenario, runs, options.check, study.config.seed, opened, own)
+        agreed = agreement_with_drake(study.scenario, found.tests, options.check, study.config.seed, opened, own)
     minutes = (time.monotonic() - begin) / 60
     files = [options.out / name for name in write_tables(found, options.out)]
     save_figure(design_figure(found), options.out / FIGURE)
