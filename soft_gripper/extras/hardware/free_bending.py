@@ -151,7 +151,9 @@ def calibrate(layout: SensorLayout, recordings: Sequence[FreeBending], sought: C
             found = _slopes(x, here, beyond, predict(x[0])[1], holds, parts)[known]
             return np.vstack([-found * scale[:, None], prior])
 
-        fit = least_squares(residuals, x, slopes, bounds=_bounds(len(x)), x_scale="jac")
+        most = np.append(np.log(_RATIOS[1]), np.full(len(x) - 1, np.inf))
+        least = np.append(np.log(_RATIOS[0]), -most[1:])
+        fit = least_squares(residuals, x, slopes, bounds=(least, most), x_scale="jac")
         x = np.asarray(fit.x)
         noise, weights = _scatter(left_at(x))
     x[[at for name, at in parts.sought.items() if name not in sought]] = 0.0
@@ -226,7 +228,9 @@ def _states(
         return np.abs(errors).reshape(-1, 1)  # sensors are alike, and holds too few for a width of each
 
     # Under a drive that is a little away from a fitted one, the readings are as far away again.
-    apart = fitted_disagreement(_groups(by_recording), spread, R) + np.sqrt(2) * KNOWN_DRIVE
+    read = [states[np.isfinite(states).all(axis=-1)] for states in by_recording]
+    groups = read if len(read) > 1 else np.array_split(read[0], 2)
+    apart = fitted_disagreement(groups, spread, R) + np.sqrt(2) * KNOWN_DRIVE
     known = CalibratedStates(FittedStates(states[whole], spread), Widths(np.zeros(1), 0.0), apart, layout.sections)
     fitted = of_all(fit.left(np.zeros(len(x)))[whole])
     widths = learned_widths(fitted, [*regions_left_out([space.regions() for space in known.spaces], without)])
@@ -259,12 +263,6 @@ def _drive(finger: Finger, recording: FreeBending) -> Array:
     return np.column_stack([torque[:, 0], pull.imag, pull.real])
 
 
-def _groups(by_recording: Sequence[Array]) -> list[Array]:
-    """States of samples that are fully read, by recordings, or by the halves of a single one."""
-    read = [states[np.isfinite(states).all(axis=-1)] for states in by_recording]
-    return read if len(read) > 1 else np.array_split(read[0], 2)
-
-
 class _Parts:
     """Where in the vector of unknowns they are; first comes the logarithm of the bend ratio r.
 
@@ -293,14 +291,6 @@ def _prior(readings: int, recordings: int, sought: Collection[str]) -> Array:
     rows = np.diag(1 / np.array(stds))
     rows[_Parts(readings).bends, 0] = -1 / GAIN  # gains, not bends, are about 1
     return rows
-
-
-def _bounds(unknowns: int) -> tuple[Array, Array]:
-    """Bounds of all unknowns."""
-    most: Array = np.full(unknowns, np.inf)
-    least = -most
-    least[0], most[0] = np.log(_RATIOS)
-    return least, most
 
 
 def _holds(recordings: Sequence[FreeBending]) -> _Holds:

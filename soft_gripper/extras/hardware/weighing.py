@@ -97,11 +97,7 @@ class Fitted(NamedTuple):
 
 
 def weigh(
-    model: Model,
-    states: SettledStates,
-    window: float,
-    tare: SettledStates | None = None,
-    fitted: Fitted | None = None,
+    model: Model, states: SettledStates, window: float, tare: SettledStates | None = None, fitted: Fitted | None = None
 ) -> list[Weighing]:
     """Weighs what hangs on the tip in every window of a recording, and in the last row over all of it.
 

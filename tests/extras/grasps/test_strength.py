@@ -186,9 +186,7 @@ def test_twelve_loads_in_order_and_their_figure(monkeypatch):
 def pulled(moved, lost="slid"):
     """Samples of a load that grows to 10 N, which is resisted; `moved` is in m by its share of the largest."""
     shares = np.arange(1, 2001) / 2000
-    return [
-        Sample(10 * share, 10 * share, float(moved(share)), 0.1 * share, lost if share == 1 else "") for share in shares
-    ]
+    return [Sample(10 * share, float(moved(share)), 0.1 * share, lost if share == 1 else "") for share in shares]
 
 
 def test_the_stiffness_is_that_of_the_first_half_of_the_load():
