@@ -12,7 +12,7 @@ BIN := .venv/bin
 READY := .venv/ready
 STUDIES = $(BIN)/python -m studies
 
-.PHONY: evaluate fuzz kills soak test test-newer test-slow test-older test-older-extras older check lint format types contact-points bench bench-against bench-export bench-peers scaling work-precision verification verification-soft release-check clean
+.PHONY: evaluate fuzz kills soak test test-all test-slow test-older test-older-extras older check lint format types contact-points bench bench-against bench-export bench-peers scaling work-precision verification verification-soft release-check clean
 
 evaluate: $(READY)
 	$(BIN)/soft-gripper evaluate --out results/evaluation
@@ -21,19 +21,20 @@ evaluate: $(READY)
 # as small as those of a finger.
 PYTEST = python -m pytest -n 3 --dist loadscope
 QUICK = "not slow and not published"
-test-newer test-slow test-older test-older-extras check: export OPENBLAS_NUM_THREADS = 1
+test test-slow test-older test-older-extras check: export OPENBLAS_NUM_THREADS = 1
 
-# On the older Python too where the newer one fails.
-test: $(READY)
-	@failed=; for python in newer older; do $(MAKE) --no-print-directory test-$$python || failed="$$failed test-$$python"; done; \
-	if [ "$$failed" ]; then echo "Failed:$$failed"; false; fi
-
-# CPU=avx2: as on a processor without AVX-512, where numpy's last digits differ.
+# What is quick, on one Python. CPU=avx2: as on a processor without AVX-512, where numpy's last digits differ.
 ifeq ($(CPU),avx2)
-test-newer: export NPY_DISABLE_CPU_FEATURES = $(shell $(BIN)/python .ci/newer_cpu_features)
+test: export NPY_DISABLE_CPU_FEATURES = $(shell $(BIN)/python .ci/newer_cpu_features)
 endif
-test-newer: $(READY)
+test: $(READY)
 	$(BIN)/$(PYTEST) -m $(QUICK)
+
+# Everything, on both Pythons; all suites run, even where one fails.
+SUITES = test test-older test-slow
+test-all: $(READY)
+	@failed=; for suite in $(SUITES); do $(MAKE) --no-print-directory $$suite || failed="$$failed $$suite"; done; \
+	if [ "$$failed" ]; then echo "Failed:$$failed"; false; fi
 
 # Long runs, which hardly depend on the version of Python. In the order of the files: by the number of its tests, the
 # file that takes longest would come last, and run alone.

@@ -1,4 +1,4 @@
-"""`make test`: both Pythons are tested, whatever comes of the first."""
+"""`make test-all`: all suites run, whatever comes of the first."""
 
 import os
 import re
@@ -29,20 +29,21 @@ def make(*arguments: str, **variables: object) -> subprocess.CompletedProcess[st
 @pytest.mark.parametrize(("newer", "older"), [(0, 0), (1, 0), (0, 1)])
 def test_a_failure_on_the_newer_python_does_not_hide_the_older_one(newer, older):
     ended = make(
-        "test",
+        "test-all",
+        SUITES="test test-older",
         PYTEST=f"python -c 'raise SystemExit({newer})'",
         OLDER="python",
         LOCKED="true",
         TEST_CORE=f"echo tests of the core; exit {older}",
     )
     assert "tests of the core\n" in ended.stdout
-    assert re.findall("^Failed: (.*)$", ended.stdout, re.M) == newer * ["test-newer"] + older * ["test-older"]
+    assert re.findall("^Failed: (.*)$", ended.stdout, re.M) == newer * ["test"] + older * ["test-older"]
     assert ended.returncode == (2 if newer or older else 0)
 
 
 def test_features_beyond_avx2_can_be_disabled():
     program = "import numpy as np; print(np.show_config('dicts')['SIMD Extensions'].get('found', []))"
-    ended = make("test-newer", CPU="avx2", PYTEST=f'python -W error -c "{program}"')
+    ended = make("test", CPU="avx2", PYTEST=f'python -W error -c "{program}"')
     found = np.show_config("dicts")["SIMD Extensions"].get("found", [])
     kept = [name for name in found if name != "X86_V4" and not name.startswith("AVX512")]
     assert ended.stdout.strip() == repr(kept), ended
