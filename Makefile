@@ -10,6 +10,7 @@ OLDER = $(shell $(lastword $(PYTHONS)) -c 'import sys; print(sys.executable if s
 MINOR = $(shell $(BIN)/python -c 'import sys; print(sys.version_info[1])')
 BIN := .venv/bin
 READY := .venv/ready
+STUDIES = $(BIN)/python -m studies
 
 .PHONY: evaluate fuzz kills soak test test-newer test-slow test-older test-older-extras older check lint format types contact-points bench bench-against bench-export bench-peers scaling work-precision verification verification-soft release-check clean
 
@@ -44,9 +45,9 @@ test-older: older
 	$(or $(if $(OLDER),$(TEST_CORE)),@echo "$(ONE_PYTHON): the tests ran on one only.")
 # Those of the extras take five minutes more: before a release.
 test-older-extras: older
-	$(or $(if $(OLDER),.venv-older/bin/$(PYTEST) -m $(QUICK) tests/extras),@echo "$(ONE_PYTHON).")
+	$(or $(if $(OLDER),.venv-older/bin/$(PYTEST) -m $(QUICK) tests/extras tests/studies),@echo "$(ONE_PYTHON).")
 CORE = $(abspath .core)
-WITHOUT = ./soft_gripper/extras/[a-z]* ./tests/extras ./.git ./.venv* ./.core ./results
+WITHOUT = ./soft_gripper/extras/[a-z]* ./studies ./tests/extras ./tests/studies ./.git ./.venv* ./.core ./results
 TEST_CORE = rm -rf $(CORE) && mkdir $(CORE) && tar cf - $(patsubst %,--exclude='%',$(WITHOUT)) . | tar xf - -C $(CORE) && \
 	(cd $(CORE) && PYTHONPATH=$(CORE) $(abspath .venv-older)/bin/$(PYTEST) -m $(QUICK))
 
@@ -100,57 +101,57 @@ installs: dist
 	.ci/installs
 
 contact-points: $(READY)
-	$(BIN)/python benchmarks/contact_points.py
+	$(STUDIES) contact-points
 
 bench: $(READY)
-	$(BIN)/python benchmarks/bench.py
+	$(STUDIES) block-costs
 
 # The size and the order of the code, in numbers with their aims.
 .PHONY: house
 house: $(READY)
-	$(BIN)/python benchmarks/house.py
+	$(STUDIES) house
 
 # The words of every page, and their total with its aim.
 .PHONY: words
 words: $(READY)
-	$(BIN)/python benchmarks/words.py
+	$(STUDIES) words
 
 # Tips, forces and intervals of scenarios and contacts, before a change and after it: make oracle-store, oracle-compare.
 .PHONY: oracle-store oracle-compare
 oracle-store oracle-compare: $(READY)
-	$(BIN)/python benchmarks/oracle.py $(subst oracle-,,$@) results/oracle
+	$(STUDIES) oracle $(subst oracle-,,$@) results/oracle
 
 # Compared with another checkout, in which `make .venv/ready` was run: make bench-against OTHER=../before
 bench-against: $(READY)
-	$(BIN)/python benchmarks/compare.py $(OTHER)
+	$(STUDIES) compare $(OTHER)
 
 bench-peers: $(READY)
 	$(BIN)/python -m pip install -q -c constraints.txt -e .[peers]
-	$(BIN)/python benchmarks/bench_peers.py
+	$(STUDIES) peers
 
 # The same scenarios in Drake and, exported, in MuJoCo: fingertips, and 100 random grasps.
 bench-export: $(READY)
 	$(BIN)/python -m pip install -q -c constraints.txt -e .[mujoco]
-	$(BIN)/python benchmarks/export_tips.py
-	$(BIN)/python benchmarks/export_tips.py --time-step 0.002
-	$(BIN)/python benchmarks/export_trials.py --time-step 0.002
+	$(STUDIES) export-tips
+	$(STUDIES) export-tips --time-step 0.002
+	$(STUDIES) export-trials --time-step 0.002
 
 scaling: $(READY)
 	$(BIN)/python -m pip install -q -c constraints.txt -e .[mujoco]
-	$(BIN)/python benchmarks/scaling.py
-	$(BIN)/python benchmarks/many_runs.py
+	$(STUDIES) scaling
+	$(STUDIES) many-runs
 
 work-precision: $(READY)
-	$(BIN)/python benchmarks/work_precision.py
+	$(STUDIES) work-precision
 
 # SPATIAL_RODS=FOLDER: solutions of another solver, see docs/verification.md.
 verification: $(READY)
 	$(BIN)/python -m pip install -q -c constraints.txt pyelastica
-	PYTHONPATH=tests/helpers $(BIN)/python benchmarks/verify.py
+	$(STUDIES) verification
 
 # Soft bodies between plates: the tables of docs/extras/soft/soft_objects.md, in a minute.
 verification-soft: $(READY)
-	PYTHONPATH=tests/helpers $(BIN)/python benchmarks/verify_soft.py
+	$(STUDIES) verification --soft
 
 # The site, in build/docs/html: pages and notebooks of the repository, and pages generated from the code. Every version
 # has a folder there, as 0.2, beside those of earlier versions that are copied into it.

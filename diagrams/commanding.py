@@ -8,7 +8,7 @@ from soft_gripper.diagrams.arm import add_arm_control, add_home, make_arm
 from soft_gripper.diagrams.station_parts import StationParts
 from soft_gripper.diagrams.task_plan import add_task, add_tool_target
 from soft_gripper.diagrams.wiring.drive import Drive, add_steps, check_steps, check_stiffness
-from soft_gripper.diagrams.wiring.external import add_external_drive, add_external_joints, add_external_opening
+from soft_gripper.diagrams.wiring.external import add_external_drive, add_input
 from soft_gripper.diagrams.wiring.grip_control import Supply, add_grip_control, add_set_points
 from soft_gripper.diagrams.wiring.plant_signals import describe_arm_state
 from soft_gripper.errors import InputError
@@ -48,7 +48,7 @@ def add_drive_commands(builder: DiagramBuilder, station: StationParts, drive: Dr
     if for_task:
         return set_point
     if "opening" in scenario.external:
-        station.leave_open(add_external_opening(builder, set_point))
+        station.leave_open(add_input(builder, "grip.set_point", set_point, "m"))
     else:
         station.signals |= add_set_points(builder, set_point, scenario.control, period)
     return None
@@ -96,7 +96,7 @@ def add_arm(builder: DiagramBuilder, station: StationParts, config: ArmConfig, s
         station.task, signals = add_task(builder, scenario.task, scenario.models, arm, period, desired, grip)
         station.signals |= signals
     elif "joints" in scenario.external:
-        station.leave_open(add_external_joints(builder, arm.name, desired))
+        station.leave_open(add_input(builder, f"{arm.name}.desired_state", desired))
     elif "tool" in scenario.external:
         station.leave_open(add_tool_target(builder, station.plant, arm, period, desired))
     else:

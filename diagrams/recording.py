@@ -232,7 +232,8 @@ class SignalLogs(Diagram):
         self.signals: dict[str, Signal] = {name: signal_of(port) for name, port in signals.items()}
         self._sources = {name: sources.find(port) for name, port in signals.items()}
         names = _logged_ports(self._sources, sources.ports)
-        self._sizes = {i: sources.ports[i].size() for i in names if _is_vector(sources.ports[i])}
+        ports = {i: sources.ports[i] for i in names}
+        self._sizes = {i: p.size() for i, p in ports.items() if p.get_data_type() == PortDataType.kVectorValued}
         self._values: dict[int, ValueLog] = {}
         together = builder.AddNamedSystem("vectors", Multiplexer([*self._sizes.values()]))
         self._sink = builder.AddNamedSystem("log", VectorLogSink(together.get_output_port().size(), period))
@@ -308,10 +309,6 @@ def _logged_ports(sources: Mapping[str, Source], ports: Sequence[OutputPort | In
             else:
                 blocks.append(source.of)
     return found
-
-
-def _is_vector(port: OutputPort | InputPort) -> bool:
-    return bool(port.get_data_type() == PortDataType.kVectorValued)
 
 
 _NO_UNIT = {"units": "1"}

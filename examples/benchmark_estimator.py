@@ -1,4 +1,4 @@
-"""Estimators for the benchmark: `soft-gripper benchmark --estimator benchmark_estimator:linear`, in this folder."""
+"""Estimators for the benchmark: `python -m studies benchmark benchmark_estimator:linear`, in this folder."""
 
 import numpy as np
 

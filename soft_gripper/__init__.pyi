@@ -13,7 +13,6 @@ from . import sensors as sensors
 from . import truth as truth
 from .array_block import ArrayBlock as ArrayBlock
 from .control.pid_controller import PidController as PidController
-from .diagrams.arm import make_arm as make_arm
 from .diagrams.loaded_model import add_fingers as add_fingers
 from .diagrams.loaded_model import find_fingers as find_fingers
 from .diagrams.recording import Recording as Recording
@@ -26,12 +25,9 @@ from .diagrams.simulation import simulate as simulate
 from .diagrams.station import add_station as add_station
 from .diagrams.station import make_station as make_station
 from .diagrams.station_parts import Station as Station
-from .diagrams.view.block_diagram import graphviz as graphviz
-from .diagrams.view.block_diagram import save_block_diagram as save_block_diagram
 from .diagrams.view.block_picture import block_picture as block_picture
 from .diagrams.wiring.drive import add_pressure_drive as add_pressure_drive
 from .diagrams.wiring.estimation import add_estimation as add_estimation
-from .diagrams.wiring.grip_control import add_grip_control as add_grip_control
 from .diagrams.wiring.scoring import add_scoring as add_scoring
 from .diagrams.wiring.scoring import add_true_poses as add_true_poses
 from .diagrams.wiring.sensing import SensingConfig as SensingConfig
@@ -43,8 +39,6 @@ from .errors import WorkerDiedError as WorkerDiedError
 from .estimators.arc_pose_estimator import ArcPoseEstimator as ArcPoseEstimator
 from .fingers.urdf import expand_urdf as expand_urdf
 from .load.force_estimator import ForceEstimator as ForceEstimator
-from .piecewise_linear import PiecewiseLinear as PiecewiseLinear
-from .piecewise_linear import PiecewiseLinearBlock as PiecewiseLinearBlock
 from .scenario.model_files import model_path as model_path
 from .scenario.scenario_file import changed_scenario as changed_scenario
 from .scenario.scenario_file import dump_scenario as dump_scenario

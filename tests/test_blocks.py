@@ -1,5 +1,6 @@
 """Every block of arrays that is found in the core: its ports, its memory, and its functions over a recording."""
 
+import re
 from importlib import import_module
 from pkgutil import iter_modules, walk_packages
 
@@ -35,6 +36,20 @@ STATIONS = (
     ("pick_and_place_box", []),
 )
 SIZES = {"pressure": 5e4, "driving_torque": 0.05, "standard_normal": 1.0, "sampled_state": 0.1}
+# What the name of an output says of its unit, the first that is found in it.
+UNITS = {
+    r"force|contact_total": "N",
+    r"torque|residual": "N m",
+    r"pressure": "Pa",
+    r"covariance": "rad^2",
+    r"arc_length|position|width|center|_error$": "m",
+    r"angles|theta|twist|side$|sides$|direction": "rad",
+    r"kappa": "1/m",
+    r"curvature": "rad/m",
+    r"area": "m^2",
+    r"time": "s",
+    r"strain|ratio|probability|contact$|loaded": "1",
+}
 # During a run alone is what they put out known.
 DURING_A_RUN_ALONE = {"BasePoseSensor", "ErrorBlock", "ReadingErrorBlock", "TrueContact"}
 
@@ -151,6 +166,7 @@ def test_ports_are_as_large_as_their_axes_and_have_a_unit_for_every_entry(exampl
             assert np.prod(sizes) == port.size()
             assert all([unit] if isinstance(unit, str) else [*unit, len(unit) == sizes[-1]])
             assert "entry" not in axes
+            assert next((each for said, each in UNITS.items() if re.search(said, name)), unit) == unit
 
 
 @pytest.mark.filterwarnings("ignore:invalid value")

@@ -10,6 +10,7 @@ from pydrake.trajectories import PiecewisePolynomial
 
 import soft_gripper as sg
 from soft_gripper import ArcPoseEstimator, ForceEstimator, PidController, StrainSensor
+from soft_gripper.sensors.base_pose import FixedBasePose
 
 PERIOD, DURATION, STEP = 0.01, 0.5, 0.25  # s; the set point steps in the middle
 PRESSURE, FORCE = 40e3, -0.05  # Pa; N on the tip, which opens the finger
@@ -36,7 +37,7 @@ def run(shipped_finger):
         layout = sg.sensors.SensorLayout(shipped_finger, sections)
         builder, gravity = DiagramBuilder(), np.zeros(3)
         add, wire = builder.AddSystem, builder.Connect
-        joints, base = add(ConstantVectorSource(q)), add(sg.sensors.FixedBasePose(RigidTransform()))
+        joints, base = add(ConstantVectorSource(q)), add(FixedBasePose(RigidTransform()))
         pressure = add(ConstantVectorSource([PRESSURE]))
         driving = add(sg.estimators.DrivingTorque(shipped_finger, PERIOD))
         sensor, pose = add(StrainSensor(layout, PERIOD)), add(ArcPoseEstimator(layout, gravity))

@@ -27,13 +27,11 @@ PARTS = (
     "diagrams",
     "pictures",
     "runs",
-    "evaluation",
     "commands",
 )
 # Each extra may import from all of the core, and from these extras.
 LISTED: dict[str, set[str]] = {
     "bench": {"hardware", "page"},
-    "benchmark": {"grasps", "hardware", "studies"},
     "design": {"grasps"},
     "export": set(),
     "foxglove": set(),
@@ -43,11 +41,12 @@ LISTED: dict[str, set[str]] = {
     "learning": {"mujoco_engine"},
     "mujoco_engine": {"export"},
     "page": set(),
+    "paper": set(),
     "play": {"page"},
     "soft": set(),
-    "studies": set(),
 }
 EXTRAS = {name: used for name, used in LISTED.items() if (PACKAGE / "extras" / name).is_dir()}  # any may be deleted
+LINKED = ROOT / "diagrams", ROOT / "models"
 FRONT_DOOR = PACKAGE / "__init__.py"
 CORE = sorted(path for part in PARTS for path in (PACKAGE / part).resolve().rglob("*.py"))
 
@@ -75,7 +74,7 @@ def imports(path):
     nodes = list(ast.walk(ast.parse(path.read_text(encoding="utf-8"))))
     found = [node.module for node in nodes if isinstance(node, ast.ImportFrom) and node.module]
     found += [alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names]
-    return [module for module in found if module.startswith("soft_gripper.")]
+    return [module for module in found if module.startswith(("soft_gripper.", "studies"))]
 
 
 @pytest.mark.parametrize("path", CORE, ids=lambda path: str(path.relative_to(ROOT)))
@@ -102,9 +101,18 @@ def test_the_core_names_no_extra(path):
     assert re.findall(rf"\bextras[./]({'|'.join(LISTED)})\b", path.read_text(encoding="utf-8")) == []
 
 
+def test_nothing_else_imports_a_study():
+    """Neither the wheel nor what is beside it: `studies` and its tests may be deleted."""
+    beside = (path for folder in ("tests", "examples", "docs/site") for path in (ROOT / folder).rglob("*.py"))
+    paths = [*(path for folder in (PACKAGE, *LINKED) for path in folder.rglob("*.py")), *beside]
+    others = (path for path in paths if "studies" not in path.relative_to(ROOT).parts)
+    assert [str(path) for path in others if any(module.startswith("studies") for module in imports(path))] == []
+
+
 def test_no_test_of_the_core_names_an_extra():
     """Nor do its helpers: the tests of extras, and of the whole product with them, are in tests/extras."""
-    paths = (path for path in (ROOT / "tests").rglob("*.py") if "extras" not in path.relative_to(ROOT).parts)
+    beside = {"extras", "studies"}
+    paths = (path for path in (ROOT / "tests").rglob("*.py") if not beside & {*path.relative_to(ROOT).parts})
     named = rf"\bextras[./]({'|'.join(LISTED)})\b"
     assert [str(path) for path in paths if re.search(named, path.read_text(encoding="utf-8"))] == []
 
@@ -166,22 +174,22 @@ def own(tmp_path_factory):
     return folder, page
 
 
-def _command(folder, line):
-    """Runs a command of the package in a folder."""
-    run = "import sys; from soft_gripper.commands import main; sys.exit(main(sys.argv[1:]))"
-    return subprocess.run([sys.executable, "-c", run, *line], cwd=folder, capture_output=True, text=True, check=False)
+def _commands(folder, *lines):
+    """Runs commands of the package in a folder, one after the other; the exit code is that of the last."""
+    run = f"import sys; from soft_gripper.commands import main; sys.exit([main(line) for line in {lines!r}][-1])"
+    return subprocess.run([sys.executable, "-c", run], cwd=folder, capture_output=True, text=True, check=False)
 
 
 def test_an_extra_of_ones_own_is_one_file(own):
     folder, page = own
     (command,) = re.findall(r"^    soft-gripper (closing.*)$", page, re.MULTILINE)
-    found = _command(folder, command.split())
+    found = _commands(folder, command.split())
     assert found.returncode == 0, found.stderr
     assert [float(angle) > 5 for angle in re.findall(r"finger +(-?[\d.]+)", found.stdout)] == [True, True]
 
 
 def test_fields_that_an_extra_adds_are_fields_of_scenarios(own):
     set_to = [["show", "pick_and_place_box", "--set", f"models.3.mesh.ripeness={value}"] for value in (0.7, 7)]
-    shown, refused = (_command(own[0], line) for line in set_to)
-    assert "ripeness: 0.7" in shown.stdout, shown.stderr
-    assert (refused.returncode, "ripeness = 7" in refused.stderr) == (2, True), refused.stderr
+    found = _commands(own[0], *set_to)
+    assert "ripeness: 0.7" in found.stdout, found.stderr
+    assert (found.returncode, "ripeness = 7" in found.stderr) == (2, True), found.stderr

@@ -20,23 +20,14 @@ def add_external_drive(builder: DiagramBuilder, commands: Commands) -> External:
     """Adds `{finger}.{kind}_command` for each command, such as `left_finger.pressure_command`, (C) Pa."""
     found = External({}, {})
     for finger, command in commands.inputs.items():
-        added = _add_input(builder, f"{finger}.{commands.kind}_command", command)
+        added = add_input(builder, f"{finger}.{commands.kind}_command", command)
         found.inputs.update(added.inputs)
         found.signals.update({name: commands.described(finger, port) for name, port in added.signals.items()})
     return found
 
 
-def add_external_opening(builder: DiagramBuilder, set_point: InputPort) -> External:
-    """Adds `grip.set_point`, (1) m."""
-    return _add_input(builder, "grip.set_point", set_point, "m")
-
-
-def add_external_joints(builder: DiagramBuilder, arm: str, desired_state: InputPort) -> External:
-    """Adds `{arm}.desired_state`, (2 n) positions and then velocities in the order of the arm's joints."""
-    return _add_input(builder, f"{arm}.desired_state", desired_state)
-
-
-def _add_input(builder: DiagramBuilder, name: str, target: InputPort, unit: str | None = None) -> External:
+def add_input(builder: DiagramBuilder, name: str, target: InputPort, unit: str | None = None) -> External:
+    """Adds an input of that name, in a unit, which commands `target`."""
     through = builder.AddNamedSystem(name, PassThrough(target.size()))
     builder.Connect(through.get_output_port(), target)
     signal = through.get_output_port()

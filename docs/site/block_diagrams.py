@@ -6,6 +6,7 @@ from example_blocks import station
 from pydrake.systems.framework import Diagram
 
 import soft_gripper as sg
+from soft_gripper.diagrams.view.block_diagram import save_block_diagram
 
 _OTHER_FINGER = ("right_finger",)
 _BESIDE_THE_ARM = (
@@ -27,7 +28,7 @@ def save_diagrams(folder: Path) -> None:
     draw(grasp.GetSubsystemByName("gripper.pressure_drive"), folder / "pressure_drive.svg")
     draw(grasp.GetSubsystemByName("grip_control"), folder / "grip_control.svg")
     draw(station("pick_and_place_box").diagram, folder / "arm.svg", (*_OTHER_FINGER, *_BESIDE_THE_ARM))
-    sg.save_block_diagram(grasp, folder / "every_port.svg")
+    save_block_diagram(grasp, folder / "every_port.svg")
 
 
 def draw(diagram: Diagram, path: Path, but: tuple[str, ...] = ()) -> None:

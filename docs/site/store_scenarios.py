@@ -11,9 +11,9 @@ from PIL import Image
 import soft_gripper as sg
 from soft_gripper.diagrams.recording import Recording, phase_spans
 from soft_gripper.diagrams.station_parts import Station
+from soft_gripper.extras.paper.scenes_figure import largest_pressure
 from soft_gripper.files.row_table import write_csv
 from soft_gripper.pictures.rendering import SceneRenderer
-from soft_gripper.pictures.scenes_figure import largest_pressure
 from soft_gripper.runs.success import success_rows
 from soft_gripper.scenario.shipped import scenario_names
 

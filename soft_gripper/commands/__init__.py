@@ -4,11 +4,15 @@ import os
 import signal
 import sys
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from soft_gripper.interrupts import waiting
 
+if TYPE_CHECKING:
+    from soft_gripper.commands.options import Program
 
-def main(arguments: Sequence[str] | None = None) -> int:
+
+def main(arguments: Sequence[str] | None = None, program: "Program | None" = None) -> int:
     """Runs one command, see `dispatch`, which is imported here, where Ctrl-C ends in one line."""
     try:
         _replace_closed_streams()
@@ -18,9 +22,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         for number in (signal.SIGTERM, signal.SIGHUP):
             if signal.getsignal(number) != signal.SIG_IGN:  # ignored under nohup
                 signal.signal(number, _end)
-        return dispatch(arguments)
+        return dispatch(arguments, *([program] if program else []))
     except KeyboardInterrupt:
-        print("soft-gripper: interrupted; all files already written are complete", file=sys.stderr)
+        name = program.name if program else "soft-gripper"
+        print(f"{name}: interrupted; all files already written are complete", file=sys.stderr)
         return 128 + signal.SIGINT
 
 

@@ -10,22 +10,22 @@ from contextlib import contextmanager, suppress
 from importlib import import_module
 
 from soft_gripper.commands.console import Console
-from soft_gripper.commands.options import PROGRAM, Command, ExitCode
-from soft_gripper.commands.parser import parsed
+from soft_gripper.commands.options import Command, ExitCode, Program
+from soft_gripper.commands.parser import SOFT_GRIPPER, parsed
 from soft_gripper.errors import InputError, SimulationDivergedError, WorkerDiedError, first_line, in_one_line
 from soft_gripper.files.output import release_folders
 from soft_gripper.interrupts import waiting
 from soft_gripper.library_messages import printed_as_notes
 
 
-def dispatch(arguments: Sequence[str] | None = None) -> ExitCode:
+def dispatch(arguments: Sequence[str] | None = None, program: Program = SOFT_GRIPPER) -> ExitCode:
     """Runs one command."""
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")  # for characters that the terminal cannot show
     options = argparse.Namespace()
     try:
         with waiting():
-            options = _parsed(arguments)
+            options = _parsed(arguments, program)
             run = _loaded(options.command)
         options.console = Console(getattr(options, "quiet", False), getattr(options, "json", False))
         with printed_as_notes():
@@ -34,29 +34,29 @@ def dispatch(arguments: Sequence[str] | None = None) -> ExitCode:
             sys.stdout.flush()
         return code
     except (InputError, SimulationDivergedError, WorkerDiedError) as error:
-        return _complain(f"{error}{_traceback(error, options)}")
+        return _complain(program, f"{error}{_traceback(error, options)}")
     except BrokenPipeError:
         _leave_output()
         return ExitCode.BROKEN_PIPE
     except OSError as error:
         _leave_output()
-        return _complain(f"{error.filename or 'output'}: {error.strerror or error}")
+        return _complain(program, f"{error.filename or 'output'}: {error.strerror or error}")
     except MemoryError:
-        return _complain("out of memory")
+        return _complain(program, "out of memory")
     except SystemExit as error:  # a failed condition in Drake, the end of --help, or an exit by a library
         if not isinstance(error.code, str):
             raise
-        return _complain(f"Drake cannot go on: {first_line(error)}")
+        return _complain(program, f"Drake cannot go on: {first_line(error)}")
     finally:
         release_folders()
 
 
-def _parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
+def _parsed(arguments: Sequence[str] | None, program: Program) -> argparse.Namespace:
     for word in sys.argv[1:] if arguments is None else arguments:
         if not _is_text(word):
             raise InputError("command line", "argument", word, "is not UTF-8: give files names that are")
     try:
-        return parsed(arguments)
+        return parsed(arguments, program)
     except SystemExit:  # after --help, whose reader may have closed the pipe early
         sys.stdout.flush()
         raise
@@ -108,9 +108,9 @@ def _traceback(error: Exception, options: argparse.Namespace) -> str:
     return ""
 
 
-def _complain(text: str) -> ExitCode:
+def _complain(program: Program, text: str) -> ExitCode:
     with suppress(OSError):  # the exit code reports it too
-        print(f"{PROGRAM}: {in_one_line(text)}", file=sys.stderr)
+        print(f"{program.name}: {in_one_line(text)}", file=sys.stderr)
     return ExitCode.REFUSED
 
 

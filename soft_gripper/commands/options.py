@@ -2,7 +2,7 @@
 
 import argparse
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from enum import IntEnum, StrEnum
@@ -223,9 +223,25 @@ class Command:
     options: tuple[Option, ...]
     check: Callable[[argparse.Namespace], None] = lambda options: None
     package: str = "soft_gripper.commands"
-    group: Group = Group.OTHER
+    group: str = Group.OTHER
 
     @property
     def module(self) -> str:
         name = f".{self.name.split()[-1].replace('-', '_')}"
         return self.package if self.package.endswith(name) else f"{self.package}{name}"
+
+
+@dataclass(frozen=True)
+class Program:
+    """A command line of its own.
+
+    name: as it is called, in usage lines and errors.
+    does: what it is, as a sentence for `--help`.
+    groups: of its commands, in the order of `--help`.
+    commands: gives its commands.
+    """
+
+    name: str
+    does: str
+    groups: tuple[str, ...]
+    commands: Callable[[], Sequence[Command]]

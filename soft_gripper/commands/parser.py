@@ -31,11 +31,11 @@ from soft_gripper.commands.options import (
     ExitCode,
     Group,
     Option,
+    Program,
     assignment,
     count,
     flag,
     option,
-    out,
     path,
     scenario,
     scenario_name,
@@ -81,21 +81,6 @@ CORE = (
             MCAP,
         ),
         group=Group.START,
-    ),
-    Command(
-        "evaluate",
-        "run the paper's evaluation with 1 to 4 sensors per side",
-        (
-            "                    write report.html, tables and figures, and check each claim",
-            "--resume            finish an interrupted evaluation",
-        ),
-        (
-            *CONSOLE,
-            out("results/evaluation"),
-            *EXECUTOR,
-            RESUME,
-        ),
-        group=Group.STUDY,
     ),
     Command(
         "sweep",
@@ -177,6 +162,9 @@ def commands() -> list[Command]:
     return [*CORE, *(command for module in command_modules() for command in module.COMMANDS)]
 
 
+SOFT_GRIPPER = Program(PROGRAM, "Soft, sensing grippers simulated in Drake.", tuple(Group), commands)
+
+
 def _columns() -> int:
     """The columns of a help: those of the terminal, but a hundred at most."""
     return min(shutil.get_terminal_size().columns, 100)
@@ -192,12 +180,13 @@ class _Formatter(argparse.RawDescriptionHelpFormatter):
 class _Parser(argparse.ArgumentParser):
     """Reports a usage error in one line, and quotes the input shortened, as all other messages do."""
 
-    def __init__(self, **settings: Any):
+    def __init__(self, program: Program, **settings: Any):
         super().__init__(formatter_class=_Formatter, **settings)
+        self._program = program
 
     def error(self, message: str) -> NoReturn:
-        where = self.prog.replace(f"{PROGRAM} ", f"{PROGRAM}: ")
-        hint = f"`{PROGRAM} COMMAND --help` lists options"
+        where = self.prog.replace(f"{self._program.name} ", f"{self._program.name}: ")
+        hint = f"`{self._program.name} COMMAND --help` lists options"
         self.exit(ExitCode.REFUSED, f"{where}: {in_one_line(shortened(message))}; {hint}\n")
 
 
@@ -208,9 +197,10 @@ class _CommandsParser(_Parser):
         formatter = self._get_formatter()
         formatter.add_usage(self.usage, self._actions, [])
         formatter.add_text(self.description)
-        for group in Group:
+        for group in self._program.groups:
             formatter.start_section(group)
-            formatter.add_arguments([_line(command) for command in commands() if command.group == group])
+            of_group = [command for command in self._program.commands() if command.group == group]
+            formatter.add_arguments([_line(command) for command in of_group])
             formatter.end_section()
         formatter.start_section("options")
         formatter.add_arguments([action for action in self._actions if action.option_strings])
@@ -224,39 +214,43 @@ def _line(command: Command) -> argparse.Action:
     return argparse.Action([], "", metavar=command.name, help=command.does)
 
 
-def command_parser() -> argparse.ArgumentParser:
+def command_parser(program: Program = SOFT_GRIPPER) -> argparse.ArgumentParser:
     """The parser of all commands; its results hold the Command as `command`, and values as text."""
     codes = ", ".join(f"{code.value} {code.name.lower().replace('_', ' ')}" for code in ExitCode)
     parser = _CommandsParser(
-        prog=PROGRAM,
-        description="Soft, sensing grippers simulated in Drake.",
-        epilog=f"`{PROGRAM} COMMAND --help` has examples.\nExit codes: {codes}.",
+        program,
+        prog=program.name,
+        description=program.does,
+        epilog=f"`{program.name} COMMAND --help` has examples.\nExit codes: {codes}.",
     )
-    parser.add_argument("--version", action="version", version=f"{PROGRAM} {version(PROGRAM)}")
+    parser.add_argument("--version", action="version", version=f"{program.name} {version(PROGRAM)}")
     subparsers = {"": parser.add_subparsers(required=True, metavar="COMMAND", parser_class=_Parser)}
-    for command in commands():
+    for command in program.commands():
         family, _, name = command.name.rpartition(" ")
         if family not in subparsers:
             does = f"Run a {family}: many runs or recordings, their tables, and what they say."
-            of_family = subparsers[""].add_parser(family, help=f"run a {family}", description=does)
+            of_family = subparsers[""].add_parser(family, program=program, help=f"run a {family}", description=does)
             subparsers[family] = of_family.add_subparsers(required=True, metavar="NAME", parser_class=_Parser)
+        own_name = f"{program.name} {command.name}"
         own = subparsers[family].add_parser(
             name,
+            program=program,
             help=command.does,
             description=textwrap.fill(f"{command.does[0].upper()}{command.does[1:]}.", _columns()),
-            epilog="\n".join(["examples:", *(_example(command, example) for example in command.examples)]),
+            epilog="\n".join(["examples:", *(_example(own_name, example) for example in command.examples)]),
         )
         own.set_defaults(command=command)
         for each in command.options:
             _complete(own.add_argument(*each.names, **each.settings), each)
-    _add_completion(parser)
+    if program is SOFT_GRIPPER:
+        _add_completion(parser)
     return parser
 
 
-def _example(command: Command, example: str) -> str:
+def _example(command: str, example: str) -> str:
     """An example as it can be pasted into a shell, below what it does."""
     line, _, does = re.sub(r"\s{2,}", "\n", example, count=1).partition("\n")
-    words = re.sub(r"'[^']*'", lambda quoted: quoted[0].replace(" ", "\0"), f"{PROGRAM} {command.name} {line}")
+    words = re.sub(r"'[^']*'", lambda quoted: quoted[0].replace(" ", "\0"), f"{command} {line}")
     wrapped = textwrap.wrap(words, _columns() - 8, break_long_words=False, break_on_hyphens=False)
     return (f"  # {does}\n" if does else "") + "  " + " \\\n      ".join(wrapped).replace("\0", " ")
 
@@ -282,15 +276,15 @@ def _complete(action: argparse.Action, of: Option) -> None:
         action.complete = shtab.FILE  # type: ignore[attr-defined]
 
 
-def parsed(arguments: Sequence[str] | None = None) -> argparse.Namespace:
+def parsed(arguments: Sequence[str] | None = None, program: Program = SOFT_GRIPPER) -> argparse.Namespace:
     """The parsed options of a command line, with the Command as `command`.
 
     Raises:
         InputError: naming command, option and value, if a value is wrong.
         SystemExit: after --help, and after an error reported by argparse.
     """
-    _check_name(sys.argv[1:] if arguments is None else arguments)
-    options = command_parser().parse_args(arguments)
+    _check_name(sys.argv[1:] if arguments is None else arguments, program)
+    options = command_parser(program).parse_args(arguments)
     command: Command = options.command
     for each in command.options:
         _read(options, command, each)
@@ -298,9 +292,9 @@ def parsed(arguments: Sequence[str] | None = None) -> argparse.Namespace:
     return options
 
 
-def _check_name(words: Sequence[str]) -> None:
+def _check_name(words: Sequence[str], program: Program) -> None:
     """Names the study, or the nearest command, if the first word is no command."""
-    names, first = [command.name for command in commands()], next(iter(words), "-")
+    names, first = [command.name for command in program.commands()], next(iter(words), "-")
     if not first.startswith("-") and first not in {name.split()[0] for name in names}:
         raise InputError("command line", "COMMAND", first, meant(first, names))
 

@@ -1,7 +1,6 @@
-"""Prints what runs and the evaluation found to the terminal."""
+"""Prints what runs found to the terminal."""
 
 import math
-import sys
 import textwrap
 from collections.abc import Sequence
 from itertools import groupby
@@ -12,8 +11,7 @@ import numpy as np
 
 from soft_gripper.commands.console import Console
 from soft_gripper.control.task import Outcome
-from soft_gripper.evaluation.paper.claims import Claim, verdict
-from soft_gripper.files.row_table import UNKNOWN, WIDTH, headings, print_rows, print_table
+from soft_gripper.files.row_table import UNKNOWN, headings, print_rows, print_table
 from soft_gripper.runs.agreement import Agreement
 from soft_gripper.runs.scores.grasp import HELD, NEVER_TOUCHED, RESTING
 from soft_gripper.runs.scores.poses import PoseRow
@@ -133,24 +131,6 @@ def print_phases(rows: Sequence[PhaseRow], outcome: Outcome, task: TaskConfig, l
     late = f", not finished after {task.time_limit:g} s (task.time_limit)" if outcome == Outcome.RUNNING else ""
     truth = f"; in truth: {', '.join(lost)}" if lost else ""
     print(f"\nOutcome, as estimated: {outcome.words}{late}{truth}")
-
-
-def print_claims(claims: Sequence[Claim]) -> None:
-    """Prints a line for each claim, with our result, and how many claims fail."""
-    width, numbers = (max(map(len, texts)) for texts in zip(*((c.text, c.number) for c in claims), strict=True))
-    aside = "  " if width + numbers + 16 <= WIDTH else "\n  "  # the number beside the claim, or below it
-    print()
-    for claim in claims:
-        word = "holds" if claim.holds else _red("FAILS")
-        text = claim.text if "\n" in aside else f"{claim.text:<{width}}"
-        print(f"{text}{aside}{claim.source:<6} {word}: {claim.number}")
-    summary = verdict(claims)
-    print("\n" + (summary if all(claim.holds for claim in claims) else _red(summary)))
-
-
-def _red(text: str) -> str:
-    """Colours text red on a terminal; a file or a pipe gets plain text."""
-    return f"\033[31m{text}\033[0m" if sys.stdout.isatty() else text
 
 
 AGREEMENT = "agreement.csv"

@@ -24,7 +24,6 @@ from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.diagrams.view.meshcat_view import hidden_meshcat, write_animation
 from soft_gripper.errors import InputError
-from soft_gripper.evaluation.paper.forces import recorded_force_table
 from soft_gripper.files.output import atomic_file, check_file, lock_folder
 from soft_gripper.files.row_table import print_rows
 from soft_gripper.files.text import read_text
@@ -39,6 +38,7 @@ from soft_gripper.runs.scores.contact_forces import (
     estimator_of_forces,
     has_forces,
 )
+from soft_gripper.runs.scores.external_torques import recorded_force_table
 from soft_gripper.runs.scores.grasp import DROPPED, NEVER_TOUCHED, SLIPPING
 from soft_gripper.runs.scores.poses import recorded_pose_table
 from soft_gripper.runs.scores.recorded_grasps import (

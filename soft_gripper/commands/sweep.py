@@ -1,14 +1,10 @@
 """soft-gripper sweep: runs a scenario with many values of its fields, and writes one table."""
 
 import argparse
-from collections.abc import Mapping
-from concurrent.futures import Executor
 from pathlib import Path
-from typing import Any
 
 from soft_gripper.commands.printing import AGREEMENT, print_agreement
 from soft_gripper.pictures.style import save_figure
-from soft_gripper.runs.agreement import Agreement, chosen
 from soft_gripper.runs.executor import open_executor
 from soft_gripper.runs.scores.slipping import as_predicted
 from soft_gripper.runs.sweep.run_sweep import (
@@ -24,7 +20,6 @@ from soft_gripper.runs.sweep.run_sweep import (
     sweep_points,
 )
 from soft_gripper.scenario.scenario_file import read_override
-from soft_gripper.scenario.schema import DRAKE
 
 FIGURE = "sweep"
 
@@ -50,7 +45,8 @@ def run(options: argparse.Namespace) -> int:
             resume=options.resume,
             report=report,
         )
-        agreed = _in_drake(rows, points, fixed, opened, options)
+        runs = [(row, {**fixed, **point}) for row, point in zip(rows, points, strict=True)]
+        agreed = agreement_with_drake(options.scenario, runs, options.check, options.seed, opened, options.measure)
     files = [TABLE, *_draw(rows, points, options), *([AGREEMENT] if agreed else [])]
     print(f"{len(rows)} runs, {sum(row[ERROR] != '' for row in rows)} failed")
     predicted = [row for row in rows if row.get("predicted")]
@@ -65,20 +61,6 @@ def run(options: argparse.Namespace) -> int:
     options.console.document["runs"] = rows
     options.console.wrote(*(options.out / file for file in files))
     return 0
-
-
-def _in_drake(
-    rows: list[dict[str, str]],
-    points: list[SweepPoint],
-    fixed: Mapping[str, Any],
-    executor: Executor,
-    options: argparse.Namespace,
-) -> list[Agreement]:
-    """How runs of another engine agree with some of them in Drake, if that is asked for."""
-    fine = [i for i, row in enumerate(rows) if row[ERROR] == ""]
-    picked = [fine[i] for i in chosen(len(fine), options.check, options.seed)]
-    changes = [{**fixed, **points[i], "engine": DRAKE} for i in picked]
-    return agreement_with_drake(options.scenario, [rows[i] for i in picked], changes, executor, options.measure)
 
 
 def _draw(rows: list[dict[str, str]], points: list[SweepPoint], options: argparse.Namespace) -> list[str]:

@@ -148,6 +148,7 @@ def _miss(X_WA: RigidTransform, X_WB: RigidTransform) -> float:
     return max(float(np.linalg.norm(X_AB.translation())), X_AB.rotation().ToAngleAxis().angle())
 
 
+SPACING = 0.01  # m, maximum distance of waypoints on a straight path
 TURN_SPACING = 0.1  # rad, maximum rotation of the tool between waypoints
 MIN_STEPS = 6  # of a straight path
 MOST_STEPS = 10_000  # 100 m, farther than any arm reaches
@@ -201,16 +202,11 @@ def joint_path(q0: Array, q1: Array) -> Trajectory:
 
 
 def straight_path(
-    plant: MultibodyPlant,
-    tool: Frame,
-    q0: Array,
-    X_WTool: RigidTransform,
-    spacing: float = 0.01,
-    coupled: Couplings | None = None,
+    plant: MultibodyPlant, tool: Frame, q0: Array, X_WTool: RigidTransform, coupled: Couplings | None = None
 ) -> Trajectory:
     """The tool moves in a straight line, turning evenly, from its pose at q0 (n) to X_WTool.
 
-    Exact at waypoints at most `spacing` m apart, with a cubic spline of continuous second derivatives between them.
+    Exact at waypoints at most SPACING m apart, with a cubic spline of continuous second derivatives between them.
 
     Raises:
         UnreachableError: if a waypoint is out of reach or only reached by a jump to another branch, or there are more
@@ -218,9 +214,9 @@ def straight_path(
     """
     X_WStart = tool_pose(plant, tool, q0)
     line = PiecewisePose.MakeLinear([0.0, 1.0], [X_WStart, X_WTool])
-    steps = _steps(X_WStart.InvertAndCompose(X_WTool), spacing)
+    steps = _steps(X_WStart.InvertAndCompose(X_WTool))
     if steps > MOST_STEPS:
-        raise UnreachableError(f"the straight path would be {steps * spacing:.4g} m long")
+        raise UnreachableError(f"the straight path would be {steps * SPACING:.4g} m long")
     s = np.linspace(0.0, 1.0, 1 + steps)
     postures = [q0]
     for part in s[1:]:
@@ -233,10 +229,10 @@ def straight_path(
     return PiecewisePolynomial.CubicWithContinuousSecondDerivatives(s, np.array(postures).T, False)
 
 
-def _steps(X_AB: RigidTransform, spacing: float) -> int:
+def _steps(X_AB: RigidTransform) -> int:
     """The number of steps of a motion of the tool from A to B."""
     distance, turn = float(np.linalg.norm(X_AB.translation())), X_AB.rotation().ToAngleAxis().angle()
-    return max(MIN_STEPS, int(np.ceil(distance / spacing)), int(np.ceil(turn / TURN_SPACING)))
+    return max(MIN_STEPS, int(np.ceil(distance / SPACING)), int(np.ceil(turn / TURN_SPACING)))
 
 
 def timed(

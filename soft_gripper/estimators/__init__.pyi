@@ -2,26 +2,18 @@
 
 from .arc_shapes import ArcShape as ArcShape
 from .arc_shapes import BendSharing as BendSharing
-from .arc_shapes import ConstantCurvatureShape as ConstantCurvatureShape
 from .arcs import arcs_from_readings as arcs_from_readings
 from .arcs import joints_on_arcs as joints_on_arcs
 from .arcs import points_on_arcs as points_on_arcs
 from .contact import ContactShape as ContactShape
 from .driving_torque import DrivingTorque as DrivingTorque
-from .driving_torque import driving_torques as driving_torques
-from .driving_torque import recorded_driving as recorded_driving
 from .estimate import ContactForce as ContactForce
 from .estimate import ShapeEstimate as ShapeEstimate
-from .estimate import ShapeFunction as ShapeFunction
 from .finger_shape import FingerShape as FingerShape
 from .finger_shape import position_std as position_std
-from .force_posterior import ContactPosterior as ContactPosterior
 from .gaussian import GaussianShape as GaussianShape
-from .named_estimators import SHAPE_FUNCTIONS as SHAPE_FUNCTIONS
 from .plane import planar_gravity as planar_gravity
 from .plane import pose_entries as pose_entries
 from .recursive import RecursiveShape as RecursiveShape
 from .shape_estimator import ShapeEstimator as ShapeEstimator
-from .spatial_curvature import SpatialCurvatureShape as SpatialCurvatureShape
 from .uncertainty import Uncertainty as Uncertainty
-from .uncertainty import uncertainty_of as uncertainty_of

@@ -86,6 +86,8 @@ def _field(config: Any, name: str, schema: Any, value: Any, retain_map_defaults:
     if is_dataclass(kind) and isinstance(value, dict):
         default = getattr(config, name)
         return _filled(kind() if default is None else deepcopy(default), value, retain_map_defaults)  # type: ignore[operator]
+    if kind is dict and Any in (inner, *get_args(inner)):  # plain data, as they are
+        return value
     if kind is list and is_dataclass(inner) and all(isinstance(each, dict) for each in value):
         return [_filled(inner(), each, retain_map_defaults) for each in value]  # type: ignore[operator]
 

@@ -1,10 +1,8 @@
 """The finger: its parameters, and the chain of links, springs and pressures that models it."""
 
-from .creep import CreepTorque as CreepTorque
 from .cross_section import CrossSection as CrossSection
 from .cross_section import Station as Station
 from .finger import Finger as Finger
-from .finger_element import SILICONES as SILICONES
 from .finger_parts import ContactMaterial as ContactMaterial
 from .finger_parts import CreepBranch as CreepBranch
 from .finger_parts import ElasticLaw as ElasticLaw

@@ -77,16 +77,12 @@ class CrossSection:
     @cached_property
     def area(self) -> Quantity:
         """Solid area, m^2."""
-        return self.width * self.thickness - self._hollow
+        return self.width * self.thickness - sum(hole.area for hole in self.holes)
 
     @property
     def holes(self) -> tuple[Hole, ...]:
         """Hollow parts of the section: its chamber."""
         return (Hole(self.chamber_width, self.chamber_thickness, self.chamber_center),)
-
-    @property
-    def _hollow(self) -> Quantity:
-        return sum(hole.area for hole in self.holes)
 
     @cached_property
     def _parts(self) -> list[tuple[Quantity, ...]]:

@@ -233,11 +233,6 @@ class Finger:
     def _at_joints(self) -> CrossSection:
         return self.section(self.joint_arc_lengths)
 
-    @cached_property
-    def _at_links(self) -> CrossSection:
-        """In the middles of the links."""
-        return self.section((self.link_ends[:-1] + self.link_ends[1:]) / 2)
-
     @property
     def thinnest(self) -> CrossSection:
         """Thinnest of the cross-sections that are given."""
@@ -442,7 +437,8 @@ class Finger:
     @cached_property
     def links(self) -> LinkInertias:
         """Inertias of the N + 1 rigid links from the base to the tip, the load at the tip included."""
-        section, lengths, load = self._at_links, np.diff(self.link_ends), self.tip_load
+        middles, lengths, load = (self.link_ends[:-1] + self.link_ends[1:]) / 2, np.diff(self.link_ends), self.tip_load
+        section = self.section(middles)
         mass = np.asarray(section.density * section.area * lengths)
         center = np.array([section.mass_center, lengths / 2])
         bare = LinkInertias(mass, center, np.array([*section.gyration, lengths**2 / 12]), np.zeros(lengths.shape))

@@ -4,7 +4,7 @@ Numbers are written in full, so that the same finger is read again. What is as b
 """
 
 import xml.etree.ElementTree as ET
-from dataclasses import MISSING, Field, fields
+from dataclasses import MISSING, fields
 from typing import Any
 
 from soft_gripper.fingers.finger import Finger
@@ -54,11 +54,7 @@ def _body(finger: Finger) -> dict[str, str]:
 def _attributes(part: Any) -> dict[str, str]:
     """The fields of a dataclass that are not as by default."""
     values = ((each, getattr(part, each.name)) for each in fields(part))
-    return {each.name: _text(value) for each, value in values if not _is_default(each, value)}
-
-
-def _is_default(of: "Field[Any]", value: Any) -> bool:
-    return of.default is not MISSING and value == of.default
+    return {each.name: _text(value) for each, value in values if each.default is MISSING or value != each.default}
 
 
 def _text(value: Any) -> str:

@@ -89,17 +89,13 @@ class Film:
         """The phase of the task, or its outcome after the last phase or a failure."""
         assert self._scenario.task is not None
         phases, number = self._scenario.task.phases, int(now["task.phase"])
-        return phases[number].name if number < len(phases) else _words(Outcome(int(now["task.outcome"])))
+        return phases[number].name if number < len(phases) else Outcome(int(now["task.outcome"])).words
 
 
 def _leave_planes(recording: Recording) -> bool:
     """Whether any finger leaves its bending plane."""
     joints = (signal.values for name, signal in recording.data.items() if str(name).endswith(f".{TRUE_JOINTS}"))
     return any(map(leaves_plane, joints))
-
-
-def _words(outcome: Outcome) -> str:
-    return outcome.words
 
 
 def _draw_scale(limit: float, width: int) -> Image.Image:

@@ -1,9 +1,6 @@
 """What a scenario may say, and reading it."""
 
 from .calibration_file import load_calibration as load_calibration
-from .calibration_file import save_calibration as save_calibration
-from .nominal_model import NominalModel as NominalModel
-from .nominal_model import read_nominal_model as read_nominal_model
 from .schema import DeadSensorConfig as DeadSensorConfig
 from .schema import FingerConfig as FingerConfig
 from .schema import MeshConfig as MeshConfig

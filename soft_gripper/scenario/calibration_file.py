@@ -1,47 +1,21 @@
-"""Calibration files: their schema, and how they are read and written."""
+"""Calibration files: their schema, and how they are read and applied."""
 
-from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass, field, replace
-from pathlib import Path
-from typing import NamedTuple
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
 
 import numpy as np
-from pydrake.common.yaml import yaml_dump
 
-from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
 from soft_gripper.files.document import load_config
-from soft_gripper.files.output import atomic_file
 from soft_gripper.files.yaml_text import read_yaml
 from soft_gripper.fingers.statics import softened
 from soft_gripper.quantity import Misfit, quantity
-from soft_gripper.scenario.fitted_states_config import FittedStatesConfig, kept_states
+from soft_gripper.scenario.fitted_states_config import FittedStatesConfig
 from soft_gripper.scenario.model_files import model_path
 from soft_gripper.sensors.calibrated_states import DRIVE, CalibratedStates
 from soft_gripper.sensors.measurement import MeasurementModel
 from soft_gripper.sensors.response_curve import CalibratedResponse, ResponseCurve
 from soft_gripper.sensors.sensor_layout import SensorLayout, strain_sensors
-
-
-class Calibration(NamedTuple):
-    """Estimates of a calibration, and standard deviations."""
-
-    bend_ratio: float  # how much further the finger bends under the same pressure than nominal
-    gains: Array  # (R)
-    offsets: Array  # (R) extension ratio
-    residual: float  # root mean square of what is left of the holds, extension ratio
-    bend_ratio_std: float
-    gain_stds: Array  # (R)
-    offset_stds: Array  # (R)
-    hysteresis: float  # share of the stroke
-    drifts: Array  # (R) 1/s, mean of the recordings
-    tip_measured: bool  # whether the place of the tip was
-    doubtful: tuple[tuple[int, float], ...]  # recordings, from 0, and times, s, of holds that are not free bending
-    pressure_offset: float  # Pa, what the sensor reads too much
-    pressure_offset_std: float
-    response_curvature: float
-    response_curvature_std: float
-    states: CalibratedStates | None = None  # in which it was calibrated
 
 
 @dataclass
@@ -90,31 +64,6 @@ class CalibrationConfig:
     fingers: dict[str, FingerCalibrationConfig] = field(default_factory=dict)
 
 
-def as_config(layout: SensorLayout, found: Calibration, doubtful: Sequence[str] = ()) -> FingerCalibrationConfig:
-    """Entry of the file for the calibration of a finger with that nominal layout.
-
-    `doubtful` are holds that do not fit, in words.
-    """
-    found_of_readings = "gains", "offsets", "gain_stds", "offset_stds", "drifts"
-    length, spacing, one_sided, sections = _identity(layout)
-    lists = {name: getattr(found, name).tolist() for name in found_of_readings}
-    single = {
-        name: getattr(found, name)
-        for name in (
-            *("bend_ratio", "residual", "bend_ratio_std", "hysteresis", "tip_measured"),
-            *("response_curvature", "response_curvature_std", "pressure_offset", "pressure_offset_std"),
-        )
-    }
-    found_before = {**lists, **single}
-    config = FingerCalibrationConfig(length, spacing, one_sided, sections, **found_before, doubtful=list(doubtful))
-    if found.states is not None:
-        readings = [f"{path} {section}" for path in layout.path_names for section in range(layout.sections)]
-        names = [*readings, "drive [N m]", "gravity x [m/s^2]", "gravity z [m/s^2]"]
-        states = found.states
-        config.fitted = kept_states(names, states.fitted, states.widths, states.noise, states.disagreement)
-    return config
-
-
 def calibrated(sensors: MeasurementModel, calibration: CalibrationConfig) -> SensorLayout:
     """The nominal layout with the calibrated gains, offsets and stiffness of its finger.
 
@@ -126,7 +75,8 @@ def calibrated(sensors: MeasurementModel, calibration: CalibrationConfig) -> Sen
     if name not in calibration.fingers:
         raise InputError("nominal.calibration", "fingers", list(calibration.fingers), f"has none for '{name}'")
     config = calibration.fingers[name]
-    found, own = (config.length, config.sensor_spacing, config.one_sided, config.section_lengths), _identity(layout)
+    found = config.length, config.sensor_spacing, config.one_sided, config.section_lengths
+    own = layout_identity(layout)
     flat, expected = [*found[:3], *found[3]], [*own[:3], *own[3]]
     if len(flat) != len(expected) or not np.allclose(flat, expected, rtol=1e-6):
         of = "length, sensor spacing, one_sided and section lengths"
@@ -146,14 +96,8 @@ def _states(config: FingerCalibrationConfig, sections: int) -> CalibratedStates 
     return CalibratedStates(kept.fitted, kept.widths, disagreement, sections, kept.noise, bend_std)
 
 
-def save_calibration(calibration: CalibrationConfig, path: Path) -> None:
-    """Writes a calibration."""
-    with atomic_file(path) as partial:
-        partial.write_text(yaml_dump(asdict(calibration)), encoding="utf-8")
-
-
 def load_calibration(file: str) -> CalibrationConfig:
-    """Reads what `save_calibration` wrote.
+    """Reads what `soft-gripper calibrate` wrote.
 
     Raises:
         InputError: if the file is missing, is not a calibration, or has impossible values.
@@ -162,5 +106,6 @@ def load_calibration(file: str) -> CalibrationConfig:
     return load_config(path, read_yaml(path), CalibrationConfig)
 
 
-def _identity(layout: SensorLayout) -> tuple[float, float, bool, list[float]]:
+def layout_identity(layout: SensorLayout) -> tuple[float, float, bool, list[float]]:
+    """Length, sensor spacing, one-sidedness and section lengths, by which a calibration knows its finger."""
     return layout.finger.length, layout.finger.sensor_spacing, layout.one_sided, layout.rest_lengths.tolist()

@@ -9,7 +9,6 @@ from pydrake.multibody.parsing import (
     FlattenModelDirectives,
     ModelDirective,
     ModelDirectives,
-    PackageMap,
     Parser,
     ProcessModelDirectives,
 )
@@ -18,9 +17,10 @@ from pydrake.multibody.plant import MultibodyPlant
 from soft_gripper.errors import InputError
 from soft_gripper.files.document import check_document, require
 from soft_gripper.files.yaml_text import read_yaml
-from soft_gripper.model_import.drake_parsing import check_inside, drake_reads
+from soft_gripper.model_import.drake_parsing import drake_reads
 from soft_gripper.model_import.included_files import check_files
 from soft_gripper.models import package_map
+from soft_gripper.scenario.model_files import model_path
 
 _FILE = "file://"
 _PACKAGE = "package://"
@@ -53,20 +53,18 @@ def add_directives(plant: MultibodyPlant, directives: Sequence[ModelDirective]) 
     for i, directive in enumerate(directives):
         where, kind = f"directives[{i}]", _kind(directive)
         if directive.add_directives is not None:
-            count += _count_directives(directive.add_directives.file, where, packages, (), counts)
+            count += _count_directives(directive.add_directives.file, where, (), counts)
         require(count <= _MAX_DIRECTIVES, where, "count", count, f"give no more than {_MAX_DIRECTIVES} directives")
         with drake_reads(where, kind, getattr(getattr(directive, kind), "file", None)):
-            located = ModelDirectives(directives=[_located(directive, where, packages)])
+            located = ModelDirectives(directives=[_located(directive, where)])
             flat += FlattenModelDirectives(located, packages).directives
     for part in parts_with_files(flat):
-        _check_model(_path(part.file, "directives", packages), "directives", part.file)
+        _check_model(_path(part.file, "directives"), "directives", part.file)
     with drake_reads("scenario", "directives", f"{len(flat)} directives"):  # together: they weld what they have added
         ProcessModelDirectives(ModelDirectives(directives=flat), parser)
 
 
-def _count_directives(
-    file: str, where: str, packages: PackageMap, around: tuple[Path, ...], counts: dict[Path, int]
-) -> int:
+def _count_directives(file: str, where: str, around: tuple[Path, ...], counts: dict[Path, int]) -> int:
     """Checks a file of directives, and counts them and those of the files that it adds.
 
     Drake reads such a file without an end if it adds itself, and ends the process.
@@ -74,14 +72,13 @@ def _count_directives(
     Args:
         file: path or URI.
         where: place that names the file, for messages.
-        packages: where packages are.
         around: the files that add this one.
         counts: numbers of directives that are known, by file.
 
     Raises:
         InputError: if a file cannot be read, does not fit Drake's schema, adds itself, or adds too many others.
     """
-    path = Path(os.path.realpath(_path(file, where, packages)))
+    path = Path(os.path.realpath(_path(file, where)))
     require(path not in around, where, "file", file, "adds itself")
     require(len(around) < _MAX_DEPTH, where, "file", file, f"lies in {_MAX_DEPTH} files that add each other")
     if path not in counts:
@@ -99,7 +96,7 @@ def _count_directives(
             if (added := directive.get("add_directives")) is not None:
                 inside, name = f"{path}: directives[{i}]", added.get("file", "")
                 require(name.startswith((_FILE, _PACKAGE)), inside, "file", name, "give file:///... or package://...")
-                count += _count_directives(name, inside, packages, (*around, path), counts)
+                count += _count_directives(name, inside, (*around, path), counts)
         counts[path] = count
     return counts[path]
 
@@ -109,12 +106,12 @@ def _kind(directive: ModelDirective) -> str:
     return next(field.name for field in ModelDirective.__fields__ if getattr(directive, field.name) is not None)
 
 
-def _located(directive: ModelDirective, where: str, packages: PackageMap) -> ModelDirective:
+def _located(directive: ModelDirective, where: str) -> ModelDirective:
     """A directive whose file, if it has one, is there and is named by a URI, as Drake wants it."""
     found = ModelDirective(**{field.name: getattr(directive, field.name) for field in ModelDirective.__fields__})
     for name in ("add_model", "add_directives"):
         if (part := getattr(found, name)) is not None:
-            path = _path(part.file, where, packages)
+            path = _path(part.file, where)
             require(path.is_file(), where, "file", part.file, f"there is no file {path}")
             keys = {field.name: getattr(part, field.name) for field in type(part).__fields__}
             uri = part.file if part.file.startswith(_PACKAGE) else f"{_FILE}{os.path.abspath(path)}"
@@ -122,15 +119,8 @@ def _located(directive: ModelDirective, where: str, packages: PackageMap) -> Mod
     return found
 
 
-def _path(file: str, where: str, packages: PackageMap) -> Path:
-    if not file.startswith(_PACKAGE):
-        return Path(file.removeprefix(_FILE))
-    check_inside(where, file)
-    package, _, inside = file.removeprefix(_PACKAGE).partition("/")
-    if not packages.Contains(package):
-        known = ", ".join(packages.GetPackageNames())
-        raise InputError(where, "file", file, f"no package '{package}'; known: {known}")
-    return Path(packages.GetPath(package)) / inside
+def _path(file: str, where: str) -> Path:
+    return model_path(file.removeprefix(_FILE), where)
 
 
 def _check_model(path: Path, where: str, file: str) -> None:

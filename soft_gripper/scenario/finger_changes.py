@@ -12,16 +12,12 @@ from soft_gripper.files.number import number
 from soft_gripper.fingers.cross_section import CrossSection
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_element import FingerElement
-from soft_gripper.fingers.finger_parts import ContactMaterial
-from soft_gripper.fingers.paths import Chamber, Tendon
+from soft_gripper.fingers.paths import Chamber
 from soft_gripper.scenario.schema import FingerChanges, FingerConfig
 
 OF_SECTION = tuple(field.name for field in fields(CrossSection))
 OF_FINGER = ("length", "relaxation_time", "sensor_spacing")
-# Fields of the chambers and tendons of a finger, by the names of their changes.
-_OF_CHAMBER = {"chamber_width": "width", "chamber_thickness": "thickness"}
-_OF_TENDON = {f"tendon_{name}": name for name in ("stiffness", "friction", "slack")}
-_OF_CONTACT = tuple(field.name for field in fields(ContactMaterial))
+_OF_CHAMBER = {"chamber_width": "width", "chamber_thickness": "thickness"}  # fields of a Chamber, by their changes
 _ALL = "all"
 _SUSPICIOUS_FACTOR = 20.0  # times the value so far; a larger change is taken for one whose "%" was forgotten
 _EXPECTED = 'give a number, or a change such as "+10 %"'
@@ -62,8 +58,7 @@ def configured_finger(finger: Finger, where: str, configs: Mapping[str, FingerCo
         if config := configs.get(name):
             place = f"{where}.fingers.{name}"
             finger = changed_finger(finger, place, config, (*OF_FINGER, "shear_factor"))
-            finger = _replaced(finger, contact=changed_part(finger.contact, place, config, _OF_CONTACT))
-            finger = _with(finger, place, tendons=_changed_paths(finger.tendons, place, config, _OF_TENDON))
+            finger = _replaced(finger, contact=changed_part(finger.contact, place, config, ["friction"]))
             if config.yields is not None:
                 finger = _with(finger, place, yields=tuple(config.yields.split()))
     return finger
@@ -92,7 +87,7 @@ def changed_finger(finger: Finger, where: str, changes: FingerChanges, of_finger
     of_section = [name for name in OF_SECTION if not (finger.chambers and name in _OF_CHAMBER)]
     try:
         alike = changed_part(finger, where, changes, of_finger)
-        chambers = _changed_paths(finger.chambers, where, changes, _OF_CHAMBER)
+        chambers = tuple(_changed_chamber(chamber, where, changes) for chamber in finger.chambers)
         base, *between, tip = (changed_part(each, where, changes, of_section) for each in alike.cross_sections)
         return _replaced(alike, base=base, sections=tuple(between), tip=tip, chambers=chambers)
     except InputError as error:
@@ -105,29 +100,13 @@ def changed_part(part: Any, where: str, changes: FingerChanges, names: Sequence[
     return _replaced(part, **{name: _value(where, name, text, getattr(part, name)) for name, text in texts.items()})
 
 
-_P = TypeVar("_P", Chamber, Tendon)
-
-
-def _changed_paths(paths: Sequence[_P], where: str, changes: FingerChanges, names: Mapping[str, str]) -> tuple[_P, ...]:
-    """Paths with changes of some of their fields, `names` by those of the changes."""
-    texts = {name: text for name in names if (text := getattr(changes, name)) is not None}
-    if texts and not paths and set(texts) <= set(_OF_TENDON):
-        name, text = next(iter(texts.items()))
-        raise InputError(where, name, text, "leave it out: the finger has no tendon")
-    return tuple(
-        _replaced(
-            path,
-            **{names[name]: _values(where, name, text, getattr(path, names[name])) for name, text in texts.items()},
-        )
-        for path in paths
-    )
-
-
-def _values(where: str, name: str, text: str, before: Any) -> Any:
-    """The value after a change, or the values at the stations of a path."""
-    if isinstance(before, tuple):
-        return tuple(_value(where, name, text, each) for each in before)
-    return _value(where, name, text, before)
+def _changed_chamber(chamber: Chamber, where: str, changes: FingerChanges) -> Chamber:
+    """A chamber with changes of its width and thickness at every station."""
+    values = {}
+    for name, field in _OF_CHAMBER.items():
+        if (text := getattr(changes, name)) is not None:
+            values[field] = tuple(_value(where, name, text, before) for before in getattr(chamber, field))
+    return _replaced(chamber, **values)
 
 
 def _value(where: str, name: str, text: str, before: float) -> float:

@@ -32,21 +32,21 @@ def is_mjcf(path: Path) -> bool:
     return has_form(ModelFile(path), "MJCF")
 
 
-def model_path(file: str | Path) -> Path:
+def model_path(file: str | Path, where: str = "model") -> Path:
     """The file behind a package:// URI of a package that Drake or soft_gripper knows, or a plain path.
 
     Raises:
-        InputError: if there is no such package, or the URI leads out of it.
+        InputError: naming `where`, if there is no such package, or the URI leads out of it.
     """
     file = name_of(file)
     if not file.startswith("package://"):
         return Path(file)
-    check_inside("model", file)
+    check_inside(where, file)
     package, _, inside = file.removeprefix("package://").partition("/")
     if package == PACKAGE:
         return DIRECTORY / inside
     packages = package_map()
     if not packages.Contains(package):
         known = ", ".join(packages.GetPackageNames())
-        raise InputError("model", "file", file, f"no package '{package}'; known: {known}")
+        raise InputError(where, "file", file, f"no package '{package}'; known: {known}")
     return Path(packages.GetPath(package)) / inside

@@ -75,12 +75,7 @@ class FingerConfig(FingerChanges):
     tilt: str | None = quantity(None, "rad")
     shear_factor: str | None = None
     yields: str | None = None  # the ways in which it is not rigid, such as "bending sideways twist"
-    tendon_stiffness: str | None = quantity(None, "N/m")  # of every tendon, as the next two
-    tendon_friction: str | None = None
-    tendon_slack: str | None = quantity(None, "m")
     friction: str | None = None  # Coulomb, equal static and dynamic
-    hydroelastic_modulus: str | None = quantity(None, "Pa")
-    dissipation: str | None = quantity(None, "s/m")
 
 
 @dataclass(eq=False)

@@ -1,4 +1,4 @@
-"""Errors of a pressure sensor: pressure -> disturbed pressure, for a block or a recording."""
+"""Errors of a pressure sensor: pressure -> disturbed pressure."""
 
 from dataclasses import dataclass
 
@@ -47,14 +47,3 @@ class PressureErrors:
         gain, offset = memory[..., 0, :], memory[..., 1, :]
         line, arrived = pass_delay_line(memory[..., 2:, :], gain * ideal + offset + self.noise * draws[..., 0, :])
         return np.concatenate([memory[..., :2, :], line], axis=-2), arrived
-
-
-def disturb_pressure(errors: PressureErrors, pressure: Array, rng: np.random.Generator) -> Array:
-    """Disturbs a recording of pressures, (T, ..., 1) Pa; for many seeds, repeated along a seed axis."""
-    samples, *seeds, one = np.shape(pressure)
-    run, each = errors.draws
-    memory, disturbed = errors.begin(rng.standard_normal((*seeds, run, one))), np.empty(np.shape(pressure))
-    draws = rng.standard_normal((samples, *seeds, each, one))
-    for i, ideal in enumerate(pressure):
-        memory, disturbed[i] = errors.step(memory, ideal, draws[i])
-    return disturbed

@@ -25,7 +25,6 @@ import numpy as np
 from soft_gripper.arrays import Array
 from soft_gripper.files.document import check_config
 from soft_gripper.quantity import Misfit, quantity
-from soft_gripper.sensors import strain_errors
 from soft_gripper.sensors.error_block import ErrorBlock, pass_delay_line
 from soft_gripper.sensors.measurement import MeasurementModel
 from soft_gripper.sensors.response_curve import CalibratedResponse, ResponseCurve
@@ -272,16 +271,16 @@ class _ReadingErrors:
     errors: StrainErrors
     response: ResponseCurve | CalibratedResponse
     period: float
-    draws = (strain_errors.RUN_DRAWS, strain_errors.SAMPLE_DRAWS)
+    draws = (RUN_DRAWS, SAMPLE_DRAWS)
 
     def begin(self, draws: Array) -> Array:
-        return strain_errors.stacked(strain_errors.begin(self.errors, draws))
+        return stacked(begin(self.errors, draws))
 
     def step(self, memory: Array, ideal: Array, draws: Array) -> tuple[Array, Array]:
         ratio = self.response.ratio(ideal)
-        before = strain_errors.unstacked(memory)
-        after, disturbed = strain_errors.step(self.errors, before, ratio, draws, self.period)
-        return strain_errors.stacked(after), self.response.reading(disturbed)
+        before = unstacked(memory)
+        after, disturbed = step(self.errors, before, ratio, draws, self.period)
+        return stacked(after), self.response.reading(disturbed)
 
 
 class ReadingErrorBlock(ErrorBlock):

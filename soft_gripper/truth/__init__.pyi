@@ -1,6 +1,5 @@
 """Ground truth from the simulation, against which estimates are scored."""
 
-from .contact import TrueContact as TrueContact
 from .poses import PoseError as PoseError
 from .poses import TruePoses as TruePoses
 from .poses import fingertip_error as fingertip_error

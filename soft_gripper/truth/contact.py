@@ -24,7 +24,6 @@ from pydrake.systems.framework import Context
 
 from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array
-from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.run_begin import since_begin
 from soft_gripper.signals import XYZ
@@ -387,25 +386,11 @@ def combined_friction(one: float, other: float) -> float:
 
 
 TOUCH = 1e-3  # N, force above which a link counts as touched
-STRAIGHT = 0.1  # 1/m; a joint with less curvature (radius above 10 m) counts as straight
 
 
 def touches(force: Array) -> NDArray[np.bool_]:
     """Which links touch something, from the forces on them, (...) N."""
     return force > TOUCH
-
-
-def contact_length(finger: Finger, touching: NDArray[np.bool_]) -> Array:
-    """Contact length of a finger, (..., N + 1) -> (...) m: the sum of the lengths of touching links."""
-    length: Array = touching @ np.diff(finger.link_ends)
-    return length
-
-
-def changes_sign(finger: Finger, q: Array) -> NDArray[np.bool_]:
-    """Whether the curvature of a finger changes its sign along it, joint angles (..., N) rad -> (...)."""
-    curvature = q / finger.segment_length
-    changes: NDArray[np.bool_] = (curvature.min(axis=-1) < -STRAIGHT) & (curvature.max(axis=-1) > STRAIGHT)
-    return changes
 
 
 class TrueContact(ArrayBlock):

@@ -105,15 +105,6 @@ def corners(joints: Array, tip: Array) -> Array:
     return np.concatenate([base, joints, tip[..., None, :]], axis=-2)
 
 
-def points_along(finger: Finger, corners: Array, s: Array) -> Array:
-    """Points at arc lengths (M) m from the base, (..., M, 3) m, of links from corner to corner, (..., N + 2, 3) m."""
-    link = np.searchsorted(finger.joint_arc_lengths, s)
-    share = (s - finger.link_ends[link]) / np.diff(finger.link_ends)[link]
-    begins = corners[..., link, :]
-    points: Array = begins + share[:, None] * (corners[..., link + 1, :] - begins)
-    return points
-
-
 class PoseError(ArrayBlock):
     """Compares the estimated pose of a finger, which lies in its bending plane, with the true one of the same sample.
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 from command_line import LISTENING, short, soft_gripper
+from waiting import LONG
 
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 
@@ -73,7 +74,7 @@ def test_ctrl_c_says_how_to_go_on(tmp_path):
         while not file.exists() or file.read_bytes().count(b"\n") < 2:
             time.sleep(0.01)
         os.killpg(process.pid, signal.SIGINT)
-        printed, complaint = process.communicate(timeout=30)
+        printed, complaint = process.communicate(timeout=LONG)
     assert process.returncode == 130
     ended = file.read_bytes().count(b"\n") - 1
     assert f"{ended} of 8 runs ended; their results are in" in printed

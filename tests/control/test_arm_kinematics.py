@@ -116,11 +116,6 @@ def test_a_near_posture_is_found_again(ur5e):
         np.testing.assert_allclose(solve_posture(*ur5e, tool_pose(*ur5e, q), seed), q, atol=1e-5)
 
 
-def test_the_same_question_has_the_same_answer(ur5e):
-    X_WTool = tool_pose(*ur5e, HOME + 1.5)
-    np.testing.assert_array_equal(solve_posture(*ur5e, X_WTool, HOME), solve_posture(*ur5e, X_WTool, HOME))
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("place", [[0, 0, 1.3], [1.1, 0, 0.2], [0.02, 0, 0.6]], ids=["above", "beside", "inside"])
 def test_out_of_reach(ur5e, place):

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from soft_gripper.control.grip import GripForce, GripForceBound
-from soft_gripper.signals import signal_of
 
 
 def grip_force(*forces):
@@ -24,10 +23,6 @@ def test_is_the_mean(forces):
 
 def test_a_force_that_is_not_known_leaves_it_unknown():
     assert np.isnan(grip_force(0.5, np.nan))
-
-
-def test_is_a_force():
-    assert signal_of(GripForce(["a", "b"]).GetOutputPort("force")).unit == "N"
 
 
 def grip_force_bound(*fingers):
@@ -55,7 +50,3 @@ UNKNOWN = 3 * [np.nan]
 )
 def test_the_bound_counts_where_contact_is_detected(fingers, expected):
     assert grip_force_bound(*fingers) == pytest.approx(expected, nan_ok=True)
-
-
-def test_a_bound_is_a_force():
-    assert signal_of(GripForceBound(["a", "b"]).GetOutputPort("force")).unit == "N"

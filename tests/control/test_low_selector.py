@@ -120,10 +120,3 @@ def test_the_first_takes_over_again_at_once(informed, uninformed):
     for course, is_late in ((informed, False), (uninformed, True)):
         back = course.value[at(FALL) :] < LOW + 0.1 * (LIMIT - LOW)
         assert (np.argmax(back) * T > 0.4) == is_late
-
-
-def test_ports():
-    selector = LowSelector()
-    inputs = [selector.get_input_port(i).get_name() for i in range(selector.num_input_ports())]
-    assert inputs == ["first", "second"]
-    assert (selector.num_output_ports(), selector.get_output_port().get_name()) == (1, "selected")

@@ -156,13 +156,6 @@ def test_start_without_a_measurement_is_bumpless_once_there_is_one():
     np.testing.assert_allclose(given, 4.0)
 
 
-def test_ports():
-    pid = PidController(PidGains(), T, 0, 1)
-    names = [pid.get_input_port(i).get_name() for i in range(pid.num_input_ports())]
-    assert names == ["set_point", "measurement", "applied"]
-    assert (pid.num_output_ports(), pid.get_output_port().get_name()) == (1, "output")
-
-
 @pytest.mark.parametrize("port", ["set_point", "measurement", "applied"])
 @pytest.mark.parametrize("hostile", [[NAN, np.inf, -np.inf], [1e308], [-1e308, 1e308]])
 def test_numbers_that_are_not_finite_or_overflow_leave_nothing_behind(port, hostile):

@@ -31,7 +31,7 @@ RULES = Rules(
         Phase("lift", motion(0.6), NARROW, CARRY, holds=True, rescue=LET_GO),
         Phase("carry", motion(0.4), NARROW, RELEASE, holds=True, rescue=LET_GO),
         Phase("release", motion(0.1), OPEN, RETURN, until="released", rescue=LET_GO),
-        Phase("return", motion(0.5), OPEN, OVER),
+        Phase("return", motion(0.5), AT_HOME, OVER),
         Phase("let go", motion(0.1), OPEN, HOME, rest=0.3),
         Phase("home", motion(0.4), AT_HOME, OVER),
     ),
@@ -108,13 +108,8 @@ def test_a_task_that_succeeds():
     assert list(script.began) == [CLOSE, LIFT, CARRY, RELEASE, RETURN, OVER]
     # Motion and rest; motion; motion; motion; quiet; motion.
     np.testing.assert_allclose(lasted, [0.7, CLOSING, 0.6, 0.4, QUIET_TIME, 0.5], atol=LATE)
-    assert set_points == [OPEN, OPEN]
+    assert set_points == [OPEN, AT_HOME]
     assert (script.outcome, script.failed) == (Outcome.DONE, None)
-
-
-def test_set_points_are_those_of_the_phases():
-    assert Script().set_point == OPEN
-    assert until_close().set_point == until_lift().set_point == NARROW
 
 
 def test_nothing_changes_when_a_task_is_over():

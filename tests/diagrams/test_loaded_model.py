@@ -52,14 +52,6 @@ def test_a_file_may_be_loaded_twice(plant):
     assert plant.num_actuators() == 2 * 12
 
 
-def test_fingers_have_the_number_of_segments_of_the_scenario(plant):
-    two = ModelConfig("hand", "package://soft_gripper/grippers/two_finger.urdf", segments=7)
-    _, fingers, _ = load_model(plant, two, "models[0]")
-    assert [(finger.name, finger.finger.segments) for finger in fingers] == [("left_finger", 7), ("right_finger", 7)]
-    plant.Finalize()
-    assert plant.num_actuators() == 2 * 7
-
-
 def test_springs_of_the_fingers_are_pairs_of_linear_ones_unless_the_scenario_chooses_torsion():
     counts = {}
     for springs in ("linear", "torsion"):

@@ -8,7 +8,6 @@ from pydrake.systems.framework import DiagramBuilder
 
 from soft_gripper.diagrams.scene import add_plant
 from soft_gripper.diagrams.simulation import simulate
-from soft_gripper.errors import InputError
 from soft_gripper.model_import.convex_parts import convex_parts
 from soft_gripper.models import DIRECTORY
 from soft_gripper.scenario.scenario_file import load_scenario
@@ -54,18 +53,6 @@ def test_forces_are_in_balance(grasps):
     assert last(run, "box.contact_wrench")[5] == pytest.approx(MASS * G, rel=1e-3)
 
 
-def test_the_default_is_the_surface():
-    scenario = load_scenario("box_grasp")
-    assert (scenario.contact, scenario.contact_points) == ("surface", 4)
-
-
-@pytest.mark.parametrize("override", ["contact=point", "contact_points=3"])
-def test_a_wrong_choice_is_named(override):
-    with pytest.raises(InputError) as error:
-        load_scenario("box_grasp", [override])
-    assert error.value.field == override.partition("=")[0]
-
-
 def test_a_mesh_is_touched_at_its_convex_parts():
     scenario = load_scenario("irregular_grasp", ["contact=points"])
     plant, scene_graph, fingers, *_ = add_plant(
@@ -99,11 +86,6 @@ def parts_of(mesh, tmp_path):
     return convex_parts(path, path.stat().st_mtime_ns)
 
 
-def test_a_convex_mesh_is_one_part(tmp_path):
-    (corners,) = parts_of(trimesh.creation.box((1, 2, 3)), tmp_path)
-    np.testing.assert_allclose(np.abs(corners), np.broadcast_to([0.5, 1, 1.5], corners.shape))
-
-
 def test_parts_of_a_cone_on_a_cone_fill_it(tmp_path):
     """Two cones tip to tip: the slices across their axis are convex, so that the parts fill it."""
     cone = trimesh.creation.cone(1.0, 1.0, sections=64)
@@ -114,15 +96,6 @@ def test_parts_of_a_cone_on_a_cone_fill_it(tmp_path):
     hulls = [trimesh.convex.convex_hull(corners) for corners in parts_of(both, tmp_path)]
     assert sum(hull.volume for hull in hulls) == pytest.approx(2 * cone.volume, rel=1e-6)
     assert all(hull.bounds[0, 2] >= -1e-9 and hull.bounds[1, 2] <= 2 + 1e-9 for hull in hulls)
-
-
-def test_slices_that_are_convex_together_are_one_part(tmp_path):
-    """A wide cylinder with a thin one on top; the slice at the step narrows from one to the other."""
-    wide, thin = trimesh.creation.cylinder(1.0, 7.0), trimesh.creation.cylinder(0.3, 7.0)
-    thin.apply_translation([0, 0, 7.0])
-    lower, upper = parts_of(trimesh.util.concatenate([wide, thin]), tmp_path)
-    assert [lower[:, 2].min(), lower[:, 2].max()] == pytest.approx([-3.5, 4.5])
-    assert [upper[:, 2].min(), upper[:, 2].max()] == pytest.approx([4.5, 10.5])
 
 
 def test_the_shipped_irregular_object_is_followed_closely():

@@ -7,7 +7,7 @@ from finger_plants import free_bending
 
 from soft_gripper.diagrams.simulation import advance, make_simulator, run_station, simulate, solver_config
 from soft_gripper.diagrams.station import make_station
-from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
+from soft_gripper.scenario.scenario_file import load_scenario
 
 
 def test_progress_reports_the_time_after_every_step():
@@ -29,13 +29,6 @@ def test_runs_are_the_same_every_time(time_step):
     first, again, anew = run_station(station), run_station(station), simulate(scenario)
     xr.testing.assert_identical(first.data, again.data)
     xr.testing.assert_identical(first.data, anew.data)
-
-
-def test_scenario_is_left_as_it_was():
-    scenario = free_bending([80e3], 0.1)
-    before = dump_scenario(scenario)
-    simulate(scenario)
-    assert dump_scenario(scenario) == before
 
 
 def test_the_scenarios_integrator_is_for_a_continuous_plant():

@@ -5,16 +5,6 @@ from unittest.mock import Mock
 import numpy as np
 import pytest
 from pydrake.math import RigidTransform, RollPitchYaw
-from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import DiagramBuilder
-from pydrake.systems.primitives import (
-    ConstantVectorSource,
-    LogVectorOutput,
-    MatrixGain,
-    TrajectorySource,
-    ZeroOrderHold,
-)
-from pydrake.trajectories import PiecewisePolynomial
 
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.arc_pose_estimator import ArcPoseEstimator
@@ -24,8 +14,6 @@ from soft_gripper.estimators.plane import pose_entries
 from soft_gripper.fingers.kinematics import as_points
 from soft_gripper.sensors.link_sensors import CurvatureSensors
 from soft_gripper.sensors.sensor_layout import extension_ratios
-from soft_gripper.sensors.strain_sensor import StrainSensor
-from soft_gripper.signals import signal_of
 
 X_WB = RigidTransform(RollPitchYaw(0.3, -1.1, 2.0), [0.1, -0.2, 0.3])
 GRAVITY = np.array([0.0, 0.0, -9.81])
@@ -90,16 +78,6 @@ def test_block_is_the_pure_functions(layout, strain):
     assert_same(Fixed(layout).read(strain), expected(layout, strain))
 
 
-def test_world_positions_are_those_of_drakes_transform(layout, strain):
-    outputs = Fixed(layout).read(strain)
-    for (x, z), world in zip(
-        outputs["joint_positions"].reshape(-1, 2),
-        outputs["joint_positions_world"].reshape(-1, 3),
-        strict=True,
-    ):
-        np.testing.assert_allclose(world, X_WB.multiply([x, 0.0, z]), atol=1e-15)
-
-
 @pytest.mark.parametrize("change", [{"driving_torque": -DRIVING}, {"X_WB": pose_entries(RigidTransform())}], ids=list)
 def test_joint_angles_follow_drive_and_weight(layout, strain, change):
     """The bend of the sections stays as it is measured; only its shares change."""
@@ -135,16 +113,6 @@ def test_a_bad_sample_spoils_the_pose_from_its_section_on_and_only_while_it_last
         np.testing.assert_equal(estimator.read(strain), good)
 
 
-def test_a_moved_base_moves_the_world_positions_alone(layout, strain):
-    estimator = Fixed(layout)
-    before = estimator.read(strain)
-    estimator.fix(X_WB=pose_entries(RigidTransform([1.0, 2.0, 3.0]) @ X_WB))
-    after = estimator.read(strain)
-    shift = (after.pop("joint_positions_world") - before.pop("joint_positions_world")).reshape(-1, 3)
-    np.testing.assert_allclose(shift, np.tile([1.0, 2.0, 3.0], (12, 1)), atol=1e-14)
-    np.testing.assert_equal(after, before)
-
-
 def test_each_sample_is_estimated_once_for_all_ports(layout, strain, monkeypatch):
     estimate, fixed = Mock(wraps=bends_from_readings), Fixed(layout)
     monkeypatch.setattr("soft_gripper.estimators.arc_shapes.bends_from_readings", estimate)
@@ -163,54 +131,3 @@ def test_strain_alone_gives_the_pose(layout, strain):
 def test_sensors_of_curvature_are_refused(shipped_finger):
     with pytest.raises(InputError, match=r"ArcPoseEstimator: sensor\.type = 'curvature': works with strain sensors"):
         ArcPoseEstimator(CurvatureSensors(shipped_finger, 2), GRAVITY)
-
-
-def test_ports_and_no_state(layout):
-    system = ArcPoseEstimator(layout, GRAVITY)
-    inputs = [(system.get_input_port(i).get_name(), system.get_input_port(i).size()) for i in range(3)]
-    assert inputs == [("strain", layout.paths * layout.sections), ("driving_torque", 12), ("X_WB", 12)]
-    assert system.num_input_ports() == 3
-    assert signal_of(system.GetOutputPort("tip_pose")).unit == ("m", "m", "rad")
-    assert signal_of(system.GetOutputPort("joint_positions_world")).axes == {"joint": range(12), "xyz": ("x", "y", "z")}
-    assert system.CreateDefaultContext().is_stateless()
-
-
-@pytest.fixture
-def wired(layout):
-    """A builder that holds StrainSensor -> ArcPoseEstimator."""
-    builder = DiagramBuilder()
-    sensor = builder.AddSystem(StrainSensor(layout, 0.01))
-    estimator = builder.AddSystem(ArcPoseEstimator(layout, GRAVITY))
-    builder.Connect(sensor.GetOutputPort("strain"), estimator.GetInputPort("strain"))
-    for port, value in (("driving_torque", DRIVING), ("X_WB", pose_entries(X_WB))):
-        source = builder.AddSystem(ConstantVectorSource(value))
-        builder.Connect(source.get_output_port(), estimator.GetInputPort(port))
-    return builder, sensor, estimator
-
-
-def test_pose_may_act_back_on_the_joints(wired, layout):
-    """The sensor holds its sample: a loop around both blocks is no algebraic loop."""
-    builder, sensor, estimator = wired
-    back = builder.AddSystem(MatrixGain(np.eye(12) / 2))
-    builder.Connect(estimator.GetOutputPort("estimated_joint_angles"), back.get_input_port())
-    builder.Connect(back.get_output_port(), sensor.GetInputPort("joint_angles"))
-    Simulator(builder.Build()).AdvanceTo(0.05)
-
-
-def test_recording_of_the_blocks_is_the_batch(wired, layout, bent):
-    builder, sensor, estimator = wired
-    motion = PiecewisePolynomial.FirstOrderHold([0.0, 0.1, 0.2, 0.3], bent(12, 4))
-    source = builder.AddSystem(TrajectorySource(motion))
-    builder.Connect(source.get_output_port(), sensor.GetInputPort("joint_angles"))
-    hold = builder.AddSystem(ZeroOrderHold(0.01, 12))
-    builder.Connect(source.get_output_port(), hold.get_input_port())
-    ports = [estimator.get_output_port(i) for i in range(estimator.num_output_ports())]
-    ports.append(hold.get_output_port())
-    logs = {port.get_name(): LogVectorOutput(port, builder, 0.01) for port in ports}
-    simulator = Simulator(builder.Build())
-    simulator.AdvanceTo(0.3)
-    recorded = {name: log.FindLog(simulator.get_context()).data().T for name, log in logs.items()}
-    _, *q = recorded.pop("y")
-    q = np.array([q[0], *q])  # unlike the sensor, a hold does not sample before the first step
-    assert len(np.unique(q[:, 0])) >= 30
-    assert_same(recorded, expected(layout, layout.response.reading(extension_ratios(layout, q))))

@@ -167,16 +167,6 @@ def test_an_elastic_law_converges(steep_finger, law):
             np.testing.assert_allclose(shared, q, atol=1e-12)
 
 
-def test_a_law_that_is_the_linear_spring_shares_alike(shipped_finger, bent):
-    finger = replace(shipped_finger, tip=shipped_finger.base)
-    moment = finger.stiffness[0] * finger.segment_length
-    law = ElasticLaw((-1.0, 1.0), (-moment, moment), (-moment, moment))
-    linear, lawful = (BendSharing(SensorLayout(f, 3)) for f in (finger, replace(finger, elastic_law=law)))
-    theta, driving = bent(10, 3), 0.05 * bent(10, 12)
-    shares = [sharing.joint_angles(theta, driving, 0.0) for sharing in (linear, lawful)]
-    np.testing.assert_allclose(*shares, atol=1e-13)
-
-
 @pytest.mark.parametrize("sections", SECTIONS)
 def test_force_at_the_tip_is_found_exactly(sections):
     """Its torque falls straight from base to tip, which any number of sensors can report."""
@@ -196,14 +186,6 @@ def test_force_between_base_and_tip_is_found_better_by_more_sensors(where):
     assert errors[-1] == 0
 
 
-@pytest.mark.parametrize("sections", SECTIONS)
-def test_nothing_is_found_where_nothing_is(sections):
-    finger = uniform_finger(12)
-    layout = SensorLayout(finger, sections)
-    theta = sums(layout, free_bending_angles(finger, PRESSURE))
-    assert np.abs(found(layout, theta)).max() < 1e-14
-
-
 @LAWS
 @pytest.mark.parametrize("bad", range(3))
 def test_an_unknown_section_makes_all_joints_unknown_in_its_sample_alone(shipped_finger, bent, bad, law):
@@ -214,13 +196,3 @@ def test_an_unknown_section_makes_all_joints_unknown_in_its_sample_alone(shipped
     q = sharing.joint_angles(theta, driving, GRAVITY)
     assert np.isnan(q[[1, 3]]).all()
     np.testing.assert_array_equal(q[[0, 2]], known[[0, 2]])
-
-
-@LAWS
-def test_a_batch_is_its_samples(tapered_finger, bent, law):
-    sharing = BendSharing(SensorLayout(replace(tapered_finger, elastic_law=law), 3))
-    theta, driving, gravity = bent(4, 2, 3), 0.05 * bent(4, 2, 5), GRAVITY * np.exp(1j * bent(4, 2, 1))
-    q = sharing.joint_angles(theta, driving, gravity)
-    for index in np.ndindex(4, 2):
-        alone = sharing.joint_angles(theta[index], driving[index], complex(gravity[index][0]))
-        np.testing.assert_allclose(q[index], alone, rtol=1e-12, atol=1e-16)

@@ -10,10 +10,6 @@ POSES = [X_WB, RigidTransform(), X_WB @ X_WB]
 ENTRIES = np.array([pose_entries(pose) for pose in POSES])
 
 
-def test_entries_are_the_matrix_row_after_row():
-    np.testing.assert_array_equal(pose_entries(X_WB).reshape(3, 4), X_WB.GetAsMatrix34())
-
-
 def test_a_vector_of_the_world_in_many_bases_and_back(bent):
     vectors = bent(3, 3)
     local = in_base(ENTRIES, vectors)

@@ -16,7 +16,7 @@ from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 
 RUBS = 0.25  # friction per force, standard deviation of what is drawn
 TWO, FOUR = {"sections": 2, "borders": (1 / 3,)}, {"sections": 4}
-PLACES = [0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 1.0]  # of the length
+PLACES = [0.4, 0.6, 0.8, 0.95, 1.0]  # of the length
 SOFTENING = ElasticLaw((-30.0, -8.0, 8.0, 30.0), (-0.23, -0.1, 0.1, 0.23), (-0.2, -0.088, 0.088, 0.2))
 BOTH = pytest.mark.parametrize("sections", [TWO, FOUR], ids=["two", "four"])
 SIDES = pytest.mark.parametrize("side", [1, -1], ids=["inner", "outer"])
@@ -45,7 +45,7 @@ def test_a_single_force_is_found(shipped_finger, sections, side, place):
     """Whatever the pressure, however gravity pulls."""
     layout, rng = SensorLayout(shipped_finger, **sections), np.random.default_rng(3)
     s = place * shipped_finger.length
-    for _ in range(3):
+    for _ in range(2):
         pressure, gravity = rng.uniform(0, 150e3), 9.81 * np.exp(1j * rng.uniform(-np.pi, np.pi))
         force = side * rng.uniform(0.3, 1.5)
         q = in_balance(shipped_finger, pressure, gravity, [Push(s, force)])
@@ -143,7 +143,7 @@ def test_a_force_on_the_edge_of_the_tip_may_have_any_direction(shipped_finger, s
 @pytest.mark.parametrize("place", [0.965, 0.98, 0.99])
 def test_a_force_close_to_the_tip_lies_within_what_is_said_of_it(shipped_finger, sections, side, place):
     layout, s = SensorLayout(shipped_finger, **sections), place * shipped_finger.length
-    for pressure in (0.0, 60e3, 120e3):
+    for pressure in (0.0, 120e3):
         contact = estimated(layout, in_balance(shipped_finger, pressure, 0j, [Push(s, side * 0.8)]), pressure).contact
         assert abs(contact.force - side * 0.8) < 2 * contact.force_std
         assert abs(contact.arc_length - s) < 2 * contact.arc_length_std
@@ -231,24 +231,6 @@ def test_every_measured_bend_is_met(shipped_finger, bent):
     driving = shipped_finger.pressure_torque(np.full(5, 5e4))
     found = ContactShape(layout, assumed)(readings(layout, q), driving, np.zeros(3))
     np.testing.assert_allclose(layout.sums(found.q), layout.sums(q), rtol=0, atol=1e-6)
-
-
-@pytest.mark.parametrize("law", [None, SOFTENING], ids=["linear", "softening"])
-def test_a_batch_is_its_samples(shipped_finger, law):
-    """One force, the tip, two forces, none, a missing section, nothing that is read."""
-    finger = replace(shipped_finger, elastic_law=law)
-    layout, gravity = SensorLayout(finger, **FOUR), 9.81 * np.exp(1j * np.arange(6)).reshape(3, 2)
-    pushes = [[Push(0.09, 0.8)], [Push(0.12, 0.6, 0.3)], [Push(0.05, 0.6), Push(0.1, 0.5)], [], [Push(0.08, -0.5)], []]
-    q = [in_balance(finger, 40e3, g, p) for g, p in zip(gravity.reshape(-1), pushes, strict=True)]
-    read = readings(layout, np.array(q)).reshape(3, 2, 8)
-    read[2, 0, [1, 5]], read[2, 1] = np.nan, np.nan
-    driving, contact = finger.pressure_torque(np.full((3, 2), 40e3)), ContactShape(layout)
-    found = contact(read, driving, vector(gravity))
-    assert np.count_nonzero(found.contact.force > 0) == 3
-    for index in np.ndindex(3, 2):
-        alone = contact(read[index], driving[index], vector(gravity[index]))
-        for whole, part in zip((found.q, *found.contact), (alone.q, *alone.contact), strict=True):
-            np.testing.assert_allclose(whole[index], part, rtol=1e-6, atol=1e-9)
 
 
 @pytest.mark.parametrize("along", [-1.2, 1.2])

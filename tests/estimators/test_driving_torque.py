@@ -217,16 +217,3 @@ def test_a_recording_remembers_shapes_of_zeroed_sensors_as_the_block_does(creepi
     function = SHAPE_FUNCTIONS["gaussian"](layout, uncertainty, PERIOD)
     found = recorded_driving(function, creeping, strain, pressure, in_space(np.array(IN_PLANE)), PERIOD)
     np.testing.assert_allclose(found, sampled, rtol=0, atol=1e-7)
-
-
-def test_recordings_side_by_side_are_as_one_by_one(creeping, bent):
-    layout, pressure = SensorLayout(creeping, 3), PRESSURE * bent(20, 2)
-    strain, gravity = (
-        layout.response.reading(extension_ratios(layout, bent(20, 2, 12))),
-        np.tile(in_space(np.array(IN_PLANE)), (20, 2, 1)),
-    )
-    function = SHAPE_FUNCTIONS["gaussian"](layout, Uncertainty())
-    together = recorded_driving(function, creeping, strain, pressure, gravity, PERIOD)
-    for i in range(2):
-        alone = recorded_driving(function, creeping, strain[:, i], pressure[:, i], gravity[:, i], PERIOD)
-        np.testing.assert_allclose(together[:, i], alone, atol=1e-7)

@@ -3,15 +3,11 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
 from pydrake.math import RigidTransform, RollPitchYaw
 
-from soft_gripper.estimators.arc_pose_estimator import ArcPoseEstimator
 from soft_gripper.estimators.finger_shape import FingerShape, segment_arcs
 from soft_gripper.estimators.plane import pose_entries
 from soft_gripper.fingers.kinematics import as_points, forward_kinematics
-from soft_gripper.sensors.sensor_layout import SensorLayout
-from soft_gripper.signals import signal_of
 
 X_WB = RigidTransform(RollPitchYaw(0.3, -1.1, 2.0), [0.1, -0.2, 0.3])
 
@@ -62,21 +58,3 @@ def test_an_unknown_joint_makes_what_lies_beyond_unknown(shipped_finger, bent):
     np.testing.assert_array_equal(joints[:5], known["joint_positions"].reshape(12, 2)[:5])
     assert np.isnan(joints[5:]).all()
     assert np.isnan(outputs["tip_pose"]).all()
-
-
-def test_ports_are_those_of_an_estimator_that_puts_out_its_own_pose(shipped_finger):
-    """With as many arcs as segments, and no state."""
-    layout = SensorLayout(shipped_finger, 12)
-    block, estimator = FingerShape(shipped_finger), ArcPoseEstimator(layout, np.zeros(3))
-    for i in range(block.num_output_ports()):
-        port = block.get_output_port(i)
-        other = estimator.GetOutputPort(port.get_name())
-        assert (port.size(), signal_of(port).unit) == (other.size(), signal_of(other).unit)
-    assert block.num_output_ports() == 4
-    assert block.CreateDefaultContext().is_stateless()
-
-
-@pytest.mark.parametrize("segments", [1, 3])
-def test_any_number_of_segments(shipped_finger, segments):
-    outputs = shape_of(replace(shipped_finger, segments=segments), np.zeros(segments))
-    np.testing.assert_allclose(outputs["tip_pose"], [0.0, 0.12, 0.0], atol=1e-15)

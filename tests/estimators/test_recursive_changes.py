@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from published import table_problems
+from printed_numbers import table_problems
 from scipy.interpolate import CubicSpline
 
 from soft_gripper.diagrams.simulation import simulate

@@ -7,16 +7,11 @@ import numpy as np
 import pytest
 from fingers_in_space import torque_covariance
 from loaded_fingers import Push, in_balance, vector
-from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import DiagramBuilder
-from pydrake.systems.primitives import ConstantVectorSource, TrajectorySource, VectorLogSink, ZeroOrderHold
-from pydrake.trajectories import PiecewisePolynomial
 
 from soft_gripper.arrays import Array
 from soft_gripper.estimators.finger_shape import position_std
 from soft_gripper.estimators.gaussian import GaussianShape
 from soft_gripper.estimators.recursive import Filter, RecursiveShape
-from soft_gripper.estimators.shape_estimator import ShapeEstimator
 from soft_gripper.estimators.uncertainty import EXACT, Uncertainty, uncertainty_of
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import forward_kinematics
@@ -179,50 +174,6 @@ def test_one_spike_is_no_shape(free, layout):
     q = shape(readings, free.driving, vector(DOWN)).q
     assert tip_errors(layout.finger, free.q[900], q[900]) < 1.0
     assert tip_errors(layout.finger, free.q[901:], q[901:]).max() < 2.0
-
-
-def test_samples_side_by_side_are_as_one_by_one(grasp, layout):
-    """Leading axes after time: two recordings at once."""
-    shape = RecursiveShape(layout, UNCERTAIN)
-    both = np.stack([read(layout, grasp, seed) for seed in (1, 2)], axis=1)[::20]
-    driving = np.repeat(grasp.driving[::20, None], 2, axis=1)
-    together = shape(both, driving, vector(DOWN))
-    for i in range(2):
-        alone = shape(both[:, i], driving[:, i], vector(DOWN))
-        np.testing.assert_allclose(together.q[:, i], alone.q, atol=1e-12)
-        np.testing.assert_allclose(together.contact.force[:, i], alone.contact.force, atol=1e-9)
-
-
-def test_block_remembers_as_the_function_does(grasp, layout):
-    """From the first sample on; what it puts out at a sample is what the function makes of all up to it."""
-    shape, count = RecursiveShape(layout, UNCERTAIN, PERIOD), 60
-    readings, driving = read(layout, grasp)[1170 : 1170 + count], grasp.driving[1170 : 1170 + count]
-    builder, time = DiagramBuilder(), np.arange(count + 1) * PERIOD
-    block = builder.AddSystem(ShapeEstimator(shape, layout, np.array([0.0, 0.0, 9.81])))
-    for port, values in (("strain", readings), ("driving_torque", driving)):
-        held = np.vstack([values, values[-1:]]).T
-        source = builder.AddSystem(TrajectorySource(PiecewisePolynomial.ZeroOrderHold(time, held)))
-        hold = builder.AddSystem(ZeroOrderHold(PERIOD, len(held)))
-        builder.Connect(source.get_output_port(), hold.get_input_port())
-        builder.Connect(hold.get_output_port(), block.GetInputPort(port))
-    pose = builder.AddSystem(ConstantVectorSource(np.eye(3, 4).ravel()))
-    builder.Connect(pose.get_output_port(), block.GetInputPort("X_WB"))
-    logs = {
-        name: builder.AddSystem(VectorLogSink(block.GetOutputPort(name).size(), PERIOD))
-        for name in ("estimated_joint_angles", "contact_force", "loaded", "effective_driving_torque")
-    }
-    for name, log in logs.items():
-        builder.Connect(block.GetOutputPort(name), log.get_input_port())
-    diagram = builder.Build()
-    simulator = Simulator(diagram)
-    simulator.AdvanceTo(count * PERIOD - PERIOD / 2)
-    found = shape(readings, driving, vector(DOWN))
-    # The first sample is logged twice: a log at a time still shows the sample before.
-    logged = {name: log.FindLog(simulator.get_context()).data()[:, 1:] for name, log in logs.items()}
-    samples = logged["loaded"].shape[1]
-    np.testing.assert_allclose(logged["estimated_joint_angles"].T, found.q[:samples], atol=1e-9)
-    np.testing.assert_allclose(logged["contact_force"][0], found.contact.force[:samples], atol=1e-7)
-    assert set(logged["loaded"][0]) == {0.0, 1.0}
 
 
 class Learner(NamedTuple):

@@ -57,25 +57,3 @@ def test_response_curve_in_the_loop_changes_nothing(layout):
     found = arcs_from_readings(curved, CURVED.reading(ratios))
     np.testing.assert_allclose(found.theta, linear.theta, atol=1e-12)
     np.testing.assert_allclose(found.end, linear.end, atol=1e-14)
-
-
-@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
-def test_a_bad_reading_spoils_its_section_and_all_beyond(layout, bent, bad):
-    readings = layout.response.reading(extension_ratios(layout, bent(12)))
-    good = joints_on_arcs(layout, arcs_from_readings(layout, readings))
-    for i in range(layout.readings):
-        spoiled = readings.copy()
-        spoiled[i] = bad
-        arcs = arcs_from_readings(layout, spoiled)
-        joints = joints_on_arcs(layout, arcs)
-        expected = np.where(layout.joint_sections < i % layout.sections, good, np.nan)
-        np.testing.assert_array_equal(joints, expected)
-        np.testing.assert_array_equal(np.isnan(arcs.theta), np.arange(layout.sections) == i % layout.sections)
-
-
-def test_batch_is_the_loop(layout, bent):
-    readings = extension_ratios(layout, bent(2, 3, 12)) - 1
-    joints = joints_on_arcs(layout, arcs_from_readings(layout, readings))
-    for index in np.ndindex(2, 3):
-        alone = joints_on_arcs(layout, arcs_from_readings(layout, readings[index]))
-        np.testing.assert_array_equal(joints[index], alone)

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from logged_ports import logged_ports
 
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.estimators.finger_shape import Places
@@ -169,26 +168,6 @@ def test_nothing_is_learnt_while_the_bend_of_a_section_is_hardly_read_in_either_
     assert shape._is_blind(read) == (lost == "outer"), "the other side and the diagonal read as much"
     read[2 * layout.path_names.index("right")] = False
     assert shape._is_blind(read) == (lost != "rising")
-
-
-CHAMBERS = [
-    *("sensor.sections=2", "sensor.layout=four_faces_and_diagonal", "estimator.type=recursive"),
-    "pressure.steps={finger::inner: [0.0], finger::left: [40000.0], finger::right: [0.0]}",
-    *("pressure.settle=0.29", "pressure.hold_samples=1", "estimator.uncertainty.bend_per_pressure=0.005"),
-]
-
-
-def test_block_remembers_as_the_function_does():
-    """Of a finger that is driven all ways and stretches, in a run and in its recording."""
-    scenario = load_scenario("three_chambers", CHAMBERS)
-    names = "estimated_tip_position", "contact_force_vector", "contact_probability", "loaded", "innovation"
-    signals = [f"finger.{name}" for name in (*names, "effective_driving_torque")]
-    read, recorded = logged_ports(scenario, scenario.duration, signals), simulate(scenario).data
-    for name, values in read.items():
-        np.testing.assert_allclose(values, recorded[name].values.reshape(values.shape), rtol=1e-6, atol=1e-9)
-    np.testing.assert_allclose(
-        *(recorded.isel(time=-1)[f"finger.{kind}_tip_position"] for kind in ("estimated", "true")), atol=1e-3
-    )
 
 
 @pytest.mark.slow

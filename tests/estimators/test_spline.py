@@ -94,11 +94,3 @@ def test_neither_drive_nor_gravity_matters(shipped_finger, bent):
     np.testing.assert_array_equal(
         spline(read, np.full(12, 0.1), np.array([0.0, 0.0, 9.81])).q, spline(read, NOTHING, np.zeros(3)).q
     )
-
-
-def test_a_batch_is_its_samples(layout, bent):
-    read = readings(layout, bent(3, 2, 12))
-    read[1, 0, 0] = np.nan
-    found = estimated(layout, read)
-    for index in np.ndindex(3, 2):
-        np.testing.assert_allclose(found[index], estimated(layout, read[index]), atol=1e-12)

@@ -22,8 +22,8 @@ JOBS = ["--jobs", "2"]
 IDENTIFY = ["swing.csv", "--as", "swing.yaml", "--finger", "beam.urdf"]
 LONG = {
     "run": RUN,
-    "benchmark": [],
     "calibrate": ["out/run/recording.nc", "--out", "calibration.yaml"],
+    "evaluate": [*JOBS, "--out", "out/evaluation"],
     "design": ["design.yaml", *JOBS, "--out", "out/design"],
     "export": ["mine.yaml", "--out", "out/export"],
     "grasp-strength": ["box_grasp", *JOBS, "--out", "out/strength"],
@@ -31,14 +31,8 @@ LONG = {
     "live": [*LIVE[1:], "--bench", "bench.yaml", "--fast"],
     "play": ["mine.yaml", "--out", "out/played"],
     "replay": ["swing.csv", "--as", "swing.yaml", "--out", "out/replayed"],
-    "study contact-coverage": [*JOBS, "--out", "out/coverage"],
-    "study contact-trials": ["--trials", "2", *JOBS, "--out", "out/contacts"],
-    "study drift": [*JOBS, "--out", "out/drift"],
     "study grasp-trials": ["--trials", "1", *JOBS, "--out", "out/trials"],
-    "study hardware": ["--data", ".", *JOBS, "--out", "out/hardware"],
     "study health": ["--runs", "1", *JOBS, "--out", "out/health"],
-    "study model-errors": ["--contacts", "2", *JOBS, "--out", "out/errors"],
-    "study robustness": [*JOBS, "--out", "out/robustness"],
     "weigh": IDENTIFY,
 }
 
@@ -67,4 +61,4 @@ def test_commands_of_extras_run_none_either(folder):
     ended = run_in(folder, {name: [*name.split(), *words] for name, words in LONG.items()}, seconds=8)
     assert [name for name, (_, ran) in ended.items() if ran] == []
     refused = {name for name, (code, _) in ended.items() if code == 2}
-    assert refused <= {"calibrate", "replay", "study hardware", "study robustness", "weigh"}
+    assert refused <= {"calibrate", "replay", "weigh"}

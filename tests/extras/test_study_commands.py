@@ -8,8 +8,8 @@ from soft_gripper.errors import InputError
 
 
 def test_a_study_without_the_word_is_answered_with_it():
-    with pytest.raises(InputError, match="did you mean 'study robustness'"):
-        parsed(["robustness", "--jobs", "2"])
+    with pytest.raises(InputError, match="did you mean 'study health'"):
+        parsed(["health", "--jobs", "2"])
 
 
 @pytest.mark.parametrize("line", ["study", "study frob", "play --grip hard"])

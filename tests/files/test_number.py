@@ -5,10 +5,8 @@ import math
 import pytest
 from refusals import refused
 
-from soft_gripper.commands.options import number as option
 from soft_gripper.files.number import is_number, number
 from soft_gripper.files.yaml_text import parse_yaml
-from soft_gripper.scenario.criterion import read_criterion
 
 ODD = ("1_0", "1\u0663", "infinity", "nan", "0x10", "1e", "", ".", "1 0", "--1", "1,5")
 
@@ -35,10 +33,3 @@ def test_yaml_has_decimal_numbers_alone(text):
     with refused("number", text):
         parse_yaml("a.yaml", f"a: {text}")
     assert parse_yaml("a.yaml", f"a: '{text}'") == {"a": text}
-
-
-@pytest.mark.parametrize("text", ["1_0", "1\u0663", "0x10"])
-def test_doors_of_numbers_in_text(text):
-    with pytest.raises(ValueError, match="give a number"):
-        option(100)(text)
-    assert read_criterion(f"slid_mm at most {text}") is None

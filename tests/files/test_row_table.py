@@ -6,8 +6,8 @@ from typing import Annotated
 import pytest
 from refusals import refused
 
-from soft_gripper.evaluation.paper.forces import ForceRow
 from soft_gripper.files.row_table import print_rows, print_table, read_csv, write_csv
+from soft_gripper.runs.scores.external_torques import ForceRow
 from soft_gripper.runs.scores.poses import PoseRow
 
 NAN = float("nan")
@@ -23,20 +23,10 @@ class Number:
     value: float
 
 
-@dataclass(frozen=True)
-class Flag:
-    is_set: bool
-
-
 @pytest.mark.parametrize("rows", [POSES, FORCES, POSES[:1]])
 def test_what_is_written_is_read_again(tmp_path, rows):
     write_csv(tmp_path / "table.csv", rows)
     assert read_csv(tmp_path / "table.csv", type(rows[0])) == rows
-
-
-def test_true_and_false_are_read_again(tmp_path):
-    write_csv(tmp_path / "table.csv", [Flag(True), Flag(False)])
-    assert read_csv(tmp_path / "table.csv", Flag) == [Flag(True), Flag(False)]
 
 
 def test_columns_have_the_names_of_the_fields(tmp_path):

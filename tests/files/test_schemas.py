@@ -304,12 +304,24 @@ def checked_objects(finger: Finger) -> list[Any]:
     return [StrainErrors(), PressureErrors(), Uncertainty(), path, finger]
 
 
+def mistakes(checked: Any) -> Iterator[tuple[list[str], Wrong]]:
+    """Names of the fields with rules of an object and of its parts, each with a value that the field does not take."""
+    known = rules(type(checked))
+    for name, hint in get_type_hints(type(checked)).items():
+        if is_dataclass(part := getattr(checked, name)):
+            yield from (([name, *names], case) for names, case in mistakes(part))
+        elif known[name] != ANY:
+            yield from (([name], case) for case in cases(hint, known[name]).wrong)
+
+
+def changed(checked: Any, name: str, *names: str, value: object) -> Any:
+    """An object with another value of a field, or of one of its parts."""
+    return replace(checked, **{name: changed(getattr(checked, name), *names, value=value) if names else value})
+
+
 def test_an_object_of_python_refuses_what_a_document_may_not_hold(shipped_finger: Finger) -> None:
-    for found in checked_objects(shipped_finger):
-        known = rules(type(found))
-        for name, hint in get_type_hints(type(found)).items():
-            if not is_dataclass(hint) and known[name] != ANY:
-                for case in cases(hint, known[name]).wrong:
-                    with pytest.raises(InputError) as caught:
-                        replace(found, **{name: case.value})
-                    assert caught.value.field == f"{name}{case.place}", (found, case)
+    for checked in checked_objects(shipped_finger):
+        for names, case in mistakes(checked):
+            with pytest.raises(InputError) as caught:
+                changed(checked, *names, value=case.value)
+            assert caught.value.field == f"{'.'.join(names)}{case.place}", (checked, case)

@@ -166,7 +166,6 @@ HALF_LAYER = "a layer has a thickness and a modulus"
 NO_ROOM = "the chamber does not fit; it leaves walls of "
 MISFITS = [
     ({"chamber_width": 0.021}, "chamber_width", 0.021, NO_ROOM + "side -0.50 mm, outer 4.00 mm, inner 5.80 mm"),
-    ({"chamber_width": 0.02}, "chamber_width", 0.02, NO_ROOM + "side 0.00 mm, outer 4.00 mm, inner 5.80 mm"),
     ({"chamber_center": -0.006}, "chamber_center", -0.006, NO_ROOM + "side 5.50 mm, outer -1.00 mm, inner 10.80 mm"),
     ({"chamber_center": 0.0049}, "chamber_center", 0.0049, NO_ROOM + "side 5.50 mm, outer 9.90 mm, inner -0.10 mm"),
     ({"layer_thickness": 0.007}, "chamber_center", -0.001, NO_ROOM + "side 5.50 mm, outer 4.00 mm, inner -1.00 mm"),
@@ -188,11 +187,10 @@ MISFITS = [
 
 
 @pytest.mark.parametrize(("changes", "field", "value", "expected"), MISFITS)
-@pytest.mark.parametrize("end", ["base", "tip"])
-def test_what_cannot_be_moulded_is_refused(shipped_finger, end, changes, field, value, expected):
+def test_what_cannot_be_moulded_is_refused(shipped_finger, changes, field, value, expected):
     with pytest.raises(InputError) as caught:
-        replace(shipped_finger, **{end: replace(shipped_finger.base, **changes)})
-    assert str(caught.value) == f"finger 'finger': {end}.{field} = {value!r}: {expected}"
+        replace(shipped_finger, tip=replace(shipped_finger.base, **changes))
+    assert str(caught.value) == f"finger 'finger': tip.{field} = {value!r}: {expected}"
 
 
 def test_less_than_the_neutral_axis_will_do(shipped_finger):

@@ -7,14 +7,11 @@ import numpy as np
 import pytest
 from finger_plants import built_at, free_bending
 
-from soft_gripper.diagrams.simulation import make_simulator, simulate
-from soft_gripper.diagrams.station import make_station
+from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.fingers.finger_parts import ElasticLaw
 from soft_gripper.fingers.statics import elastic_law_block, free_bending_angles
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.models import DIRECTORY
-from soft_gripper.scenario.scenario_file import load_scenario
-from soft_gripper.scenario.shipped import scenario_names
 
 LAW = ElasticLaw(
     curvature=(-50.0, -10.0, 5.0, 12.0, 40.0),
@@ -123,20 +120,3 @@ def test_estimators_know_the_law(gripper):
     for finger in FINGERS:
         estimated = recording[f"{finger}.external_torque"].sel(time=ends, method="nearest")
         assert np.abs(estimated).max() < 2e-3
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("time_step", [0.005, 0.0])
-@pytest.mark.parametrize("name", scenario_names())
-def test_runs_in_every_scenario(gripper, name, time_step):
-    """For as long as the pressure takes to bend the fingers well into the law."""
-    models = load_scenario(name).models
-    if time_step == 0.0 and any(model.mesh.youngs_modulus is not None for model in models):
-        pytest.skip("soft objects are simulated in steps")
-    files = {i: Path(model.file).name for i, model in enumerate(models) if "/grippers/" in model.file}
-    assert files
-    overrides = [f"models.{i}.file={gripper(file, STIFFENING)}" for i, file in files.items()]
-    station = make_station(load_scenario(name, [*overrides, f"plant_config.time_step={time_step}"]))
-    simulator = make_simulator(station)
-    simulator.AdvanceTo(0.2)
-    assert np.isfinite(station.recording(simulator.get_context())["plant.state"]).all()

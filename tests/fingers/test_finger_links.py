@@ -149,7 +149,7 @@ def test_what_is_seen_of_a_straight_finger_stays_in_the_finger(shipped_finger):
     assert float(base.outer_face) - rounding < x.min() < x.max() < float(base.inner_face) + rounding
 
 
-@pytest.mark.parametrize("segments", [6, 12, 15, 24, 30, 48, 96])
+@pytest.mark.parametrize("segments", [6, 15, 24, 96])
 def test_a_skin_is_as_stiff_for_any_number_of_segments(shipped_finger, segments):
     """Its pieces cover the finger without a gap; the modulus over the smallest side is that of 12 segments."""
     finger = replace(shipped_finger, segments=segments)

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import pytest
 
 from soft_gripper.commands import main
-from soft_gripper.commands.parser import command_parser, parsed
+from soft_gripper.commands.options import Program
+from soft_gripper.commands.parser import SOFT_GRIPPER, command_parser, parsed
 
 # The command line in a process of its own, which hears Ctrl-C even where the tests run in the background and do not.
 LISTENING = [
@@ -37,11 +38,11 @@ class Terminal(io.StringIO):
         return True
 
 
-def soft_gripper(*arguments: object, terminal: bool = False) -> Outcome:
+def soft_gripper(*arguments: object, terminal: bool = False, program: Program = SOFT_GRIPPER) -> Outcome:
     """Runs `soft-gripper ARGUMENTS`, its complaints and its progress going to a file or to a terminal."""
     out, err = io.StringIO(), Terminal() if terminal else io.StringIO()
     with redirect_stdout(out), redirect_stderr(err):
-        code = main([str(argument) for argument in arguments])
+        code = main([str(argument) for argument in arguments], program)
     return Outcome(code, out.getvalue(), err.getvalue())
 
 

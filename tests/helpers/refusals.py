@@ -9,6 +9,8 @@ from unittest.mock import ANY
 import pytest
 from command_line import soft_gripper
 
+from soft_gripper.commands.options import Program
+from soft_gripper.commands.parser import SOFT_GRIPPER
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.finger_element import read_finger_element
 
@@ -31,17 +33,17 @@ def refused_finger(element: ET.Element, field: str, value: object, part: str = "
     assert str(caught.value).startswith(f"gripper.urdf: finger '{element.get('name')}': {part}")
 
 
-def refusal(*arguments: object) -> str:
+def refusal(*arguments: object, program: Program = SOFT_GRIPPER) -> str:
     """The line in which a command refuses its input: it says and writes nothing else, here or below.
 
     Notes on a recording come before it.
     """
     before = _written()
-    outcome = soft_gripper(*arguments)
+    outcome = soft_gripper(*arguments, program=program)
     assert (outcome.code, outcome.out) == (2, "")
     *notes, line = outcome.err.splitlines()
     assert all(note.startswith("note: ") for note in notes)
-    assert line.startswith("soft-gripper: ")
+    assert line.startswith(f"{program.name}: ")
     assert len(line) < _LONGEST
     assert _written() == before
     return line

@@ -43,7 +43,7 @@ frame: { origin: [0, 0, 0] }
 GRAM = 9.80665e-3  # N
 LATE, ZERO, DRIFT = 0.4, 3.0, 6.0 / 60  # s, gf, gf/s
 FORCES = {0.07: (0.3, 0.6, 0.45), 0.1: (0.25, 0.5, -0.3)}  # N, in the presses of a run, by the place, m
-PERIOD, HOLD, RAMP = 0.02, 1.8, 0.4  # s
+PERIOD, HOLD, RAMP = 0.02, 1.8, 0.2  # s
 
 
 def write_log(folder: Path) -> Path:

@@ -62,13 +62,6 @@ def test_tips_that_have_passed_the_middle_are_open_by_less_than_nothing(bend, co
     assert around(count, 0.045).opening(tips) == pytest.approx(0.09 - 2 * bend, abs=1e-12)
 
 
-@BASES
-def test_where_the_palm_is_does_not_matter(bases):
-    moved = [RigidTransform(RollPitchYaw(1.0, 2.0, 3.0), [4.0, 5.0, 6.0]) @ X for X in bases]
-    tips = random_tips(len(bases))
-    assert Gripper.of_bases(moved).opening(tips) == pytest.approx(Gripper.of_bases(bases).opening(tips), abs=1e-14)
-
-
 def test_curves_and_points_lie_where_drake_puts_them():
     gripper, tips = Gripper.of_bases(X_WB), random_tips(3)
     in_G = [X_WB[0].inverse() @ point for point in in_world(X_WB, tips)]

@@ -111,7 +111,7 @@ def test_elements_of_drake_are_known_by_any_of_their_names(uri):
 
 
 @pytest.mark.parametrize("form", FORMATS)
-@pytest.mark.parametrize("mesh", ["box.stl", "box.dae", "box.ply", "box.obj"])
+@pytest.mark.parametrize("mesh", ["box.dae", "box.ply", "box.obj"])
 @pytest.mark.parametrize("is_arm", [True, False])
 def test_meshes_of_every_format(tmp_path, form, mesh, is_arm):
     robot, link, _ = FORMATS[form]

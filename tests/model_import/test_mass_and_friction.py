@@ -15,7 +15,6 @@ from scenario_plants import add_scene, scenario_of
 
 from soft_gripper.diagrams.loaded_model import load_model
 from soft_gripper.models import DIRECTORY
-from soft_gripper.scenario.scenario_file import changed_scenario, load_scenario
 from soft_gripper.scenario.schema import ModelConfig
 
 BOX = "package://soft_gripper/objects/box.sdf"
@@ -123,22 +122,6 @@ def test_a_slab_slides_on_a_slope_that_is_steeper_than_its_friction_angle(tmp_pa
     pose = plant.GetBodyByName("m").EvalPoseInWorld(plant.GetMyContextFromRoot(simulator.get_context()))
     acceleration = g * (np.sin(angle) - friction * np.cos(angle)) if slides else 0.0
     assert pose.translation()[0] == pytest.approx(acceleration * seconds**2 / 2, rel=0.05, abs=1e-3)
-
-
-def test_keys_name_the_model():
-    changes = {"models.box.friction": 0.3, "models.box.mass": 0.08}
-    by_set = load_scenario("box_grasp", [f"{key}={value}" for key, value in changes.items()])
-    for scenario in (changed_scenario("box_grasp", changes), by_set):
-        (box,) = [model for model in scenario.models if model.name == "box"]
-        assert (box.friction, box.mass) == (0.3, 0.08)
-
-
-@pytest.mark.parametrize(
-    ("key", "value"), [("mass", 0), ("mass", -0.1), ("mass", "heavy"), ("mass", ".nan"), ("friction", -0.1)]
-)
-def test_impossible_values_are_refused_by_name(key, value):
-    with refused(f"models[2].{key}"):
-        load_scenario("box_grasp", [f"models.box.{key}={value}"])
 
 
 @pytest.mark.parametrize(("key", "of_fingers"), [("mass", "density"), ("friction", "friction")])

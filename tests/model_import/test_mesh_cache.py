@@ -61,7 +61,7 @@ def colors(obj):
     return sorted(tuple(float(value) for value in line.split()[1:]) for line in lines if line.startswith("Kd"))
 
 
-@pytest.mark.parametrize("name", ["box.stl", "box.STL", "box.ply", "box.off"])
+@pytest.mark.parametrize("name", ["box.STL", "box.off"])
 def test_size_and_place_are_those_of_the_source(tmp_path, name):
     np.testing.assert_allclose(bounds(converted(write(a_box(), tmp_path / name))), BOX, atol=1e-7)
 
@@ -97,10 +97,6 @@ def test_colours_are_kept(tmp_path):
     painted.visual.vertex_colors = (0, 255, 0, 255)
     assert colors(converted(write_dae(tmp_path / "two.dae", red, blue))) == [(0, 0.2, 0.8), (1, 0, 0)]
     assert colors(converted(write(painted, tmp_path / "painted.ply"))) == [(0, 1, 0)]
-
-
-def test_a_mesh_without_colours_has_none(tmp_path):
-    assert not converted(write(a_box(), tmp_path / "box.stl")).with_suffix(".mtl").exists()
 
 
 @pytest.mark.parametrize("ending", ["stl", "dae"])

@@ -4,7 +4,7 @@ import pytest
 from refusals import refused
 
 from soft_gripper.errors import InputError
-from soft_gripper.model_import.mesh_names import is_known_package, mesh_file
+from soft_gripper.model_import.mesh_names import mesh_file
 
 NAME = "package://acme_arm/meshes/link.stl"
 
@@ -37,11 +37,6 @@ def test_package_is_a_folder_above_the_file(urdf, tmp_path):
     mesh = make_mesh(tmp_path / "src" / "acme_arm")
     for name in (NAME, NAME.replace("package", "model"), NAME.replace("//", "///")):
         assert mesh_file(name, urdf) == mesh
-
-
-def test_package_lies_beside_the_files_own(urdf, tmp_path):
-    mesh = make_mesh(tmp_path / "src" / "acme_meshes")
-    assert mesh_file("package://acme_meshes/meshes/link.stl", urdf) == mesh
 
 
 def test_package_xml_gives_another_name_to_a_folder(tmp_path):
@@ -84,13 +79,6 @@ def test_files_and_relative_names(urdf, tmp_path):
     assert mesh_file(f"file://{mesh}", urdf) == mesh
     assert mesh_file(str(mesh), urdf) == mesh
     assert mesh_file("../meshes/link.stl", urdf).samefile(mesh)
-
-
-def test_packages_of_drake_and_ours_are_left_to_the_parser():
-    assert is_known_package("package://drake/examples/link.obj")
-    assert is_known_package("package://soft_gripper/objects/irregular.obj")
-    assert not is_known_package(NAME)
-    assert not is_known_package("drake/link.obj")
 
 
 def test_unknown_package_names_the_mesh_and_where_it_was_looked_for(urdf, tmp_path):

@@ -64,7 +64,7 @@ def assert_is_the_box(path, config=MILLIMETRES):
     np.testing.assert_allclose(moments, MASS * UnitInertia.SolidBox(*SIZE).CopyToFullMatrix3(), atol=1e-11)
 
 
-@pytest.mark.parametrize("ending", ["obj", "stl", "STL", "ply", "off", "glb"])
+@pytest.mark.parametrize("ending", ["obj", "STL", "ply", "glb"])
 def test_box_in_millimetres_has_the_inertia_of_a_box(box_file, ending):
     assert_is_the_box(box_file(f"box.{ending}"))
 
@@ -147,13 +147,3 @@ def test_mesh_that_is_no_object(box_file, cache, change, config, complaint):
         mesh_to_sdf(path, config)
     assert str(caught.value).startswith(f"{path}: {complaint}")
     assert not cache.exists()
-
-
-@pytest.mark.parametrize("name", ["empty.obj", "empty.stl", "points.obj", "junk.glb", "junk.ply", "missing.obj"])
-def test_file_without_a_mesh(tmp_path, name):
-    contents = {"empty": b"", "points": b"v 0 0 0\nv 1 0 0\nv 0 1 0\n", "junk": b"\x00\xff nothing"}
-    if (content := contents.get(Path(name).stem)) is not None:
-        (tmp_path / name).write_bytes(content)
-    with pytest.raises(InputError) as caught:
-        mesh_to_sdf(tmp_path / name, MILLIMETRES)
-    assert str(caught.value).startswith(f"{tmp_path / name}: mesh = '{name}': ")

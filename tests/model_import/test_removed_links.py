@@ -3,10 +3,9 @@
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
-import numpy as np
 import pytest
 from arm_plants import GRIPPER
-from arm_urdfs import ARM, LIMIT, Loaded, joint, link
+from arm_urdfs import ARM, LIMIT, joint, link
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import DiagramBuilder
 from scenario_plants import add_scene, arm_of
@@ -82,10 +81,6 @@ def test_a_link_goes_with_all_that_hangs_on_it(names):
     assert without(WITH_HAND, *names) == same(BARE)
 
 
-def test_nothing_is_left_out_unasked():
-    assert without(WITH_HAND) == same(WITH_HAND)
-
-
 def test_only_a_jaw():
     left = ET.fromstring(without(WITH_HAND, "right_jaw"))
     names = {tag: [e.get("name") for e in left.findall(tag)] for tag in ("link", "joint", "transmission", "frame")}
@@ -95,28 +90,15 @@ def test_only_a_jaw():
     assert names["frame"] == ["f", "grasp"]
 
 
-def test_branches_are_cut_one_by_one():
-    assert without(WITH_HAND, "camera", "hand") == same(urdf(ARM, DRIVES, SAID, group("upper", "fore")))
-
-
 def test_order_of_the_file_does_not_matter():
     shuffled = urdf(SAID_OF_HAND, DRIVES, HAND, ALONGSIDE, ARM)
     assert without(shuffled, "hand") == same(urdf(DRIVES, ALONGSIDE, ARM))
-
-
-def test_drake_loads_what_remains():
-    """And nothing of ours is needed for it."""
-    loaded, bare = Loaded(without(WITH_HAND, "hand")), Loaded(BARE)
-    np.testing.assert_array_equal(loaded.mass_matrix(), bare.mass_matrix())
-    assert [a.joint().name() for a in loaded.actuators] == ["shoulder", "elbow"]
 
 
 @pytest.mark.parametrize(
     ("name", "complaint"),
     [
         ("gripper", "no such link; known: base, upper, fore, hand, left_jaw, right_jaw, pad, camera"),
-        ("mount", "no such link; known: base, upper, fore, hand, left_jaw, right_jaw, pad, camera"),
-        ("", "no such link; known: base, upper, fore, hand, left_jaw, right_jaw, pad, camera"),
         ("base", "hangs on nothing; only what a joint carries can be left out"),
     ],
 )
@@ -154,15 +136,6 @@ def test_another_gripper_in_its_place(tmp_path):
     assert arm.plant.CalcTotalMass(arm.plant.CreateDefaultContext()) == pytest.approx(3 * MASS + ours)
 
 
-def test_with_its_own_gripper_it_is_heavier(tmp_path):
-    """What `without` takes away is there otherwise."""
-    scenario = with_our_gripper(tmp_path)
-    scenario.models[0].without = []
-    plant = add_scene(DiagramBuilder(), Scenario(models=scenario.models)).plant
-    arm = plant.GetModelInstanceByName("arm")
-    assert plant.CalcTotalMass(plant.CreateDefaultContext(), [arm]) == pytest.approx(7 * MASS)
-
-
 IN_SDF = """<sdf version='1.7' xmlns:drake='http://drake.mit.edu'><model name='m'><link name='base'/><link name='fore'/>
 <joint name='lift' type='prismatic'><parent>base</parent><child>fore</child><axis><xyz>0 0 1</xyz></axis></joint>
 <frame name='flange' attached_to='fore'/><!--
@@ -185,12 +158,6 @@ def links_left(text, *names):
 @pytest.mark.parametrize("name", ["hand", "palm", "grasp"])
 def test_a_link_of_sdformat_goes_with_all_that_hangs_on_it(name):
     assert links_left(HAND_IN_SDF, name) == links_left(IN_SDF)
-
-
-@pytest.mark.parametrize("name", ["base", "flangee", "mount"])
-def test_what_cannot_be_left_out_of_sdformat(name):
-    with pytest.raises(InputError, match=f"without = '{name}': (no such link; known: base, fore, hand, jaw|hangs on)"):
-        links_left(HAND_IN_SDF, name)
 
 
 def test_a_joint_that_followed_what_is_left_out_is_free():

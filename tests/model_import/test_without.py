@@ -74,15 +74,6 @@ def test_links_and_what_hangs_on_them_are_left_out(suffix):
     assert not joints & {"grip", "bend"}
 
 
-@pytest.mark.parametrize("suffix", FORMS)
-def test_links_that_are_not_there_are_refused(suffix):
-    with refused("without", "claw") as caught:
-        loaded(suffix, "claw")
-    assert "known: base, hand, jaw, nail, other" in str(caught.value)
-    with refused("without", "base"):
-        loaded(suffix, "base")
-
-
 def test_what_refers_to_bodies_of_mjcf_is_left_out():
     root = ET.fromstring(MJCF)
     remove_bodies(ModelFile(Path("m.xml"), root), ["jaw", "nail"])

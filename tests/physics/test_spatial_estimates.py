@@ -79,7 +79,7 @@ def printed():
 
 @pytest.mark.published
 def test_tip_errors_of_fingers_in_space_are_those_that_are_printed():
-    runs = [partial(pushed_sideways, 60e3), partial(pushed_sideways, 120e3), turned_box]
+    runs = [partial(pushed_sideways, 120e3), turned_box]
     columns = [run(ALL) for run in runs]
     found = {row: [column[row] for column in columns] for row in columns[0]}
     planar = np.array([found[kind] for kind in SHAPE_FUNCTIONS])
@@ -91,7 +91,7 @@ def test_tip_errors_of_fingers_in_space_are_those_that_are_printed():
         found[f"{kind}` with `{LAYOUTS[-1]}"] = [column[kind] for column in columns]
     for row, values in found.items():
         print(f"| {row} | " + " | ".join(f"{value:.2f}" for value in values) + " |")
-    for row, values in printed().items():  # the page shows two of the estimators that see the plane alone
+    for row, values in printed().items():  # the page shows one of the estimators that see the plane alone
         np.testing.assert_allclose(values, found[row], atol=5.1e-3)
 
 

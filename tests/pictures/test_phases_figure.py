@@ -104,18 +104,6 @@ def test_the_plots_are_what_was_recorded(run: Run, panels: list[Axes]) -> None:
     assert {axes.get_xlim() for axes in (opening, torque, pressure)} == {(0.0, 7.0)}
 
 
-def test_a_task_without_openings_has_the_plot_of_the_pressure_alone(run: Run) -> None:
-    """It does not command the gripper, and there are no signals of a grip."""
-    scene, recording, phases = run
-    grip = [name for name in recording.data if str(name).startswith("grip.")]
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(module, "DPI", 20)
-        plots = phases_figure(scene.scenario, Recording(recording.data.drop_vars(grip)), phases).axes[5:]
-    assert [axes.get_ylabel().split()[0] for axes in plots] == ["pressure"]
-    assert plots[0].get_xlabel() == "time [s]"
-    assert [text.get_text() for text in plots[0].texts] == ["1 reach", "2 take", "3 carry", "4 return"]
-
-
 def test_forces_and_slip_are_shown_where_a_finger_touches(run: Run) -> None:
     """Slips below a millimetre are not magnified, and the band of what would not be detected is no force."""
     scene, recording, phases = run
@@ -142,24 +130,3 @@ def test_forces_and_slip_are_shown_where_a_finger_touches(run: Run) -> None:
     assert plots[0].get_ylim()[1] < 3, "the band ends beyond the plot"
     np.testing.assert_allclose(plots[1].lines[0].get_ydata(), 1e3 * slips)
     assert plots[1].get_ylim() == (0, 1)
-
-
-def test_phases_are_shaded_and_named_over_the_plots(panels: list[Axes]) -> None:
-    for axes in panels[5:8]:
-        edges = [(band.get_x(), band.get_x() + band.get_width()) for band in axes.patches]
-        assert edges == [(0.0, 2.0), (2.0, 3.0), (3.0, 5.0), (5.0, 6.0)]
-    names = {text.get_text(): text.xy[0] for text in panels[5].texts}
-    assert names == {"1 reach": 1.0, "2 take": 2.5, "3 carry": 4.0, "4 return": 5.5}
-
-
-def test_a_short_phase_is_named_by_its_number(run: Run) -> None:
-    scene, recording, phases = run
-    long_names = [Phase(40 * "a", span.motion, 0.05, 0) for span in phases]
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(module, "DPI", 20)
-        figure = phases_figure(scene.scenario, recording, long_names)
-    assert [text.get_text() for text in figure.axes[5].texts] == ["1", "2", "3", "4"]
-
-
-def test_the_bar_ends_at_the_largest_torque(panels: list[Axes]) -> None:
-    np.testing.assert_allclose(panels[4].get_ylim(), [-50, 50])

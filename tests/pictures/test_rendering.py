@@ -11,8 +11,6 @@ from soft_gripper.diagrams.view.meshcat_view import upright_view
 from soft_gripper.diagrams.view.torque_colors import color
 from soft_gripper.pictures.phases import CloseUp
 from soft_gripper.pictures.rendering import MARGIN, SUN, Picture, SceneRenderer, framing_camera
-from soft_gripper.pictures.scenes_figure import largest_pressure, scenes_figure
-from soft_gripper.scenario.scenario_file import load_scenario
 
 BOX, IRREGULAR, SKIN = (0.25, 0.47, 0.70), (0.45, 0.62, 0.36), (0.93, 0.55, 0.36)  # as the model files say
 
@@ -141,41 +139,3 @@ def test_the_camera_sees_all_and_comes_as_near_as_it_can(width: int | None) -> N
     touches_both_sides = np.all(np.abs(edges) > 1 - MARGIN - 1e-9, axis=0)
     assert touches_both_sides.any()
     np.testing.assert_allclose(edges.sum(axis=0)[touches_both_sides], 0, atol=1e-9)
-
-
-@pytest.mark.parametrize(
-    ("steps", "expected"),
-    [
-        ({"all": [0.0, 20e3, 50e3, 30e3]}, (6.0, 50e3)),
-        ({"all": [10e3, -40e3]}, (4.0, -40e3)),
-        ({"left_finger": [10e3, 20e3, 30e3], "right_finger": [0.0, 45e3]}, (4.0, 45e3)),
-    ],
-    ids=str,
-)
-def test_the_largest_pressure_is_found_at_the_end_of_its_step(
-    steps: dict[str, list[float]], expected: tuple[float, float]
-) -> None:
-    scenario = load_scenario("free_bending", [f"pressure.steps={steps}"])
-    assert largest_pressure(scenario) == pytest.approx(expected)
-
-
-@pytest.mark.slow
-def test_the_figure_of_scenes_shows_each_at_its_start_and_at_its_largest_pressure() -> None:
-    runs = {}
-    for name, steps in (("obstructed_inside", [0.0, 50e3, 20e3]), ("obstructed_outside", [0.0, -40e3, 0.0])):
-        scene = Scene(name)
-        scene.scenario.pressure.steps = {"all": steps}
-        straight = scene.state()
-        scene.bend("left_finger", 0.1)
-        # The pressure is largest from 2 s to 4 s; only then the finger is bent.
-        states = [scene.state() if time in (3, 4) else straight for time in range(7)]
-        runs[name] = (scene.scenario, scene.recording(*states, torques=np.full(12, 0.03)))
-    figure = scenes_figure(runs, height=60)
-    starts, ends = np.array(figure.axes[:4]).reshape(2, 2).T
-    for start, end, (name, run) in zip(starts, ends, runs.items(), strict=True):
-        renderer = SceneRenderer(*run, 60, torque_limit=0.03)
-        np.testing.assert_array_equal(start.images[0].get_array(), renderer.render(0.0))
-        np.testing.assert_array_equal(end.images[0].get_array(), renderer.render(4.0))
-        assert name.replace("_", " ") in start.get_title()
-    assert [end.get_title() for end in ends] == ["50 kPa", "−40 kPa"]
-    np.testing.assert_allclose(figure.axes[4].get_ylim(), [-30, 30])

@@ -70,15 +70,6 @@ def test_true_joints_are_where_drake_has_them(run: Run, panels: list[Axes]) -> N
     np.testing.assert_allclose(drawn(panels[1], "true joints"), 1e3 * p_BJ[:, [0, 2]], atol=1e-6)
 
 
-def test_segments_join_end_to_end_round_the_true_joints(panels: list[Axes]) -> None:
-    segments = [patch for patch in panels[0].patches if isinstance(patch, FancyBboxPatch)]
-    to_mm = [segment.get_transform() - panels[0].transData for segment in segments]
-    ends = np.array([place.transform([(0.0, -5.0), (0.0, 5.0)]) for place in to_mm])  # of 10 mm along z
-    np.testing.assert_allclose(ends[0, 0], 0, atol=0.1)
-    np.testing.assert_allclose(ends[1:, 0], ends[:-1, 1], atol=0.1)
-    np.testing.assert_allclose(ends.mean(axis=1), drawn(panels[1], "true joints"), atol=0.3)
-
-
 def test_the_estimate_ends_at_the_estimated_tip(run: Run, panels: list[Axes]) -> None:
     section = [patch for patch in panels[2].patches if isinstance(patch, Polygon) and not patch.get_fill()][-1]
     inner, outer = np.split(section.get_xy()[:-1], 2)
@@ -117,19 +108,8 @@ def test_torques_have_their_colours(run: Run, panels: list[Axes], panel: int, pa
     np.testing.assert_allclose([to_rgb(piece.get_facecolor()) for piece in pieces], expected)
 
 
-def test_a_straight_finger_has_no_radii(run: Run) -> None:
-    figure = shape_figure(layout_of(run), run[1], 0.0)
-    figure.canvas.draw()
-    assert [text.get_text() for text in figure.axes[1].texts] == ["straight"] * SECTIONS
-
-
 def arrows(axes: Axes) -> list[FancyArrowPatch]:
     return [patch for patch in axes.patches if isinstance(patch, FancyArrowPatch)]
-
-
-def test_the_true_contact_force_is_drawn(panels: list[Axes]) -> None:
-    """Arcs estimate no force, and no uncertainty."""
-    assert [len(arrows(axes)) for axes in panels[:3]] == [1, 0, 0]
 
 
 @pytest.mark.slow
@@ -152,10 +132,6 @@ def test_an_estimated_force_is_drawn_beside_the_true_one() -> None:
     assert tube[:, 1].max() > band[:, 1].max() - 1, "the last piece of the finger is that of its tip"
     for patch in (estimated, beside):  # inside the panel
         assert patch.get_path().vertices[:-1, 0].min() > axes[2].get_xlim()[0]
-
-
-def test_a_finger_in_its_plane_has_no_panel_from_the_side(panels: list[Axes]) -> None:
-    assert [axes.get_xlabel() for axes in panels[:-1]] == ["x [mm]"] * 3
 
 
 @pytest.mark.slow

@@ -6,11 +6,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.view.finger_drawing import contact_arrow, estimated_contact, pressed_point
+from soft_gripper.diagrams.view.finger_drawing import contact_arrow, estimated_contact
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.fingers.kinematics import as_points, forward_kinematics, in_space
 from soft_gripper.pictures.shape_figure import draw_band
-from soft_gripper.truth.poses import corners
 
 
 def arrow_of(finger: Finger, force: float, s: float) -> Array | None:
@@ -26,21 +24,6 @@ def test_an_arrow_begins_at_the_face_and_is_25_mm_a_newton(shipped_finger: Finge
     assert arrow is not None
     np.testing.assert_allclose(arrow[0], [float(getattr(shipped_finger.section(0.08), face)), 0.0, 0.08], atol=1e-16)
     np.testing.assert_allclose(arrow[1] - arrow[0], [-0.025 * force, 0.0, 0.0], atol=1e-16)
-
-
-@pytest.mark.parametrize(("force", "s"), [(0.0, 0.08), (0.01, 0.08), (np.nan, 0.08), (1.0, np.nan)])
-def test_what_is_no_force_has_no_arrow(shipped_finger: Finger, force: float, s: float) -> None:
-    assert arrow_of(shipped_finger, force, s) is None
-
-
-def test_points_beside_a_chain_are_those_of_its_links(shipped_finger: Finger) -> None:
-    chain = forward_kinematics(np.linspace(0, 0.2, 12), shipped_finger.segment_length)
-    ends = corners(in_space(chain.joints), in_space(chain.tip))
-    for s in (*shipped_finger.joint_arc_lengths, 0.053, shipped_finger.length):
-        faces = shipped_finger.section(s).inner_face, shipped_finger.section(s).outer_face
-        found = [pressed_point(shipped_finger, ends, s, side)[::2] for side in (0.0, np.pi)]
-        expected = as_points(chain.at(np.full(2, s - 1e-9), np.array(faces)).points)
-        np.testing.assert_allclose(found, expected, atol=1e-6)
 
 
 def test_a_band_is_two_standard_deviations_wide_on_either_side(shipped_finger: Finger) -> None:

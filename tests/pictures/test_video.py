@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from command_line import short, soft_gripper
 from finger_plants import free_bending
-from PIL import Image, ImageDraw, ImageSequence
+from PIL import Image, ImageSequence
 from refusals import refused
 from scenes import Scene
 
@@ -89,27 +89,6 @@ def test_a_film_ends_with_the_recording(task: Run) -> None:
     film = Film(*task, *SIZE)
     assert film.duration == 3
     np.testing.assert_allclose(film.times, np.arange(30) / 10)
-
-
-def test_beside_an_arm_there_is_a_close_up(task: Run) -> None:
-    frame = np.asarray(Film(*task, *SIZE).frame(0.0)).astype(int)
-    scene, close_up = frame[: SIZE[1], :120], frame[: SIZE[1], 124:]
-    assert frame.shape == (SIZE[1] + FOOTER, SIZE[0], 3)
-    np.testing.assert_array_equal(frame[: SIZE[1], 120:124], 255)
-    # The palm is dark, and nothing else is but the seals of the arm; close up it is larger.
-    small, large = (np.sum(part.max(axis=-1) < 100) for part in (scene, close_up))
-    assert large > 4 * small > 0
-
-
-@pytest.mark.parametrize(
-    ("time", "words"), [(0.0, "approach"), (1.0, "lift"), (2.0, "object lost"), (3.0, "object lost")], ids=str
-)
-def test_the_caption_says_how_the_task_stands(task: Run, time: float, words: str) -> None:
-    texts: list[str] = []
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(ImageDraw.ImageDraw, "text", lambda self, place, text, *_, **__: texts.append(text))
-        Film(*task, *SIZE).frame(time)
-    assert texts == [f"{time:4.1f} s     10 kPa     {words}"]
 
 
 @pytest.mark.parametrize("ending", [".gif", ".webp", ".mp4"])

@@ -36,41 +36,24 @@ def test_a_chamber_is_not_put_where_there_is_none():
         configured_finger(finger, "here", {"all": FingerConfig(chamber_width="8e-3")})
 
 
-def test_chambers_and_tendons_change_alike():
+def test_chambers_change_alike():
     (finger,) = expand_urdf(DIRECTORY / "grippers/three_chambers.urdf").fingers
     found = configured_finger(finger, "here", {"all": FingerConfig(chamber_width="+4 %", youngs_modulus="+10 %")})
     for chamber, before in zip(found.chambers, finger.chambers, strict=True):
         assert chamber.width == pytest.approx([1.04 * width for width in before.width])
         assert chamber.thickness == before.thickness
     assert found.base.youngs_modulus == pytest.approx(1.1 * finger.base.youngs_modulus)
-    (pulled, _) = expand_urdf(DIRECTORY / "grippers/two_finger_tendons.urdf").fingers
-    changes = {
-        "all": FingerConfig(tendon_stiffness="+50 %", tendon_slack="-2e-4"),
-        pulled.name: FingerConfig(tendon_friction="0"),
-    }
-    (tendon,), (before,) = configured_finger(pulled, "here", changes).tendons, pulled.tendons
-    assert tendon == replace(before, stiffness=1.5 * before.stiffness, slack=-2e-4, friction=0.0)
 
 
-@pytest.mark.parametrize(
-    ("file", "change", "value"),
-    [
-        ("three_chambers", "chamber_center", "1e-3"),
-        ("three_chambers", "tendon_slack", "1e-3"),
-        ("two_finger_tendons", "tendon_stiffness", -1.0),
-        ("two_finger_tendons", "tendon_friction", "much"),
-    ],
-)
-def test_changes_of_what_is_not_there_or_impossible(file, change, value):
-    finger = expand_urdf(DIRECTORY / f"grippers/{file}.urdf").fingers[0]
-    field = "tendons[0].stiffness" if value == -1.0 else change
-    with refused(field, value):
-        configured_finger(finger, "here", {"all": FingerConfig(**{change: str(value)})})
+def test_the_center_of_chambers_with_places_of_their_own_does_not_change():
+    (finger,) = expand_urdf(DIRECTORY / "grippers/three_chambers.urdf").fingers
+    with refused("chamber_center", "1e-3"):
+        configured_finger(finger, "here", {"all": FingerConfig(chamber_center="1e-3")})
 
 
-def test_contact_and_nothing_else_changes(tapered_finger):
-    found = configured_finger(tapered_finger, "here", {"all": FingerConfig(friction="0.3", dissipation="+100 %")})
-    assert (found.contact.friction, found.contact.dissipation) == (0.3, 2 * tapered_finger.contact.dissipation)
+def test_friction_and_nothing_else_changes(tapered_finger):
+    found = configured_finger(tapered_finger, "here", {"all": FingerConfig(friction="0.3")})
+    assert found.contact == replace(tapered_finger.contact, friction=0.3)
     assert found.links.mass == pytest.approx(tapered_finger.links.mass)
 
 
@@ -84,10 +67,7 @@ def test_a_finger_may_yield_in_more_ways_than_its_file_says(tapered_finger):
     [
         ({"all": FingerConfig(width="wide")}, "width", "wide"),
         ({"all": FingerConfig(yields="bending sideways")}, "yields", "bending sideways"),
-        ({"all": FingerConfig(yields="bending and twist")}, "yields[1]", "and"),
         ({"tapered": FingerConfig(length="-1")}, "length", -1.0),
-        ({"all": FingerConfig(friction="+300 percent")}, "friction", "+300 percent"),
-        ({"all": FingerConfig(length="90")}, "length", "90"),
     ],
 )
 def test_what_is_no_finger_is_refused(tapered_finger, changes, field, value):

@@ -13,14 +13,6 @@ def test_a_package_of_ours_is_where_its_files_are():
     assert model_path(BOX).is_file()
 
 
-def test_a_package_of_drake_is_found_too():
-    assert model_path("package://drake/LICENSE.TXT").is_absolute()
-
-
 def test_an_unknown_package_names_the_known_ones():
     with refused("file", "package://nosuch/thing.sdf"):
         model_path("package://nosuch/thing.sdf")
-
-
-def test_a_plain_path_stays_what_it_is(tmp_path):
-    assert model_path(str(tmp_path / "thing.sdf")) == tmp_path / "thing.sdf"

@@ -14,15 +14,10 @@ from soft_gripper.scenario.schema import (
     SensorConfig,
     StrainErrorsConfig,
     UncertaintyConfig,
-    presets,
 )
 from soft_gripper.scenario.sensor_presets import strain_errors, uncertainty
 from soft_gripper.sensors.pressure_errors import PressureErrors
 from soft_gripper.sensors.strain_errors import FULL_SCALE, StrainErrors, disturb
-
-
-def test_sensors_are_ideal_unless_a_scenario_says_otherwise():
-    assert strain_errors(SensorConfig()) is None
 
 
 def test_errors_without_a_preset_are_those_that_are_given():
@@ -35,11 +30,6 @@ def test_what_is_given_overrides_the_preset():
     """A zero too."""
     errors = strain_errors(SensorConfig(errors=StrainErrorsConfig(preset="realistic", noise=0.0, delay=1)))
     assert errors == StrainErrors(hysteresis=0.01, gain_error=0.01, drift=0.001, noise=0.0, delay=1)
-
-
-@pytest.mark.parametrize("name", presets())
-def test_every_preset_is_a_kind_of_sensor(name):
-    assert strain_errors(SensorConfig(errors=StrainErrorsConfig(preset=name))) != StrainErrors()
 
 
 def test_textile_sensors_have_the_published_loop_and_wander():

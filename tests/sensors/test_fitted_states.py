@@ -1,9 +1,10 @@
-"""Distances from fitted states, and widths of bands that grow with them."""
+"""Distances from fitted states."""
 
 import numpy as np
 import pytest
 
-from soft_gripper.sensors.fitted_states import FittedStates, LeftOut, Widths, learned_widths, moved_without, spread_of
+from soft_gripper.sensors.calibrated_states import CalibratedStates, state_spreads
+from soft_gripper.sensors.fitted_states import FittedStates, Widths, spread_of
 
 LINE = FittedStates(np.column_stack([np.linspace(0, 1, 101), np.zeros(101)]), np.array([1.0, 2.0]))
 
@@ -18,6 +19,14 @@ def test_a_combination_that_was_never_met_is_far():
     """Each number lies within what was fitted."""
     cross = FittedStates(np.array([[-1.0, 0.0], [0.0, -1.0], [1.0, 0.0], [0.0, 1.0]]), np.ones(2))
     assert cross.distance(np.array([0.9, 0.9])) == pytest.approx(np.hypot(0.1, 0.9))
+
+
+@pytest.mark.parametrize(("gravity", "distance"), [((0, 0, 9.81), np.sqrt(2)), ((-9.81, 0, 0), 2.0)])
+def test_a_finger_turned_from_its_only_pose_is_as_far_as_gravity_changed_over_g(gravity, distance):
+    strains, drive = np.zeros((5, 4)), np.tile([0.02, 9.81, 0.0], (5, 1))
+    fitted = FittedStates(np.hstack([strains, drive]), state_spreads(strains, drive))
+    states = CalibratedStates(fitted, Widths(np.array([1e-3]), 1e-3), np.inf, sections=2)
+    assert states.distances(strains[0], drive[0, :1], np.array(gravity)).drive == pytest.approx(distance, rel=1e-3)
 
 
 @pytest.mark.parametrize("region", [LINE.regions(4), LINE.halves(4)])
@@ -61,44 +70,6 @@ def test_states_that_are_all_the_same_are_one_region():
 def test_spread_is_the_standard_deviation_within_columns():
     values = np.random.default_rng(0).normal([0.0, 100.0], 3.0, (20000, 2))
     assert spread_of(values) == pytest.approx(3.0, rel=0.02)
-
-
-def test_widths_hold_brownian_errors_at_every_distance():
-    """Errors whose variance is 1 + 4 d: widths learned from some regions hold 95 % in others, near and far."""
-    rng = np.random.default_rng(1)
-
-    def region(d, count=4000):
-        return LeftOut(np.abs(rng.normal(0, np.sqrt(1 + 4 * d), (count, 1))), np.full((count, 1), np.sqrt(d)))
-
-    fitted = np.abs(rng.normal(0, 1, (4000, 1)))
-    widths = learned_widths(fitted, [region(d) for d in np.linspace(1.0, 8.0, 12)])
-    assert widths.floor[0] == pytest.approx(1.96, rel=0.05)
-    assert widths.growth == pytest.approx(2 * 1.96, rel=0.05)
-    for d in (0.0, 1.0, 4.0, 12.0):
-        errors, by_distance = region(d)
-        assert (errors <= widths.band(by_distance)).mean() == pytest.approx(0.95, abs=0.015)
-
-
-def test_an_unknown_that_what_is_left_hardly_shows_stays_where_it_is():
-    """One of two is seen by a millionth in the rows that are kept: it moves by all that they ask, or not at all."""
-    slopes, residuals = np.array([[1.0, 0.0], [0.0, 1e-6], [0.0, 1.0]]), np.array([-0.5, 1e-3, 0.0])
-    kept = np.array([True, True, False])
-    np.testing.assert_allclose(moved_without(slopes, residuals, kept), [0.5, -1000])
-    np.testing.assert_allclose(moved_without(slopes, residuals, kept, 1e-3), [0.5, 0.0], atol=1e-12)
-
-
-def test_a_region_counts_the_same_however_long_it_was_stayed_in():
-    fitted = np.zeros((10, 1))
-    calm, wild = (
-        LeftOut(np.full((count, 1), error), np.ones((count, 1))) for count, error in ((10000, 1.0), (10, 5.0))
-    )
-    assert learned_widths(fitted, [calm, wild]).growth == pytest.approx(5.0)
-    assert learned_widths(fitted, [*[calm] * 30, wild]).growth == pytest.approx(1.0)
-
-
-def test_without_regions_the_distance_is_not_taken_to_matter():
-    widths = learned_widths(np.ones((10, 2)), [])
-    np.testing.assert_allclose(widths.band(np.array([[0.0, 5.0]])), 1.0)
 
 
 def test_far_is_where_the_distance_makes_more_of_a_band_than_all_else():

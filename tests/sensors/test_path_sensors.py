@@ -4,13 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from refusals import refused
 from scipy.linalg import expm
 
-from soft_gripper.diagrams.station import make_station
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.finger_parts import YIELDS
-from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.schema import DeadSensorConfig, SensorConfig, SensorPathConfig, StrainErrorsConfig
 from soft_gripper.scenario.sensor_presets import sensor_layout, strain_errors
 from soft_gripper.sensors.measurement import UNKNOWN
@@ -120,22 +117,6 @@ def test_names_are_different(spatial):
         with pytest.raises(InputError) as error:
             sensors(spatial, *paths)
         assert error.value.field == "paths"
-
-
-@pytest.mark.parametrize(
-    ("override", "field"),
-    [
-        (["sensor.layout=five_faces"], "sensor.layout"),
-        (["sensor.layout=four_faces", "sensor.one_sided=true"], "sensor.one_sided"),
-        (["sensor.layout=four_faces", "sensor.paths=[{name: p}]"], "sensor.layout"),
-        (["sensor.layout=four_faces", "sensor.errors.dead=[{path: above}]"], "sensor.errors.dead[0].path"),
-        (["sensor.paths=[{name: p, at: [0.5, 0.2]}]"], "at"),
-        (["sensor.paths=[{name: p, y_slope: 1e4}]"], "sensor.paths[0].y_slope"),
-    ],
-)
-def test_scenarios_that_contradict_themselves_are_refused(override, field):
-    with refused(field):
-        make_station(load_scenario("free_bending", override))
 
 
 def test_a_dead_sensor_is_named_by_its_path():

@@ -5,8 +5,18 @@ import math
 import numpy as np
 import pytest
 
-from soft_gripper.errors import InputError
-from soft_gripper.sensors.strain_errors import MINUTE, RUN_DRAWS, SAMPLE_DRAWS, Draws, StrainErrors, disturb, draw
+from soft_gripper.sensors.strain_errors import (
+    MINUTE,
+    PLAYS,
+    RUN_DRAWS,
+    SAMPLE_DRAWS,
+    Draws,
+    StrainErrors,
+    begin,
+    disturb,
+    draw,
+    stacked,
+)
 
 PERIOD = 0.01  # s
 
@@ -123,30 +133,10 @@ def test_many_seeds_at_once_are_as_one_by_one():
         np.testing.assert_array_equal(together[:, seed], disturb(EVERYTHING, ramp(), PERIOD, own))
 
 
-def test_the_same_seed_gives_the_same_readings_and_another_others():
-    first, again, other = (disturb(EVERYTHING, ramp(), PERIOD, rng(seed)) for seed in (1, 1, 2))
-    np.testing.assert_array_equal(first, again)
-    assert np.nanmax(np.abs(first - other)) > 1e-3
-
-
-def test_shapes_of_the_draws():
-    draws = draw(rng(), (50, 6, 3))
-    assert (draws.run.shape, draws.samples.shape) == ((6, RUN_DRAWS, 3), (50, 6, SAMPLE_DRAWS, 3))
-
-
-@pytest.mark.parametrize(
-    ("field", "value"),
-    [
-        *((name, -1e-3) for name in ("creep", "hysteresis", "gain_error", "offset", "drift", "noise", "dropout")),
-        *(("creep", 1.1), ("hysteresis", 0.2), ("noise", math.nan), ("noise", math.inf), ("dropout", 1.01)),
-        *(("creep_time", 0.0), ("correlation_time", -1.0), ("saturation", (1.1, 0.9)), ("quantization", 0.0)),
-        *(("delay", -1), ("low_frequency_noise", -1.0), ("saturation", (math.nan, 1.0))),
-    ],
-)
-def test_numbers_out_of_range(field, value):
-    with pytest.raises(InputError) as caught:
-        StrainErrors(**{field: value})
-    assert caught.value.field in (field, f"{field}[0]")
+def test_shapes_of_the_draws_and_of_the_memory_of_several_sets():
+    draws = draw(rng(), (50, 2, 6, 3))
+    assert (draws.run.shape, draws.samples.shape) == ((2, 6, RUN_DRAWS, 3), (50, 2, 6, SAMPLE_DRAWS, 3))
+    assert stacked(begin(EVERYTHING, draws.run)).shape == (2, 6, 8 + PLAYS + EVERYTHING.delay, 3)
 
 
 def test_what_creeps_reaches_the_hysteresis_late():

@@ -4,27 +4,7 @@ import pytest
 
 from soft_gripper.errors import InputError
 from soft_gripper.sensors.link_sensors import CurvatureSensors, OrientationSensors
-from soft_gripper.sensors.path_sensors import PathSensors, named_paths
-from soft_gripper.sensors.sensor_layout import SensorLayout
 from soft_gripper.sensors.strain_sensor import StrainSensor
-
-
-def sides(finger):
-    return SensorLayout(finger, 2)
-
-
-def four_faces(finger):
-    return PathSensors(finger, 2, paths=named_paths("four_faces", finger))
-
-
-@pytest.mark.parametrize("sensors", [sides, four_faces])
-def test_puts_out_strain(shipped_finger, sensors):
-    layout = sensors(shipped_finger)
-    block = StrainSensor(layout, 0.01)
-    assert {name: block.GetOutputPort(name).size() for name in block.outputs} == {
-        "extension_ratio": layout.readings,
-        "strain": layout.readings,
-    }
 
 
 @pytest.mark.parametrize("kind", [CurvatureSensors, OrientationSensors])

@@ -12,7 +12,7 @@ from soft_gripper.diagrams.simulation import make_simulator, simulate
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.scenario.schema import ModelConfig, PressureConfig, Scenario
-from soft_gripper.truth.contact import STRAIGHT, changes_sign, contact_length, touches
+from soft_gripper.truth.contact import touches
 
 HEIGHT, RADIUS, GAP = 0.2, 0.01, 2e-4  # m, of the bases, of the peg of models/objects, between peg and finger
 
@@ -44,8 +44,6 @@ def test_a_peg_touches_the_links_beside_it_and_nothing_else(shipped_finger: Fing
     last = pressed(shipped_finger, s)
     force, touching = (last["obstructed.link_contact_force"].values, [link, link + 1] if at_joint else [link])
     np.testing.assert_array_equal(np.flatnonzero(touches(force)), touching)
-    length = contact_length(shipped_finger, touches(force))
-    assert length == pytest.approx(len(touching) * shipped_finger.segment_length)
     torque = last["obstructed.true_external_torque"].values[0]
     assert force.sum() == pytest.approx(-torque / (s - shipped_finger.joint_arc_lengths[0]), rel=0.1)
     assert force.sum() > 0.05
@@ -68,31 +66,6 @@ def test_the_peg_receives_the_opposite_of_all_that_the_finger_does(shipped_finge
     )
     assert total == pytest.approx(np.linalg.norm(reaction), rel=1e-6)
     assert 0.05 < across <= total
-
-
-def test_lengths_of_links_add_up(shipped_finger: Finger) -> None:
-    """The first and the last link are half as long as the others; where nothing is touched there is no length."""
-    ds, links = shipped_finger.segment_length, shipped_finger.segments + 1
-    assert contact_length(shipped_finger, np.ones(links, dtype=bool)) == pytest.approx(shipped_finger.length)
-    some = np.zeros((3, links), dtype=bool)
-    some[1, [0, 4]] = some[2, -1] = True
-    np.testing.assert_allclose(contact_length(shipped_finger, some), [0, 1.5 * ds, 0.5 * ds])
-
-
-def test_curvature_changes_its_sign_where_joints_are_bent_both_ways(shipped_finger: Finger) -> None:
-    bent, nearly_straight = 2 * STRAIGHT * shipped_finger.segment_length, 0.5 * STRAIGHT * shipped_finger.segment_length
-    q = np.full((4, shipped_finger.segments), bent)
-    q[1] = -bent
-    q[2, :2] = -bent
-    q[3, :2] = -nearly_straight
-    np.testing.assert_array_equal(changes_sign(shipped_finger, q), [False, False, True, False])
-
-
-def test_a_joint_is_bent_from_a_radius_of_ten_metres_on(shipped_finger: Finger) -> None:
-    """Radii of 8 and of 12 m, the one way, beside one of 1 m, the other way."""
-    q = np.full((2, shipped_finger.segments), shipped_finger.segment_length)
-    q[:, 0] = -shipped_finger.segment_length / np.array([8.0, 12.0])
-    np.testing.assert_array_equal(changes_sign(shipped_finger, q), [True, False])
 
 
 def test_a_link_touches_from_the_force_on_that_the_page_says() -> None:

@@ -17,12 +17,11 @@ from soft_gripper.errors import InputError, described
 from soft_gripper.estimators.calibration_range import DISTANCE, FAR
 from soft_gripper.estimators.finger_shape import ANGLES
 from soft_gripper.extras.bench.bench import SET_POINT, Bench
-from soft_gripper.extras.bench.calibration_tally import CalibrationTally
 from soft_gripper.extras.bench.endpoints import MOST_WAITING, Sink, Source
 from soft_gripper.extras.bench.messages import MalformedError, chosen, count_of, decoded, encoded
 from soft_gripper.extras.bench.plausible import FirstPressures, Ranges, check_plausible, plausible_ranges
 from soft_gripper.extras.bench.recorder import Recorder
-from soft_gripper.extras.bench.tally import Tally
+from soft_gripper.extras.bench.tally import CalibrationTally, Tally
 from soft_gripper.extras.bench.threads import LINGER, Message
 from soft_gripper.extras.bench.watch import Counts, Watch
 from soft_gripper.extras.hardware.bench_schema import BenchConfig
@@ -269,7 +268,10 @@ class BenchDriver(Driver):
             self._receive(self._source.receive)
         with self._changed:
             if self._listener is not None:
-                self._changed.wait_for(self._has_news, min(1.5 * self._bench.period, _MAX_WAIT))
+                self._changed.wait_for(
+                    lambda: self._waiting or self._source_is_over or self._error is not None,
+                    min(1.5 * self._bench.period, _MAX_WAIT),
+                )
             waiting = [*self._waiting]
             self._waiting.clear()
             if not waiting and self._error is not None:
@@ -285,9 +287,6 @@ class BenchDriver(Driver):
         if self._clock() >= self._zeroed_at:
             self.zeroed()
         return False
-
-    def _has_news(self) -> bool:
-        return bool(self._waiting) or self._source_is_over or self._error is not None
 
     def _listen(self) -> None:
         def wait(seconds: float) -> list[Message]:

@@ -26,10 +26,6 @@ def _with_std(value: float, std: float) -> str:
     return f"{value:.2f} ± {std:.2f}" if math.isfinite(std) else f"{value:.2f}"
 
 
-def _from_calibration(far: float, distance: Array) -> str:
-    return f"{'far' if far else 'within'}, {distance.max():.1f} spreads away"
-
-
 def _bounded(force: float) -> str:
     return f"{force:.2f}" if math.isfinite(force) else "not known"
 
@@ -43,7 +39,10 @@ _ROWS: dict[str, tuple[tuple[str, ...], Callable[..., str] | None]] = {
     "at most [N]": (("contact_probability", "contact_force_bounds"), lambda _, bounds: _bounded(bounds[2])),
     "contact at [mm]": (("contact_arc_length",), lambda place: _millimetres(place[0])),
     "health": (("fault",), None),
-    "calibration": ((FAR, DISTANCE), lambda far, distance: _from_calibration(far[0], distance)),
+    "calibration": (
+        (FAR, DISTANCE),
+        lambda far, away: f"{'far' if far[0] else 'within'}, {away.max():.1f} spreads away",
+    ),
 }
 _BAD = "fault", FAR  # signals of which anything but 0 is marked
 
@@ -80,10 +79,7 @@ def finger_table(
 
 
 def _cell(
-    names: Sequence[str],
-    known: Mapping[str, OutputPort],
-    values: Mapping[str, Array],
-    text: Callable[..., str] | None,
+    names: Sequence[str], known: Mapping[str, OutputPort], values: Mapping[str, Array], text: Callable[..., str] | None
 ) -> Cell:
     found = [values.get(name, _NOTHING) for name in names]
     if not math.isfinite(found[0][0]):

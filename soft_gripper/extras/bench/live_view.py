@@ -34,13 +34,7 @@ class LiveView(BenchDriver):
     """
 
     def __init__(
-        self,
-        bench: Bench,
-        config: BenchConfig,
-        source: Source,
-        sink: Sink,
-        moving: Sequence[str] = (),
-        **others: Any,
+        self, bench: Bench, config: BenchConfig, source: Source, sink: Sink, moving: Sequence[str] = (), **others: Any
     ):
         """
         Args:

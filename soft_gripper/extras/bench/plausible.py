@@ -79,8 +79,9 @@ def check_plausible(values: Mapping[str, Array], ranges: Ranges, unread: set[str
             outside &= ~np.isnan(value)
         if outside.any():
             i = int(outside.argmax())
-            limits = (float(np.broadcast_to(limit, value.shape)[i]) for limit in (least, most))
-            raise MalformedError(f"has {value[i]:g} as entry {i} of {name}, which is not within {_span(*limits)}")
+            low, high = (float(np.broadcast_to(limit, value.shape)[i]) for limit in (least, most))
+            expected = f"which is not within {low:g} to {high:g}"
+            raise MalformedError(f"has {value[i]:g} as entry {i} of {name}, {expected}")
         if name.endswith(".X_WB") and len(value) == _POSE:
             turned = value.reshape(3, 4)[:, :3]
             if np.abs(turned @ turned.T - np.eye(3)).max() > _NOT_TURNED or np.linalg.det(turned) < 0:
@@ -116,7 +117,3 @@ class FirstPressures:
                 how = "if so, give `pressure_ambient`, what it has in open air; if not, `pressure_ambient: 0`"
                 found = f"{name}[{i}] = {rests / self._factor:.4g} {self._unit} at the beginning"
                 yield f"note: {found}: is it measured against vacuum? {how}"
-
-
-def _span(least: float, most: float) -> str:
-    return f"{least:g} to {most:g}"

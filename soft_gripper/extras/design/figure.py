@@ -10,14 +10,14 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from soft_gripper.arrays import Array
-from soft_gripper.extras.design.run_design import Design, Designed
-from soft_gripper.extras.design.sensitivity import Sensitivity
+from soft_gripper.extras.design.run_design import Designed
 from soft_gripper.extras.design.study_tables import SHARE_HELD, sensitivity_rows, short_names
 from soft_gripper.pictures.style import ESTIMATOR_COLORS, STYLE
 from soft_gripper.runs.sweep.run_sweep import Range
 
 ALLOWED, LOST, BEST, SHIPPED = "#2166ac", "#b9b9b9", "#b2182b", "#111111"
 _WIDTH, _ROW, _COLUMNS = 10.0, 3.0, 4  # inches, and panels of variables side by side
+_STAR: dict[str, Any] = {"ls": "", "marker": "*", "ms": 14, "color": BEST, "mec": "white"}
 
 
 def design_figure(found: Designed) -> Figure:
@@ -28,19 +28,19 @@ def design_figure(found: Designed) -> Figure:
     axes_count = len(found.study.axes)
     lines = math.ceil(axes_count / _COLUMNS)
     columns = min(axes_count, _COLUMNS)
+    unknown = [math.nan] * len(found.study.config.ends)
+    ends = np.array([design.score.ends or unknown for design in found.designs], float)
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(_WIDTH, _ROW * (1.15 + lines)), layout="constrained")
         rows: Any = figure.subfigures(2, 1, height_ratios=[1.25, lines])
         left, right = rows[0].subplots(1, 2, width_ratios=[1.15, 1])
-        _draw_front(left, found)
-        _draw_sensitivities(right, found, sensitivity_rows(found))
+        _draw_front(left, found, ends)
+        _draw_sensitivities(right, found)
         panels = rows[1].subplots(lines, columns, squeeze=False, sharey=True).ravel()
         names = short_names([axis.key for axis in found.study.axes])
         for number, (axes, axis, name) in enumerate(zip(panels, found.study.axes, names, strict=False)):
-            _draw_variable(axes, found, axis.key, is_number=isinstance(axis, Range))
-            axes.set_xlabel(name)
-            if number % columns == 0:
-                axes.set_ylabel(found.study.config.ends[0].measure)
+            _draw_variable(axes, found, axis.key, isinstance(axis, Range) and not axis.is_relative, ends[:, 0])
+            axes.set(xlabel=name, ylabel="" if number % columns else found.study.config.ends[0].measure)
         for axes in panels[axes_count:]:
             axes.set_visible(False)
         handles, labels = left.get_legend_handles_labels()
@@ -48,73 +48,63 @@ def design_figure(found: Designed) -> Figure:
     return figure
 
 
-def _values(designs: Sequence[Design], end: int) -> Array:
-    """An end of designs; NaN where nothing holds."""
-    return np.array([design.score.ends[end] if design.score.ends else np.nan for design in designs], float)
-
-
-def _draw_front(axes: Axes, found: Designed) -> None:
-    """The first two ends against each other or, if there is one, over the number of the design."""
-    ends, tried = found.study.config.ends, found.designs[1:]
-    is_front = len(ends) > 1
-    y = 1 if is_front else 0
-
-    def place(designs: Sequence[Design]) -> tuple[Array, Array]:
-        x = _values(designs, 0) if is_front else np.array([design.number for design in designs], float)
-        return x, _values(designs, y)
-
-    lost = [design for design in tried if not design.score.is_allowed]
-    axes.plot(*place(lost), "o", ms=4, color=LOST, label="object lost, or beyond a limit")
-    axes.plot(*place([d for d in tried if d.score.is_allowed]), "o", ms=5, color=ALLOWED, label="allowed")
-    if is_front:
-        front = sorted((found.designs[i] for i in found.front), key=lambda design: design.score.ends[0])
-        axes.plot(*place(front), "-", lw=1.2, color=ALLOWED, label="Pareto front")
-    axes.plot(*place(found.designs[:1]), "s", ms=7, mfc="none", mew=1.6, color=SHIPPED, label="as it is")
+def _draw_tried(axes: Axes, found: Designed, x: Array, y: Array, chosen: Sequence[int]) -> None:
+    """Dots of some designs, and the star of the best."""
+    allowed = [i for i in chosen if found.designs[i].score.is_allowed]
+    lost = [i for i in chosen if i not in allowed]
+    axes.plot(x[lost], y[lost], "o", ms=4, color=LOST, label="object lost, or beyond a limit")
+    axes.plot(x[allowed], y[allowed], "o", ms=5, color=ALLOWED, label="allowed")
     if found.best is not None:
-        best = [found.designs[found.best]]
-        axes.plot(*place(best), "*", ms=14, color=BEST, mec="white", label=f"best: design {best[0].number}")
-    axes.set(xlabel=ends[0].measure if is_front else "design", ylabel=ends[y].measure)
+        axes.plot(x[found.best], y[found.best], zorder=3, label=f"best: design {found.best}", **_STAR)
 
 
-def _draw_sensitivities(axes: Axes, found: Designed, rows: Sequence[Sensitivity]) -> None:
+def _draw_front(axes: Axes, found: Designed, ends: Array) -> None:
+    """The first two ends against each other or, if there is one, over the number of the design."""
+    names = [end.measure for end in found.study.config.ends]
+    is_front = len(names) > 1
+    x, y = (ends[:, 0], ends[:, 1]) if is_front else (np.arange(float(len(ends))), ends[:, 0])
+    _draw_tried(axes, found, x, y, range(1, len(ends)))
+    if is_front:
+        front = sorted(found.front, key=lambda i: float(x[i]))
+        axes.plot(x[front], y[front], "-", lw=1.2, color=ALLOWED, label="Pareto front")
+    axes.plot(x[:1], y[:1], "s", ms=7, mfc="none", mew=1.6, color=SHIPPED, label="as it is")
+    axes.set(xlabel=names[0] if is_front else "design", ylabel=names[1 if is_front else 0])
+
+
+def _draw_sensitivities(axes: Axes, found: Designed) -> None:
     """Bars of the explained variance, for each variable and end."""
-    names = [end.measure for end in found.study.config.ends] + [SHARE_HELD]
-    shown = [name for name in names if any(row.end == name for row in rows)]
-    keys = [axis.key for axis in found.study.axes]
-    thickness = 0.8 / max(len(shown), 1)
-    for i, name in enumerate(shown):
-        of_end = {row.variable: row for row in rows if row.end == name}
-        places = np.arange(len(keys)) + (i - (len(shown) - 1) / 2) * thickness
-        shares = [of_end[key].explained for key in keys]
-        label = "share of runs held" if name == SHARE_HELD else name
+    rows, keys = sensitivity_rows(found), [axis.key for axis in found.study.axes]
+    ends = list(dict.fromkeys(row.end for row in rows))
+    thickness = 0.8 / max(len(ends), 1)
+    for i, end in enumerate(ends):
+        places = np.arange(len(keys)) + (i - (len(ends) - 1) / 2) * thickness
+        of_end = [row for row in rows if row.end == end]  # in the order of the keys
+        shares = [row.explained for row in of_end]
+        label = "share of runs held" if end == SHARE_HELD else end
         bars = axes.barh(places, shares, 0.9 * thickness, color=ESTIMATOR_COLORS[i % 8], label=label)
-        signs = ["" if math.isnan(of_end[key].slope) else "+" if of_end[key].slope > 0 else "−" for key in keys]
+        slopes = [row.slope_of_ranks for row in of_end]
+        signs = ["" if math.isnan(slope) else "+" if slope > 0 else "−" for slope in slopes]
         axes.bar_label(bars, signs, padding=2, fontsize=8)
     axes.set(xlim=(0, 1), ylim=(-0.6, len(keys) - 0.4), yticks=range(len(keys)))
     axes.set_xlabel("explained variance of ranks; + grows with it, − falls")
     axes.set_yticklabels(short_names(keys))
     axes.invert_yaxis()
     axes.grid(axis="y", visible=False)
-    if shown:
+    if ends:
         axes.legend(frameon=False, fontsize=8, loc="lower right")
     else:
         axes.text(0.5, 0.5, "too few designs to tell", transform=axes.transAxes, ha="center", color="0.4")
 
 
-def _draw_variable(axes: Axes, found: Designed, key: str, is_number: bool) -> None:
+def _draw_variable(axes: Axes, found: Designed, key: str, is_number: bool, y: Array) -> None:
     """The first end over a variable."""
-    tried = [design for design in found.designs[1:] if design.score.ends]
-    given = [design.values[key] for design in tried]
-    is_number = is_number and not any(isinstance(value, str) for value in given)
-    labels = [str(value).rpartition("/")[2] for value in given]
-    choices = list(dict.fromkeys(labels))
-    x = np.array(given, float) if is_number else np.array([choices.index(label) for label in labels], float)
-    y = _values(tried, 0)
-    allowed = np.array([design.score.is_allowed for design in tried], bool)
-    axes.plot(x[~allowed], y[~allowed], "o", ms=4, color=LOST)
-    axes.plot(x[allowed], y[allowed], "o", ms=5, color=ALLOWED)
-    for i in (i for i, design in enumerate(tried) if found.best is not None and design is found.designs[found.best]):
-        axes.plot(x[i], y[i], "*", ms=14, color=BEST, mec="white")
+    chosen = [i for i, design in enumerate(found.designs) if i > 0 and design.score.ends]
+    labels = {i: str(found.designs[i].values[key]).rpartition("/")[2] for i in chosen}
+    choices = list(dict.fromkeys(labels.values()))
+    x = np.full(len(y), np.nan)
+    for i, label in labels.items():
+        x[i] = found.designs[i].values[key] if is_number else choices.index(label)
+    _draw_tried(axes, found, x, y, chosen)
     if is_number:
         axes.ticklabel_format(axis="x", style="sci", scilimits=(-2, 3))
     else:

@@ -1,22 +1,53 @@
-"""Moulds to cast a finger with: a core for each chamber, and a shell, as meshes in mm that can be printed.
+"""Moulds to cast a finger with: walls that are thick enough, a core for each chamber, and a shell.
 
-Both stand on the base of the finger, in the frame of the middle of its section: x toward the inner side, z along the
-finger. The chamber of the model runs to the tip; the core ends one wall before it, so that the tip is closed.
+Core and shell are meshes in mm that can be printed. Both stand on the base of the finger, in the frame of the middle of
+its section: x toward the inner side, z along the finger. The chamber of the model runs to the tip; the core ends one
+wall before it, so that the tip is closed.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
-from itertools import groupby, pairwise
+from collections.abc import Iterable, Sequence
+from itertools import combinations, groupby, pairwise
+from math import inf
 from typing import NamedTuple
 
 import numpy as np
 import trimesh
 
 from soft_gripper.arrays import Array
-from soft_gripper.extras.design.walls import INFINITE, least_wall
+from soft_gripper.fingers.cross_section import CrossSection
 from soft_gripper.fingers.finger import Finger
 
 SHELL = 3.0  # mm, thickness of the mould
 _MM = 1e3
+
+
+def least_wall(finger: Finger) -> float:
+    """Thickness of the thinnest wall of silicone round a chamber, and between two, m; infinite without a chamber.
+
+    At the cross-sections that are given and at the stations of the chambers; between them everything changes linearly.
+    """
+    if not finger.chambers:
+        return min(map(_thinnest, finger.cross_sections))
+    stations = {*finger.places, *(place for chamber in finger.chambers for place in chamber.at)}
+    return min(_thinnest(finger.section(place * finger.length)) for place in stations)
+
+
+def _thinnest(section: CrossSection) -> float:
+    """Thinnest wall of one cross-section, m."""
+    width, thickness, layer = (float(v) for v in (section.width, section.thickness, section.layer_thickness))
+    holes = [np.array(hole, dtype=float) for hole in section.holes if float(hole.area) > 0]
+    around = [
+        wall
+        for w, t, x, y in holes
+        for wall in ((width - w) / 2 - abs(y), (thickness - t) / 2 + x, (thickness - t) / 2 - x - layer)
+    ]
+    return float(min([*around, *(_gap(*both) for both in combinations(holes, 2))], default=inf))
+
+
+def _gap(one: Array, other: Array) -> float:
+    """The gap between two rectangles, each width, thickness, x and y, along x or along y."""
+    sizes = (one[:2] + other[:2]) / 2
+    return float(np.max(np.abs(one[2:] - other[2:]) - sizes[::-1]))
 
 
 class Ring(NamedTuple):
@@ -35,6 +66,11 @@ class Ring(NamedTuple):
         across = np.array([self.x, self.y]) + signs * np.array([self.thickness, self.width]) / 2
         return np.column_stack([across, np.full(4, self.z)])
 
+    @property
+    def middle(self) -> "Ring":
+        """The ring shrunk to a point."""
+        return self._replace(thickness=0.0, width=0.0)
+
     def grown(self, by: float) -> "Ring":
         """Wider on every side."""
         return self._replace(thickness=self.thickness + 2 * by, width=self.width + 2 * by)
@@ -42,48 +78,34 @@ class Ring(NamedTuple):
 
 def outer_rings(finger: Finger) -> list[Ring]:
     """The outside of a finger, at the cross-sections that are given."""
-    return _distinct(
-        Ring(_MM * place * finger.length, 0.0, 0.0, _MM * float(section.thickness), _MM * float(section.width))
-        for place, section in zip(finger.places, finger.cross_sections, strict=True)
-    )
+    sections = zip(finger.places, finger.cross_sections, strict=True)
+    return _rings((place * finger.length, 0.0, 0.0, section.thickness, section.width) for place, section in sections)
 
 
-def _distinct(rings: Iterable[Ring]) -> list[Ring]:
-    """Rings without those that repeat the one before, as at a step of something else."""
-    return [ring for ring, _ in groupby(rings)]
+def _rings(numbers: Iterable[Sequence[float]]) -> list[Ring]:
+    """Rings from numbers in m, without those that repeat the one before, as at a step of something else."""
+    return [ring for ring, _ in groupby(Ring(*(_MM * float(number) for number in row)) for row in numbers)]
 
 
 def core_rings(finger: Finger) -> list[list[Ring]]:
-    """The chambers of a finger, each from its base to its end, a wall before the tip if it runs that far."""
-    wall = least_wall(finger)
-    if wall == INFINITE:
+    """The chambers of a finger, each from its base to its end, a wall before the tip if it runs that far.
+
+    The chamber of the sections is in the pieces that solid sections leave.
+    """
+    if (wall := least_wall(finger)) == inf:
         return []
-    chambers = _listed(finger) if finger.chambers else list(_of_sections(finger))
-    return [_closed(_distinct(rings), _MM * (finger.length - wall)) for rings in chambers]
-
-
-def _of_sections(finger: Finger) -> Iterator[list[Ring]]:
-    """The chamber of the sections, in the pieces that these leave."""
-    rings: list[Ring] = []
-    for place, section in zip(finger.places, finger.cross_sections, strict=True):
-        t, w, x = (float(v) for v in (section.chamber_thickness, section.chamber_width, section.chamber_center))
-        if t * w > 0:
-            rings.append(Ring(_MM * place * finger.length, _MM * x, 0.0, _MM * t, _MM * w))
-        elif rings:
-            yield rings
-            rings = []
-    if rings:
-        yield rings
-
-
-def _listed(finger: Finger) -> list[list[Ring]]:
-    """The chambers that are given along the finger."""
-    found = []
+    length, pieces = finger.length, list[Iterable[Sequence[float]]]()
     for chamber in finger.chambers:
-        at = [share * finger.length for share in chamber.at]
-        numbers = [[float(chamber.along(n, s, finger.length)) for n in ("x", "y", "thickness", "width")] for s in at]
-        found.append([Ring(*(_MM * np.array([s, *row])).tolist()) for s, row in zip(at, numbers, strict=True)])
-    return found
+        stations = np.array(chamber.at) * length
+        along = (chamber.along(name, stations, length) for name in ("x", "y", "thickness", "width"))
+        pieces.append(np.column_stack([stations, *along]))
+    placed = zip(finger.places, finger.cross_sections, strict=True)
+    for is_hollow, piece in groupby(placed, lambda at_section: at_section[1].chamber_area > 0):
+        if is_hollow and not finger.chambers:
+            pieces.append(
+                [(at * length, s.chamber_center, 0.0, s.chamber_thickness, s.chamber_width) for at, s in piece]
+            )
+    return [_closed(_rings(piece), _MM * (length - wall)) for piece in pieces]
 
 
 def _closed(rings: Sequence[Ring], top: float) -> list[Ring]:
@@ -98,7 +120,7 @@ def _closed(rings: Sequence[Ring], top: float) -> list[Ring]:
 
 def loft(rings: Sequence[Ring]) -> trimesh.Trimesh:
     """A closed solid through rectangles of increasing height."""
-    return _mesh([ring.corners for ring in rings])
+    return _mesh([rings[0].middle, *rings, rings[-1].middle])
 
 
 def shell(finger: Finger) -> trimesh.Trimesh:
@@ -106,8 +128,8 @@ def shell(finger: Finger) -> trimesh.Trimesh:
     inside = outer_rings(finger)
     outside = [ring.grown(SHELL) for ring in inside]
     outside.append(outside[-1]._replace(z=outside[-1].z + SHELL))
-    # Up along the outside, over the floor, and down along the inside to where it began.
-    return _mesh([ring.corners for ring in (*outside, *reversed(inside))], is_ring=True)
+    # Up along the outside, through the middle of the floor, and down along the inside to where it began.
+    return _mesh([*outside, outside[-1].middle, inside[-1].middle, *reversed(inside), outside[0]])
 
 
 def cores(finger: Finger) -> list[trimesh.Trimesh]:
@@ -115,29 +137,14 @@ def cores(finger: Finger) -> list[trimesh.Trimesh]:
     return [loft(rings) for rings in core_rings(finger)]
 
 
-def _mesh(rings: Sequence[Array], is_ring: bool = False) -> trimesh.Trimesh:
-    """Quadrilaterals between rings of four points.
-
-    The first and the last ring are closed; or, if these form a ring themselves, joined, and the floor is closed.
-    """
-    faces = [face for i, j in pairwise(range(len(rings))) for face in _sides(i, j)]
-    if is_ring:
-        floor = next(i for i, (one, other) in enumerate(pairwise(rings)) if one[0, 2] > other[0, 2])
-        # Between the top of the outside and that of the inside there is solid, so both are closed instead of joined.
-        faces = [face for i, j in pairwise(range(len(rings))) if i != floor for face in _sides(i, j)]
-        faces += [*_cap(floor), *(face[::-1] for face in _cap(floor + 1)), *_sides(len(rings) - 1, 0)]
-    else:
-        faces += [*(face[::-1] for face in _cap(0)), *_cap(len(rings) - 1)]
-    return trimesh.Trimesh(np.concatenate(rings), np.array(faces))
-
-
-def _sides(low: int, high: int) -> Iterator[tuple[int, int, int]]:
-    for k in range(4):
-        a, b = 4 * low + k, 4 * low + (k + 1) % 4
-        c, d = 4 * high + (k + 1) % 4, 4 * high + k
-        yield from ((a, b, c), (a, c, d))
-
-
-def _cap(ring: int) -> list[tuple[int, int, int]]:
-    first = 4 * ring
-    return [(first, first + 1, first + 2), (first, first + 2, first + 3)]
+def _mesh(rings: Sequence[Ring]) -> trimesh.Trimesh:
+    """Quadrilaterals between each ring and the next; points that coincide become one, and faces with one twice go."""
+    faces = [
+        face
+        for low, high in pairwise(range(0, 4 * len(rings), 4))
+        for k, other in pairwise((0, 1, 2, 3, 0))
+        for face in ((low + k, low + other, high + other), (low + k, high + other, high + k))
+    ]
+    mesh = trimesh.Trimesh(np.concatenate([ring.corners for ring in rings]), faces)
+    mesh.update_faces([len(set(face)) == 3 for face in mesh.faces.tolist()])
+    return mesh

@@ -13,11 +13,10 @@ import numpy as np
 
 from soft_gripper.arrays import Array
 from soft_gripper.extras.design.study_file import LEAST, MEAN, EndConfig, LimitConfig
-from soft_gripper.files.number import number as decimal
 from soft_gripper.runs.scores.grasp import HELD
+from soft_gripper.runs.sweep.run_sweep import GRASP, numbers_in
 
-GRASP, WALL = "grasp", "wall"
-NAN = float("nan")
+Row = Mapping[str, str]  # cells of a run by column
 
 
 @dataclass(frozen=True)
@@ -42,64 +41,60 @@ class Score:
         return not self.refused and all(value <= 0 for value in self.excess.values())
 
 
-def score(rows: Sequence[Mapping[str, Any]], ends: Sequence[EndConfig], limits: Mapping[str, LimitConfig]) -> Score:
+@dataclass(frozen=True)
+class Design:
+    """A design and its score in the search; values by dotted keys, none of the scenario as it is."""
+
+    number: int
+    values: Mapping[str, Any]
+    score: Score
+
+
+def score(rows: Sequence[Row], ends: Sequence[EndConfig], limits: Mapping[str, LimitConfig]) -> Score:
     """The score of a design from the measures of its runs; a run that failed has none."""
-    held = [row for row in rows if row.get(GRASP) == HELD]
+    held, of_ends = ends_of(rows, ends)
     excess = {GRASP: 1 - len(held) / len(rows)}
     for name, limit in limits.items():
-        excess |= _beyond(name, limit, [number(row.get(name)) for row in held])
-    of_ends = tuple(over(end, [number(row.get(end.measure)) for row in held]) for end in ends)
-    for end, value in zip(ends, of_ends, strict=True):
-        if math.isnan(value):
-            excess[f"{end.measure} is known"] = 1.0
+        excess |= _excess(name, limit, numbers_in([row[name] for row in held]))
+    excess |= {f"{end.measure} is known": 1.0 for end, value in zip(ends, of_ends, strict=True) if math.isnan(value)}
     return Score(len(held), len(rows), of_ends, excess)
 
 
-def _beyond(name: str, limit: LimitConfig, values: Sequence[float]) -> dict[str, float]:
+def ends_of(rows: Sequence[Row], ends: Sequence[EndConfig]) -> tuple[list[Row], tuple[float, ...]]:
+    """The runs that hold their object, and each end over them; NaN if it is not known in one, or there are none."""
+    held = [row for row in rows if row[GRASP] == HELD]
+    values = [numbers_in([row[end.measure] for row in held]) for end in ends] if held else []
+    found = (
+        np.mean(each) if end.of == MEAN else np.max(each) if end.towards == LEAST else np.min(each)
+        for end, each in zip(ends, values, strict=True)
+    )
+    return held, tuple(map(float, found)) if held else (math.nan,) * len(ends)
+
+
+def _excess(name: str, limit: LimitConfig, values: Array) -> dict[str, float]:
     """By how much the worst run is beyond the limits of a measure, relative to them; unknown: by 1."""
-    found = {}
-    for kind, bound, sign in (("least", limit.least, -1), ("most", limit.most, 1)):
-        if bound is not None:
-            worst = max((sign * (value - bound) for value in values), default=NAN)
-            known = bool(values) and not any(map(math.isnan, values))
-            found[f"{name} at {kind} {bound:g}"] = worst / (abs(bound) or 1.0) if known else 1.0
-    return found
+    is_known = len(values) > 0 and not np.isnan(values).any()
+    bounds = {"least": (limit.least, -1), "most": (limit.most, 1)}
+    return {
+        f"{name} at {kind} {bound:g}": float(np.max(sign * (values - bound)) / (abs(bound) or 1)) if is_known else 1.0
+        for kind, (bound, sign) in bounds.items()
+        if bound is not None
+    }
 
 
-def over(end: EndConfig, values: Sequence[float]) -> float:
-    """The mean or the worst of an end over runs; NaN if one is not known, or there are none."""
-    if not values or any(map(math.isnan, values)):
-        return NAN
-    if end.of == MEAN:
-        return float(np.mean(values))
-    return max(values) if end.towards == LEAST else min(values)
-
-
-def number(value: Any) -> float:
-    """A measure as a number: true is 1; NaN for words, and for what is missing."""
-    if isinstance(value, str):
-        try:
-            return {"True": 1.0, "False": 0.0}[value] if value in ("True", "False") else decimal(value)
-        except ValueError:
-            return NAN
-    return float(value) if isinstance(value, int | float) else NAN
-
-
-def costs(scores: Sequence[Score], ends: Sequence[EndConfig]) -> Array:
+def costs(designs: Sequence[Design], ends: Sequence[EndConfig]) -> Array:
     """The ends of designs, of which less is better, (K, E); NaN for designs that are not allowed."""
     signs = np.array([1.0 if end.towards == LEAST else -1.0 for end in ends])
-    rows = [signs * each.ends if each.is_allowed else np.full(len(ends), NAN) for each in scores]
+    scores = (design.score for design in designs)
+    rows = [signs * each.ends if each.is_allowed else np.full(len(ends), math.nan) for each in scores]
     return np.array(rows).reshape(-1, len(ends))
 
 
 def pareto_front(cost: Array) -> list[int]:
     """The rows of (K, E) costs that no other dominates, as good in every column and better in one; NaN is none."""
-    known = [i for i in range(len(cost)) if np.isfinite(cost[i]).all()]
-    return [i for i in known if not any(_dominates(cost[j], cost[i]) for j in known)]
-
-
-def _dominates(one: Array, other: Array) -> bool:
-    return bool((one <= other).all() and (one < other).any())
+    others = cost[np.isfinite(cost).all(axis=1)]
+    is_dominated = [((others <= row).all(axis=1) & (others < row).any(axis=1)).any() for row in cost]
+    return [i for i, row in enumerate(cost) if np.isfinite(row).all() and not is_dominated[i]]
 
 
 def best(cost: Array) -> int | None:

@@ -6,50 +6,43 @@ and choices at once, and needs few designs. Proposals depend on the seed, and on
 same scores lead to the same search, so that an interrupted one goes on where it stopped.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
-import numpy as np
-
 from soft_gripper.errors import InputError
-from soft_gripper.extras.design.ranking import Score
-from soft_gripper.extras.design.study_file import LEAST, EndConfig
+from soft_gripper.extras.design.ranking import Design, Score
+from soft_gripper.extras.design.study_file import LEAST, DesignConfig
 from soft_gripper.runs.sweep.run_sweep import Axis, Range
 
 STARTS = 4  # random designs for each variable, before the search learns
+Designs = Mapping[int, Mapping[str, Any]]  # values by dotted keys, by the numbers of designs
 
 
-class DesignSearch:
-    """Proposes designs, and learns from their scores.
+def searched_designs(
+    axes: Sequence[Axis], config: DesignConfig, numbers: Sequence[int], scores: Callable[[Designs], Sequence[Score]]
+) -> Iterator[Design]:
+    """Designs with these numbers in batches, from the scores of those before; none if there are no axes.
 
     Raises:
         InputError: if Optuna is not installed.
     """
-
-    def __init__(self, axes: Sequence[Axis], ends: Sequence[EndConfig], designs: int, seed: int):
-        try:
-            import optuna
-        except ImportError:
-            raise InputError("design", "search", "optuna", "pip install 'soft-gripper[design]'") from None
-        optuna.logging.set_verbosity(optuna.logging.WARNING)
-        starts = min(max(10, STARTS * len(axes)), max(designs // 3, 1))
-        sampler = optuna.samplers.TPESampler(n_startup_trials=starts, multivariate=True, seed=seed)
-        directions = ["minimize" if end.towards == LEAST else "maximize" for end in ends]
-        self._study = optuna.create_study(directions=directions, sampler=sampler)
-        self._axes, self._count, self._asked = axes, len(ends), list[Any]()
-
-    def ask(self, count: int) -> list[dict[str, Any]]:
-        """Proposes a number of designs, as values by dotted keys."""
-        self._asked = [self._study.ask() for _ in range(count)]
-        return [{axis.key: _value(trial, axis) for axis in self._axes} for trial in self._asked]
-
-    def tell(self, scores: Sequence[Score]) -> None:
-        """Learns the scores of the designs last proposed, in their order."""
-        for trial, score in zip(self._asked, scores, strict=True):
+    try:
+        import optuna
+    except ImportError:
+        raise InputError("design", "search", "optuna", "pip install 'soft-gripper[design]'") from None
+    optuna.logging.set_verbosity(optuna.logging.WARNING)
+    starts = min(max(10, STARTS * len(axes)), max(len(numbers) // 3, 1))
+    sampler = optuna.samplers.TPESampler(n_startup_trials=starts, multivariate=True, seed=config.seed)
+    directions = ["minimize" if end.towards == LEAST else "maximize" for end in config.ends]
+    study = optuna.create_study(directions=directions, sampler=sampler)
+    for begin in range(0, len(numbers) if axes else 0, config.batch):
+        trials = {number: study.ask() for number in numbers[begin : begin + config.batch]}
+        batch = {n: {axis.key: _value(trial, axis) for axis in axes} for n, trial in trials.items()}
+        for (number, trial), score in zip(trials.items(), scores(batch), strict=True):
             for name, excess in (score.excess or {"refused": 1.0}).items():
                 trial.set_constraint(name, excess)
-            ends = np.array(score.ends) if score.is_allowed else np.zeros(self._count)  # not looked at
-            self._study.tell(trial, ends.tolist())
+            study.tell(trial, list(score.ends) if score.is_allowed else [0.0] * len(config.ends))  # not looked at
+            yield Design(number, batch[number], score)
 
 
 def _value(trial: Any, axis: Axis) -> Any:

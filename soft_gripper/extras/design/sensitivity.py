@@ -9,22 +9,22 @@ statement about them, not about the whole range; and what acts only together wit
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from math import nan
+from typing import Annotated
 
 import numpy as np
 from scipy.stats import rankdata
 
 from soft_gripper.arrays import Array
-
-NAN = float("nan")
+from soft_gripper.runs.sweep.run_sweep import numbers_in
 
 
 @dataclass(frozen=True)
 class Sensitivity:
     """Effect of one variable on one end.
 
-    slope: standardised regression coefficient of the ranks, -1 to 1 for variables that are independent; NaN for a
-        choice without order.
+    slope_of_ranks: standardised regression coefficient, -1 to 1 for variables that are independent; NaN for a choice
+        without order.
     explained: share of the variance of the end's ranks that is explained with this variable, but not without it.
     together: share that all variables explain.
     designs: number of designs.
@@ -32,65 +32,56 @@ class Sensitivity:
 
     end: str
     variable: str
-    slope: float
-    explained: float
-    together: float
+    slope_of_ranks: Annotated[float, "+.2f"]
+    explained: Annotated[float, ".2f"]
+    together: Annotated[float, ".2f"]
     designs: int
 
 
-def sensitivities(end: str, values: Array, variables: Mapping[str, Sequence[Any]]) -> list[Sensitivity]:
+def sensitivities(end: str, values: Sequence[float], variables: Mapping[str, Sequence[str]]) -> list[Sensitivity]:
     """Effect of each variable on an end, over K designs.
 
     Args:
         end: its name.
-        values: of the end, (K,).
-        variables: values of each variable, K each; numbers or choices.
+        values: of the end, K.
+        variables: cells of each variable, K each; numbers or choices.
 
     Returns:
         a row for each variable; empty if there are fewer designs than it takes, or the end is the same for all.
     """
     if len(values) < 2 or np.ptp(values) == 0:
         return []
-    columns = {name: _columns(given) for name, given in variables.items()}
-    needed = sum(column.shape[1] for column in columns.values()) + 2
-    if len(values) <= needed:
+    columns = {name: _columns(cells) for name, cells in variables.items()}
+    if len(values) <= sum(column.shape[1] for column in columns.values()) + 2:
         return []
-    y = _standard(rankdata(values))
+    y = _standard(rankdata(values)[:, None])[:, 0]
     slopes, together = _fit(y, list(columns.values()))
     found, place = [], 0
     for name, column in columns.items():
         others = [other for key, other in columns.items() if key != name]
-        slope = float(slopes[place]) if _is_ordered(variables[name]) else NAN
+        slope = float(slopes[place]) if np.isfinite(numbers_in(variables[name])).all() else nan
         found.append(Sensitivity(end, name, slope, max(together - _fit(y, others)[1], 0.0), together, len(y)))
         place += column.shape[1]
     return found
 
 
-def _is_ordered(values: Sequence[Any]) -> bool:
-    return all(isinstance(value, int | float) and not isinstance(value, bool) for value in values)
-
-
-def _columns(values: Sequence[Any]) -> Array:
+def _columns(cells: Sequence[str]) -> Array:
     """Standardised ranks, (K, 1), or whether each choice but the first is taken, (K, C - 1)."""
-    if _is_ordered(values):
-        return _standard(rankdata(np.array(values, float)))[:, None]
-    texts = list(map(str, values))
-    columns = [_standard(np.array([text == choice for text in texts], float)) for choice in sorted(set(texts))[1:]]
-    return np.array(columns).reshape(-1, len(texts)).T
+    numbers = numbers_in(cells)
+    if np.isfinite(numbers).all():
+        return _standard(rankdata(numbers)[:, None])
+    return _standard(np.array(cells)[:, None] == sorted(set(cells))[1:])
 
 
-def _standard(values: Array) -> Array:
-    """Zero mean and unit variance; zeros if all are the same."""
-    centered = values - values.mean()
-    scale = centered.std()
-    standard: Array = centered / scale if scale > 0 else centered
-    return standard
+def _standard(columns: Array) -> Array:
+    """Zero mean and unit variance of columns; zeros if all are the same."""
+    centered = columns - columns.mean(axis=0)
+    scale = centered.std(axis=0)
+    return centered / np.where(scale > 0, scale, 1.0)
 
 
 def _fit(y: Array, columns: Sequence[Array]) -> tuple[Array, float]:
     """Coefficients of a least-squares fit to y of unit variance, and the share of the variance that it explains."""
-    if not columns:
-        return np.zeros(0), 0.0
-    x = np.hstack(columns)
+    x = np.hstack([np.zeros((len(y), 0)), *columns])
     slopes = np.linalg.lstsq(x, y, rcond=None)[0]
     return slopes, 1 - float(np.mean((y - x @ slopes) ** 2))

@@ -19,10 +19,12 @@ from itertools import repeat
 from pathlib import Path
 from typing import Any
 
+from soft_gripper.diagrams.simulation import check_closed
+from soft_gripper.diagrams.station import make_station
 from soft_gripper.errors import InputError
-from soft_gripper.files.document import check_document
+from soft_gripper.files.document import load_config, require
 from soft_gripper.files.yaml_text import read_yaml
-from soft_gripper.quantity import Misfit, is_name, misfits, quantity
+from soft_gripper.quantity import Misfit, is_name, quantity
 from soft_gripper.runs.sweep.run_sweep import Axis, Range, Values, read_axis
 from soft_gripper.scenario.scenario_file import changed_scenario
 
@@ -30,7 +32,7 @@ LEAST, MOST = TOWARDS = ("least", "most")
 MEAN, WORST = ("mean", "worst")
 _FILES = ("file", "calibration", "bench")  # last names of keys whose value is a file
 _IS_RANGE = re.compile(r"\s*+[-+0-9.eE]{1,400}\s*+\.\.\s*+[-+0-9.eE]{1,400}\s*+%?\s*+")
-_RANGE_EXPECTED = "write a range, the lower limit first, such as 0.5..0.9"
+_RANGE_EXPECTED = "write a range, the lower limit first, such as 0.5..0.9 or -20..20 %"
 _IN_SCENARIO = "as_in_the_scenario"
 
 
@@ -119,63 +121,44 @@ def load_design_study(file: Path) -> DesignStudy:
     Raises:
         InputError: naming file, field and value, if anything is wrong.
     """
-    document = read_yaml(file)
-    check_document(file, document, DesignConfig)
-    config = _config(document)
-    _check_misfits(file, config)
-    draw = _read_ranges(file, "draw", config.draw, config.vary)
+    config = load_config(file, read_yaml(file), DesignConfig, retain_map_defaults=False)
+    draw = _with_ranges(file, "draw", config.draw, config.vary)
     for key, value in draw.items():
-        if not isinstance(value, Range):
-            raise InputError(file, f"draw.{key}", value, _RANGE_EXPECTED)
+        require(isinstance(value, Range), file, f"draw.{key}", value, _RANGE_EXPECTED)
     objects, unseen = (
-        {
-            name: {**draw, **_read_ranges(file, f"{part}.{name}", changes, config.vary)}
-            for name, changes in getattr(config, part).items()
-        }
-        for part in ("objects", "unseen")
+        {name: draw | _with_ranges(file, f"{part}.{name}", changes, config.vary) for name, changes in named.items()}
+        for part, named in (("objects", config.objects), ("unseen", config.unseen))
     )
-    varied = _resolved(file.parent, config.vary)
-    axes = [_axis(file, f"vary.{key}", key, value) for key, value in varied.items()]
-    scenario = config.scenario
-    if scenario.endswith((".yaml", ".yml")):
-        scenario = str((file.parent / scenario).resolve())
-    study = DesignStudy(file, config, scenario, _resolved(file.parent, config.set), axes, objects, unseen)
+    axes = [_axis(file, "vary", key, value) for key, value in _with_paths(file.parent, config.vary).items()]
+    is_file = config.scenario.endswith((".yaml", ".yml"))
+    scenario = str((file.parent / config.scenario).resolve()) if is_file else config.scenario
+    study = DesignStudy(file, config, scenario, _with_paths(file.parent, config.set), axes, objects, unseen)
     _check_keys(study)
     return study
 
 
-def _read_ranges(file: Path, place: str, changes: Mapping[str, Any], searched: Mapping[str, Any]) -> dict[str, Any]:
+def _with_ranges(file: Path, place: str, changes: Mapping[str, Any], searched: Mapping[str, Any]) -> dict[str, Any]:
     """Changes with absolute paths, in which a Range replaces its text; nothing may be searched already."""
-    found = _resolved(file.parent, changes)
+    found = _with_paths(file.parent, changes)
     for key, value in found.items():
-        if key in searched:
-            raise InputError(file, f"{place}.{key}", value, "leave it out: it is searched (vary)")
+        require(key not in searched, file, f"{place}.{key}", value, "leave it out: it is searched (vary)")
         if isinstance(value, str) and _IS_RANGE.fullmatch(value):
-            try:
-                found[key] = read_axis(f"{key}={value}")
-            except InputError:
-                raise InputError(file, f"{place}.{key}", value, _RANGE_EXPECTED) from None
+            found[key] = _axis(file, place, key, value)
     return found
 
 
-def _config(document: Mapping[str, Any]) -> DesignConfig:
-    """The config of a valid document."""
-    parts = dict(document)
-    if "ends" in parts:
-        parts["ends"] = [EndConfig(**end) for end in parts["ends"]]
-    if "limits" in parts:
-        parts["limits"] = {name: LimitConfig(**limit) for name, limit in parts["limits"].items()}
-    return DesignConfig(**parts)
+def _axis(file: Path, place: str, key: str, value: Any) -> Axis:
+    """Variable from a range or a list."""
+    try:
+        axis = Values(key, tuple(value)) if isinstance(value, list) and value else read_axis(f"{key}={value}")
+    except InputError:
+        raise InputError(file, f"{place}.{key}", value, _RANGE_EXPECTED) from None
+    is_choice = not isinstance(axis, Values) or len(set(map(str, axis.values))) > 1
+    require(is_choice, file, f"{place}.{key}", value, f"{_RANGE_EXPECTED}, or a list of two choices or more")
+    return axis
 
 
-def _check_misfits(file: Path, config: DesignConfig) -> None:
-    of_limits = {f"limits.{name}.": limit for name, limit in config.limits.items()}
-    for place, part in {"": config, **of_limits}.items():
-        for name, value, expected in misfits(part):
-            raise InputError(file, f"{place}{name}", value, expected)
-
-
-def _resolved(folder: Path, changes: Mapping[str, Any]) -> dict[str, Any]:
+def _with_paths(folder: Path, changes: Mapping[str, Any]) -> dict[str, Any]:
     """Changes in which the files have absolute paths."""
     return {
         key: _absolute(folder, value) if key.rpartition(".")[2] in _FILES else value for key, value in changes.items()
@@ -184,23 +167,8 @@ def _resolved(folder: Path, changes: Mapping[str, Any]) -> dict[str, Any]:
 
 def _absolute(folder: Path, value: Any) -> Any:
     if isinstance(value, list):
-        return [_absolute(folder, each) for each in value]
+        return [_absolute(folder, entry) for entry in value]
     return value if not isinstance(value, str) or "://" in value else str((folder / value).resolve())
-
-
-def _axis(file: Path, field_: str, key: str, value: Any) -> Axis:
-    """Variable that is searched, from a range or a list."""
-    if isinstance(value, list) and value:
-        axis: Axis = Values(key, tuple(value))
-    else:
-        try:
-            axis = read_axis(f"{key}={value}")
-        except InputError:
-            expected = "write a range, such as 0.5..0.9 or -20..20 %, or a list of choices"
-            raise InputError(file, field_, value, expected) from None
-    if isinstance(axis, Values) and len({str(each) for each in axis.values}) < 2:
-        raise InputError(file, field_, value, "give a range, or two choices or more")
-    return axis
 
 
 def with_shares(changes: Mapping[str, Any], shares: Iterable[float]) -> dict[str, Any]:
@@ -211,23 +179,16 @@ def with_shares(changes: Mapping[str, Any], shares: Iterable[float]) -> dict[str
 
 
 def _check_keys(study: DesignStudy) -> None:
-    """Checks that the scenario takes the first and the last value of every key."""
-    file, fixed, ends = study.file, study.fixed, (0.0, 1.0)
-    try:
-        changed_scenario(study.scenario, fixed)
-    except InputError as error:
-        raise error.inside(f"{file}: scenario, set") from error.__cause__
-    for axis in study.axes:
-        for share in ends:
-            value = axis.at(share)
-            try:
-                changed_scenario(study.scenario, {**fixed, axis.key: value})
-            except InputError as error:
-                raise InputError(file, f"vary.{axis.key}", value, f"{error.field}: {error.expected}") from None
-    for part in ("objects", "unseen"):
-        for name, changes in getattr(study, part).items():
-            for share in ends:
-                try:
-                    changed_scenario(study.scenario, {**fixed, **with_shares(changes, repeat(share))})
-                except InputError as error:
-                    raise error.inside(f"{file}: {part}.{name}") from None
+    """Checks that the scenario takes the first and the last value of every key, and can be built with every object."""
+    changes: list[tuple[str, dict[str, Any]]] = [("scenario, set", {})]
+    for end in (0.0, 1.0):
+        changes += [("vary", {axis.key: axis.at(end)}) for axis in study.axes]
+        for part, named in (("objects", study.objects), ("unseen", study.unseen)):
+            changes += [(f"{part}.{name}", with_shares(given, repeat(end))) for name, given in named.items()]
+    for place, changed in changes:
+        try:
+            scenario = changed_scenario(study.scenario, {**study.fixed, **changed})
+            if place.startswith(("objects", "unseen")):
+                check_closed(make_station(scenario))
+        except InputError as error:
+            raise error.inside(f"{study.file}: {place}") from error.__cause__

@@ -1,36 +1,22 @@
 """The tables of a design study: every design, what matters, and the test."""
 
-import math
-from collections.abc import Mapping, Sequence
-from dataclasses import astuple, dataclass
+from collections.abc import Sequence
+from math import nan
 from pathlib import Path
 from typing import Any
 
-import numpy as np
+from scipy.stats import binomtest
 
-from soft_gripper.extras.design.ranking import GRASP, number, over
-from soft_gripper.extras.design.run_design import DESIGN, Designed
+from soft_gripper.extras.design.ranking import ends_of
+from soft_gripper.extras.design.run_design import DESIGN, OBJECT, Designed
 from soft_gripper.extras.design.sensitivity import Sensitivity, sensitivities
-from soft_gripper.extras.design.study_file import EndConfig
 from soft_gripper.files.row_table import columns, write_rows
-from soft_gripper.runs.scores.grasp import HELD
 from soft_gripper.runs.sweep.run_sweep import cell
 
 DESIGNS, SENSITIVITY, TESTS = "designs.csv", "sensitivity.csv", "tests.csv"
 _SHORT = 5  # letters of a word that says too little by itself
 SHARE_HELD = "held"  # the share of runs that hold, as if it were an end
-
-
-@dataclass(frozen=True)
-class TestRow:
-    """A design with one object in the test; ends over the runs that hold it, NaN if none does."""
-
-    design: int
-    object: str
-    unseen: bool
-    held: int
-    runs: int
-    ends: tuple[float, ...]
+Table = list[dict[str, Any]]
 
 
 def short_names(keys: Sequence[str]) -> list[str]:
@@ -44,18 +30,24 @@ def _short_name(key: str) -> str:
     return words[-1].replace("_", " ") if len(words[-1]) > _SHORT or len(words) < 2 else " ".join(words[-2:])
 
 
-def design_cells(found: Designed) -> tuple[list[str], list[list[str]]]:
-    """Columns and rows of the table of all designs; the first is the scenario as it is."""
-    config = found.study.config
-    keys = [axis.key for axis in found.study.axes]
-    ends = [end.measure for end in config.ends]
-    names = [DESIGN, *keys, "held", "runs", *ends, "allowed", "front", "reason"]
+def design_rows(found: Designed) -> Table:
+    """All designs; the first is the scenario as it is."""
     rows = []
     for i, design in enumerate(found.designs):
-        score, given = design.score, map(design.values.get, keys)
-        known = score.held, score.runs, *(score.ends or [math.nan] * len(ends))
-        rows.append([design.number, *given, *known, score.is_allowed, i in found.front, reason(found, i)])
-    return names, [list(map(cell, row)) for row in rows]
+        score = design.score
+        rows.append(
+            {DESIGN: design.number}
+            | {axis.key: design.values.get(axis.key) for axis in found.study.axes}
+            | {"held": score.held, "runs": score.runs}
+            | _named_ends(found, score.ends)
+            | {"allowed": score.is_allowed, "front": i in found.front, "reason": reason(found, i)}
+        )
+    return rows
+
+
+def _named_ends(found: Designed, values: Sequence[float]) -> dict[str, float]:
+    names = [end.measure for end in found.study.config.ends]
+    return dict(zip(names, values or [nan] * len(names), strict=True))
 
 
 def reason(found: Designed, index: int) -> str:
@@ -70,51 +62,39 @@ def reason(found: Designed, index: int) -> str:
 
 def sensitivity_rows(found: Designed) -> list[Sensitivity]:
     """Sensitivity of each end among designs that hold, and of how many runs hold among all that were simulated."""
-    config, rows = found.study.config, []
     simulated = [design for design in found.designs[1:] if not design.score.refused]
-    for i, end in enumerate(config.ends):
-        known = [design for design in simulated if design.score.is_allowed]
-        rows += _sensitivities(found, end.measure, known, [design.score.ends[i] for design in known])
-    return rows + _sensitivities(found, SHARE_HELD, simulated, [d.score.held / d.score.runs for d in simulated])
+    allowed = [design for design in simulated if design.score.is_allowed]
+    ends = [end.measure for end in found.study.config.ends]
+    values = {name: (allowed, [design.score.ends[i] for design in allowed]) for i, name in enumerate(ends)}
+    values[SHARE_HELD] = simulated, [design.score.held / design.score.runs for design in simulated]
+    rows = []
+    for name, (designs, of_designs) in values.items():
+        cells = {axis.key: [cell(design.values[axis.key]) for design in designs] for axis in found.study.axes}
+        rows += sensitivities(name, of_designs, cells)
+    return rows
 
 
-def _sensitivities(found: Designed, name: str, designs: Sequence[Any], values: Sequence[float]) -> list[Sensitivity]:
-    variables = {axis.key: [design.values[axis.key] for design in designs] for axis in found.study.axes}
-    return sensitivities(name, np.array(values), {key: [_plain(v) for v in given] for key, given in variables.items()})
-
-
-def _plain(value: Any) -> Any:
-    """A value; a relative change, "+10 %", as a number."""
-    if isinstance(value, str) and value.endswith("%"):
-        return number(value.rstrip("% "))
-    return value
-
-
-def test_rows(found: Designed) -> list[TestRow]:
-    """A row for each tested design and object."""
-    ends, unseen = found.study.config.ends, found.study.unseen
-    return [
-        _test_row(tested.number, name, name in unseen, rows, ends)
-        for tested in found.tested
-        for name, rows in tested.rows.items()
-    ]
-
-
-def _test_row(
-    design: int, name: str, is_unseen: bool, rows: Sequence[Mapping[str, Any]], ends: Sequence[EndConfig]
-) -> TestRow:
-    held = [row for row in rows if row.get(GRASP) == HELD]
-    values = tuple(over(end, [number(row.get(end.measure)) for row in held]) for end in ends)
-    return TestRow(design, name, is_unseen, len(held), len(rows), values)
+def test_rows(found: Designed) -> Table:
+    """The reference and the best design with each object, and a 95 % confidence interval; ends of runs that hold it."""
+    rows = []
+    for number, name in dict.fromkeys((row[DESIGN], row[OBJECT]) for row, _ in found.tests):
+        runs = [row for row, _ in found.tests if (row[DESIGN], row[OBJECT]) == (number, name)]
+        held, ends = ends_of(runs, found.study.config.ends)
+        low, high = binomtest(len(held), len(runs)).proportion_ci(0.95, "wilson")
+        rows.append(
+            {DESIGN: number, OBJECT: name, "unseen": name in found.study.unseen, "held": len(held), "runs": len(runs)}
+            | {"least_percent": 100 * low, "most_percent": 100 * high}
+            | _named_ends(found, ends)
+        )
+    return rows
 
 
 def write_tables(found: Designed, out: Path) -> list[str]:
     """Writes the tables; returns their names."""
-    ends = [end.measure for end in found.study.config.ends]
-    write_rows(out / DESIGNS, *design_cells(found))
-    *before, _ = columns(TestRow)
-    tests = (map(cell, [*(getattr(row, name) for name in before), *row.ends]) for row in test_rows(found))
-    write_rows(out / TESTS, [*before, *ends], map(list, tests))
-    matters = ([cell(value) for value in astuple(row)] for row in sensitivity_rows(found))
-    write_rows(out / SENSITIVITY, columns(Sensitivity), matters)
-    return [DESIGNS, TESTS, SENSITIVITY]
+    tables = {DESIGNS: design_rows(found), TESTS: test_rows(found)}
+    tables[SENSITIVITY] = [vars(row) for row in sensitivity_rows(found)]
+    for name, rows in tables.items():
+        write_rows(
+            out / name, list(rows[0]) if rows else columns(Sensitivity), ([*map(cell, row.values())] for row in rows)
+        )
+    return list(tables)

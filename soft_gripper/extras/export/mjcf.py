@@ -189,7 +189,10 @@ class _Writer:
             self._add_creep(actuators, finger)
         commands = make_commands(self._station)
         commanded = [*np.zeros(commands.pressures.shape[1]), *commands.arm[0]]
-        self._add_home([*commanded, *np.zeros(len(actuators) - len(commanded))])
+        # The state in which a run begins: empty chambers, and an arm that carries its weight.
+        ctrl = [*commanded, *np.zeros(len(actuators) - len(commanded))]
+        keyframe = ET.SubElement(self._root, "keyframe")
+        ET.SubElement(keyframe, "key", name="home", qpos=text(self._qpos), ctrl=text(ctrl))
         ET.indent(self._root)
         found = ET.tostring(self._root, encoding="unicode") + "\n"
         return Mjcf(found, self._meshes, self._names, commands, self._left_out, self._pairs)
@@ -367,11 +370,6 @@ class _Writer:
             settings["forcerange"] = text([-actuator.effort, actuator.effort])
         ET.SubElement(actuators, "position", settings)
         self._names.append(name)
-
-    def _add_home(self, ctrl: Sequence[float]) -> None:
-        """Adds the state in which a run begins: empty chambers, and an arm that carries its weight."""
-        keyframe = ET.SubElement(self._root, "keyframe")
-        ET.SubElement(keyframe, "key", name="home", qpos=text(self._qpos), ctrl=text(ctrl))
 
 
 def _name(body: RigidBody) -> str:

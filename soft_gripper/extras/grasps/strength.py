@@ -168,7 +168,6 @@ _kept: "OrderedDict[tuple[str, str], Settled]" = OrderedDict()
 class Sample(NamedTuple):
     """The object under a load."""
 
-    load: float  # N or N m
     resisted: float  # N or N m, by the contacts
     moved: float  # m, in the palm
     turned: float  # rad, in the palm
@@ -266,7 +265,7 @@ class _HeldBody:
             load = scale * count * PERIOD / self._shake.seconds
             self._apply(load)
             advance(self._simulator, self._station, begin + count * PERIOD)
-            sample = self._sample(load)
+            sample = self._sample()
             yield sample
             if sample.lost:
                 return
@@ -279,12 +278,12 @@ class _HeldBody:
         force.F_Bq_W = SpatialForce(*((vector, nothing) if self._load.is_torque else (nothing, vector)))
         self._plant.get_applied_spatial_force_input_port().FixValue(self._context, Value([force]))
 
-    def _sample(self, load: float) -> Sample:
+    def _sample(self) -> Sample:
         wrench, centers = self._contact()
         resisted = -float((wrench - self._wrench)[0 if self._load.is_torque else 1] @ self._axis)
         X_PO = self._pose_in(self._base)
         moved = float(np.linalg.norm(X_PO.translation() - self._begin.translation()))
-        return Sample(load, resisted, moved, _angle(self._begin, X_PO), self._lost(centers))
+        return Sample(resisted, moved, _angle(self._begin, X_PO), self._lost(centers))
 
     def _lost(self, centers: dict[Any, tuple[Array, float]]) -> str:
         if sum(force for _, force in centers.values()) < TOUCH:

@@ -19,16 +19,7 @@ from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.errors import InputError
 from soft_gripper.extras.grasps.adds import Varied
-from soft_gripper.extras.grasps.trial import (
-    KEYS,
-    NAN,
-    PARTS,
-    Details,
-    Trial,
-    draw,
-    random_numbers,
-    vary,
-)
+from soft_gripper.extras.grasps.trial import KEYS, NAN, PARTS, Details, Trial, draw, random_numbers, vary
 from soft_gripper.files.row_table import columns
 from soft_gripper.pictures.style import STYLE, save_figure
 from soft_gripper.runs.scores.recorded_grasps import RecordedObject, objects_of, recorded_grasp
@@ -196,7 +187,9 @@ def run_trials(
     order = sorted(trials, key=lambda key: (names.index(key[0]), int(key[1])))
     tables.finish(order)
     found = [trials[key] for key in order]
-    save_figure(trials_figure(found, {Path(file).stem: _force_limit(file) for file in files}), out / FIGURE)
+    tasks = {Path(file).stem: load_scenario(file).task for file in files}
+    limits = {name: None if task is None else task.force_limit for name, task in tasks.items()}
+    save_figure(trials_figure(found, limits), out / FIGURE)
     return found
 
 
@@ -219,11 +212,6 @@ def _about(changes: Mapping[str, Changes], seed: int) -> str:
     """A description of the trials."""
     scenarios = (f"# {Path(file).stem}\n{dump_scenario(changed_scenario(file, of))}" for file, of in changes.items())
     return "\n".join([f"seed: {seed}", *scenarios])
-
-
-def _force_limit(file: str) -> float | None:
-    task = load_scenario(file).task
-    return None if task is None else task.force_limit
 
 
 def trials_together(file: str, seed: int, numbers: Sequence[int], changes: Changes) -> list[Trial]:

@@ -6,22 +6,25 @@ Where an instrument measures a force, the finger is not free: these samples are 
 """
 
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from pydrake.common.yaml import yaml_dump
 
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.plane import planar_gravity
 from soft_gripper.extras.hardware.clipping import stuck_readings
 from soft_gripper.extras.hardware.finger_logs import Log, read_finger_logs, steady
-from soft_gripper.extras.hardware.free_bending import FreeBending, calibrate
+from soft_gripper.extras.hardware.free_bending import Calibration, FreeBending, calibrate
+from soft_gripper.extras.hardware.kept_states import kept_states
 from soft_gripper.extras.hardware.recorded_run import load_run, read_signal
+from soft_gripper.files.output import atomic_file
 from soft_gripper.fingers.plant_finger import PlantFinger
-from soft_gripper.scenario.calibration_file import Calibration, CalibrationConfig, as_config
+from soft_gripper.scenario.calibration_file import CalibrationConfig, FingerCalibrationConfig, layout_identity
 from soft_gripper.scenario.nominal_model import read_nominal_model
 from soft_gripper.scenario.schema import Scenario
 from soft_gripper.sensors.sensor_layout import SensorLayout, strain_sensors
@@ -85,6 +88,37 @@ def calibrate_recordings(
         doubtful = [f"{files[number].name} at {time:.1f} s" for number, time in calibration.doubtful]
         fingers[name] = as_config(layout, calibration, doubtful)
     return CalibrationConfig(ASSUMED, fingers)
+
+
+def as_config(layout: SensorLayout, found: Calibration, doubtful: Sequence[str] = ()) -> FingerCalibrationConfig:
+    """Entry of the file for the calibration of a finger with that nominal layout.
+
+    `doubtful` are holds that do not fit, in words.
+    """
+    found_of_readings = "gains", "offsets", "gain_stds", "offset_stds", "drifts"
+    length, spacing, one_sided, sections = layout_identity(layout)
+    lists = {name: getattr(found, name).tolist() for name in found_of_readings}
+    single = {
+        name: getattr(found, name)
+        for name in (
+            *("bend_ratio", "residual", "bend_ratio_std", "hysteresis", "tip_measured"),
+            *("response_curvature", "response_curvature_std", "pressure_offset", "pressure_offset_std"),
+        )
+    }
+    found_before = {**lists, **single}
+    config = FingerCalibrationConfig(length, spacing, one_sided, sections, **found_before, doubtful=list(doubtful))
+    if found.states is not None:
+        readings = [f"{path} {section}" for path in layout.path_names for section in range(layout.sections)]
+        names = [*readings, "drive [N m]", "gravity x [m/s^2]", "gravity z [m/s^2]"]
+        states = found.states
+        config.fitted = kept_states(names, states.fitted, states.widths, states.noise, states.disagreement)
+    return config
+
+
+def save_calibration(calibration: CalibrationConfig, path: Path) -> None:
+    """Writes a calibration."""
+    with atomic_file(path) as partial:
+        partial.write_text(yaml_dump(asdict(calibration)), encoding="utf-8")
 
 
 def _simulated(file: Path) -> Iterator[_Recorded]:

@@ -40,7 +40,8 @@ def stuck_readings(readings: Mapping[str, Array], others: Mapping[str, Array]) -
         if len(seen) < _MIN_SAMPLES:
             continue
         if np.ptp(seen) == 0:
-            if any(map(_moves, readings.values())):
+            levels = (len(np.unique(other[np.isfinite(other)])) for other in readings.values())
+            if max(levels) > _MOVING_LEVELS:  # another does more than flicker by the steps of its converter
                 questions.append(StuckReading(name, float(seen[0]), "never changes, and others do: is it connected?"))
             continue
         low, high = map(float, np.percentile(seen, [_BEYOND, 100 - _BEYOND], method="nearest"))
@@ -51,11 +52,6 @@ def stuck_readings(readings: Mapping[str, Array], others: Mapping[str, Array]) -
                 question = f"has its {word} value in {100 * share:.0f} % of the samples: is it clipped?"
                 questions.append(StuckReading(name, end, question))
     return questions
-
-
-def _moves(reading: Array) -> bool:
-    """Whether a reading does more than flicker by the steps of its converter."""
-    return len(np.unique(reading[np.isfinite(reading)])) > _MOVING_LEVELS
 
 
 def _goes_on(reading: Array, end: float, other: Array) -> bool:

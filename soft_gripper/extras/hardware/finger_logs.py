@@ -140,7 +140,8 @@ def _bench_logs(
         if len(backward):
             raise InputError(file, named, float(time[backward[0] + 1]), "times must increase from row to row")
         require(len(time) > 1, file, named, len(time), "needs at least 2 samples")
-        check_interval(file, named, time, *_interval_limits(period), "is the time in s?")
+        limits = min(_SHORTEST_INTERVAL, 0.5 * period), max(_LONGEST_INTERVAL, 2 * period)
+        check_interval(file, named, time, *limits, "is the time in s?")
         of_run = file.stem if len(runs) == 1 else f"{file.stem}_{number}"
         for name, config in bench.fingers.items():
             of = f"bench.fingers.{name}"
@@ -161,11 +162,6 @@ def _bench_logs(
             tip = None if x is None else z + 1j * x
             measured = measured_by(table, config, fingers[name].finger.length, f"{of}.")
             yield FingerLog(of_run, fingers[name], time, pressure, X_WB, gravity, readings, tip, measured)
-
-
-def _interval_limits(period: float) -> tuple[float, float]:
-    """Plausible intervals between the rows of a log, for sensors with a period, s."""
-    return min(_SHORTEST_INTERVAL, 0.5 * period), max(_LONGEST_INTERVAL, 2 * period)
 
 
 def _recording_logs(

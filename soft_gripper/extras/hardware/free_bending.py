@@ -35,21 +35,19 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from soft_gripper.arrays import Array, Planar
-from soft_gripper.fingers.finger import Finger
-from soft_gripper.fingers.kinematics import forward_kinematics, gravity_torque
-from soft_gripper.fingers.statics import resting_angles, softened
-from soft_gripper.scenario.calibration_file import Calibration
-from soft_gripper.sensors.calibrated_states import DRIVE, KNOWN_DRIVE, CalibratedStates, by_distance, state_spreads
-from soft_gripper.sensors.fitted_states import (
+from soft_gripper.extras.hardware.left_out_regions import (
     COVERAGE,
-    FittedStates,
     LeftOut,
-    Widths,
     fitted_disagreement,
     learned_widths,
     moved_without,
     regions_left_out,
 )
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.kinematics import forward_kinematics, gravity_torque
+from soft_gripper.fingers.statics import resting_angles, softened
+from soft_gripper.sensors.calibrated_states import DRIVE, KNOWN_DRIVE, CalibratedStates, by_distance, state_spreads
+from soft_gripper.sensors.fitted_states import FittedStates, Widths
 from soft_gripper.sensors.response_curve import CalibratedResponse, ResponseCurve
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 from soft_gripper.sensors.strain_errors import MINUTE, PLAYS, lagging_strain, moved_plays
@@ -105,6 +103,27 @@ class _Predicted(NamedTuple):
         return _Predicted(strain / step, lag / step, tip / step)
 
 
+class Calibration(NamedTuple):
+    """Estimates of a calibration, and standard deviations."""
+
+    bend_ratio: float  # how much further the finger bends under the same pressure than nominal
+    gains: Array  # (R)
+    offsets: Array  # (R) extension ratio
+    residual: float  # root mean square of what is left of the holds, extension ratio
+    bend_ratio_std: float
+    gain_stds: Array  # (R)
+    offset_stds: Array  # (R)
+    hysteresis: float  # share of the stroke
+    drifts: Array  # (R) 1/s, mean of the recordings
+    tip_measured: bool  # whether the place of the tip was
+    doubtful: tuple[tuple[int, float], ...]  # recordings, from 0, and times, s, of holds that are not free bending
+    pressure_offset: float  # Pa, what the sensor reads too much
+    pressure_offset_std: float
+    response_curvature: float
+    response_curvature_std: float
+    states: CalibratedStates | None = None  # in which it was calibrated
+
+
 def calibrate(layout: SensorLayout, recordings: Sequence[FreeBending], sought: Collection[str] = ()) -> Calibration:
     """Fits all numbers to recordings, robustly; `layout` is nominal, `sought` names those of SOUGHT to fit as well."""
     holds, parts = _holds(recordings), _Parts(layout.readings)
@@ -132,7 +151,9 @@ def calibrate(layout: SensorLayout, recordings: Sequence[FreeBending], sought: C
             found = _slopes(x, here, beyond, predict(x[0])[1], holds, parts)[known]
             return np.vstack([-found * scale[:, None], prior])
 
-        fit = least_squares(residuals, x, slopes, bounds=_bounds(len(x)), x_scale="jac")
+        most = np.append(np.log(_RATIOS[1]), np.full(len(x) - 1, np.inf))
+        least = np.append(np.log(_RATIOS[0]), -most[1:])
+        fit = least_squares(residuals, x, slopes, bounds=(least, most), x_scale="jac")
         x = np.asarray(fit.x)
         noise, weights = _scatter(left_at(x))
     x[[at for name, at in parts.sought.items() if name not in sought]] = 0.0
@@ -207,7 +228,9 @@ def _states(
         return np.abs(errors).reshape(-1, 1)  # sensors are alike, and holds too few for a width of each
 
     # Under a drive that is a little away from a fitted one, the readings are as far away again.
-    apart = fitted_disagreement(_groups(by_recording), spread, R) + np.sqrt(2) * KNOWN_DRIVE
+    read = [states[np.isfinite(states).all(axis=-1)] for states in by_recording]
+    groups = read if len(read) > 1 else np.array_split(read[0], 2)
+    apart = fitted_disagreement(groups, spread, R) + np.sqrt(2) * KNOWN_DRIVE
     known = CalibratedStates(FittedStates(states[whole], spread), Widths(np.zeros(1), 0.0), apart, layout.sections)
     fitted = of_all(fit.left(np.zeros(len(x)))[whole])
     widths = learned_widths(fitted, [*regions_left_out([space.regions() for space in known.spaces], without)])
@@ -240,12 +263,6 @@ def _drive(finger: Finger, recording: FreeBending) -> Array:
     return np.column_stack([torque[:, 0], pull.imag, pull.real])
 
 
-def _groups(by_recording: Sequence[Array]) -> list[Array]:
-    """States of samples that are fully read, by recordings, or by the halves of a single one."""
-    read = [states[np.isfinite(states).all(axis=-1)] for states in by_recording]
-    return read if len(read) > 1 else np.array_split(read[0], 2)
-
-
 class _Parts:
     """Where in the vector of unknowns they are; first comes the logarithm of the bend ratio r.
 
@@ -274,14 +291,6 @@ def _prior(readings: int, recordings: int, sought: Collection[str]) -> Array:
     rows = np.diag(1 / np.array(stds))
     rows[_Parts(readings).bends, 0] = -1 / GAIN  # gains, not bends, are about 1
     return rows
-
-
-def _bounds(unknowns: int) -> tuple[Array, Array]:
-    """Bounds of all unknowns."""
-    most: Array = np.full(unknowns, np.inf)
-    least = -most
-    least[0], most[0] = np.log(_RATIOS)
-    return least, most
 
 
 def _holds(recordings: Sequence[FreeBending]) -> _Holds:

@@ -96,7 +96,8 @@ def _lines(runs: Sequence[InstrumentRun], delay: float, least: float) -> tuple[t
     number = np.repeat(np.arange(len(known)), [len(free[i][0]) for i in known])
     drifts = max(np.ptp(free[i][0]) for i in known) >= _LEAST_SPAN
     basis = np.column_stack([number[:, None] == np.arange(len(known)), time * drifts]).astype(float)
-    weight, resolution = np.ones(len(time)), _resolution(value)
+    weight, steps = np.ones(len(time)), np.diff(np.unique(value))
+    resolution = float(steps.min()) if len(steps) else 0.0  # 0 if it never changes
     for _ in range(_PASSES):
         found = np.linalg.lstsq(basis * weight[:, None], value * weight, rcond=None)[0]
         left = np.abs(value - basis @ found)
@@ -113,9 +114,3 @@ def _free(run: InstrumentRun, delay: float, least: float) -> tuple[Array, Array]
     value = _earlier(run.value, steps)
     free = run.rest & (size < most) & np.isfinite(value)
     return run.time[free] + steps * _period(run), value[free]
-
-
-def _resolution(value: Array) -> float:
-    """The smallest step of what is read, 0 if it never changes."""
-    steps = np.diff(np.unique(value))
-    return float(steps.min()) if len(steps) else 0.0

@@ -352,17 +352,12 @@ def note_defects(path: Path, time: Array, markers: dict[str, Array], reference: 
     for name, p in markers.items():
         lost = np.any(np.isnan(p), axis=1)
         if lost.any():
-            first, longest = time[np.argmax(lost)], _longest(time, lost)
+            first = time[np.argmax(lost)]
+            longest = float(np.diff(np.concatenate((time[:1], time[~lost], time[-1:]))).max())  # between seen ones
             why = f"they are missing, the first at {first:.2f} s; the longest gap is {longest:.2f} s"
             note(LEFT_OUT, path, f"{lost.sum()} of {len(lost)} samples of {name}", "", why)
         if lost[reference].all():
             note(LEFT_OUT, path, f"the reference of {name}", "", "it is not seen in the reference span")
-
-
-def _longest(time: Array, lost: NDArray[np.bool_]) -> float:
-    """The longest time between two samples that are seen, with lost ones between them, s."""
-    seen = np.concatenate((time[:1], time[~lost], time[-1:]))
-    return float(np.diff(seen).max())
 
 
 def note_stuck(path: Path, readings: dict[str, Array], others: dict[str, Array]) -> None:
@@ -400,10 +395,6 @@ class RecordingFrame:
     def placed(self, p: Array) -> Array:
         """Points (..., 3) m in B."""
         return (p - self.origin) @ self.R
-
-    def posed(self, pose: BodyPose) -> BodyPose:
-        """A pose in B."""
-        return BodyPose(self.placed(pose.p), self.R.T @ pose.R)
 
 
 def axes_of(config: RecordingConfig) -> Array:
@@ -495,7 +486,7 @@ def _read(name: str, run: Table, config: RecordingConfig) -> HardwareRecording:
         time=time,
         markers=placed,
         reference={name: seen_mean(p[reference]) for name, p in placed.items()},
-        poses={name: B.posed(pose) for name, pose in poses.items()},
+        poses={name: BodyPose(B.placed(pose.p), B.R.T @ pose.R) for name, pose in poses.items()},
         pressures=pressures,
         readings=table.columns(config.readings) if config.readings else None,
         lengths=lengths,

@@ -45,8 +45,7 @@ def groups_left_out(groups: Sequence[NDArray[np.str_]]) -> list[list[NDArray[np.
 
 
 def predictions(
-    splits: Iterable[Split[_Recording]],
-    fit: Callable[[Sequence[_Recording]], Callable[[_Recording], _Prediction]],
+    splits: Iterable[Split[_Recording]], fit: Callable[[Sequence[_Recording]], Callable[[_Recording], _Prediction]]
 ) -> Iterator[_Prediction]:
     """Predictions of the tested recordings of every split, by one fit to its fitted ones."""
     for split in splits:

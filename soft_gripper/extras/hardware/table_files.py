@@ -46,7 +46,10 @@ def read_table(path: Path, columns: Columns) -> Table:
         table = held(read_text_table(path, columns), columns)
     elif path.suffix.lower() in BAGS or is_bag_folder(path):
         hold = HELD if hold is None else hold
-        table = _read_bag(path, columns, hold)
+        _require_extra(path, "ros", "rosbags", "mcap")
+        names = tuple(columns.fields)
+        values = read_apart(bag_columns, path, names[0], names[1:], hold, columns.time_unit)
+        table = Table(path, names, values, np.arange(len(values)) + 1)
     elif path.suffix.lower() == ".c3d":
         table = _read_c3d(path, columns)
     else:
@@ -118,13 +121,6 @@ def _read_c3d(path: Path, columns: Columns) -> Table:
     time = frames / rate / columns.time_unit
     places = columns.places(path, [columns.time, *names])
     return Table(path, tuple(columns.fields), np.column_stack((time, values))[:, places], frames + 1)
-
-
-def _read_bag(path: Path, columns: Columns, hold: float) -> Table:
-    _require_extra(path, "ros", "rosbags", "mcap")
-    names = tuple(columns.fields)
-    values = read_apart(bag_columns, path, names[0], names[1:], hold, columns.time_unit)
-    return Table(path, names, values, np.arange(len(values)) + 1)
 
 
 def _require_extra(path: Path, extra: str, *libraries: str) -> None:

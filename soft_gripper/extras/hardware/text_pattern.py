@@ -12,10 +12,7 @@ _OLD_NUMBERS = r"(\d+(?:\.\d+)?)", r"(\d+)"  # regular expressions of earlier de
 _SYNTAX = frozenset("\\()[]?*+^$")  # of regular expressions
 # What a placeholder matches, and what may not be before it at the beginning of a pattern: a part of the same.
 # Quantifiers are possessive, and give nothing back.
-_MATCHED = {
-    "number": (r"([0-9]++(?:\.[0-9]++)?+)", r"(?<![0-9.,])"),
-    "word": (r"([^\W\d_]++)", r"(?<![^\W\d_])"),
-}
+_MATCHED = {"number": (r"([0-9]++(?:\.[0-9]++)?+)", r"(?<![0-9.,])"), "word": (r"([^\W\d_]++)", r"(?<![^\W\d_])")}
 MAX_LENGTH = 200  # characters of a pattern
 
 

@@ -61,17 +61,11 @@ from soft_gripper.extras.hardware.identification.settled_states import (
     note_unbalanced,
     state_errors,
 )
+from soft_gripper.extras.hardware.left_out_regions import LeftOut, learned_widths, moved_without, regions_left_out
 from soft_gripper.files.document import require
 from soft_gripper.pictures.style import ESTIMATOR_COLORS, STYLE
 from soft_gripper.scenario.fitted_states_config import FittedStatesConfig
-from soft_gripper.sensors.fitted_states import (
-    FittedStates,
-    LeftOut,
-    learned_widths,
-    moved_without,
-    regions_left_out,
-    spread_of,
-)
+from soft_gripper.sensors.fitted_states import FittedStates, spread_of
 
 _NORMAL_95 = 1.96
 _STEP = 0.02  # kg, of the finite differences
@@ -103,11 +97,7 @@ class Fitted(NamedTuple):
 
 
 def weigh(
-    model: Model,
-    states: SettledStates,
-    window: float,
-    tare: SettledStates | None = None,
-    fitted: Fitted | None = None,
+    model: Model, states: SettledStates, window: float, tare: SettledStates | None = None, fitted: Fitted | None = None
 ) -> list[Weighing]:
     """Weighs what hangs on the tip in every window of a recording, and in the last row over all of it.
 

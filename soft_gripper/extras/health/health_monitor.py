@@ -70,7 +70,9 @@ class HealthMonitor(ArrayBlock):
         self.put_out("fault_probabilities", lambda found: found, "probabilities", fault=FAULTS)
         self.put_out("fault", named, "probabilities", meanings=FAULTS)
         self.put_out("sensor_fault", lambda found: found, "of_readings", unit="1", **layout.axes)
-        self.derive("usable", _without_faulty, "of_readings", layout.quantity)
+        self.derive(
+            "usable", lambda found, readings: np.where(found < NAMED, readings, np.nan), "of_readings", layout.quantity
+        )
         name = usable(layout.quantity)
         self.put_out(name, lambda readings: readings, "usable", unit=layout.unit, **layout.axes)
 
@@ -79,10 +81,6 @@ def named(probabilities: Array) -> Array:
     """The fault that is named, as its place in FAULTS, (...): the most probable, once something is surely wrong."""
     most: Array = 1.0 + probabilities[..., 1:].argmax(axis=-1)
     return np.where(probabilities[..., 0] < 1 - NAMED, most, 0.0)
-
-
-def _without_faulty(of_readings: Array, readings: Array) -> Array:
-    return np.where(of_readings < NAMED, readings, np.nan)
 
 
 def check_monitored(function: HealthFilter) -> None:

@@ -1,5 +1,4 @@
 """Gymnasium environments of soft grippers; to import this registers SoftReach-v0, SoftGrasp-v0 and SoftPickPlace-v0."""
 
-from .config import environment_names as environment_names
 from .config import load_environment as load_environment
 from .environment import SoftGripperEnv as SoftGripperEnv

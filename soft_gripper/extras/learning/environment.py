@@ -56,10 +56,7 @@ class SoftGripperEnv(DrakeGymEnv):
     metadata: dict[str, Any] = {"render_modes": [*MODES], "render_fps": 10}  # noqa: RUF012
 
     def __init__(
-        self,
-        environment: str = "soft_grasp",
-        changes: Mapping[str, Any] | None = None,
-        render_mode: str | None = None,
+        self, environment: str = "soft_grasp", changes: Mapping[str, Any] | None = None, render_mode: str | None = None
     ):
         """Builds the stations.
 
@@ -97,7 +94,8 @@ class SoftGripperEnv(DrakeGymEnv):
             hardware=True,  # a reset keeps the context that `_begin` made: it would be initialized twice otherwise
         )
         self.metadata = {"render_modes": [*MODES], "render_fps": round(1 / config.time_step)}
-        self.info_handler = self._info  # DrakeGymEnv drops one that is given to its constructor
+        # The ground truth at the start of an episode; DrakeGymEnv drops a handler that is given to its constructor.
+        self.info_handler = lambda _: asdict(self._drawn)
         self._is_closed = False
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Vector, dict[str, Any]]:
@@ -125,7 +123,8 @@ class SoftGripperEnv(DrakeGymEnv):
         reason = self._advance(np.clip(numbers, -1.0, 1.0))
         if reason:
             return self._observed, 0.0, False, True, {"diverged": reason}
-        return self._observed, self._judgement.reward, self._judgement.terminated, self._is_late(), self._judgement.info
+        is_late = bool(self._now.simulator.get_context().get_time() > self.environment.config.duration - 1e-9)
+        return self._observed, *self._judgement[:2], is_late, self._judgement.info
 
     def render(self) -> NDArray[np.uint8] | None:
         """The scene as a picture, (height, width, 3), or in Meshcat.
@@ -162,9 +161,6 @@ class SoftGripperEnv(DrakeGymEnv):
         self._observed = observation.astype(np.float32)
         return ""
 
-    def _is_late(self) -> bool:
-        return bool(self._now.simulator.get_context().get_time() > self.environment.config.duration - 1e-9)
-
     def _build(self, number: int, render_mode: str | None, meshcat: Meshcat | None) -> _Built:
         config = self.environment.config
         scenario = varied_fingers(self.environment.scenario, config.variation, number)
@@ -190,10 +186,6 @@ class SoftGripperEnv(DrakeGymEnv):
     def _reward(self, _: System, context: Context) -> float:
         self._judgement = self._now.task.judge(context)
         return self._judgement.reward
-
-    def _info(self, _: Simulator) -> dict[str, Any]:
-        """The ground truth at the start of an episode: the draw."""
-        return asdict(self._drawn)
 
 
 def make_task(station: LearningStation, config: EnvironmentConfig) -> Task:

@@ -50,12 +50,7 @@ def scaled_shape(shape: Shape, factor: float) -> Shape:
 
 
 def scale_geometries(
-    scene_graph: SceneGraph,
-    context: Context,
-    plant: MultibodyPlant,
-    body: RigidBody,
-    factor: float,
-    seen: bool,
+    scene_graph: SceneGraph, context: Context, plant: MultibodyPlant, body: RigidBody, factor: float, seen: bool
 ) -> None:
     """Multiplies all lengths of a body about its frame, and, if `seen`, those of its visual geometry.
 

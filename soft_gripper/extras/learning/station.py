@@ -39,7 +39,6 @@ from soft_gripper.estimators.plane import planar_gravity
 from soft_gripper.extras.learning.config import ActionConfig, EnvironmentConfig, ObservedConfig
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import as_points, forward_kinematics
-from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.fingers.statics import resting_angles
 from soft_gripper.pictures.rendering import DIRECTION, framing_camera, make_renderer
 from soft_gripper.scenario.schema import Scenario
@@ -271,13 +270,6 @@ def add_peak_force(builder: DiagramBuilder, station: StationParts) -> PeakForce:
 _GRID = 64  # pressures between which the tip is interpolated
 
 
-def resting_tip(finger: Finger, pressure: Array, gravity: complex) -> Array:
-    """Where the tip rests under pressures (M) Pa, (M, 2) x, z in B, m; `gravity` in the bending plane, m/s^2."""
-    q = resting_angles(finger, pressure, np.full(len(pressure), gravity))
-    tips: Array = as_points(forward_kinematics(q, finger.segment_length).tip)
-    return tips
-
-
 class TipTarget(LeafSystem):
     """Target of the tip: where it would rest under a sinusoidal pressure.
 
@@ -294,7 +286,8 @@ class TipTarget(LeafSystem):
         """`gravity` in the bending plane, m/s^2; `limits` of the pressure, Pa."""
         super().__init__()
         self._pressures = np.linspace(*limits, _GRID)
-        self._tips = resting_tip(finger, self._pressures, gravity)
+        q = resting_angles(finger, self._pressures, np.full(_GRID, gravity))
+        self._tips: Array = as_points(forward_kinematics(q, finger.segment_length).tip)  # where it rests, (_GRID, 2) m
         self._swing = self.DeclareNumericParameter(BasicVector([sum(limits) / 2, 0.0, 1.0, 0.0]))
         followed = {self.time_ticket(), self.pn_ticket()}
         self.DeclareVectorOutputPort("target", 2, self._calc, followed)
@@ -307,13 +300,6 @@ class TipTarget(LeafSystem):
         mean, amplitude, period, phase = context.get_numeric_parameter(self._swing).value()
         pressure = mean + amplitude * np.sin(2 * np.pi * context.get_time() / period + phase)
         output.SetFromVector([np.interp(pressure, self._pressures, column) for column in self._tips.T])
-
-
-def add_tip_target(builder: DiagramBuilder, finger: PlantFinger, limits: tuple[float, float]) -> TipTarget:
-    """Adds `target` for a finger that stands still."""
-    gravity = np.array(finger.plant.gravity_field().gravity_vector())
-    planar = complex(planar_gravity(finger.X_WB.GetAsMatrix34(), gravity))
-    return builder.AddNamedSystem("target", TipTarget(finger.finger, planar, limits))
 
 
 HEIGHT, WIDTH = 360, 480  # pixels of a picture
@@ -368,7 +354,9 @@ def make_learning_station(
     target = goal = None
     of_task: dict[str, OutputPort] = {}
     if config.reach is not None:
-        target = add_tip_target(builder, parts.fingers[0], (config.reach.pressure[0], config.reach.pressure[1]))
+        finger, (least, most) = parts.fingers[0], config.reach.pressure  # one that stands still
+        gravity = planar_gravity(finger.X_WB.GetAsMatrix34(), np.array(scenario.gravity))
+        target = builder.AddNamedSystem("target", TipTarget(finger.finger, complex(gravity), (least, most)))
         of_task["target"] = target.get_output_port()
     if config.pick_place is not None:
         goal = builder.AddNamedSystem("goal", ConstantVectorSource([config.pick_place.goal[0]]))

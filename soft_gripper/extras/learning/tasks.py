@@ -36,27 +36,17 @@ class Handled(NamedTuple):
     force: Array  # (F,) N, normal, of each finger
     peak: float  # N, the largest of any finger in the episode
 
-    @property
-    def strongest(self) -> float:
-        return float(self.force.max())
-
 
 class HandledObject:
-    """Reads the object of a station."""
+    """A task that reads the object of a station."""
 
     def __init__(self, station: LearningStation):
         assert station.object is not None
         self._station, self._body = station, station.object
-        self._begin: Array = np.zeros(3)
+        self.begins_at: Array = np.zeros(3)  # m in the world, the object's frame at the start of an episode
 
-    def begin(self, context: Context) -> None:
-        """Stores the state at the start of an episode."""
-        self._begin = self._place(context)
-
-    @property
-    def begins_at(self) -> Array:
-        """Initial position of the object frame in an episode, (3,) m in the world."""
-        return self._begin
+    def begin(self, context: Context, rng: np.random.Generator) -> None:
+        self.begins_at = self._place(context)
 
     def look(self, context: Context) -> Handled:
         """The object in a context of the whole diagram."""
@@ -64,7 +54,7 @@ class HandledObject:
         assert forces is not None
         own = forces.GetMyContextFromRoot(context)
         force, peak = (forces.GetOutputPort(name).Eval(own) for name in ("force", "peak"))
-        return Handled(self._place(context) - self._begin, force, float(max(peak.max(), force.max())))
+        return Handled(self._place(context) - self.begins_at, force, float(max(peak.max(), force.max())))
 
     def _place(self, context: Context) -> Array:
         place: Array = self._body.EvalPoseInWorld(self._station.parts.plant.GetMyContextFromRoot(context)).translation()
@@ -85,18 +75,16 @@ def grasp_judgement(config: GraspConfig, time_step: float, height: Array, force:
     )
 
 
-class Grasp:
+class Grasp(HandledObject):
     """Earns time_step (lifted share - force_weight force) a step, and -1 for a crushed object, which ends it."""
 
     def __init__(self, station: LearningStation, config: GraspConfig, time_step: float):
         """`time_step` from a step to the next, s."""
-        self._object, self._config, self._time_step = HandledObject(station), config, time_step
-
-    def begin(self, context: Context, rng: np.random.Generator) -> None:
-        self._object.begin(context)
+        super().__init__(station)
+        self._config, self._time_step = config, time_step
 
     def judge(self, context: Context) -> Judgement:
-        seen = self._object.look(context)
+        seen = self.look(context)
         return _of_one(grasp_judgement(self._config, self._time_step, seen.place[2], seen.force, np.array(seen.peak)))
 
 
@@ -109,7 +97,7 @@ def _of_one(judged: Judgement) -> Judgement:
 _RESTING = 2e-3  # m, below which an object stands on the table
 
 
-class PickPlace:
+class PickPlace(HandledObject):
     """Earns time_step (share of the way - force_weight force) a step, and 1 when the object stands there alone.
 
     Either that or a crushed object, which earns -1, ends the episode. The way is at least as long as the tolerance.
@@ -118,19 +106,19 @@ class PickPlace:
     def __init__(self, station: LearningStation, config: PickPlaceConfig, time_step: float):
         """`time_step` from a step to the next, s."""
         assert station.goal is not None
-        self._object, self._config, self._time_step = HandledObject(station), config, time_step
-        self._goal = station.goal
+        super().__init__(station)
+        self._config, self._time_step, self._goal = config, time_step, station.goal
 
     def begin(self, context: Context, rng: np.random.Generator) -> None:
-        self._object.begin(context)
+        super().begin(context, rng)
         least, most = self._config.goal
         own = self._goal.GetMyMutableContextFromRoot(context)
         self._goal.get_mutable_source_value(own).SetFromVector([rng.uniform(least, most)])
 
     def judge(self, context: Context) -> Judgement:
-        seen = self._object.look(context)
+        seen = self.look(context)
         goal = self._goal.get_output_port().Eval(self._goal.GetMyContextFromRoot(context))[0]
-        way = goal - self._object.begins_at[0]
+        way = goal - self.begins_at[0]
         judged = pick_place_judgement(self._config, self._time_step, way, seen.place, seen.force, np.array(seen.peak))
         return _of_one(judged)
 

@@ -33,7 +33,6 @@ from soft_gripper.extras.learning.episode_variation import Draw, draw, varied_fi
 from soft_gripper.extras.learning.station import (
     LARGEST,
     PERIOD,
-    LearningStation,
     Observation,
     home,
     make_learning_station,
@@ -156,7 +155,7 @@ class _Stations:
         self._config = config
         grippers = [varied_fingers(scenario, config.variation, i) for i in range(min(count, config.variation.grippers))]
         learning = [make_learning_station(config, gripper, composed=False) for gripper in grippers]
-        stations = [*map(_station_of, learning)]
+        stations = [Station(each.diagram, each.parts, None) for each in learning]  # type: ignore[arg-type]  # without logs
         self._learning, self._station = learning[0], stations[0]
         self._period, self._plant_step = scenario.sensor.period, self._station.plant.time_step()
         self._check(scenario)
@@ -277,8 +276,3 @@ class _Stations:
         forces = self._sensors.read(self._plants.kept(self._substeps * max(1, round(PERIOD / self._plant_step))))
         self._force = forces[:, -1]
         self._peak = np.maximum(self._peak, forces.max(axis=(1, 2)))
-
-
-def _station_of(learning: LearningStation) -> Station:
-    """A station without logs."""
-    return Station(learning.diagram, learning.parts, None)  # type: ignore[arg-type]

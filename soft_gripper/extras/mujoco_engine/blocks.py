@@ -28,8 +28,8 @@ from soft_gripper.arrays import Array
 from soft_gripper.control.grip import GripForce, GripForceBound, LowSelector
 from soft_gripper.control.pid_controller import PidController, Step
 from soft_gripper.control.task import GripObservation, Progress, TaskMachine
-from soft_gripper.fingers.leak import Leak
 from soft_gripper.fingers.path_drive import BentChambers, TendonDrive
+from soft_gripper.fingers.pressure_drive import Leak
 from soft_gripper.load.opening import GripperOpening
 
 Read = Callable[[int], Array]  # the value of an input, by its number
@@ -645,10 +645,6 @@ def gains(parts: Mapping[MatrixGain, Rows]) -> Callable[[Array], Array]:
     return lambda u: np.asarray((u[:, None] @ of_each)[:, 0])
 
 
-def _same(value: Array) -> Array:
-    return value
-
-
 def together(*values: Array) -> Array:
     """Values side by side, (E, size), of which some may be the same in all environments, (1, size)."""
     count = max(map(len, values))
@@ -682,14 +678,10 @@ def _opening(block: GripperOpening) -> Callable[..., Array]:
     return lambda *tips: block.opening(np.stack(tips, axis=1))[:, None]
 
 
-def _bent(block: BentChambers) -> Callable[..., Array]:
-    return lambda state, pressure: block.actuation(state, pressure)
-
-
 Functional = Mapping[type[LeafSystem], Callable[[Any], Callable[..., Array]]]
 FUNCTIONS: Functional = {
     Adder: lambda block: _added,
-    BentChambers: _bent,
+    BentChambers: lambda block: block.actuation,
     ConstantVectorSource: _constant,
     GripForce: lambda block: _mean,
     GripForceBound: lambda block: _mean_bound,
@@ -697,6 +689,6 @@ FUNCTIONS: Functional = {
     LowSelector: lambda block: _lower,
     MatrixGain: _gain,
     Multiplexer: lambda block: together,
-    PassThrough: lambda block: _same,
+    PassThrough: lambda block: lambda value: value,
     Saturation: _limits,
 }

@@ -184,18 +184,14 @@ def _step_of(served: Sequence[Served], models: "_Models") -> tuple[float, str]:
     if station.scenario.engine_step is not None:
         step = dividing_step(station.plant.time_step(), station.scenario.engine_step)
         return step, f"{1e3 * step:g} ms"
-    step, change = _chosen_step([served[i] for i in _evenly(len(served))], models)
+    three = sorted({0, len(served) // 2, len(served) - 1})
+    step, change = _chosen_step([served[i] for i in three], models)
     return step, f"{1e3 * step:g} ms; {change.words}"
 
 
 def dividing_step(plant_step: float, longest: float) -> float:
     """The longest step up to one that divides the step of Drake's plant."""
     return plant_step / max(1, math.ceil(plant_step / longest - 1e-9))
-
-
-def _evenly(count: int) -> list[int]:
-    """Up to three of so many runs."""
-    return sorted({0, count // 2, count - 1})
 
 
 class Change(NamedTuple):

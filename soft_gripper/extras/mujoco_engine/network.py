@@ -46,8 +46,8 @@ from soft_gripper.extras.mujoco_engine.blocks import (
     Tasks,
     gains,
 )
-from soft_gripper.fingers.leak import Leak
 from soft_gripper.fingers.path_drive import TendonDrive
+from soft_gripper.fingers.pressure_drive import Leak
 from soft_gripper.scenario.schema import Scenario
 from soft_gripper.sensors.base_pose import BasePoseSensor
 from soft_gripper.truth.contact import TrueContact

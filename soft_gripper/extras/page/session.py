@@ -8,6 +8,7 @@ import argparse
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Mapping
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -128,18 +129,27 @@ class Session:
 
     def step(self) -> None:
         """Obeys the buttons, goes on for a moment, and shows a frame if one is due."""
-        try:
-            for button in self.driver.panel.pressed():
-                self._react(button)
-            if not self._is_stopped and self.driver.turn():
-                status, values = self.driver.frame(self.feed.wanted)
-                self.feed.send({**self._status(), **status}, values)
-        except RuntimeError:
-            if not self.driver.recovers():
-                raise
+        for button in self.driver.panel.pressed():
+            self.driver.note = self._problem = ""
+            self._with_view(partial(self._react, button))
+        if not self._is_stopped:
+            self._with_view(self._go_on)
+
+    def _with_view(self, act: Callable[[], None]) -> None:
+        """Acts, and once more if the view failed, so that no click is lost with it."""
+        while True:
+            try:
+                return act()
+            except RuntimeError:
+                if not self.driver.recovers():
+                    raise
+
+    def _go_on(self) -> None:
+        if self.driver.turn():
+            status, values = self.driver.frame(self.feed.wanted)
+            self.feed.send({**self._status(), **status}, values)
 
     def _react(self, button: Button) -> None:
-        self.driver.note = self._problem = ""
         if button == Button.STOP:
             self._is_stopped = True
         elif button != Button.RECORD:

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import astuple, dataclass
-from typing import Annotated, TypeVar
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,9 +30,6 @@ class HeldStep:
     nominal: str
     sections: int
     pressure_kpa: Annotated[float, ".1f"]  # NaN unless the finger has one chamber
-
-
-Row = TypeVar("Row", bound=HeldStep)
 
 
 def held_steps(
@@ -83,23 +80,6 @@ class PoseRow(HeldStep):
     twist_angle_deg: Annotated[float, ".2f"] = 0.0
 
 
-def errors_of(rows: Sequence[PoseRow], scenario: str, sections: int, error: str) -> Array:
-    """A column of errors, mm, of the rows of a scenario with a given number of sensors, in row order."""
-    return np.array([getattr(row, error) for row in rows if (row.scenario, row.sections) == (scenario, sections)])
-
-
-def mean_errors(rows: Sequence[PoseRow], scenario: str, error: str) -> Array:
-    """Mean of a column of errors over the steps and fingers of a scenario, mm, for each number of sensors."""
-    counts = sorted({row.sections for row in rows})
-    return np.array([errors_of(rows, scenario, sections, error).mean() for sections in counts])
-
-
-def largest_gain(rows: Sequence[PoseRow], scenarios: Sequence[str], few: int, more: int, error: str) -> float:
-    """Largest reduction of the error from `few` to `more` sensors at any step of any scenario, mm."""
-    gains = [errors_of(rows, name, few, error) - errors_of(rows, name, more, error) for name in scenarios]
-    return float(np.max([gain.max() for gain in gains]))
-
-
 def pose_table(
     name: str, station: Station, recording: Recording, sections: Sequence[int], estimators: Sequence[str] = ("arcs",)
 ) -> list[PoseRow]:
@@ -114,11 +94,6 @@ def pose_table(
                 errors = (error.reshape(held.shape) for error in _errors(recording, finger, shape, held.ravel()))
                 rows += _rows(steps, station, recording, finger, *errors)
     return rows
-
-
-def of_estimator(rows: Sequence[Row], estimator: str) -> list[Row]:
-    """The rows of one estimator."""
-    return [row for row in rows if row.estimator == estimator]
 
 
 def recorded_pose_table(name: str, station: Station, recording: Recording) -> list[PoseRow]:

@@ -28,7 +28,7 @@ from soft_gripper.files.number import number
 from soft_gripper.files.output import lock_folder
 from soft_gripper.files.yaml_text import parse_yaml
 from soft_gripper.pictures.style import STYLE
-from soft_gripper.runs.agreement import Agreement, agreement
+from soft_gripper.runs.agreement import Agreement, agreement, chosen
 from soft_gripper.runs.scores.grasp import HELD
 from soft_gripper.runs.study import StudyTables, describe, results
 from soft_gripper.runs.sweep.measures import OPTION, column_of, kind_of, measure, names_of
@@ -51,7 +51,7 @@ def sweep_figure(varied: Mapping[str, Column], measured: Mapping[str, Column], t
         measured: cells of the measures; empty if a run failed.
         title: title of the figure.
     """
-    numbers = {name: _numbers(cells) for name, cells in measured.items()}
+    numbers = {name: numbers_in(cells) for name, cells in measured.items()}
     drawn = {name: values for name, values in numbers.items() if np.isfinite(values).any()}
     drawn = {name: values for name, values in drawn.items() if _varies(values)} or drawn
     if len(varied) not in (1, 2) or not drawn:
@@ -81,18 +81,21 @@ def _varies(values: Array) -> bool:
     return bool(np.ptp(values[np.isfinite(values)]) > 1e-3 * np.nanmax(np.abs(values)))
 
 
-def _numbers(cells: Column) -> Array:
-    """Cells as numbers; NaN for those that are not numbers."""
+def numbers_in(cells: Column) -> Array:
+    """Cells as numbers, true as 1 and percentages without their sign; NaN for those that are not numbers."""
     found = np.full(len(cells), np.nan)
     for i, text in enumerate(cells):
         with suppress(ValueError):
-            found[i] = {"True": 1.0, "False": 0.0}.get(text) or number(text.removesuffix("%"))
+            found[i] = _TRUTH[text] if text in _TRUTH else number(text.removesuffix("%"))
     return found
+
+
+_TRUTH = {"True": 1.0, "False": 0.0}
 
 
 def _place(axes: Axes, axis: str, cells: Column) -> Array:
     """Positions of cells along an axis, with a tick at each if there are few; numbers, or in order of appearance."""
-    numbers = _numbers(cells)
+    numbers = numbers_in(cells)
     if np.isfinite(numbers).all():
         if len(values := np.unique(numbers)) <= _MOST_TICKS:
             axes.set(**{f"{axis}ticks": values})
@@ -457,13 +460,11 @@ def run_sweep(
         engine = {"engine": others[0]["engine"]} if others else {}
         fixed |= engine_step_of(scenario, fixed | engine, executor)
         base = changed_scenario(scenario, fixed)
-    runs.begin(_about(scenario, dump_scenario(base), points, [*own, *checked]), resume)
+    runs.begin_runs(base, resume, scenario=scenario, measures=[*own, *checked], runs=list(points))
     changes: dict[tuple[str, ...], Mapping[str, Any]] = {
         (str(number),): fixed | point for number, point in enumerate(points)
     }
-    runs.run_changed(
-        executor, measured_runs, base, (scenario, changes), (own, check_step), lambda row: report(row[ERROR] == "")
-    )
+    runs.run_changed(executor, base, (scenario, changes), (own, check_step), lambda row: report(row[ERROR] == ""))
     runs.finish(changes)
     return [runs.row(key) for key in changes]
 
@@ -487,29 +488,32 @@ def _engine_step(scenario: str, changes: Mapping[str, Any]) -> float | None:
     return engine_step(changed_scenario(scenario, changes))
 
 
-Work = Callable[..., list[dict[str, Any]]]  # as `measured_runs`
-
-
 def agreement_with_drake(
     scenario: str,
-    rows: Sequence[Mapping[str, str]],
-    changes: Sequence[Mapping[str, Any]],
+    runs: Sequence[tuple[Mapping[str, str], Mapping[str, Any]]],
+    checked: int,
+    seed: int,
     executor: Executor,
     own: Sequence[str] = (),
 ) -> list[Agreement]:
-    """How the measures of runs in another engine agree with those of the same runs in Drake.
+    """How the measures of runs in another engine agree with those of some of them in Drake.
 
     Args:
         scenario: name of a shipped one, or path of a file.
-        rows: cells of the runs in the other engine, by column.
-        changes: of each run, with Drake as its engine.
+        runs: of the other engine: cells by column, and changes of the scenario; those that failed are left out.
+        checked: number of runs to repeat.
+        seed: of their choice.
         executor: makes the runs.
         own: user measures.
     """
-    repeated = results(executor, measured_runs, {i: (scenario, [each], own) for i, each in enumerate(changes)})
-    both = [(row, {name: cell(v) for name, v in repeated[i][0].items()}) for i, row in enumerate(rows)]
-    fine = [(row, other) for row, other in both if ERROR not in other]
-    return agreement([{name: row[name] for name in other} for row, other in fine], [other for _, other in fine])
+    fine = [run for run in runs if run[0][ERROR] == ""]
+    picked = chosen(len(fine), checked, seed)
+    drake = {"engine": DRAKE, ENGINE_STEP: None}
+    jobs = {i: (scenario, [{**fine[i][1], **drake}], own) for i in picked}
+    repeated = results(executor, measured_runs, jobs)
+    both = [(fine[i][0], {name: cell(v) for name, v in repeated[i][0].items()}) for i in picked]
+    same = [(row, other) for row, other in both if ERROR not in other]
+    return agreement([{name: row[name] for name in other} for row, other in same], [other for _, other in same])
 
 
 class ScenarioRuns(StudyTables):
@@ -524,10 +528,18 @@ class ScenarioRuns(StudyTables):
         self._names = [*keys, *columns, ERROR]
         super().__init__(lock_folder(out), about, {table: self._names}, len(keys))
 
+    def begin_runs(self, base: Scenario, resume: bool, *packages: str, **parts: Any) -> None:
+        """Starts or resumes the table, see `begin`; parts, the scenario and versions tell a study from others.
+
+        `packages` are those that matter beside Drake and numpy.
+        """
+        versions = {name: version(name) for name in ("soft-gripper", "drake", "numpy", *packages)}
+        described = {"versions": versions, "resolved": dump_scenario(base).splitlines()} | parts
+        self.begin(json.dumps(described, indent=1, default=str) + "\n", resume)
+
     def run_changed(
         self,
         executor: Executor,
-        work: Work,
         base: Scenario,
         given: tuple[str, Mapping[tuple[str, ...], Mapping[str, Any]]],
         others: Sequence[Any],
@@ -536,11 +548,10 @@ class ScenarioRuns(StudyTables):
         """Makes the runs whose rows do not exist, as many at once as the engine of the scenario is best at.
 
         Args:
-            executor: makes the calls.
-            work: `measured_runs` or a function like it.
+            executor: makes the calls of `measured_runs`.
             base: the scenario, read.
             given: its name or file, and the changes of each run by its key.
-            others: further arguments of `work`.
+            others: further arguments of them.
             report: called with the row of each run.
         """
         scenario, changes = given
@@ -562,18 +573,11 @@ class ScenarioRuns(StudyTables):
             for key in batch:
                 report(self.row(key))
 
-        self.run(executor, work, jobs, keep, failed, ended, keys=lambda batch: batch)
+        self.run(executor, measured_runs, jobs, keep, failed, ended, keys=lambda batch: batch)
 
     def row(self, key: tuple[str, ...]) -> dict[str, str]:
         """The cells of a run by column."""
         return dict(zip(self._names, self.rows[key][0], strict=True))
-
-
-def _about(scenario: str, base: str, points: Sequence[SweepPoint], own: Sequence[str]) -> str:
-    """A description of a sweep."""
-    versions = {name: version(name) for name in ("soft-gripper", "drake", "numpy")}
-    parts = {"scenario": scenario, "versions": versions, "measures": list(own), "resolved": base.splitlines()}
-    return json.dumps(parts | {"runs": list(points)}, indent=1, default=str) + "\n"
 
 
 def cell(value: Any) -> str:

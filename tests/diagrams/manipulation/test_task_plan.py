@@ -148,11 +148,6 @@ def test_what_phases_are_taken_over_from_the_scenario(planned):
     assert [phase.follower for phase in own] == [*range(1, len(NAMES)), len(phases)]
 
 
-def test_without_openings_the_gripper_is_not_commanded(tmp_path):
-    _, phases = plan(tmp_path, PhaseConfig("there", posture=POSTURE), PhaseConfig("back", "home"))
-    assert np.isnan([phase.opening for phase in phases]).all()
-
-
 def test_only_what_can_fail_has_a_rescue(planned):
     _, phases = planned
     assert [phase.name for phase in phases if phase.rescue is not None] == WATCHED

@@ -98,13 +98,6 @@ def test_the_limits_are_made_use_of():
     assert distance < 1e-3
 
 
-def test_the_pose_is_an_input_and_the_joints_a_signal():
-    station = Follower().station
-    assert list(station.parts.inputs) == ["arm.X_WTool"]
-    assert station.diagram.num_input_ports() == 1
-    assert station.diagram.GetOutputPort("arm.desired_state").size() == 12
-
-
 def test_an_arm_without_limits_is_refused(tmp_path):
     scenario = small_arm(tmp_path, "<link name='flange'/>" + joint("revolute", "base", "flange"), [0.0])
     path = tmp_path / "arm.urdf"

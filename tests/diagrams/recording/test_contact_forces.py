@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 from refusals import refused
 
-from soft_gripper.diagrams.contact_forces import FingerForce, force_band, forces_text
+from soft_gripper.diagrams.contact_forces import force_band
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.diagrams.station import make_private_station
@@ -29,23 +29,6 @@ STEPS = ["pressure.steps={all: [0.0, 75.0e3]}", "pressure.settle=0.5", "pressure
 def test_the_band_begins_at_0_where_no_contact_is_detected(interval, answer, expected):
     found = force_band(np.array([interval]), np.array([answer]))
     np.testing.assert_array_equal([each[0] for each in found], expected)
-
-
-def test_what_is_not_known_is_printed_in_words():
-    rows = [
-        FingerForce("left", 1.0, 0.5, 0.52, 0.4, 0.6, 0.45, 0.44, 100.4, 99.6),
-        FingerForce("right", 1.0, 0.0, 0.0, 0.0, 2.0, 0.0, 0.0, NAN, NAN),
-        FingerForce("third", 1.0, *[NAN] * 8),
-    ]
-    cells = [line.split("  ") for line in forces_text(rows, "mine").splitlines()]
-    assert cells[0] == ["Transverse contact forces at 1.00 s, estimated by mine"]
-    words = [[cell.strip() for cell in line if cell.strip()] for line in cells[3:]]
-    assert words == [
-        ["left", "0.50", "100", "0.52", "0.40 to 0.60", "100"],
-        ["right", "0.00", "no contact", "0.00", "0.00 to 2.00", "no contact"],
-        ["third", *["not known"] * 5],
-    ]
-    assert "estimator.type=contact" in forces_text(rows[2:])
 
 
 @pytest.fixture(scope="module", params=["contact", "arcs"])

@@ -9,14 +9,13 @@ from finger_plants import free_bending
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
-from soft_gripper.errors import InputError
 from soft_gripper.scenario.scenario_file import load_scenario
 
 RESPONSE = "sensor.response=[[0.7, -0.2], [1.0, 0.0], [1.4, 0.9]]"
 
 
-@pytest.fixture(scope="module", params=[False, True], ids=["two-sided", "one-sided"])
-def run(request):
+@pytest.fixture(scope="module")
+def run():
     """A station of fingers under different pressures, and what it recorded."""
     scenario = free_bending(
         [0.0],
@@ -24,35 +23,10 @@ def run(request):
         "pressure.steps.left_finger=[120.0e3, -30.0e3]",
         "pressure.steps.right_finger=[60.0e3]",
         "sensor.sections=3",
-        f"sensor.one_sided={request.param}".lower(),
         RESPONSE,
     )
     station = make_station(scenario)
     return station, run_station(station)
-
-
-def test_every_signal_has_a_unit_and_the_time_of_the_samples(run):
-    station, recording = run
-    assert set(recording.data.data_vars) == set(station.logs.signals)
-    assert recording["time"].attrs["units"] == "s"
-    np.testing.assert_allclose(recording["time"], np.arange(81) * 0.01, atol=1e-12)
-    for name in station.logs.signals:
-        signal = recording[name]
-        units = signal.attrs["units"].split(", ")
-        assert all(units)
-        assert len(units) in (1, signal.sizes[signal.dims[-1]])
-        assert signal.dims[0] == "time"
-        assert signal[0].size == station.diagram.GetOutputPort(name).size()
-
-
-def test_labels(run):
-    station, recording = run
-    paths = ["outer"] if station.scenario.sensor.one_sided else ["inner", "outer"]
-    assert recording["left_finger.strain"].dims == ("time", "path", "section")
-    assert recording["left_finger.strain"]["path"].values.tolist() == paths
-    assert recording["left_finger.theta"].shape == (81, 3)
-    assert recording["left_finger.joint_positions_world"].shape == (81, 12, 3)
-    assert recording["plant.state"]["state"].values.tolist() == station.plant.GetStateNames()
 
 
 def test_samples_are_the_plants_state_one_sample_before(run):
@@ -86,21 +60,6 @@ def test_saved_file_holds_the_same_and_opens_without_xarray(run, tmp_path):
         theta = file["left_finger.theta"]
         np.testing.assert_array_equal(theta[:], recording["left_finger.theta"])
         assert theta.attrs["units"] == "rad"
-
-
-def test_plot_has_a_panel_for_every_signal_in_units_of_figures(run):
-    _, recording = run
-    names = ["left_finger.pressure", "left_finger.theta", "right_finger.strain"]
-    figure = recording.plot(*names)
-    assert [axes.get_title(loc="left") for axes in figure.axes] == names
-    assert [axes.get_ylabel() for axes in figure.axes] == ["[kPa]", "[degrees]", "[1]"]
-    lines = [int(recording[name][0].size) for name in names]
-    assert [len(axes.lines) for axes in figure.axes] == lines
-    assert figure.axes[-1].get_xlabel() == "time [s]"
-    theta = np.degrees(recording["left_finger.theta"][:, 2])
-    np.testing.assert_allclose(figure.axes[1].lines[2].get_ydata(), theta, rtol=1e-15)
-    with pytest.raises(InputError, match="was not recorded"):
-        recording.plot("left_finger.pressure", "left_finger.presure")
 
 
 EVERYTHING = [

@@ -1,16 +1,13 @@
 """Logs of any ports: when they are sampled, and how a recording keeps units, meanings and axes."""
 
-import matplotlib as mpl
 import numpy as np
 import pytest
-import xarray as xr
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource, TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 
 from soft_gripper.diagrams.recording import Recording, add_logs, read_logs
-from soft_gripper.diagrams.recording_figure import signals_figure
 from soft_gripper.signals import XZ, describe
 
 PHASES = ("go there", "close", "over")
@@ -73,11 +70,6 @@ def test_what_is_not_described_is_counted():
     assert recording["own.2"].attrs == {"units": "1"}
 
 
-def test_axes_that_are_alike_are_shared():
-    recording = recorded(a__q=("rad", {"joint": range(3)}), b__q=("rad", {"joint": range(3)}))
-    assert recording["a.q"].dims == recording["b.q"].dims == ("time", "joint")
-
-
 def test_other_axes_have_the_name_of_their_owner():
     """Of one owner they are shared."""
     recording = recorded(
@@ -98,11 +90,6 @@ def test_axes_that_differ_within_one_owner_have_the_name_of_the_signal():
         assert recording[name][f"{name}.joint_units"].values.tolist() == units
 
 
-def test_signals_without_an_owner_are_their_own():
-    recording = recorded(q=("rad", {"joint": range(2)}), p=("rad", {"joint": range(3)}))
-    assert (recording["q"].dims, recording["p"].dims) == (("time", "q.joint"), ("time", "p.joint"))
-
-
 @pytest.fixture
 def phases():
     builder = DiagramBuilder()
@@ -118,40 +105,3 @@ def test_states_are_named_as_the_cf_conventions_have_it(phases, tmp_path):
         assert attributes["units"] == "1"
         assert np.asarray(attributes["flag_values"]).tolist() == [0, 1, 2]
         assert attributes["flag_meanings"] == "go_there close over"
-
-
-def test_a_plot_draws_states_as_bands_with_their_meanings(phases):
-    states = [0.0, 0.0, np.nan, 1.0, 1.0]
-    phase = xr.DataArray(states, {"time": np.arange(5.0)}, ["time"], "task.phase", phases["task.phase"].attrs)
-    (axes,) = signals_figure([phase]).axes
-    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["go there", "close"]
-    spans = [band.get_paths()[0].get_extents() for band in axes.collections]
-    assert [(span.x0, span.x1) for span in spans] == [(0.0, 2.0), (3.0, 4.0)]
-    assert phases.plot("task.phase").axes[0].get_legend() is None, "of no sample"
-
-
-@pytest.mark.parametrize(("last", "span"), [(1.0, 40.0), (1.0 + 1e-12, 40.0), (1.5, 550.0)])
-def test_a_plot_does_not_magnify_a_constant(last, span):
-    length = xr.DataArray([1.0, 1.0, last], {"time": [0.0, 1.0, 2.0]}, ["time"], "a.length", {"units": "m"})
-    low, high = signals_figure([length]).axes[0].get_ylim()
-    assert high - low == pytest.approx(span)  # mm: 2 % of the length to either side, or the range and its margins
-
-
-@pytest.mark.parametrize(
-    ("count", "named"), [(1, []), (3, [0, 1, 2]), (12, list(range(12))), (13, [0, 3, 6, 9, 12]), (100, 5)]
-)
-def test_a_plot_tells_entries_apart(count, named):
-    (axes,) = recorded(a__q=("rad", {"joint": range(count)})).plot("a.q").axes
-    legend = axes.get_legend()
-    texts = [text.get_text() for text in legend.get_texts()] if legend else []
-    assert (len(texts) if isinstance(named, int) else texts) == (
-        named if isinstance(named, int) else [*map(str, named)]
-    )
-    assert len({mpl.colors.to_hex(line.get_color()) for line in axes.lines}) == count
-
-
-def test_a_plot_has_a_panel_for_every_unit_of_a_signal():
-    recording = recorded(a__pose=(["m", "rad", "m"], {"part": "xyz"}), a__q=("rad", {"joint": range(3)}))
-    figure = recording.plot("a.pose", "a.q")
-    assert [axes.get_ylabel() for axes in figure.axes] == ["[mm]", "[degrees]", "[degrees]"]
-    assert [axes.get_title(loc="left") for axes in figure.axes] == ["a.pose", "a.pose: y", "a.q"]

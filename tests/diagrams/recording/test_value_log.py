@@ -27,13 +27,3 @@ def test_values_are_kept_with_the_period_and_every_run_begins_anew():
         simulator = Simulator(diagram)
         simulator.AdvanceTo(end)
         assert log.values(simulator.get_context()) == expected
-
-
-def test_a_forced_publish_is_a_sample_too():
-    builder = DiagramBuilder()
-    clock, log = builder.AddSystem(Clock()), builder.AddSystem(ValueLog(0.5))
-    builder.Connect(clock.get_output_port(), log.get_input_port())
-    diagram = builder.Build()
-    context = diagram.CreateDefaultContext()
-    diagram.ForcedPublish(context)
-    assert log.values(context) == ["0.0"]

@@ -212,12 +212,6 @@ def test_directives_that_are_refused(tmp_path: Path, directive: str, field: str)
         make_station(scenario_of(tmp_path, f"directives:\n- {directive}\n{FINGER}"))
 
 
-@pytest.mark.parametrize("directive", ["add_modle: {name: a, file: a.urdf}", "7", "{}"])
-def test_directives_that_drake_does_not_know(tmp_path: Path, directive: str) -> None:
-    with refused("directives[0].add_modle" if directive.startswith("add") else "directives[0]"):
-        scenario_of(tmp_path, f"directives:\n- {directive}\n{FINGER}")
-
-
 def _files(*texts: str) -> dict[str, str]:
     """Files of directives by name: the first is the one that the scenario adds."""
     return {f"{name}.dmd.yaml": text for name, text in zip("abcdefg", texts, strict=False)}
@@ -232,7 +226,6 @@ _FRAMES = ", ".join(f"{{add_frame: {{name: f{i}, X_PF: {{base_frame: world}}}}}}
 _LAUGHS = "".join(f"_{new}: &{new} [{', '.join([f'*{old}'] * 9)}]\n" for old, new in zip("abcde", "bcdef", strict=True))
 ENDLESS = {
     "itself": (_files(_adds("a")), "directives[0]: file = 'file://FOLDER/a.dmd.yaml': adds itself"),
-    "each other": (_files(_adds("b"), _adds("a")), "b.dmd.yaml: directives[0]: file = "),
     "a pipe": (
         _files(_adds("pipe")),
         "pipe.dmd.yaml: file = 'pipe.dmd.yaml': cannot be read: it is not a regular file",
@@ -243,11 +236,6 @@ ENDLESS = {
     "an alias": (_files("directives: &a [*a]"), "a.dmd.yaml: alias = 'a': stands inside what it stands for"),
     "laughs": (_files(f"_a: &a [1]\n{_LAUGHS}directives: *f"), "a.dmd.yaml: size = "),
     "nothing": (_files(""), "a.dmd.yaml: file = 'a.dmd.yaml': holds no directives"),
-    "a number": (
-        _files("directives: [{add_frame: {name: x, X_PF: .inf}}]"),
-        "directives[0].add_frame.X_PF = inf: must",
-    ),
-    "names": (_files("directives: [{add_frame: {name: [x]}}]"), "directives[0].add_frame.name = ['x']: must be text"),
     "a model": (
         _files("directives: [{add_model: {name: x, file: 'file://FOLDER/a.dmd.yaml'}}]"),
         "holds directives: add them by add_directives",

@@ -48,7 +48,7 @@ def touched(scenario, *angles):
     return [[i for i in ALL if of_finger[i] in geometries] for of_finger in links]
 
 
-@pytest.mark.parametrize("apart", [0.1, 0.15, 0.2, 0.22])
+@pytest.mark.parametrize("apart", [0.1, 0.22])
 def test_links_that_meet_where_fingers_point_at_each_other_have_skins(tmp_path, apart):
     kept = skins(scenario_of(tmp_path, *facing(apart)))
     met = touched(scenario_of(tmp_path, *facing(apart), free_box(3)), np.pi / 2, np.pi / 2)

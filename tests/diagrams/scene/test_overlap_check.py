@@ -18,10 +18,8 @@ def at(model, x, y, z):
 # The peg has a radius of 10 mm, and stands beside a finger that reaches from x = -35 mm outward.
 INSIDE = {
     "object in a finger": ("box_grasp", [at(2, -0.03, 0, 0.09)], {"gripper::left_finger", "box::box"}),
-    "object in the table": ("box_grasp", [at(2, 0, 0, 0.025)], {"table::top", "box::box"}),
     "object in the palm": ("box_grasp", [at(2, 0, 0, 0.13)], {"gripper::palm", "box::box"}),
     "mesh in a finger": ("irregular_grasp", [at(2, 0.03, 0, 0.09)], {"gripper::right_finger", "irregular::irregular"}),
-    "peg in a finger": ("obstructed_inside", [at(1, -0.03, 0, 0.125)], {"gripper::left_finger", "peg::peg"}),
     "finger in a finger": ("free_bending", [at(1, -0.13, 0, 0.2)], {"left_finger::", "right_finger::"}),
     "object in an object": ("box_grasp", [f"models.1={ANOTHER_BOX}", at(1, 0, 0, 0.05)], {"other::box", "box::box"}),
 }

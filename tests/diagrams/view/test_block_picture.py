@@ -2,7 +2,6 @@
 
 import sys
 
-import numpy as np
 import pytest
 from refusals import refused
 
@@ -29,14 +28,6 @@ def test_a_part_shows_what_goes_in_and_out(diagram):
     text = sg.block_picture(diagram.GetSubsystemByName("left_finger.sensors"))
     assert "<title>in joint_angles&#45;&gt;sensor</title>" in text
     assert "<title>sensor&#45;&gt;out sensor</title>" in text
-
-
-def test_of_a_block_alone_its_ports(shipped_finger):
-    block = sg.ForceEstimator(shipped_finger, np.array([0, 0, -9.81]), 0.01)
-    block.set_name("force")
-    text = sg.block_picture(block)
-    assert "<title>in driving_torque&#45;&gt;force</title>" in text
-    assert "<title>force&#45;&gt;out force</title>" in text
 
 
 def test_without_pygraphviz_it_says_what_to_install(diagram, monkeypatch):

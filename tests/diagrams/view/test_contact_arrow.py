@@ -47,13 +47,6 @@ def test_begins_at_the_face_and_points_into_the_finger(shipped_finger: Finger, f
     assert seen.properties[PATH, "visible"] is True
 
 
-def test_shaft_and_head_join(shipped_finger: Finger) -> None:
-    seen = drawn(shipped_finger, 0.8, 0.06)
-    end_of_shaft = seen.in_world(f"{PATH}/shaft/left", [0, 0, 0.5])
-    foot_of_head = seen.in_world(f"{PATH}/head/left", [0, 0, seen.objects[f"{PATH}/head/left"].height()])
-    np.testing.assert_allclose(end_of_shaft, foot_of_head, atol=ROUNDING)
-
-
 @pytest.mark.parametrize(
     ("force", "arc_length", "lean"),
     [(0.0, np.nan, 0.4), (np.nan, np.nan, 0.4), (0.01, 0.06, 0.4), (1.0, np.nan, 0.4), (1.0, 0.06, np.nan)],

@@ -97,22 +97,6 @@ def in_finger(points: Array) -> Array:
     return X_WB.inverse() @ points
 
 
-def test_ports(scene: MakeScene, layout: SensorLayout) -> None:
-    drawn = DrawnFinger(NAME, layout.finger, layout.sections, BodyIndex(0), ())
-    system = EstimateVisualizer(Drawing(), [drawn], LIMIT, 0.05)
-    ports = {system.get_input_port(i).get_name(): system.get_input_port(i).size() for i in range(3)}
-    assert ports == {"body_poses": 0, f"{NAME}.arcs": 7 * layout.sections, f"{NAME}.external_torque": 12}
-    assert system.num_output_ports() == 0
-
-
-def test_ports_of_what_else_is_estimated(layout: SensorLayout) -> None:
-    sizes = {"joint_positions": 24, "tip_pose": 3, "contact_force": 1, "contact_arc_length": 1, "position_std": 13}
-    drawn = DrawnFinger(NAME, layout.finger, layout.sections, BodyIndex(0), (), sizes)
-    system = EstimateVisualizer(Drawing(), [drawn], LIMIT, 0.05)
-    ports = {system.get_input_port(i).get_name(): system.get_input_port(i).size() for i in range(3, 8)}
-    assert ports == {f"{NAME}.{name}": size for name, size in sizes.items()}
-
-
 def test_pieces_join_from_the_base_through_the_joints_to_the_tip(scene: MakeScene, layout: SensorLayout) -> None:
     seen = scene(layout)
     joints, tip = seen.estimate("joint_positions").reshape(-1, 2), seen.estimate("tip_pose")[:2]

@@ -128,11 +128,6 @@ def test_the_arrow_is_the_force_where_the_surface_is_pressed(shipped_finger: Fin
     np.testing.assert_allclose(end - begin, LENGTH * force, atol=3e-6)
 
 
-@pytest.mark.parametrize("force", [np.zeros(3), np.full(3, np.nan)])
-def test_without_a_force_there_is_no_arrow(shipped_finger: Finger, force: np.ndarray) -> None:
-    assert drawn(shipped_finger, force).properties[ARROW, "visible"] is False
-
-
 def test_the_ribbon_lies_along_the_links(shipped_finger: Finger) -> None:
     """Two standard deviations to either side, across the leaning finger."""
     seen, corners = drawn(shipped_finger, np.zeros(3)), corners_of(shipped_finger, 0.3)

@@ -5,7 +5,6 @@ import gzip
 import re
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -76,16 +75,6 @@ def test_arcs_are_drawn_of_sections_or_of_segments() -> None:
             assert drawn.sections == sections
 
 
-def test_all_that_is_colored_is_there_to_be_colored(animation: tuple[Meshcat, str]) -> None:
-    """The paths of the links' shapes are those at which MeshcatVisualizer draws, in this version of Drake."""
-    messages = messages_of(animation[1])
-    objects = {path for kind, path in messages if kind == b"set_object"}
-    colored = {path for kind, path in messages if kind == b"set_property" and path.endswith(b"/<object>")}
-    links = {path.removesuffix(b"/<object>") for path in colored if path.startswith(b"/drake/visualizer")}
-    assert len(links) == 2 * (13 + 10 + 2 * 3), "a box for every link, a knuckle at every joint, three at both ends"
-    assert links <= objects
-
-
 def test_the_recording_holds_colors_poses_and_arcs(animation: tuple[Meshcat, str]) -> None:
     (animation,) = (data for data in payloads_of(animation[1]) if b"set_animation" in data)
     for track in (b".material.color[r]", b".position", b".quaternion", b".scale", b".rotation[y]", b".visible"):
@@ -94,15 +83,6 @@ def test_the_recording_holds_colors_poses_and_arcs(animation: tuple[Meshcat, str
 
 def payloads_of(page: str) -> list[bytes]:
     return [base64.b64decode(data) for data in re.findall(r"octet-binary;base64,([A-Za-z0-9+/=]+)", page)]
-
-
-def messages_of(page: str) -> set[tuple[bytes, bytes]]:
-    """What Meshcat's messages do (set_object ...), and to which path."""
-    found = (
-        re.search(rb"\xa4type.(\w+?)\xa4path(?:\xd9.|[\xa0-\xbf])(/[ -~]+)", data, re.DOTALL)
-        for data in payloads_of(page)
-    )
-    return {(match[1], match[2]) for match in found if match}
 
 
 class WatchedMeshcat(Meshcat):
@@ -144,17 +124,3 @@ def test_the_camera_sees_arm_gripper_object_and_goal_above_the_legend(scenario: 
     assert np.max(np.abs(right / ahead)) < 1.5 * edge
     assert -0.98 * edge < np.min(down / ahead)
     assert 0.0 < np.max(down / ahead) < 0.75 * edge
-
-
-@pytest.mark.slow
-def test_the_light_of_an_arm_comes_from_the_side_of_the_camera() -> None:
-    meshcat = WatchedMeshcat()
-    lights: dict[str, Any] = {}
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(
-            WatchedMeshcat, "SetProperty", lambda self, path, name, *value: lights.update({path + name: value[0]})
-        )
-        make_station(load_scenario("pick_and_place_box"), meshcat)
-    toward = meshcat.eye - meshcat.target
-    position = np.array(lights["/Lights/FillLight/<object>position"])
-    assert position @ toward / np.linalg.norm(position) / np.linalg.norm(toward) > 0.8

@@ -1,13 +1,14 @@
 """Drake's visualization beside our view: nothing is drawn twice, and mouse springs pull fingers."""
 
 import struct
-import time
 
 import numpy as np
 import pytest
+from pydrake.multibody.plant import ExternallyAppliedSpatialForce
 from pydrake.systems.analysis import Simulator
 from pydrake.visualization import VisualizationConfig
 from refusals import refused
+from waiting import wait_until
 from websockets.sync.client import connect
 
 from soft_gripper.diagrams.simulation import simulate
@@ -69,11 +70,12 @@ def test_a_mouse_spring_pulls_a_finger() -> None:
     with connect(meshcat.web_url().replace("http", "ws")) as client:
         client.send(_dragged(path, p_W, p_W + pull))
         spring = station.diagram.GetSubsystemByName("meshcat_mouse_spring")
-        forces, end = [], time.monotonic() + 10
-        while not forces and time.monotonic() < end:
-            time.sleep(0.02)
-            forces = spring.get_output_port().Eval(spring.GetMyContextFromRoot(station.diagram.CreateDefaultContext()))
-        (force,) = forces
+
+        def forces() -> list[ExternallyAppliedSpatialForce]:
+            return spring.get_output_port().Eval(spring.GetMyContextFromRoot(station.diagram.CreateDefaultContext()))
+
+        wait_until(forces)
+        (force,) = forces()
         assert force.body_index == tip.index()
         np.testing.assert_allclose(force.F_Bq_W.translational(), 1000 * tip.default_mass() * pull)  # N
 

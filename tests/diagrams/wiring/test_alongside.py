@@ -7,23 +7,11 @@ from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.errors import InputError
-from soft_gripper.estimators.named_estimators import SHAPE_FUNCTIONS
-from soft_gripper.estimators.shape_estimator import POSTERIOR
 from soft_gripper.scenario.scenario_file import load_scenario
 
 SHORT = ["pressure.steps.all=[90e3]", "pressure.settle=0.2", "pressure.hold_samples=1", "sensor.sections=2"]
 SHORT += ["sensor.borders=[0.4]", "estimator.uncertainty.reading=3e-4", "nominal.youngs_modulus='+5 %'"]
 KINDS = ["gaussian", "spline", "contact", "own_blocks:mean_bend"]
-OF_FIT = ("contact_force", "contact_arc_length", "contact_force_std", "contact_arc_length_std")
-OF_SPACE = (
-    "contact_force_vector",
-    "contact_force_vector_std",
-    "contact_force_world",
-    "contact_direction_std",
-    "contact_side",
-)
-OF_CONTACT = {*OF_FIT, *OF_SPACE, *(f"contact_{name}" for name in POSTERIOR)}
-WEIGHED = "gaussian", "contact"
 
 
 def run_of(*overrides):
@@ -46,18 +34,6 @@ def signals_of(recording, finger, kind):
     """The signals of a finger by one of the estimators alongside, by their names alone."""
     begin = f"{finger}.{kind}."
     return {name.removeprefix(begin): recording[name] for name in recording.data if name.startswith(begin)}
-
-
-def test_each_has_its_shape_and_its_errors_and_no_truth(recording):
-    for kind in KINDS:
-        found = signals_of(recording, "left_finger", kind)
-        shape = {"estimated_joint_angles", "joint_positions", "joint_positions_world", "tip_pose", "arcs"}
-        if kind in SHAPE_FUNCTIONS:
-            shape |= {"estimated_joint_positions", "estimated_tip_position"}
-        weighed = {"joint_angle_covariance", "position_std", "tip_position_std"} if kind in WEIGHED else set()
-        contact = OF_CONTACT if kind == "contact" else set()
-        assert found.keys() == shape | weighed | contact | {"pose_error", "fingertip_error"}
-    assert recording["left_finger.contact.contact_force"].attrs["units"] == "N"
 
 
 @pytest.mark.slow
@@ -91,11 +67,11 @@ def test_what_it_learns_of_the_drive_is_kept_and_what_it_is_given_is_not():
 
 def test_a_recording_with_them_is_kept_and_read(recording, tmp_path):
     """Whatever characters the name of a user's function has."""
-    recording.save(tmp_path / "run.nc")
+    part = recording.data[[name for name in recording.data if "own_blocks:" in name]]
+    Recording(part).save(tmp_path / "run.nc")
     again = Recording.load(tmp_path / "run.nc")
-    assert set(again.data) == set(recording.data)
-    name = "left_finger.own_blocks:mean_bend.pose_error"
-    np.testing.assert_array_equal(again[name].values, recording[name].values)
+    assert "left_finger.own_blocks:mean_bend.pose_error" in again.data
+    assert again.data.equals(part)
 
 
 @pytest.mark.parametrize(
@@ -105,7 +81,6 @@ def test_a_recording_with_them_is_kept_and_read(recording, tmp_path):
             ["estimator.alongside=[gauss]"],
             "estimator.alongside = 'gauss': did you mean 'gaussian'?",
         ),
-        (["estimator.alongside=['nosuch:make']"], "estimator.alongside = 'nosuch:make': cannot be imported"),
         (
             ["estimator.alongside=['own_blocks:warm_sensor']"],
             "estimator.alongside = 'own_blocks:warm_sensor': failed: ",
@@ -118,7 +93,6 @@ def test_a_recording_with_them_is_kept_and_read(recording, tmp_path):
             ["estimator.alongside=[gaussian, arcs]"],
             "estimator.alongside[1] = 'arcs': is an estimator of this scenario already",
         ),
-        (["estimator.alongside=spline"], "estimator.alongside = 'spline'"),
     ],
 )
 def test_what_cannot_stand_beside(overrides, complaint):

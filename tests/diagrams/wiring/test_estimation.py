@@ -147,7 +147,6 @@ def test_what_an_estimator_knows_better_is_its_own(layout):
     ("estimator", "complaint"),
     [
         (Port(joint_angles=12), "estimator: output ports = 'joint_angles (12)': output 'estimated_joint_angles' (12)"),
-        (Port(estimated_joint_angles=3), "estimator: output ports = 'estimated_joint_angles (3)': output"),
         (Port({"strain": 3}, estimated_joint_angles=12), "estimator: input port 'strain' = 3: the signal with"),
         (Port({"weather": 1}, estimated_joint_angles=12), "estimator: input port = 'weather': an estimator may take"),
         (Port(estimated_joint_angles=12, strain=8), "finger: output ports = 'strain': have the name of another signal"),

@@ -65,14 +65,6 @@ def test_joints_come_from_outside():
     assert desired["arm_state"].values.tolist()[::6] == ["shoulder_pan_joint_q", "shoulder_pan_joint_v"]
 
 
-def test_arm_and_fingers_may_both_be_commanded():
-    assert list(arm_station("joints", "pressure").parts.inputs) == [
-        "left_finger.pressure_command",
-        "right_finger.pressure_command",
-        "arm.desired_state",
-    ]
-
-
 @pytest.mark.parametrize("external", [["pressure"], ["joints"], ["tool"]])
 def test_a_run_of_its_own_needs_every_command(external):
     station = arm_station(*external)

@@ -76,8 +76,3 @@ def test_outputs_keep_what_was_declared_of_them():
 def test_only_numbers_are_put_out():
     diagram = Wired(("first", Sum("c", "a")))
     assert [diagram.get_output_port(i).get_name() for i in range(diagram.num_output_ports())] == ["c"]
-
-
-def test_blocks_are_found_by_their_names():
-    diagram = Wired(("first", Sum("c", "a")), ("second", Sum("d", "c")))
-    assert [system.get_name() for system in diagram.GetSystems()] == ["first", "second"]

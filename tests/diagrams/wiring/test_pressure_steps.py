@@ -32,12 +32,6 @@ def test_a_finger_without_steps_is_named():
         pressure_steps(scenario(left=[1.0]).pressure, "right")
 
 
-def test_source_changes_at_the_end_of_each_step():
-    source = StepSource(np.array([0.1, -2.7, 3.3]), 0.5)
-    context = source.CreateDefaultContext()
-    np.testing.assert_array_equal([value(source, context, t) for t in TIMES], VALUES)
-
-
 TIMES = [0.0, 0.3, 0.499, 0.5, 0.999, 1.0, 1.499, 1.5, 9.0]
 VALUES = [0.1, 0.1, 0.1, -2.7, -2.7, 3.3, 3.3, 3.3, 3.3]
 

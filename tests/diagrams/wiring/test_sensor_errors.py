@@ -65,26 +65,12 @@ def test_a_seed_makes_a_run_reproducible(disturbed):
     assert abs(np.corrcoef(left.values[1:, 0, 0], right.values[1:, 0, 0])[0, 1]) < 0.5
 
 
-def test_another_seed_gives_other_readings(disturbed):
-    other = simulate(short(REALISTIC, PRESSURE, "sensor.seed=6"))
-    for name in ("strain", "sampled_pressure"):
-        difference = np.abs(other[f"left_finger.{name}"] - disturbed[f"left_finger.{name}"]).values
-        assert (difference[1:] > 0).all()
-
-
 def test_errors_of_one_kind_leave_the_other_ideal(ideal):
     pressure = simulate(short(PRESSURE))
     np.testing.assert_array_equal(pressure["left_finger.strain"], ideal["left_finger.strain"])
     assert "left_finger.ideal_strain" not in pressure.data
     strain = simulate(short(REALISTIC))
     np.testing.assert_array_equal(strain["left_finger.sampled_pressure"], ideal["left_finger.sampled_pressure"])
-
-
-def test_dead_sensors_read_nothing():
-    recording = simulate(short("sensor.errors.dead=[{path: inner, section: 1}]"))
-    lost = np.isnan(recording["left_finger.strain"]).all("time")
-    assert lost.sel(path="inner").values.tolist() == [False, True, False, False]
-    assert not lost.sel(path="outer").any()
 
 
 def test_a_sensor_of_the_users_is_disturbed_too():
@@ -113,9 +99,3 @@ def test_estimation_cannot_ask_for_the_truth():
 def test_a_sensor_with_other_readings_cannot_be_disturbed():
     with refused("output ports", {"y0": 1}):
         make_station(short(REALISTIC), make_sensor=lambda layout, period: ConstantVectorSource([0.0]))
-
-
-@pytest.mark.slow
-def test_a_pick_and_place_runs_on_realistic_sensors():
-    scenario = load_scenario("pick_and_place_box", [REALISTIC, PRESSURE, "task.time_limit=0.5"])
-    assert np.isfinite(simulate(scenario)["left_finger.strain"]).all()

@@ -1,7 +1,6 @@
 """The node for ROS 2, with a stub in the place of rclpy and of the messages."""
 
 import runpy
-import subprocess
 import sys
 from collections import defaultdict
 from pathlib import Path
@@ -166,26 +165,8 @@ def test_the_wrench_is_that_of_the_force_in_its_place(stubbed, tmp_path):
     assert found["~/left_finger/contact"][-1].header.frame_id == "world"
 
 
-def test_numbers_without_names_are_taken_in_the_order_of_the_fields(stubbed, tmp_path, run):
-    _, rows = run
-    by_name = published(stubbed, tmp_path, "~/readings", named(rows))["~/joint_states"]
-    messages = [Message(data=row.tolist()) for row in rows]
-    by_order = published(stubbed, tmp_path, "~/numbers", messages)["~/joint_states"]
-    assert [each.position for each in by_order] == [each.position for each in by_name]
-    assert by_order[0].header.stamp == "now"
-
-
 def test_messages_that_do_not_fit_are_passed_over(stubbed, tmp_path, run):
     _, rows = run
     cut = [Message(data=rows[0][:5].tolist()), Message(data=[*rows[0][:-1], float("nan")])]
     found = published(stubbed, tmp_path, "~/numbers", [*cut, Message(data=rows[0].tolist())])
     assert len(found["~/joint_states"]) == 1
-
-
-@pytest.mark.slow
-def test_without_ros_it_says_what_is_missing(tmp_path):
-    (tmp_path / "bench.yaml").write_text(BENCH)
-    command = [sys.executable, str(NODE), "tip_distance_steps", "--bench", str(tmp_path / "bench.yaml")]
-    ended = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert ended.returncode == 1
-    assert "rclpy cannot be imported" in ended.stderr

@@ -30,7 +30,7 @@ def samples(recording, bench):
 @pytest.mark.parametrize("errors", [(), ("sensor.errors.preset=realistic",)], ids=["ideal", "realistic"])
 def test_it_computes_what_the_station_computed(estimator, errors):
     """To rounding, as a station computes two fingers at once. Errors are drawn twice at time 0, as a PID remembers."""
-    chosen = scenario(f"estimator.type={estimator}", *errors)
+    chosen = scenario(f"estimator.type={estimator}", "control.hold=0.2", *errors)
     recording, bench = run_station(make_station(chosen)), Bench(chosen)
     signals = [name for name in bench.signals if name in recording.data]
     if errors:

@@ -83,9 +83,6 @@ def test_json_takes_no_other_sink(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("instead", "words"),
     [
-        ({"file:readings.txt": "file:missing.txt"}, ["bench.yaml", "source", "missing.txt", "No such file"]),
-        ({"file:readings.txt": "udp://127.0.0.1"}, ["bench.yaml", "source", "give a port"]),
-        ({"format: text": "format: xml"}, ["bench.yaml", "format", "xml", "json, text"]),
         ({"pressures: [pl]": "pressures: []"}, ["bench.yaml", "left_finger.pressure", "0 fields", "must be 1"]),
         ({"left_finger:": "thumb:"}, ["bench.yaml", "fingers", "thumb", "left_finger, right_finger"]),
         ({"count: n": "count: number"}, ["bench.yaml", "fields", "must have 'number'"]),
@@ -98,11 +95,6 @@ def test_what_is_refused(tmp_path, monkeypatch, instead, words):
     monkeypatch.chdir(tmp_path)
     line = refusal("live", *bench(tmp_path, instead=instead))
     assert all(word in line for word in words)
-
-
-def test_a_missing_description(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    assert "no such file" in refusal("live", "tip_distance_steps", "--bench", "none.yaml")
 
 
 def test_a_task_that_grips(tmp_path, monkeypatch):

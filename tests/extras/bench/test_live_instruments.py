@@ -16,8 +16,6 @@ from soft_gripper.extras.bench.bench_driver import understood
 from soft_gripper.extras.bench.messages import MalformedError
 from soft_gripper.extras.bench.plausible import plausible_ranges
 from soft_gripper.extras.hardware.bench_schema import load_bench
-from soft_gripper.extras.hardware.table import Columns
-from soft_gripper.extras.hardware.table_files import read_table
 from soft_gripper.scenario.scenario_file import load_scenario
 
 FORCE = "finger.measured_force"
@@ -104,11 +102,3 @@ def test_a_place_that_is_not_on_the_finger_is_refused_at_once(folder, monkeypatc
     (folder / "beyond.yaml").write_text(text)
     said = refusal("live", folder / "one.yaml", "--bench", folder / "beyond.yaml", "--fast")
     assert "fingers.finger.measured_force.place = 0.2: must be on the finger: 0 to 0.12 m" in said
-
-
-def test_it_is_in_mcap_too(folder, recorded, tmp_path):
-    pytest.importorskip("mcap")
-    Recording(recorded).save(tmp_path / "out.mcap")
-    names = {f"/finger/measured_force.value.{part}": "measured_force" for part in ("value", "place")}
-    table = read_table(tmp_path / "out.mcap", Columns(names, "/finger/measured_force.timestamp"))
-    np.testing.assert_allclose(table.columns([*names]), recorded[FORCE].values)

@@ -2,6 +2,7 @@
 
 import json
 import math
+from dataclasses import asdict
 
 import numpy as np
 import pytest
@@ -84,48 +85,31 @@ def watched(*counts):
     return [watch.accept(count) for count in counts], watch.counts
 
 
-def test_readings_in_order():
-    gaps, counts = watched(5, 6, 7)
-    assert gaps == [0, 0, 0]
-    assert (counts.used, counts.lost, counts.late) == (3, 0, 0)
-
-
-def test_lost_late_and_repeated_readings():
-    gaps, counts = watched(0, 1, 4, 3, 3, 4, 5)
-    assert gaps == [0, 0, 2, None, None, None, 0]
-    assert (counts.used, counts.lost, counts.late, counts.repeated) == (4, 1, 1, 2)
-
-
-def test_a_device_that_restarts_begins_again():
-    """From several readings in order it is known that the numbers go on there."""
-    for last in (5000, 500, 5):
-        gaps, counts = watched(last, 0, 1, 2, 3)
-        assert gaps == [0, None, None, 0, 0]
-        assert (counts.restarts, counts.lost, counts.used) == (1, 0, 3)
-
-
-@pytest.mark.parametrize("wrong", [12, 999, 10**6])
-def test_a_wrong_number_blinds_for_a_moment(wrong):
-    """The sixth reading has a number far ahead: what it skips is not lost, but for the number that it hid."""
-    gaps, counts = watched(0, 1, 2, 3, 4, wrong, 6, 7, 8, 9, 10)
-    assert gaps == [0, 0, 0, 0, 0, wrong - 5, None, None, 0, 0, 0]
-    assert (counts.restarts, counts.lost, counts.late, counts.used) == (1, 1, 2, 9)
-
-
-def test_a_number_that_cannot_be_right_loses_nothing():
-    """Where others go on from it, the device counts from there."""
-    gaps, counts = watched(3, 4, 2**53 - 1, 6, 7)
-    assert gaps == [0, 0, None, 1, 0]
-    assert (counts.lost, counts.malformed, counts.restarts, counts.used) == (1, 1, 0, 4)
-    gaps, counts = watched(4, *range(2**40, 2**40 + 4))
-    assert gaps == [0, None, None, 0, 0]
-    assert (counts.lost, counts.restarts, counts.used) == (0, 1, 3)
-
-
-def test_readings_without_numbers_are_never_missing():
-    gaps, counts = watched(None, None)
-    assert gaps == [0, 0]
-    assert (counts.used, counts.restarts) == (2, 0)
+@pytest.mark.parametrize(
+    ("counts", "gaps", "expected"),
+    [
+        ([None, None], [0, 0], {"used": 2}),
+        ([0, 1, 4, 3, 3, 4, 5], [0, 0, 2, None, None, None, 0], {"used": 4, "lost": 1, "late": 1, "repeated": 2}),
+        # A device that restarts: from several readings in order it is known that the numbers go on there.
+        *(([n, 0, 1, 2, 3], [0, None, None, 0, 0], {"used": 3, "restarts": 1, "repeated": 2}) for n in (5000, 500, 5)),
+        # The sixth has a number far ahead: what it skips is not lost, but for the number that it hid.
+        *(
+            (
+                [0, 1, 2, 3, 4, n, 6, 7, 8, 9, 10],
+                [0, 0, 0, 0, 0, n - 5, None, None, 0, 0, 0],
+                {"used": 9, "lost": 1, "late": 2, "restarts": 1},
+            )
+            for n in (12, 999, 10**6)
+        ),
+        # A number that cannot be right loses nothing; where others go on from it, the device counts from there.
+        ([3, 4, 2**53 - 1, 6, 7], [0, 0, None, 1, 0], {"used": 4, "lost": 1, "malformed": 1}),
+        ([4, *range(2**40, 2**40 + 4)], [0, None, None, 0, 0], {"used": 3, "malformed": 2, "restarts": 1}),
+    ],
+)
+def test_numbers_of_readings_tell_what_is_missing(counts, gaps, expected):
+    found, seen = watched(*counts)
+    assert found == gaps
+    assert {name: number for name, number in asdict(seen).items() if number} == expected
 
 
 @given(st.lists(st.integers(0, 60), unique=True, min_size=1))

@@ -4,7 +4,6 @@ import json
 import re
 import subprocess
 import sys
-import time
 from collections.abc import Iterator
 from dataclasses import asdict
 from pathlib import Path
@@ -13,10 +12,11 @@ from typing import Any
 import pytest
 import simulated_hardware
 import yaml
-from browser import open_url
+from browser import click, open_url
 from live_process import free_port
 from refusals import refusal
-from served_page import LONG, SMALL_SCENE, Served, wait_until
+from served_page import SMALL_SCENE, Served
+from waiting import LONG, wait_until
 
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.extras.bench.bench import Bench
@@ -49,11 +49,10 @@ def served(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Served]:
 
 
 def test_a_user_zeroes_records_and_stops(served: Served, tmp_path: Path) -> None:
-    driver: Any = open_url(served.url, tmp_path / "profile", "900,700")
+    driver: Any = open_url(served.url, tmp_path / "profile", "900,700", SMALL_SCENE)
     try:
         driver.set_script_timeout(LONG)
         wait_until(lambda: "mm" in text(driver, "tables"))
-        driver.execute_script(SMALL_SCENE)
         assert driver.title == "tip_distance_steps - soft-gripper live"
         for path in (["drake", "visualizer"], ["drake", "estimate", "band"]):
             wait_until(lambda path=path: driver.execute_script(IN_SCENE, path))
@@ -61,21 +60,22 @@ def test_a_user_zeroes_records_and_stops(served: Served, tmp_path: Path) -> None
         assert "left_finger" in text(driver, "tables")
         assert re.search(r"used\s+\d+\s+lost\s+\d+", text(driver, "tables"))
 
-        driver.find_element("id", "zero").click()
+        click(driver, "#zero")
         wait_until(lambda: text(driver, "note").startswith("zeroed:"))
         driver.find_element("tag name", "body").send_keys("c")
         wait_until(lambda: "recording" in text(driver, "mode"))
-        time.sleep(1)
-        driver.find_element("id", "record").click()
+        began = time_of(driver)
+        wait_until(lambda: time_of(driver) > began + 0.5)
+        click(driver, "#record")
         folder = Path("results/live/tip_distance_steps/1")
         wait_until(lambda: text(driver, "note") == f"written: {folder / 'recording.nc'}")
         recording = Recording.load(folder / "recording.nc")
         assert recording["time"][0] == 0
-        assert recording["time"][-1] > 0.1  # of one second, on a machine however busy
+        assert recording["time"][-1] > 0.1  # of half a second, on a machine however busy
         assert recording["left_finger.position_std"].attrs["units"] == "m"
 
         assert [entry for entry in driver.get_log("browser") if entry["level"] == "SEVERE"] == []
-        driver.find_element("id", "stop").click()
+        click(driver, "#stop")
         code, said = served.end()
         assert code == 0
         assert f"Recordings: {folder}" in said
@@ -83,6 +83,11 @@ def test_a_user_zeroes_records_and_stops(served: Served, tmp_path: Path) -> None
         wait_until(lambda: text(driver, "mode") == "ended")
     finally:
         driver.quit()
+
+
+def time_of(driver: Any) -> float:
+    """What the page says, s."""
+    return float(text(driver, "time").removesuffix(" s"))
 
 
 def text(driver: Any, name: str) -> str:

@@ -1,11 +1,11 @@
 """A recording of a bench is whole whenever it is read, and a disk that is full costs samples alone."""
 
 import errno
-import time
 
 import numpy as np
 import pytest
 from refusals import refused
+from waiting import wait_until
 
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.extras.bench import recorder as recorder_module
@@ -55,10 +55,7 @@ def test_it_can_be_read_at_any_time_and_torn_anywhere(bench, tmp_path):
     found = recorder(bench, path)
     assert Recording.load(path).data.sizes["time"] == 0
     feed(bench, found, 0, 20)
-    end = time.monotonic() + 10
-    while (before := Recording.load(path).data.sizes["time"]) < 20 and time.monotonic() < end:
-        time.sleep(0.05)
-    assert before == 20
+    wait_until(lambda: Recording.load(path).data.sizes["time"] == 20)
     found.close()
     torn.write_bytes(path.read_bytes() + bytes(100))
     assert Recording.load(torn).data.equals(Recording.load(path).data)
@@ -68,9 +65,7 @@ def test_a_full_disk_costs_what_follows_alone(bench, tmp_path, monkeypatch):
     path = tmp_path / "recording.nc"
     found = recorder(bench, path)
     feed(bench, found, 0, 5)
-    end = time.monotonic() + 10
-    while Recording.load(path).data.sizes["time"] < 5 and time.monotonic() < end:
-        time.sleep(0.05)
+    wait_until(lambda: Recording.load(path).data.sizes["time"] == 5)
 
     def fail(*_):
         raise OSError(errno.ENOSPC, "No space left on device")

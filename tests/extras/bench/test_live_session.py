@@ -7,9 +7,10 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from live_links import BUSY, by_entry, feed, pseudo_terminal, udp
+from live_links import by_entry, feed, pseudo_terminal, udp
 from pydrake.math import RollPitchYaw
 from refusals import refused
+from waiting import LONG
 
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
@@ -75,7 +76,7 @@ def assert_as_offline(live, offline, counts, names=(TIP, STD, COMMAND)):
 @pytest.mark.parametrize("link", [udp, pseudo_terminal])
 def test_links_that_lose_nothing(link, messages, offline):
     with link() as (source, send):
-        live = made(source, is_live=True, stale_after=BUSY)  # however busy the machine, no reading is passed over
+        live = made(source, is_live=True, stale_after=LONG)  # however busy the machine, no reading is passed over
         feed(live.driver, send, messages, 0.01)
     is_busy = live.driver.counts.silences > 1  # of this machine, so that control began anew; the last one is the end
     assert_as_offline(live, offline, range(1, len(messages) + 1), (TIP, STD) if is_busy else (TIP, STD, COMMAND))
@@ -97,13 +98,15 @@ PRESSURES = "left_finger.pressure", "right_finger.pressure"
 
 
 @pytest.mark.parametrize(
-    ("ambient", "asks"), [(None, True), (0.0, False), (101.3e3, False)], ids=["not given", "relative", "absolute"]
+    ("ambient", "read", "asks"),
+    [(None, 101.3e3, True), (0.0, 101.3e3, False), (101.3e3, 101.3e3, False), (None, 0.0, False)],
+    ids=["not given", "relative", "absolute", "near zero"],
 )
-def test_pressures_measured_against_vacuum(ambient, asks, messages, offline):
+def test_pressures_measured_against_vacuum(ambient, read, asks, messages, offline):
     """They are questioned once, after the first second, unless the bench says what open air has."""
     live = made(lambda timeout: [], pressure_ambient=ambient)
     for message in messages:
-        absolute = {name: 101.3e3 + message[name] for name in PRESSURES}
+        absolute = {name: read + message[name] for name in PRESSURES}
         live.driver._take(encoded(message | absolute, "json"), time.monotonic())
         assert len(live.said) == (len(PRESSURES) if asks and len(live.results) >= 100 else 0)
     if asks:
@@ -113,13 +116,6 @@ def test_pressures_measured_against_vacuum(ambient, asks, messages, offline):
         found = by_count(live.results)
         for count, known in offline.items():
             np.testing.assert_allclose(found[count][TIP], known[TIP], rtol=1e-9, atol=1e-12)
-
-
-def test_relative_pressures_are_not_questioned(messages):
-    live = made(lambda timeout: [])
-    for message in messages:
-        live.driver._take(encoded(message, "json"), time.monotonic())
-    assert not live.said
 
 
 def test_losses_and_disorder_are_counted_and_harmless(messages, offline):
@@ -188,23 +184,13 @@ def test_before_the_first_reading_commands_are_safe():
     assert len(live.results) >= 4
 
 
-@pytest.mark.parametrize(
-    "junk",
-    [b"", b"{}", b"\xff" * 70_000, b'{"count": NaN}', b'{"count": -1}', b"[" * 60_000],
-    ids=["empty", "no field", "huge", "NaN", "negative", "nested"],
-)
-def test_malformed_datagrams_only_count(junk, messages):
+def test_malformed_datagrams_only_count(messages):
     live = made(lambda timeout: [])
-    live.driver._take(junk, 0.0)
-    assert live.driver.counts.malformed == 1
+    unknown = json.dumps(by_entry(messages[0]) | {"left_finger.pressure[0]": None}).encode()
+    for junk in (b"", b"{}", b"\xff" * 70_000, b'{"count": NaN}', b'{"count": -1}', b"[" * 60_000, unknown):
+        live.driver._take(junk, 0.0)
+    assert live.driver.counts.malformed == 7
     assert not live.results
-
-
-def test_a_reading_that_is_not_finite_only_counts(messages):
-    live = made(lambda timeout: [])
-    bad = by_entry(messages[0]) | {"left_finger.pressure[0]": None}
-    live.driver._take(json.dumps(bad).encode(), 0.0)
-    assert live.driver.counts.malformed == 1
 
 
 def test_a_flood_only_counts(messages):

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from soft_gripper.extras.bench import tally
-from soft_gripper.extras.bench.calibration_tally import CalibrationTally
-from soft_gripper.extras.bench.tally import StatusLine
+from soft_gripper.extras.bench.tally import CalibrationTally, StatusLine
 
 RESULTS = {
     "stale": 0.0,

@@ -13,6 +13,7 @@ from soft_gripper.extras.design.run_design import TABLE, most_runs, run_design
 from soft_gripper.extras.design.study_file import load_design_study
 from soft_gripper.files.output import release_folders
 from soft_gripper.models import DIRECTORY
+from soft_gripper.runs.sweep import run_sweep
 
 STUDY = {
     "scenario": "bottle_grasp",
@@ -23,6 +24,13 @@ STUDY = {
     "ends": [{"measure": "normal_force_n"}],
     "designs": 60,
 }
+
+
+@pytest.fixture(autouse=True, scope="module")
+def _simulated():
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(run_sweep, "measured_runs", grasped)
+        yield
 
 
 @pytest.fixture(autouse=True)
@@ -38,9 +46,13 @@ def study(folder, **changes):
 
 
 def designed(folder, out="out", executor=None, **changes):
-    found = run_design(study(folder, **changes), folder / out, executor or HereExecutor(), work=grasped)
+    found = run_design(study(folder, **changes), folder / out, executor or HereExecutor())
     release_folders()
     return found
+
+
+def compared_numbers(found):
+    return list(dict.fromkeys(int(row["design"]) for row, _ in found.tests))
 
 
 def rows(folder, out="out"):
@@ -71,18 +83,18 @@ def test_it_is_tested_with_other_draws_beside_the_fingers_as_they_are_at_their_b
              for stage in ("search", "test")}  # fmt: skip
     assert (len(drawn["search"]), len(drawn["test"])) == (3, 20)
     assert drawn["search"].isdisjoint(drawn["test"])
-    assert [tested.number for tested in found.tested] == [found.reference.number, found.designs[found.best].number]
+    assert compared_numbers(found) == [found.reference.number, found.designs[found.best].number]
     assert found.reference.values.keys() == {PRESSURE}
     optimum = WEIGHT / min(map(float, drawn["search"]))  # the stand-in holds with this force at any length
     assert optimum <= found.reference.score.ends[0] < min(1.05 * optimum, GAIN * 120e3 / 0.12)
-    tested = found.tested[0].rows["as_in_the_scenario"]
-    assert [float(row["normal_force_n"]) for row in tested] == [found.reference.score.ends[0]] * 20
+    forces = [float(row["normal_force_n"]) for row, _ in found.tests[:20]]
+    assert forces == [found.reference.score.ends[0]] * 20
 
 
 def test_fingers_whose_drive_is_not_searched_are_compared_as_they_are(tmp_path):
     found = designed(tmp_path, vary={LENGTH: "0.10..0.14"}, designs=4)
     assert found.reference is found.designs[0]
-    assert found.tested[0].number == 0
+    assert compared_numbers(found)[0] == 0
 
 
 def test_the_known_front(tmp_path):
@@ -115,7 +127,7 @@ def test_an_interrupted_study_goes_on_to_the_same_table(tmp_path, found):
         designed(tmp_path, executor=Interrupted())
     release_folders()
     executor = HereExecutor()
-    again = run_design(study(tmp_path), tmp_path / "out", executor, resume=True, work=grasped)
+    again = run_design(study(tmp_path), tmp_path / "out", executor, resume=True)
     whole = rows(found.study.file.parent)
     assert rows(tmp_path) == whole
     assert len(executor.calls) < len(whole) - 20
@@ -151,7 +163,7 @@ def test_nothing_holds(tmp_path):
     found = designed(tmp_path, vary={PRESSURE: "1.0e3..2.0e3"}, designs=8)
     assert found.best is None
     assert list(found.front) == []
-    assert [tested.number for tested in found.tested] == [0]  # no pressure that is tried holds either
+    assert compared_numbers(found) == [0]  # no pressure that is tried holds either
 
 
 def test_objects_of_the_users(tmp_path):
@@ -162,32 +174,34 @@ def test_objects_of_the_users(tmp_path):
     table = rows(tmp_path)
     assert all(0.3 <= float(row[FRICTION]) <= 0.4 for row in table if row["object"] == "can")
     assert {row["object"] for row in table if row["stage"] == "search"} == {"bottle", "can"}
-    assert list(found.tested[0].rows) == ["bottle", "can", "sticky"]
-    assert len(found.tested[0].rows["sticky"]) == 1  # nothing is random
+    assert list(dict.fromkeys(row["object"] for row, _ in found.tests)) == ["bottle", "can", "sticky"]
+    sticky = [int(row["design"]) for row, _ in found.tests if row["object"] == "sticky"]
+    assert sticky == compared_numbers(found)  # once each: nothing is random
+
+
+def test_numbers_in_scientific_notation_without_a_point_are_numbers(tmp_path):
+    """YAML reads them as text."""
+    config = study(tmp_path, wall="3e-3", limits={"slip_ratio": {"most": "7e-1"}}).config
+    assert (config.wall, config.limits["slip_ratio"].most) == (3e-3, 0.7)
 
 
 @pytest.mark.parametrize(
     ("changes", "field", "value"),
     [
         ({"vary": {}}, "vary", {}),
-        ({"vary": {"sensor.sectoins": "1..4"}}, "vary.sensor.sectoins", 1),
+        ({"vary": {"sensor.sectoins": "1..4"}}, "sensor.sectoins", 1),
         ({"vary": {"sensor.sections": "4..1"}}, "vary.sensor.sections", "4..1"),
         ({"vary": {"sensor.sections": 3}}, "vary.sensor.sections", 3),
-        ({"vary": {"sensor.sections": "0..4"}}, "vary.sensor.sections", 0),
+        ({"vary": {"sensor.sections": "0..4"}}, "sensor.sections", 0),
         ({"ends": []}, "ends", []),
-        ({"ends": [{"measure": "force", "towards": "small"}]}, "ends[0].towards", "small"),
         ({"draw": {FRICTION: 0.5}}, f"draw.{FRICTION}", 0.5),
         ({"draw": {FRICTION: "0.9..0.5"}}, f"draw.{FRICTION}", "0.9..0.5"),
         ({"objects": {"can": {FRICTION: "0.5..0.5"}}}, f"objects.can.{FRICTION}", "0.5..0.5"),
         ({"draw": {PRESSURE: "1.0..2.0"}}, f"draw.{PRESSURE}", "1.0..2.0"),
         ({"limits": {"slip_ratio": {}}}, "limits.slip_ratio.least", None),
-        ({"wall": -1.0}, "wall", -1.0),
-        ({"designs": 0}, "designs", 0),
-        ({"designs": float("nan")}, "designs", None),
         ({"objects": {"a b": {}}}, "objects", "a b"),
         ({"unseen": {"as_in_the_scenario": {}}}, "unseen.as_in_the_scenario", "as_in_the_scenario"),
         ({"objects": {f"o{i}": {} for i in range(1001)}}, "objects", "1001 with unseen"),
-        ({"desings": 3}, "desings", 3),
         ({"scenario": "bottel"}, "name", "bottel"),
     ],
 )
@@ -208,13 +222,14 @@ def test_unknown_measures_are_refused_before_any_run(tmp_path):
     assert not (tmp_path / "out" / TABLE).exists()
 
 
-def test_a_measure_that_always_fails_ends_the_study_before_the_search(tmp_path):
+def test_a_measure_that_always_fails_ends_the_study_before_the_search(tmp_path, monkeypatch):
     def failing(scenario, changes, own):
         raise InputError("design", "estimator.type", "arcs", "reports no contact force")
 
+    monkeypatch.setattr(run_sweep, "measured_runs", failing)
     executor = HereExecutor()
     with refused("scenario", "bottle_grasp") as caught:
-        run_design(study(tmp_path), tmp_path / "out", executor, work=failing)
+        run_design(study(tmp_path), tmp_path / "out", executor)
     assert "every run of it fails: design: estimator.type = 'arcs': reports no contact force" in str(caught.value)
     assert len(executor.calls) == 3
 
@@ -261,18 +276,10 @@ def complaint(folder, **changes):
         return str(error)
 
 
-@pytest.mark.parametrize("text", ["", "3", "[1]", "a: [1", "\x00"])
-def test_a_file_that_is_no_study(tmp_path, text):
-    file = tmp_path / "study.yaml"
-    file.write_text(text)
-    with pytest.raises(InputError, match=r"study\.yaml"):
-        load_design_study(file)
-
-
 @pytest.mark.parametrize("vary", [STUDY["vary"], {LENGTH: "0.10..0.14"}], ids=["drive", "fingers alone"])
 def test_a_study_is_as_long_as_it_says(tmp_path, vary):
     """Runs of the fingers as they are, of every design of both searches, and of the two that are tested."""
     found = designed(tmp_path, vary=vary, designs=6)
     assert not any(design.score.refused for design in found.designs)
-    assert len(found.tested) == len({tested.number for tested in found.tested}) == 2
+    assert len(compared_numbers(found)) == 2
     assert len(rows(tmp_path)) == most_runs(found.study)

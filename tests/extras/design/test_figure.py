@@ -6,10 +6,10 @@ from csv_rows import csv_rows
 from matplotlib.figure import Figure
 
 from soft_gripper.extras.design.figure import BEST, design_figure
-from soft_gripper.extras.design.ranking import Score
-from soft_gripper.extras.design.run_design import Design, Designed, DesignTest
+from soft_gripper.extras.design.ranking import Design, Score
+from soft_gripper.extras.design.run_design import Designed
 from soft_gripper.extras.design.study_file import DesignConfig, DesignStudy, EndConfig
-from soft_gripper.extras.design.study_tables import DESIGNS, SENSITIVITY, TESTS, short_names, write_tables
+from soft_gripper.extras.design.study_tables import DESIGNS, SENSITIVITY, TESTS, write_tables
 from soft_gripper.runs.sweep.run_sweep import Range, Values
 
 FORCE, ENERGY = EndConfig("force"), EndConfig("energy")
@@ -28,8 +28,9 @@ def found(ends, allowed=True, designs=12):
             Design(number, values, score if allowed else Score(1, 4, tuple(np.nan for _ in ends), {"grasp": 0.75}))
         )
     tried[3] = Design(3, tried[3].values, Score(refused="a wall of 1.00 mm, below 2 mm", excess={"wall": 0.5}))
-    rows = {name: [{"grasp": "held", "force": "1.0", "energy": "2.0"}] * 3 for name in ("bottle", "cup")}
-    tested = [DesignTest(0, rows), *([DesignTest(5, rows)] if allowed else [])]
+    row = {"grasp": "held", "force": "1.0", "energy": "2.0"}
+    compared = [0, 5] if allowed else [0]
+    tested = [(row | {"design": str(i), "object": name}, {}) for i in compared for name in ("bottle", "cup")] * 3
     return Designed(study, tried, tried[0], [5, 6] if allowed else [], 5 if allowed else None, tested)
 
 
@@ -44,7 +45,7 @@ def test_figure(ends, allowed):
 
 
 def test_tables(tmp_path):
-    assert write_tables(found([FORCE, ENERGY]), tmp_path) == [DESIGNS, TESTS, SENSITIVITY]
+    write_tables(found([FORCE, ENERGY]), tmp_path)
     rows = {name: csv_rows(tmp_path / name) for name in (DESIGNS, TESTS, SENSITIVITY)}
     assert [row["design"] for row in rows[DESIGNS]] == [str(i) for i in range(13)]
     assert rows[DESIGNS][3]["reason"] == "a wall of 1.00 mm, below 2 mm"
@@ -61,14 +62,3 @@ def test_tables(tmp_path):
 def test_lost_objects_are_a_reason(tmp_path):
     write_tables(found([FORCE], allowed=False), tmp_path)
     assert "holds in 1 of 4 runs" in (tmp_path / DESIGNS).read_text()
-
-
-def test_short_names():
-    modulus = "models.gripper.fingers.all.youngs_modulus"
-    assert short_names([modulus, "pressure.steps.all.0", "sensor.type"]) == [
-        "youngs modulus",
-        "pressure steps",
-        "sensor type",
-    ]
-    one_by_one = ["models.gripper.fingers.left_finger.length", "models.gripper.fingers.right_finger.length"]
-    assert short_names(one_by_one) == one_by_one

@@ -8,8 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from soft_gripper.extras.design.mould import SHELL, cores, loft, outer_rings, shell
-from soft_gripper.extras.design.walls import least_wall
+from soft_gripper.extras.design.mould import SHELL, cores, least_wall, loft, outer_rings, shell
 from soft_gripper.fingers.cross_section import Station
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.models import DIRECTORY

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from soft_gripper.extras.design.ranking import best, number, over, pareto_front, score
+from soft_gripper.extras.design.ranking import best, ends_of, pareto_front, score
 from soft_gripper.extras.design.study_file import EndConfig, LimitConfig
 
 FORCE = EndConfig("force", "least", "mean")
@@ -14,12 +14,18 @@ def rows(*forces, grasp="held"):
     return [{"grasp": grasp, "force": str(force)} for force in forces]
 
 
-def test_ends_are_means_or_the_worst():
-    assert over(FORCE, [1.0, 3.0]) == 2.0
-    assert over(EndConfig("force", "least", "worst"), [1.0, 3.0]) == 3.0
-    assert over(EndConfig("force", "most", "worst"), [1.0, 3.0]) == 1.0
-    assert np.isnan(over(FORCE, [1.0, NAN]))
-    assert np.isnan(over(FORCE, []))
+@pytest.mark.parametrize(
+    ("end", "forces", "expected"),
+    [
+        (FORCE, [1.0, 3.0], 2.0),
+        (EndConfig("force", "least", "worst"), [1.0, 3.0], 3.0),
+        (EndConfig("force", "most", "worst"), [1.0, 3.0], 1.0),
+        (FORCE, [1.0, NAN], NAN),
+        (FORCE, [], NAN),
+    ],
+)
+def test_ends_are_means_or_the_worst(end, forces, expected):
+    assert ends_of([*rows(*forces), *rows(9.0, grasp="dropped")], [end])[1] == pytest.approx((expected,), nan_ok=True)
 
 
 def test_a_design_that_loses_an_object_is_not_allowed():
@@ -69,8 +75,3 @@ def test_the_best_is_that_of_the_first_end_then_of_the_next():
     assert best(np.array([[2.0, 0.0], [1.0, 5.0], [1.0, 4.0], [NAN, NAN]])) == 2
     assert best(np.full((2, 1), NAN)) is None
     assert best(np.empty((0, 1))) is None
-
-
-def test_words_are_no_numbers():
-    assert [number(value) for value in ("True", "2.5", 3, False)] == [1.0, 2.5, 3.0, 0.0]
-    assert np.isnan([number(value) for value in ("done", "", None)]).all()

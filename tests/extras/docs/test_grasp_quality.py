@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from published import printed
+from printed_numbers import printed
 
 from soft_gripper.runs.sweep.run_sweep import run_and_measure
 from soft_gripper.truth.contact import combined_friction

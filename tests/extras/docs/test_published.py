@@ -8,7 +8,8 @@ import os
 from pathlib import Path
 
 import pytest
-from published import ROOT, SENTENCES, TABLES, Written, differences, sentence_problems, table_problems, unguarded
+from printed_numbers import differences, sentence_problems, table_problems
+from published import ROOT, SENTENCES, TABLES, Written, unguarded
 
 TEXT = """
 | error [mm] | one | four |

@@ -1,8 +1,9 @@
 """README: short, and no number in it that a command or a page does not give."""
 
-import csv
 import re
 import shlex
+import subprocess
+import sys
 import tomllib
 from collections.abc import Callable
 from contextlib import redirect_stdout
@@ -11,18 +12,18 @@ from pathlib import Path
 
 import pytest
 from command_line import soft_gripper
+from csv_rows import csv_rows
 from hardware_files import published
 from links import ROOT
-from published import SENTENCES, differences
+from printed_numbers import differences
+from published import SENTENCES
 
 from soft_gripper.commands.parser import parsed
-from soft_gripper.extras.studies.contacts.trials import ContactErrorRow
-from soft_gripper.files.row_table import read_csv
 
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 CODE = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 BLOCKS = CODE.findall(README)
-CONTACTS, TRIALS = "docs/extras/studies/contacts.md", "docs/extras/grasps/grasp_trials.md"
+CONTACTS, TRIALS = "docs/studies/contacts.md", "docs/extras/grasps/grasp_trials.md"
 REPLAY = "docs/extras/hardware/hardware_replay.md"
 # By a sentence of README: the cells with its numbers, by page, beginning of the row, column and places within the cell.
 QUOTED = {
@@ -56,15 +57,13 @@ def contact_numbers(arguments: list[str], folder: Path) -> Numbers:
     """Errors of the force, %, with unequal sections; with the default ones, of contacts beyond 10 % of the length."""
     numbers = []
     for borders, more in (("40", []), ("60", ["--beyond", "0.1"])):
-        assert soft_gripper(*arguments, *more, "--out", folder / borders).code == 0
-        (row,) = (
-            row
-            for row in read_csv(folder / borders / "contact_errors.csv", ContactErrorRow)
-            if (row.sections, row.borders, row.sensors, row.averaged) == (2, borders, "realistic", 20)
-            if (row.nominal, row.side) == ("as simulated", "both")
-        )
-        numbers += [row.force_mean_percent, row.force_median_percent, row.force_90_percent]
-    return [*numbers, row.found_percent]
+        line = [sys.executable, "-m", *arguments, *more, "--out", folder / borders]
+        subprocess.run(line, cwd=ROOT, check=True, capture_output=True)
+        key = {"sections": "2", "borders": borders, "sensors": "realistic", "averaged": "20"}
+        key |= {"nominal": "as simulated", "side": "both"}
+        (row,) = (row for row in csv_rows(folder / borders / "contact_errors.csv") if key.items() <= row.items())
+        numbers += [float(row[f"force_{statistic}_percent"]) for statistic in ("mean", "median", "90")]
+    return [*numbers, float(row["found_percent"])]
 
 
 def trial_numbers(arguments: list[str], folder: Path) -> Numbers:
@@ -79,11 +78,7 @@ def trial_numbers(arguments: list[str], folder: Path) -> Numbers:
 
 def _trials(arguments: list[str], folder: Path) -> list[dict[str, str]]:
     assert soft_gripper(*arguments, "--out", folder).code == 0
-    return _csv(folder / "trials.csv")
-
-
-def _csv(file: Path) -> list[dict[str, str]]:
-    return list(csv.DictReader(StringIO(file.read_text(encoding="utf-8"))))
+    return csv_rows(folder / "trials.csv")
 
 
 def replay_numbers(arguments: list[str], folder: Path) -> Numbers:
@@ -93,7 +88,7 @@ def replay_numbers(arguments: list[str], folder: Path) -> Numbers:
     files = [f"{before}{number}{after}" for number in numbers.split(",")]
     assert soft_gripper("replay", *files, *arguments[2:], "--data", data, "--out", folder).code == 0
     key = {"estimator": "arcs", "sections": "2", "recording": "all", "body": "tip"}
-    (row,) = (row for row in _csv(folder / "replay.csv") if key.items() <= row.items())
+    (row,) = (row for row in csv_rows(folder / "replay.csv") if key.items() <= row.items())
     return [float(row["mean_mm"]), float(row["percentile_95_mm"])]
 
 
@@ -166,7 +161,7 @@ def test_a_row_prints_what_its_command_writes(name, tmp_path):
     measured, _, command = table_rows()[name]
     patterns = [pattern for pattern in QUOTED if re.search(pattern, measured)]
     shown = " ".join(" ".join(re.search(pattern, measured).groups()) for pattern in patterns)
-    _, *arguments = shlex.split(re.search("`(soft-gripper [^`]*)`", command)[1])
+    arguments = shlex.split(re.search("`(?:soft-gripper|python -m) ([^`]*)`", command)[1])
     assert differences(shown, WRITTEN[name](arguments, tmp_path)) == []
 
 

@@ -1,7 +1,7 @@
 """The pages of shipped scenarios: what was kept of each run belongs to its criteria, and meets them."""
 
 import pytest
-from scenario_pages import STORED, scenario_pages, stored_criteria
+from scenario_pages import STORED, stored_criteria
 
 import soft_gripper as sg
 from soft_gripper.runs.success import success_criteria, success_rows
@@ -35,16 +35,3 @@ def test_what_is_kept_is_what_a_run_gives(name):
             assert float(row.measured) == pytest.approx(float(kept["measured"]), rel=0.02)
         except ValueError:
             assert row.measured == kept["measured"]
-
-
-def test_a_page_has_picture_command_criteria_and_signals(monkeypatch):
-    monkeypatch.setattr("scenario_pages.descriptions", lambda: {QUICKEST: "Steps"})
-    pages = dict(scenario_pages())
-    assert f"\nscenarios/{QUICKEST}\n" in pages["scenarios.md"]
-    page = pages[f"scenarios/{QUICKEST}.md"]
-    assert f"]({QUICKEST}.webp)" in page
-    assert f"    soft-gripper run {QUICKEST}\n" in page
-    assert "Closed loop in free air" in page  # the comment of the file
-    assert all(f"| {row['criterion']} | {row['measured']} |" in page for row in stored_criteria(QUICKEST))
-    assert "| `left_finger.strain` | 8 |" in page
-    assert "right_finger" not in page

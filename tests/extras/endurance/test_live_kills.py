@@ -12,7 +12,8 @@ import tty
 
 import numpy as np
 import pytest
-from live_process import LONG, SAFE, Running
+from live_process import SAFE, Running
+from waiting import LONG
 
 from soft_gripper.diagrams.recording import Recording
 

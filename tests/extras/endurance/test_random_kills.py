@@ -18,8 +18,8 @@ from identified import BEAM, RELEASED, finger_of, recorded, release, write_motio
 from processes import Process, processes
 
 from soft_gripper.diagrams.recording import Recording
-from soft_gripper.evaluation.report.evaluate import RUNS
 from soft_gripper.extras.hardware.identification.identified_finger import read_finger, read_setup
+from soft_gripper.extras.paper.evaluate import RUNS
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 
 pytestmark = pytest.mark.slow
@@ -69,8 +69,8 @@ class Place:
         return time.monotonic() - began
 
     def left_alive(self, session: int) -> list[Process]:
-        """What of a session still runs after ten seconds."""
-        until = time.monotonic() + 10
+        """What of a session still runs after half a minute."""
+        until = time.monotonic() + 30
         while (alive := [one for one in processes() if one.session == session]) and time.monotonic() < until:
             time.sleep(0.1)
         return alive

@@ -1,19 +1,17 @@
 """Hostile input of every kind: files, and the command that is to read them."""
 
-import json
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
 import trimesh
-import xarray as xr
 import yaml
-from damaged_files import damaged_arrays, damaged_bytes, damaged_recordings
+from damaged_files import damaged_bytes, damaged_recordings
 from hostile import NUMBERS, WORDS, documents, elements, texts
 from hypothesis import strategies as st
 from live_inputs import commands
-from log_forms import FORMS, REFUSED, table
+from log_forms import FORMS, table
 from pydrake.common.yaml import yaml_dump
 
 import soft_gripper as sg
@@ -201,8 +199,8 @@ def command_lines() -> st.SearchStrategy[Input]:
     )
     numbers = st.builds(
         lambda command, option, value: [*command, option, value, "--jobs", "0", "--out", "folder"],
-        st.sampled_from((["evaluate"], ["study", "grasp-trials"], ["study", "contact-trials"], ["study", "hardware"])),
-        st.sampled_from(("--trials", "--seed", "--seeds", "--friction", "--scenario", "--train", "--data")),
+        st.sampled_from((["evaluate"], ["study", "grasp-trials"], ["study", "health"])),
+        st.sampled_from(("--trials", "--seed", "--runs", "--scenario", "--train")),
         _choice("1", "free_bending"),
     )
     reading = st.builds(
@@ -215,7 +213,6 @@ def command_lines() -> st.SearchStrategy[Input]:
                 ["replay", "thing.sdf", "--as", "*"],
                 ["identify", "thing.sdf", "--finger", "*", "--free", "length", "--out", "found.urdf"],
                 ["weigh", "thing.sdf", "--finger", "*"],
-                ["study", "contact-trials", "--contacts", "*"],
                 ["tune", "free_bending", "--set", "sensor.seed=*"],
             )
         ),
@@ -225,28 +222,7 @@ def command_lines() -> st.SearchStrategy[Input]:
     return lines.map(lambda arguments: Input(scenario_input("", "empty", SCENARIO, "show").files, arguments))
 
 
-CONTACTS = xr.Dataset(
-    {
-        "q": (("contact", "joint"), np.full((2, 12), 0.05)),
-        "pressure": ("contact", [3e4, 6e4]),
-        "gravity": (("contact", "xyz"), [[0.0, 0.0, 9.81], [9.81, 0.0, 0.0]]),
-        "normal_force": ("contact", [0.3, 0.6]),
-        "force": (("contact", "xyz"), [[-0.3, 0.0, 0.05], [0.6, 0.0, 0.1]]),
-        "torque": (("contact", "joint"), np.full((2, 12), 0.01)),
-        "arc_length": ("contact", [0.06, 0.09]),
-        "side": ("contact", [0.0, np.pi]),
-        "friction": ("contact", [0.45, 0.45]),
-    }
-)
 SIGNALS = "strain", "sampled_pressure", "X_WB"
-
-
-def contacts() -> st.SearchStrategy[Input]:
-    """Files of contacts, of which an array or bytes are damaged."""
-    files = _damaged(damaged_arrays(CONTACTS, list(CONTACTS), seed=1), bytes(CONTACTS.to_netcdf(engine="scipy")))
-    return files.map(
-        lambda file: Input({"a.nc": file}, ["study", "contact-trials", "--contacts", "a.nc", "--out", "folder/x"])
-    )
 
 
 def recordings() -> st.SearchStrategy[Input]:
@@ -274,13 +250,12 @@ length: 0.12
 
 
 def logs() -> st.SearchStrategy[Input]:
-    """A log in one of the forms that are read or refused, whole or with changes in its text, and its description."""
+    """A log in one of the forms that are read, whole or with changes in its text, and its description."""
     time = np.arange(200) / 100
     counts = np.round(2048 + 20 * np.sin(time[:, None] * [1, 2, 3, 4]))
     columns = dict(zip("tabcdp", [time, *counts.T, 30 + 10 * np.sin(time)], strict=True))
     content = table(columns)
     forms = [(each.content, each.more) for each in (form(content) for form in FORMS.values())]
-    forms += [(form(content)[0], "") for form in REFUSED.values()]
     whole = st.sampled_from(forms)
     broken = whole.flatmap(
         lambda form: texts(form[0].decode("utf-8", "surrogateescape")).map(
@@ -362,21 +337,6 @@ def directives() -> st.SearchStrategy[Input]:
     return st.one_of(documents(DIRECTIVES).map(_dump), texts(whole)).map(directives_input)
 
 
-_SCORE = {"task": "contact_tip", "region": "middle", "estimator": "it", "samples": 1, "unit": "m", "mean": 1.0}
-_SCORE |= {"median": 1.0, "percentile_95": 1.0, "proper": 1.0, "within_band_percent": None, "band": None}
-RESULTS = {"benchmark": 2, "sha256": {}, "scores": [_SCORE | {"unknown_percent": None}]}
-
-
-def results_input(text: str) -> Input:
-    return Input({"a.json": text.encode("utf-8", "surrogateescape")}, ["benchmark", "--compare", "a.json"])
-
-
-def results() -> st.SearchStrategy[Input]:
-    """Results of the benchmark, in JSON, whose data or text is changed."""
-    changed = documents(RESULTS).map(lambda found: json.dumps(found, default=str))
-    return st.one_of(changed, changed, texts(json.dumps(RESULTS))).map(results_input)
-
-
 KINDS: dict[str, Callable[[], st.SearchStrategy[Input]]] = {
     "scenarios": scenarios,
     "fingers": fingers,
@@ -386,9 +346,7 @@ KINDS: dict[str, Callable[[], st.SearchStrategy[Input]]] = {
     "nested": nested,
     "meshes": meshes,
     "directives": directives,
-    "results": results,
     "command lines": command_lines,
-    "contacts": contacts,
     "recordings": recordings,
     "logs": logs,
     "numbers": numbers,

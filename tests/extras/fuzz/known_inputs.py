@@ -54,13 +54,6 @@ CASES |= {
     for command, ending in (("show", "yaml"), ("expand", "urdf"))
     for kind in ("absent", "binary", "broken", "list", "empty")
 }
-_SWEPT = {
-    ("--vary", "sensor.nothing=1,2"): "--vary sensor.nothing: ",
-    ("--vary", "sensor.sections=1,2", "--vary", "sensor.sections=3"): "appears more than once",
-    ("--vary", "pressure.time_constant=0.01..0.1"): "give the number of values",
-}
-CASES |= {("sweep", "free_bending", "--out", "x", *options): said for options, said in _SWEPT.items()}
-
 # Where nothing can be written.
 _RUN = "run", "free_bending"
 CASES |= {
@@ -145,25 +138,3 @@ CASES |= {("run", _scenario(f"models:\n- {model}\n")): said for model, said in _
 for _file, (_content, _said) in _OBJECTS.items():
     FILES[_file] = _content
     CASES["run", _scenario(f"models: [{{name: f, file: finger.urdf}}, {{name: o, file: {_file}}}]")] = _said
-
-# A text of a finger that is replaced by another.
-_FINGERS: dict[tuple[str, str], Said] = {
-    ('thickness="0.02"', 'thickness="-0.02"'): "base.thickness = -0.02",
-    ('youngs_modulus="2.67e5"', 'youngs_modulus="-8e5"'): "base.youngs_modulus = -800000.0",
-    ('youngs_modulus="2.67e5"', 'youngs_modulus="soft"'): "base.youngs_modulus = 'soft'",
-    ('length="0.12"', 'length="nan"'): "body.length = 'nan'",
-    ('length="0.12"', 'length="5e-324"'): "body.length = 5e-324: ",
-    ('width="0.02"', 'width="1e308"'): "base.width = 1e+308: ",
-    ('segments="12"', 'segments="0"'): "body.segments = 0",
-    ('segments="12"', 'segments="2.5"'): "body.segments = '2.5'",
-    ('segments="12"', 'segments="2000"'): "body.segments = 2000: ",
-    (' density="1070"', ""): ("base.density = None", "missing"),
-    ("density", "densty"): ("<base>: attribute = 'densty'", "'density'"),
-    ('<sensors spacing="0.017"/>', ""): ("sensors = None", "missing"),
-    ("<sensors", "<sensor"): ("element = 'sensor'", "sensors"),
-    ('<parent link="mount"/>', '<parent link="hand"/>'): ("parent.link = 'hand'", "mount"),
-}
-for _i, ((_text, _wrong), _said) in enumerate(_FINGERS.items()):
-    assert _text in FINGER
-    FILES[f"finger_{_i}.urdf"] = FINGER.replace(_text, _wrong)
-    CASES["expand", f"finger_{_i}.urdf", "-o", "plain.urdf"] = _named(f"finger_{_i}.urdf", _said)

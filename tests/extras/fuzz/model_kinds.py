@@ -147,16 +147,6 @@ def meshes(rng: Rng) -> Model:
     return Model(content, suffix, links, {folder + file: _exported(mesh, form)}, is_arm=is_arm, volumes=volume)
 
 
-def missing_meshes(rng: Rng) -> Model:
-    """Meshes that are not there, or are not meshes."""
-    links = chain(rng)
-    suffix = str(rng.choice(["urdf", "sdf"]))
-    uri = str(rng.choice(["none.stl", "package://nowhere/a.dae", "model://none/b.obj", "../none.obj", "junk.stl"]))
-    links = changed(links, "l0", inside=_named(suffix, uri))
-    content = (urdf if suffix == "urdf" else sdf)(links)
-    return Model(content, suffix, links, {"junk.stl": b"solid x\n"}, refused=("model.", uri.rpartition("/")[2]))
-
-
 def inertias(rng: Rng) -> Model:
     """Inertias that no body has, and none at all."""
     links = chain(rng, ("revolute", "prismatic", "continuous"))
@@ -323,14 +313,6 @@ def world_joints(rng: Rng) -> Model:
     return Model(content, suffix, links, notes=notes, free=free, base=base)
 
 
-def moving_world_joints(rng: Rng) -> Model:
-    """A free object that its file joins to the world by a joint that moves."""
-    joint = '<joint name="hinge" type="revolute"><parent link="world"/><child link="base"/><axis xyz="0 1 0"/>'
-    links = chain(rng)
-    content = urdf(links, f'{joint}<limit lower="-1" upper="1" effort="1" velocity="1"/></joint>')
-    return Model(content, "urdf", links, free=True, refused=("model.urdf", "free", "joint 'hinge'"))
-
-
 def couplings(rng: Rng) -> Model:
     """Joints that follow others, in chains, in three formats."""
     links = chain(rng, ("revolute", "prismatic"))
@@ -352,29 +334,6 @@ def couplings(rng: Rng) -> Model:
 
 def _equality(link: Link, law: Law) -> str:
     return f'<joint joint1="{link.joint}" joint2="{law.leader}" polycoef="{law.offset} {law.multiplier} 0 0 0"/>'
-
-
-def loops_of_couplings(rng: Rng) -> Model:
-    """Joints that follow nothing, or themselves in turn."""
-    links = chain(rng, ("revolute",))
-    leader = str(rng.choice(["nosuch", "to_l0", "base"]))
-    links = changed(links, "l0", law=Law(leader, 1.0, 0.0))
-    content, suffix = _written(rng, links)
-    return Model(content, suffix, links, refused=("model.", "to_l0", "mimic"), is_arm=bool(rng.integers(2)))
-
-
-def limits(rng: Rng) -> Model:
-    """Limits of arms that are missing, zero or upside down."""
-    links = chain(rng, ("revolute",))
-    wrong = rng.integers(4)
-    found = [
-        ('<limit lower="-1" upper="1" effort="0" velocity="0"/>', ("to_l0", "limit", "arm.limits.to_l0")),
-        ('<limit lower="-1" upper="1" effort="9" velocity="0"/>', ("to_l0", "limit.velocity", "arm.limits.to_l0")),
-        ('<limit lower="1" upper="-1" effort="9" velocity="1"/>', ("to_l0", "limit.upper", "-1")),
-        ('<limit lower="-1" upper="1" effort="nan" velocity="1"/>', ("to_l0", "limit.effort", "nan")),
-    ][wrong]
-    links = changed(links, "l0", in_joint=found[0])
-    return Model(urdf(links), "urdf", links, is_arm=True, refused=("model.urdf", *found[1]))
 
 
 def no_limits(rng: Rng) -> Model:
@@ -552,14 +511,13 @@ KINDS: dict[str, Callable[[Rng], Model]] = {
             fixed_axes,
             other_programs,
             meshes,
-            missing_meshes,
             inertias,
             massless_ends,
             massless_joints,
             seams,
             inside_out,
         ),
-        *(world_joints, moving_world_joints, couplings, loops_of_couplings, limits, no_limits, friction, colors),
+        *(world_joints, couplings, no_limits, friction, colors),
         *(shapes_without_size, absurd_limits, transmissions, not_in_sdf),
         *(nested, included_whole, bad_includes, frames, mjcf_arms, mjcf_files),
     )

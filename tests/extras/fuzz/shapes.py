@@ -3,7 +3,7 @@
 import json
 from collections.abc import Callable
 
-from inputs import ADDS, FINGER, SCENARIO, Input, directives_input, log_input, results_input, scenario_input
+from inputs import ADDS, FINGER, SCENARIO, Input, directives_input, log_input, scenario_input
 
 COUNT = 200_000  # values: many times as many as any file has
 DEPTH = 100_000
@@ -44,17 +44,6 @@ def _yaml(make: Callable[[str], Input], key: str) -> Shapes:
         "in itself": lambda: make(f"{key}: &a [*a]"),
         "laughs": lambda: make(f"{laughs}{key}: *a12"),
         "merges": lambda: make(f"{merges}{key}: *a12"),
-    }
-
-
-def _json(make: Callable[[str], Input]) -> Shapes:
-    return {
-        "deep": lambda: make("[" * DEPTH + "]" * DEPTH),
-        "deep objects": lambda: make('{"a":' * DEPTH + "1" + "}" * DEPTH),
-        "wide": lambda: make(f"[{'{},' * 10 * COUNT}1]"),
-        "wide object": lambda: make(json.dumps({str(i): 1 for i in range(COUNT)})),
-        "long": lambda: make(json.dumps({"benchmark": TEXT})),
-        "long number": lambda: make(TEXT.replace("x", "9")),
     }
 
 
@@ -126,7 +115,6 @@ SHAPES: dict[str, Shapes] = {
     | _endless(_PLAIN, "scenario.yaml"),
     "directives": _yaml(directives_input, "directives")
     | _endless(scenario_input("", "a.dmd.yaml", ADDS, "show"), "a.dmd.yaml"),
-    "json": _json(results_input) | _endless(results_input(""), "a.json"),
     "urdf": _xml(lambda text: _object("urdf", text), "<robot name='r'>", "</robot>", "<include file='thing.urdf'/>")
     | _endless(_object("urdf", ""), "thing.urdf"),
     "sdf": _xml(

@@ -1,10 +1,10 @@
 """soft-gripper grasp-strength: tables, figure, exit codes, and what it refuses."""
 
-import csv
 import json
 
 import pytest
 from command_line import soft_gripper
+from csv_rows import csv_rows
 from refusals import refusal
 
 from soft_gripper.extras.grasps.commands import grasp_strength as command
@@ -40,9 +40,7 @@ def test_tables_and_figure(shaken, tmp_path):
     assert held == "box"
     assert (shake.slid, shake.turned, shake.seconds) == pytest.approx((0.002, 3.14159265, 1.0))
     assert sorted(path.name for path in tmp_path.iterdir() if not path.name.startswith(".")) == FILES
-    with (tmp_path / "strength.csv").open(newline="") as file:
-        rows = list(csv.DictReader(file))
-    assert [each["direction"] for each in rows] == [load.name for load in LOADS]
+    assert [each["direction"] for each in csv_rows(tmp_path / "strength.csv")] == [load.name for load in LOADS]
     assert json.loads(done.out)["strength"][0]["strength"] == 1.25
 
 

@@ -10,7 +10,6 @@ from here_executor import HereExecutor
 from pydrake.math import RigidTransform, RotationMatrix
 from refusals import refused
 
-from soft_gripper.errors import InputError
 from soft_gripper.extras.grasps import strength as module
 from soft_gripper.extras.grasps.strength import (
     LOADS,
@@ -96,15 +95,6 @@ def test_every_start_is_the_same(pads):
     assert one == again
 
 
-@pytest.mark.slow
-def test_fingers_that_hold_nothing_have_no_strength(pads):
-    open_hand = pads.station.scenario
-    open_hand.pressure.steps = {"all": [0.0]}
-    open_hand.pressure.settle = 0.1
-    found = Settled.of(open_hand, "pad").loaded(LOADS[0], Shake())
-    assert (found.strength, found.ended) == (0, "not held")
-
-
 BELT_FRICTION, DRUM, HALF, TIP = 0.3, 0.03, 0.002, 0.1  # m, radius and half of the thickness; kg
 BELT = f"""<robot name="belt"><link name="mount">{INERTIAL}</link>{GUARD}
 <finger name="belt"><parent link="mount"/><body length="0.1" segments="20" relaxation_time="3"/>
@@ -174,13 +164,6 @@ def test_the_object_is_that_of_the_task_or_the_first_free_one():
         held_object(load_scenario("free_bending"), None)
 
 
-@pytest.mark.parametrize("wrong", [{"slid": 0.0}, {"turned": -1.0}, {"seconds": float("nan")}])
-def test_limits_that_mean_nothing(wrong):
-    with pytest.raises(InputError) as caught:
-        Shake(**wrong)
-    assert caught.value.field == next(iter(wrong))
-
-
 def made_up(text: str, held: str, number: int, shake: Shake) -> StrengthRow:
     load = LOADS[number]
     kind, unit = ("torque", "mN m") if load.is_torque else ("force", "N")
@@ -203,9 +186,7 @@ def test_twelve_loads_in_order_and_their_figure(monkeypatch):
 def pulled(moved, lost="slid"):
     """Samples of a load that grows to 10 N, which is resisted; `moved` is in m by its share of the largest."""
     shares = np.arange(1, 2001) / 2000
-    return [
-        Sample(10 * share, 10 * share, float(moved(share)), 0.1 * share, lost if share == 1 else "") for share in shares
-    ]
+    return [Sample(10 * share, float(moved(share)), 0.1 * share, lost if share == 1 else "") for share in shares]
 
 
 def test_the_stiffness_is_that_of_the_first_half_of_the_load():

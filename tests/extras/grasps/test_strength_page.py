@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from published import printed
+from printed_numbers import printed
 
 from soft_gripper.extras.grasps.strength import LOADS, Settled, Shake
 from soft_gripper.scenario.scenario_file import load_scenario

@@ -1,11 +1,10 @@
 """Many trials: their tables while they run and when they fail, the same whatever the number of processes."""
 
-import csv
 from dataclasses import fields
-from pathlib import Path
 
 import numpy as np
 import pytest
+from csv_rows import csv_rows
 from here_executor import HereExecutor
 from refusals import refused
 
@@ -51,23 +50,18 @@ def executor(monkeypatch: pytest.MonkeyPatch) -> HereExecutor:
     return HereExecutor()
 
 
-def records(folder: Path, table: str = "trials.csv") -> list[dict[str, str]]:
-    with (folder / table).open(newline="") as file:
-        return list(csv.DictReader(file))
-
-
 @pytest.mark.slow
 def test_a_row_is_there_after_every_trial_and_all_are_in_order_at_the_end(executor, tmp_path):
     counts = []
 
     def look(trial: Trial) -> None:
-        found = [(record["scenario"], int(record["trial"])) for record in records(tmp_path)]
+        found = [(record["scenario"], int(record["trial"])) for record in csv_rows(tmp_path / "trials.csv")]
         assert (trial.scenario, trial.trial) in found
         counts.append(len(found))
 
     run_trials(NAMES, 3, 1, tmp_path, executor, look)
     assert counts == [1, 2, 3, 4, 5, 6]
-    found = [(record["scenario"], record["trial"]) for record in records(tmp_path)]
+    found = [(record["scenario"], record["trial"]) for record in csv_rows(tmp_path / "trials.csv")]
     assert found == [(name, trial) for name in NAMES for trial in "012"]
     assert (tmp_path / "trials.csv").read_text().splitlines()[0] == COLUMNS
     assert [path.name for path in tmp_path.iterdir() if path.name.startswith(".")] == []
@@ -91,13 +85,13 @@ def test_a_trial_that_fails_leaves_its_cause_and_ends_no_other(executor, tmp_pat
 
     monkeypatch.setattr(trials, "trials_together", together(fail_once))
     run_trials(NAMES, 3, 5, tmp_path, executor, lambda trial: None)
-    failed = [record for record in records(tmp_path) if record["success"] == "False"]
+    failed = [record for record in csv_rows(tmp_path / "trials.csv") if record["success"] == "False"]
     assert [(record["scenario"], record["trial"]) for record in failed] == [(NAMES[1], "1")]
     assert cause in failed[0]["cause"]
     assert failed[0]["placed_error_mm"] == failed[0]["duration_s"] == "nan"
-    assert len(records(tmp_path)) == 6
+    assert len(csv_rows(tmp_path / "trials.csv")) == 6
     drawn = draw(random_numbers(5, NAMES[1], 1), TrialsConfig())
-    details = records(tmp_path, "trials_details.csv")[4]
+    details = csv_rows(tmp_path / "trials_details.csv")[4]
     assert float(details["mass_g"]) == pytest.approx(drawn.mass_g, abs=1e-6)
     for part in ("x_mm", "y_mm", "yaw_deg"):
         true, error, reported = (float(details[f"{kind}{part}"]) for kind in ("", "error_", "reported_"))
@@ -127,71 +121,6 @@ def test_trials_that_were_cut_short_go_on_to_the_same_tables(executor, tmp_path,
     assert executor.calls == [(NAMES[0], 1, [3], {}), (NAMES[1], 1, [3], {})]
     with refused("--resume"):
         run_trials(NAMES, 3, 2, cut, executor, lambda trial: None, resume=True)
-
-
-@pytest.mark.slow
-def test_a_trial_whose_number_was_changed_is_run_again(executor, tmp_path, caplog):
-    run_trials(NAMES, 2, 1, tmp_path, executor, lambda trial: None)
-    whole = {
-        table: (tmp_path / table).read_text() for table in ("trials.csv", "trials_details.csv", "trials_grasps.csv")
-    }
-    for table, text in whole.items():
-        lines = text.splitlines(keepends=True)
-        number = 2 if table == "trials.csv" else 3
-        assert ".0" in lines[number]
-        lines[number] = lines[number].replace(".0", ".1", 1)
-        (tmp_path / table).write_text("".join(lines))
-    executor.calls.clear()
-    run_trials(NAMES, 2, 1, tmp_path, executor, lambda trial: None, resume=True)
-    assert executor.calls == [(NAMES[1], 1, [0], {}), (NAMES[0], 1, [1], {})]
-    assert "2 rows" in caplog.text
-    for table, text in whole.items():
-        assert (tmp_path / table).read_text() == text
-
-
-def test_a_description_that_is_not_text_is_not_resumed(executor, tmp_path):
-    (tmp_path / "trials.yaml").write_bytes(b"\xff")
-    with pytest.raises(InputError) as error:
-        run_trials(NAMES, 2, 1, tmp_path, executor, lambda trial: None, resume=True)
-    assert error.value.value == "trials.yaml"
-
-
-@pytest.mark.slow
-def test_what_an_older_run_left_is_gone_before_the_first_trial_ends(executor, tmp_path, monkeypatch):
-    def interrupt(*_, **__):
-        raise KeyboardInterrupt
-
-    run_trials(NAMES, 1, 1, tmp_path, executor, lambda trial: None)
-    tables = {"trials.yaml", "trials.csv", "trials.csv.sha256", "trials_details.csv", "trials_grasps.csv"}
-    assert {path.name for path in tmp_path.iterdir()} == {*tables, "trials.png", "trials.svg"}
-    monkeypatch.setattr(trials.StudyTables, "run", interrupt)
-    with pytest.raises(KeyboardInterrupt):
-        run_trials(NAMES, 1, 1, tmp_path, executor, lambda trial: None)
-    assert {path.name for path in tmp_path.iterdir()} == tables
-    assert records(tmp_path) == records(tmp_path, "trials_details.csv") == []
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("table", ["trials.csv", "trials_details.csv", "trials_grasps.csv"])
-def test_a_number_that_was_changed_in_either_table_is_not_believed(table, executor, tmp_path):
-    """One digit of the first trial is another; only that trial is run again."""
-    run_trials(NAMES, 2, 1, tmp_path, executor, lambda trial: None)
-    header, first, *others = (tmp_path / table).read_text().splitlines(keepends=True)
-    cells = first.split(",")
-    place = next(i for i, cell in enumerate(cells) if "." in cell and i > 1)
-    cells[place] = f"{float(cells[place]) + 1:.6f}"
-    (tmp_path / table).write_text("".join([header, ",".join(cells), *others]))
-    executor.calls.clear()
-    run_trials(NAMES, 2, 1, tmp_path, executor, lambda trial: None, resume=True)
-    assert executor.calls == [(NAMES[0], 1, [0], {})]
-
-
-@pytest.mark.slow
-def test_trials_of_another_seed_are_not_resumed(executor, tmp_path):
-    run_trials(NAMES, 1, 1, tmp_path, executor, lambda trial: None)
-    with pytest.raises(InputError) as error:
-        run_trials(NAMES, 1, 2, tmp_path, executor, lambda trial: None, resume=True)
-    assert error.value.field == "--resume"
 
 
 def test_a_trial_without_a_recording():

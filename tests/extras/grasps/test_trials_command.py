@@ -1,6 +1,5 @@
 """soft-gripper study grasp-trials: whole trials, one alone, processes, Ctrl-C, and what it refuses."""
 
-import csv
 import os
 import signal
 import subprocess
@@ -11,10 +10,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command_line import LISTENING, soft_gripper
+from csv_rows import csv_rows
 from pick_and_place import LOOKED_FOR
 from pydrake.common.eigen_geometry import Quaternion
 from pydrake.math import RigidTransform, RotationMatrix
 from refusals import refusal
+from waiting import LONG
 
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.extras.grasps.adds import TrialsConfig
@@ -37,11 +38,6 @@ def scenario(tmp_path: Path) -> Callable[..., Path]:
         return path
 
     return write
-
-
-def records(file: Path) -> list[dict[str, str]]:
-    with file.open(newline="") as table:
-        return list(csv.DictReader(table))
 
 
 @pytest.mark.slow
@@ -88,7 +84,7 @@ def test_trials_in_processes_are_the_same_as_here_one_by_one(scenario, tmp_path)
     file = scenario(BRIEF)
     done = soft_gripper("study", "grasp-trials", "--scenario", file, "--trials", "3", "--jobs", "2", "--out", tmp_path)
     here = [trials_together(str(file), 1, [trial], {})[0] for trial in (2, 0, 1)]
-    found = records(tmp_path / "trials.csv")
+    found = csv_rows(tmp_path / "trials.csv")
     assert [list(record.values()) for record in found] == [here[i].rows[0] for i in (1, 2, 0)]
     cause = found[2]["cause"]
     assert done.code == 0
@@ -110,9 +106,9 @@ def test_ctrl_c_leaves_a_whole_table_of_what_was_finished(scenario, tmp_path):
         while process.poll() is None and not (file.exists() and file.read_bytes().count(b"\n") > 1):
             time.sleep(0.05)
         os.killpg(process.pid, signal.SIGINT)
-        printed, complaint = process.communicate(timeout=30)
+        printed, complaint = process.communicate(timeout=LONG)
     assert process.returncode == 130
-    found = records(out / "trials.csv")
+    found = csv_rows(out / "trials.csv")
     assert all(record["cause"].startswith("not over at 0.50 s") for record in found)
     assert f"{len(found)} of 200 trials ended" in printed
     assert "Traceback" not in complaint

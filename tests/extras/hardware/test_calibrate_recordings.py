@@ -37,15 +37,6 @@ def recorded(tmp_path_factory):
     return record
 
 
-def changed(path, tmp_path, **signals):
-    """A copy of a recording in which signals of the left finger were multiplied by arrays."""
-    data = Recording.load(path).data
-    for name, factor in signals.items():
-        data[f"left_finger.{name}"] = data[f"left_finger.{name}"] * factor
-    Recording(data).save(tmp_path / "changed.nc")
-    return tmp_path / "changed.nc"
-
-
 def test_ideal_sensors_show_how_far_the_finger_bends(recorded):
     """Believed 15 % too stiff, it bends 1.15 times as far."""
     for finger in calibrate_recordings([recorded("free_bending", *IDEAL)]).fingers.values():
@@ -117,18 +108,3 @@ def test_a_section_that_the_pressure_does_not_bend_is_refused(recorded):
 def test_a_dead_sensor_is_refused(recorded):
     dead = "sensor.errors.dead=[{path: inner, section: 2}]"
     assert "reading 2 is NaN in 100 % of the samples" in refused(recorded("free_bending", *STEPS, dead))
-
-
-def test_lost_samples_are_left_out(recorded, tmp_path):
-    path = recorded("free_bending", *IDEAL)
-    samples = Recording.load(path).data.sizes["time"]
-    holes = np.where(np.arange(samples) % 3 == 0, np.nan, 1.0)[:, None, None]
-    found = calibrate_recordings([changed(path, tmp_path, strain=holes)]).fingers["left_finger"]
-    assert found.bend_ratio == pytest.approx(1.15, rel=3e-3)
-
-
-def test_what_is_no_recording_is_refused(tmp_path):
-    path = tmp_path / "text.nc"
-    assert "cannot be read" in refused(path)
-    path.write_text("nothing")
-    assert "is not a netCDF file" in refused(path)

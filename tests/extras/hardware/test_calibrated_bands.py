@@ -16,11 +16,12 @@ from soft_gripper.estimators.gaussian import GaussianShape
 from soft_gripper.estimators.named_estimators import find_estimator
 from soft_gripper.estimators.recursive import RecursiveShape
 from soft_gripper.estimators.uncertainty import Uncertainty
+from soft_gripper.extras.hardware.calibration import as_config
 from soft_gripper.extras.hardware.free_bending import FreeBending, calibrate
+from soft_gripper.extras.hardware.left_out_regions import nearest
 from soft_gripper.fingers.kinematics import forward_kinematics
 from soft_gripper.fingers.statics import resting_angles
-from soft_gripper.scenario.calibration_file import CalibrationConfig, as_config, calibrated
-from soft_gripper.sensors.fitted_states import nearest
+from soft_gripper.scenario.calibration_file import CalibrationConfig, calibrated
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 from soft_gripper.sensors.strain_errors import StrainErrors, disturb, draw
 

@@ -1,7 +1,6 @@
 """soft-gripper identify as a user calls it."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,7 +11,6 @@ from identified import (
     CLOSES,
     HOLLOW,
     OPENS,
-    REFERENCE,
     RELEASED,
     STEPPED,
     finger_of,
@@ -23,7 +21,6 @@ from identified import (
 from refusals import refusal
 
 from soft_gripper.errors import InputError
-from soft_gripper.extras.hardware.identification import fit as fit_module
 from soft_gripper.extras.hardware.identification import settled_states as states_module
 from soft_gripper.extras.hardware.identification.identified_finger import read_finger, read_setup
 from soft_gripper.extras.hardware.identification.simulated_motion import Setup
@@ -89,17 +86,6 @@ def test_a_fitted_finger_is_tested_without_a_fit(files):
     assert "youngs_modulus" not in outcome.out
 
 
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [("fill_time: -1", "fill_time"), ("no_such: 1", "no_such"), ("held_pose: maybe", "held_pose")],
-)
-def test_a_set_up_that_is_wrong_is_named(files, text, said):
-    (files / "guess.setup.yaml").write_text(text)
-    line = refusal("identify", "--test", "run.csv", "--finger", "guess.urdf")
-    assert "guess.setup.yaml" in line
-    assert said in line
-
-
 @pytest.mark.usefixtures("files")
 @pytest.mark.parametrize(
     ("arguments", "said"),
@@ -130,48 +116,13 @@ def test_says_what_cannot_be_told_apart(files):
     ("changes", "said"),
     [
         ({"free": ["stiffness"]}, "there is no such key; known: youngs_modulus"),
-        ({"out": "out/fitted.csv"}, "name a .urdf"),
         ({"finger": "two.urdf"}, "give a file with one finger"),
-        ({"finger": "nowhere.urdf"}, "nowhere.urdf"),
-        ({"jobs": 0}, "--jobs"),
     ],
 )
 def test_mistakes_are_named(files, changes, said):
     begin, end = BEAM.index("<finger"), BEAM.index("</finger>") + len("</finger>")
     (files / "two.urdf").write_text(BEAM[:end] + BEAM[begin:end].replace('"beam"', '"other"') + BEAM[end:])
     assert said in refusal(*command("run.csv", **changes))
-
-
-@pytest.mark.parametrize(
-    ("description", "name", "said"),
-    [
-        (RELEASED.replace("tip: [", "top: ["), "run", "at least two markers"),
-        (RELEASED.replace("event: release", ""), "run", "give the cause of the motion"),
-        (STEPPED, "run", "does not give the pressure"),
-        (STEPPED, "run_30kPa", "the valve does not close"),
-        (RELEASED.replace("{marker}", "{marker}_of"), "run", "no such column"),
-    ],
-)
-def test_recordings_that_cannot_be_used(files, description, name, said):
-    (files / "recording.yaml").write_text(description)
-    (files / "run.csv").rename(files / f"{name}.csv")
-    assert said in refusal(*command(f"{name}.csv"))
-
-
-def test_nothing_moves(files):
-    time = np.arange(0, 1, 0.01)
-    write_motion(files / "run.csv", time, REFERENCE + 1e-5j * np.sin(30 * time)[:, None])
-    assert "hardly moves" in refusal(*command("run.csv"))
-
-
-@pytest.mark.slow
-@pytest.mark.usefixtures("files")
-def test_a_search_that_is_ended_early_is_kept(monkeypatch):
-    monkeypatch.setattr(fit_module, "_MOST_STEPS", 1)
-    outcome = identify("run.csv")
-    assert outcome.code == 0
-    assert "WARNING: the search was ended before it converged" in outcome.out
-    assert {path.name for path in Path("out").iterdir()} == WRITTEN
 
 
 @pytest.mark.slow
@@ -236,27 +187,6 @@ def test_settled_states_of_a_tendon(settled):
     assert set(rows) == {("fit", "all"), ("test", "all"), *(("left out", name) for name in ("all", "in", "out"))}
     assert max(rows.values()) < 1e-2
     assert "left out" in outcome.out
-
-
-@pytest.mark.slow
-def test_a_fit_that_determines_nothing_writes_its_guess_and_says_so(settled):
-    """Without gravity the density changes nothing; families are predicted all the same."""
-    outcome = identify("rest.csv", free=("density",))
-    assert outcome.code == 0, outcome.err
-    assert "WARNING: no key is determined" in outcome.out
-    assert {path.name for path in (settled / "out").iterdir()} == WRITTEN
-    assert "# Fitted: nothing" in (settled / "out/fitted.setup.yaml").read_text()
-    assert {row["role"] for row in csv_rows(settled / "out/fitted.csv")} == {"fit", "left out"}
-
-
-def test_tendons_that_pull_the_other_way_are_asked_for(settled):
-    """The column counts what is let out; nothing is written."""
-    header, *rows = (settled / "rest.csv").read_text().splitlines()
-    turned = [",".join([*row.split(",")[:2], f"-{row.split(',')[2]}", *row.split(",")[3:]]) for row in rows]
-    (settled / "rest.csv").write_text("\n".join([header, *turned]) + "\n")
-    line = refusal(*command("rest.csv", free=("tendon.slack", "tendon.stiffness")))
-    assert "rest: tendons = 'pull': no row tightens any of them: do they pull the other way" in line
-    assert not [*(settled / "out").iterdir()]
 
 
 def test_what_was_found_survives_the_end_of_the_command(settled, monkeypatch):

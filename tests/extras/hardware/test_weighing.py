@@ -32,7 +32,7 @@ from soft_gripper.extras.hardware.identification.settled_states import (
 from soft_gripper.extras.hardware.identification.simulated_motion import Setup
 from soft_gripper.extras.hardware.recording_schema import load_description
 from soft_gripper.extras.hardware.recordings import find_recordings
-from soft_gripper.extras.hardware.weighing import Fitted, learned_growth, weigh, weighing_figure
+from soft_gripper.extras.hardware.weighing import Fitted, learned_growth, weigh
 from soft_gripper.fingers.cross_section import CrossSection
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import TipLoad
@@ -118,15 +118,6 @@ def test_bands_cover_what_they_say(fitted):
     assert 0.8 < covered <= 1.0
     spread = np.std([row.load_g for row in rows])
     assert 1.2 * spread < np.mean([row.band_g for row in rows]) < 3 * spread
-
-
-@pytest.mark.slow
-def test_a_load_named_by_the_file_is_not_looked_at(fitted):
-    states = states_of(0.06, 4)
-    renamed = replace(states, load=0.5)
-    assert [row.load_g for row in weigh(Model(fitted), renamed, WINDOW)] == [
-        row.load_g for row in weigh(Model(fitted), states, WINDOW)
-    ]
 
 
 def test_a_load_between_two_known_ones_with_tendons_that_lead():
@@ -265,16 +256,6 @@ def test_what_is_refused(fitted):
         weigh(Model(fitted), states, 3.0)
     with refused("tip_load"):
         weigh(Model(replace(fitted, tip_load=TipLoad(0.1, 0.0, 0.0))), states, WINDOW)
-
-
-@pytest.mark.slow
-def test_the_figure(fitted):
-    rows = weigh(Model(fitted), states_of(0.06, 4), WINDOW)
-    (panel,) = weighing_figure(rows).axes
-    assert panel.get_title() == "hung_60g"
-    (points,) = panel.containers
-    line, *_ = points.lines
-    np.testing.assert_allclose(line.get_ydata().astype(float), [row.load_g for row in rows[:-1]])
 
 
 HEADER = "ID,x1,y1,z1,x2,y2,z2,x3,y3,z3,phi1,phi2,phi3,phi4,phi5,phi6"

@@ -19,6 +19,7 @@ from soft_gripper.extras.health.study import (
 )
 
 
+@pytest.mark.slow  # three monitors of a whole run; test_health has the same of the filter alone
 def test_a_wrong_stiffness_is_blamed_unless_its_uncertainty_is_declared():
     exact, undeclared, declared = run_health(0, "none", 1, (EXACT, Belief(-0.1, 0.005), Belief(-0.1, 0.1)))
     assert not exact.false_alarm

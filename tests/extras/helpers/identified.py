@@ -62,10 +62,15 @@ def recorded(finger: Finger, motion: MeasuredMotion, setup: Setup | None = None,
     return replace(motion, markers=markers)
 
 
-def write_motion(path: Path, time: Array, markers: Planar) -> Path:
-    """The file that motion capture would leave of markers, in the way that DESCRIPTION says."""
+def motion_columns(time: Array, markers: Planar) -> dict[str, Array]:
+    """Columns of a recording of markers, in the way that DESCRIPTION says, mm and s."""
     columns = {"time_s": time}
     for i, marker in enumerate(markers.T):
         for axis, values in (("x", marker.imag), ("y", 0 * time), ("z", marker.real)):
             columns[f"tip_{i + 1}_{axis}_mm"] = 1e3 * values
-    return write_csv(path, columns)
+    return columns
+
+
+def write_motion(path: Path, time: Array, markers: Planar) -> Path:
+    """The file that motion capture would leave of markers."""
+    return write_csv(path, motion_columns(time, markers))

@@ -9,12 +9,11 @@ from contextlib import ExitStack, contextmanager
 
 import numpy as np
 import pytest
+from waiting import LONG
 
 from soft_gripper.extras.bench.endpoints import Endpoints
 from soft_gripper.extras.bench.messages import encoded
 from soft_gripper.extras.page.session import Session
-
-BUSY = 30.0  # s that a busy machine may take
 
 
 @contextmanager
@@ -60,7 +59,7 @@ def feed(driver, send, messages, period):
     def is_over():
         waited = time.monotonic() - began
         is_done = counts.used + counts.lost + counts.late >= len(messages)
-        return waited > lasts + (0 if is_done else BUSY)
+        return waited > lasts + (0 if is_done else LONG)
 
     thread = threading.Thread(target=send_all)
     thread.start()

@@ -23,7 +23,6 @@ fingers:
 """
 LIVE = ("live", "tip_distance_steps", "--set", "sensor.sections=2", "--set", "estimator.type=gaussian")
 SAFE = "-5,-5"  # kPa
-LONG = 60.0  # s that a busy machine may take
 
 
 def bench(folder, source="file:readings.csv", sink="file:results.csv"):

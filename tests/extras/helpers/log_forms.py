@@ -1,7 +1,5 @@
 """One log in the forms of loggers, spreadsheets and scripts, and in forms of other programs that are not read."""
 
-import gzip
-import io
 from collections.abc import Callable, Mapping
 from datetime import datetime, timedelta
 from typing import NamedTuple
@@ -103,7 +101,10 @@ FORMS: dict[str, Callable[[Content], Written]] = {
     "names in a comment": _changed(lambda text: f"# {text}"),
     "lines before": _changed(lambda text: f"Logger,v2\nDate,2026-11-25\n\n{text}", noted=True),
     "the line of a spreadsheet": lambda content: Written(("sep=;\n" + joined(content, ";")).encode(), noted=True),
-    "units below the names": _changed(lambda text: text.replace("\n", "\ns" + 12 * ",mm" + "\n", 1), noted=True),
+    "units below the names": lambda content: Written(
+        joined(content).replace("\n", "\n" + ",".join(["s", *["mm"] * (len(content.names) - 1)]) + "\n", 1).encode(),
+        noted=True,
+    ),
     "zeros at the end": _changed(lambda text: text + 100 * "\0", noted=True),
     "an index": lambda content: Written(
         joined(Content(["", *content.names], [[str(i), *row] for i, row in enumerate(content.rows)])).encode()
@@ -120,52 +121,18 @@ FORMS: dict[str, Callable[[Content], Written]] = {
         _timed(content, lambda t: f"08:00:{t:06.3f}").replace(",", ";").replace(".", ",").encode()
     ),
     "minutes and seconds": lambda content: Written(_timed(content, lambda t: f"12:{t:06.3f}").encode()),
-    "midnight": _clock("%H:%M:%S.%f", "2026-11-25T23:59:59"),
+    "midnight": _clock("%H:%M:%S.%f", "2026-11-25T23:59:59.600000"),
     "ISO 8601": _clock("%Y-%m-%dT%H:%M:%S.%f"),
     "ISO 8601 with a zone": lambda content: Written(
         _timed(content, lambda t: f"2026-11-25T08:00:{t:06.3f}+01:00").encode()
     ),
     "ISO 8601 with a space": _clock("%Y-%m-%d %H:%M:%S.%f"),
-    "dates with points": _clock("%d.%m.%Y %H:%M:%S.%f"),
-    "dates with slashes": _clock("%m/%d/%Y %H:%M:%S.%f"),
+    "dates with points": _clock("%d.%m.%Y %H:%M:%S.%f", "2026-11-05T23:59:59.600000"),
+    "dates with slashes": _clock("%m/%d/%Y %H:%M:%S.%f", "2026-11-05T23:59:59.600000"),
     "a percent sign before the time": _changed(lambda text: f"%{text}"),
     "padded with blanks": _changed(lambda text: text.replace("\n", " " * 2000 + "\n")),
+    "other columns": _changed(lambda text: text.replace("\n", ",OK,1.2.3\n").replace("OK,1.2.3", "state,state", 1)),
     "missing values": _changed(lambda text: text.replace("\n", ",#N/A\n").replace("#N/A", "other", 1)),
-}
-
-
-def _npy(content: Content) -> bytes:
-    file = io.BytesIO()
-    np.save(file, np.array(content.rows, dtype=float))
-    return file.getvalue()
-
-
-REFUSED: dict[str, Callable[[Content], tuple[bytes, str]]] = {
-    "MATLAB 7.3": lambda _: (b"MATLAB 7.3 MAT-file".ljust(512) + b"\x89HDF\r\n\x1a\n", "MATLAB 7.3.*writetable"),
-    "HDF5": lambda _: (b"\x89HDF\r\n\x1a\n" + bytes(100), "HDF5"),
-    "a workbook": lambda _: (b"PK\x03\x04" + bytes(100), "workbook"),
-    "NumPy": lambda content: (_npy(content), "numpy.savetxt"),
-    "gzip": lambda content: (gzip.compress(joined(content).encode()), "unpack"),
-    "Motive": lambda _: (
-        b"Format Version,1.23,Take Name,Take 1\n\n,,Marker,Marker,Marker\nFrame,Time,X,Y,Z\n0,0.0,1,2,3\n",
-        "Motive.*C3D",
-    ),
-    "TRC": lambda _: (b"PathFileType\t4\t(X/Y/Z)\ta.trc\nFrame#\tTime\ttip\n1\t0.0\t1\n", "TRC.*C3D"),
-    "bytes": lambda _: (bytes(range(256)), "not a text file"),
-    "thousands or decimals": lambda content: (
-        joined(Content(content.names, [[str(i), *(12 * ["2,036"])] for i in range(200)]), ";").encode(),
-        "decimal",
-    ),
-    "a comma for both": lambda content: (joined(content, ",", ",").encode(), "only .* rows are numbers"),
-    "words": lambda content: (
-        joined(Content(content.names, [[row[0], *(12 * ["12 mm"])] for row in content.rows])).encode(),
-        "'12 mm' for base_1_x_mm, which is not a number: leave units out",
-    ),
-    "another unit of time": lambda content: (_nanoseconds("us", 1e9)(content).content, "`time_unit`"),
-    "other columns": lambda content: (
-        joined(content).replace("tip_1_x", "tip1_x", 1).encode(),
-        "did you mean 'tip1_x_mm'",
-    ),
 }
 
 

@@ -4,27 +4,20 @@ import gc
 import json
 import re
 import subprocess
-import time
-from collections.abc import Callable
 from http.client import HTTPConnection
 from typing import Any
 from urllib.parse import urlsplit
 
 import pytest
 from command_line import LISTENING
+from waiting import LONG
 from websockets.sync.client import ClientConnection, connect
 
-LONG = 120.0  # s, for whatever a busy machine may take
 # Without a graphics card the scene takes a core, and more the larger it is.
-SMALL_SCENE = 'document.getElementById("scene").style.cssText = "width: 32px; height: 24px; flex: none"'
-
-
-def wait_until(holds: Callable[[], object]) -> None:
-    """Returns once a condition holds; fails if that takes LONG."""
-    deadline = time.monotonic() + LONG
-    while not holds():
-        assert time.monotonic() < deadline, "it takes too long"
-        time.sleep(0.1)
+SMALL_SCENE = """addEventListener("DOMContentLoaded", () => {
+    const scene = document.getElementById("scene");
+    if (scene) scene.style.cssText = "width: 32px; height: 24px; flex: none";
+});"""
 
 
 def see(page: ClientConnection) -> dict[str, Any]:

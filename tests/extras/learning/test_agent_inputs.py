@@ -32,10 +32,11 @@ def refusals(both, act):
     return said
 
 
-@pytest.mark.parametrize(
-    "action",
-    ["text", None, {}, ["a", "b"], ["0", "0"], [0.0], [0.0, 0.0, 0.0], [0.0, [0.0]], [np.nan, 0.0], [1j, 0.0]],
-)
+WORDS = "text", None, {}, ["a", "b"], ["0", "0"], [1j, 0.0], np.array([0, 0], "M8[s]"), np.array([True, None])
+NUMBERS = [0.0], [0.0, 0.0, 0.0], [0.0, [0.0]], [np.nan, 0.0], [10**400, 0.0]
+
+
+@pytest.mark.parametrize("action", [*WORDS, *NUMBERS])
 def test_actions_that_are_no_finite_numbers_of_the_shape_are_refused(both, action):
     for env, _ in both:
         env.reset(seed=0)
@@ -44,11 +45,6 @@ def test_actions_that_are_no_finite_numbers_of_the_shape_are_refused(both, actio
     ):
         assert (where, field) == ("step", "action")
         assert expected == f"give finite numbers of shape {shape}, from -1 to 1"
-
-
-@pytest.mark.parametrize("action", [[10**400, 0.0], np.array([0, 0], "M8[s]"), np.array([True, None])])
-def test_numbers_that_are_no_floats_are_refused(both, action):
-    assert {where for where, *_ in refusals(both, lambda env, several: env.step(several(action)))} == {"step"}
 
 
 @pytest.mark.parametrize("seed", [-1, 2**70, 1.5, "1", np.float64(1), np.array(1.5), {1, 2, 3}])

@@ -9,7 +9,6 @@ from gentle_grasp.policies import (
     GentleGrasp,
     GentleParameters,
     HandTuned,
-    grip_torque,
 )
 
 KNOWN = GentleParameters()
@@ -28,10 +27,6 @@ def pressure(action):
 
 def height(action):
     return float(np.interp(action[1], [-1, 1], [0.0, 0.08]))
-
-
-def test_the_grip_torque_opens_the_fingers():
-    assert grip_torque(observed(0.05)) == pytest.approx(0.05)
 
 
 def test_the_learned_policy_approaches_squeezes_holds_and_lifts():
@@ -58,12 +53,6 @@ def test_the_lift_waits_for_the_grip_but_not_for_ever():
     policy = GentleGrasp(KNOWN)
     heights = [height(policy.act(observed(0.0))) for _ in range(60)]
     assert np.flatnonzero(heights)[0] == pytest.approx(LATEST_LIFT / STEP, abs=1.1)
-
-
-def test_parameters_are_the_first_guess_times_factors():
-    scaled = GentleParameters.scaled(np.array([np.log(2), 0, 0, 0, 0, 0, -np.log(2)]))
-    assert (scaled.approach, scaled.lift) == pytest.approx((2 * KNOWN.approach, KNOWN.lift / 2))
-    assert scaled.target == KNOWN.target
 
 
 def test_the_hand_tuned_grasp_lifts_when_the_fingers_rest_with_a_grip():

@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
+from pydrake.systems.primitives import DiscreteTimeIntegrator
 
 pytest.importorskip("mujoco")
 
 from soft_gripper.array_block import ArrayBlock
 from soft_gripper.errors import InputError
-from soft_gripper.extras.mujoco_engine.blocks import Functions
+from soft_gripper.extras.mujoco_engine.blocks import Contexts, Functions, OneByOne
 
 
 class Solving(ArrayBlock):
@@ -30,3 +31,27 @@ def test_a_failure_names_the_block_and_the_input_of_any_environment(number):
     values[1] = np.nan
     with pytest.raises(InputError, match="x = nan: must be finite"):
         functions.output(number, lambda _: values, 0.0)
+
+
+class Counting(ArrayBlock):
+    """Adds up an input for one environment at a time."""
+
+    takes_axes = False
+
+    def __init__(self):
+        super().__init__(0.1)
+        self.take("u", 1)
+        self.remember("sum", lambda total, u: total + 0.1 * u, "u", begin=np.zeros(1), keep=lambda total: total)
+        self.put_out("y", lambda total: total, "sum")
+
+
+@pytest.mark.parametrize("make", [lambda: Contexts(DiscreteTimeIntegrator(1, 0.1), 2), lambda: OneByOne(Counting(), 2)])
+def test_a_state_begins_anew_in_one_of_two_environments(make):
+    both, values, found = make(), np.array([[1.0], [2.0]]), []
+    for rows in (np.array([0, 1]), np.array([0])):
+        both.clear(rows)
+        for _ in range(4):
+            both.advance(lambda _: values, 0.0, np.array([0, 1]))
+            both.commit()
+        found.append(both.output(0, lambda _: values, 0.0)[:, 0])
+    assert found[1] == pytest.approx(found[0] + np.array([0.0, 4 * 2 * 0.1]))

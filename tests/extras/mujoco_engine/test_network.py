@@ -20,7 +20,7 @@ CASES = {
     "three_chambers": {"pressure.steps": {"all": [60e3, 20e3]}, "pressure.settle": 0.3, "pressure.hold_samples": 10},
     "tendon_grasp": {"tendons.steps": {"all": [2.0, 4.0]}, "pressure.settle": 0.3, "pressure.hold_samples": 10},
     "pick_and_place_box": {"task.time_limit": 2.5, "plant_config.time_step": 0.01},
-    "pick_and_place_delicate": {"task.time_limit": 2.0, "plant_config.time_step": 0.01},
+    "pick_and_place_delicate": {"task.time_limit": 0.4, "plant_config.time_step": 0.01},
 }
 
 

@@ -99,7 +99,7 @@ def test_pressure_follows_the_slider_in_real_time(play: Play) -> None:
     assert sent[1][PRESSURE] == 0
     assert 45e3 < sent[-1][PRESSURE] < 50e3
     assert session.driver.pacer.played == pytest.approx(0.6)
-    assert 0.3 < session.driver.pacer.whole_factor <= 1.05
+    assert session.driver.pacer.whole_factor <= 1.05  # less on a busy machine
 
 
 def test_time_stands_still_in_a_pause_and_is_not_made_up_for(play: Play, monkeypatch) -> None:
@@ -234,12 +234,24 @@ def test_a_meshcat_that_fails_is_no_end(attacked, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("then", [record, reset])
-def test_a_meshcat_that_fails_before_a_click_is_no_end(attacked, then: User) -> None:
+def test_a_recording_begins_though_meshcat_fails_before_the_click(attacked, tmp_path: Path) -> None:
     session, send_junk = attacked
-    session.feed = feed = Watched(session, {1: lambda session: (send_junk(session), then(session)), 4: nothing})
+    session.feed = feed = Watched(session, {1: lambda session: (send_junk(session), record(session)), 4: nothing})
     session.run(lambda: False)
-    assert len(feed.sent) == 4
+    assert [each["recording"] for each in feed.sent] == [False, True, True, True]
+    assert "opened again" in feed.sent[1]["note"]
+    assert session.recordings == [tmp_path / "1"]
+    assert end_time(tmp_path / "1") == pytest.approx(0.15)
+
+
+@pytest.mark.slow
+def test_reset_begins_again_though_meshcat_fails_before_the_click(attacked) -> None:
+    session, send_junk = attacked
+    user = {3: lambda session: (send_junk(session), move(ALL_FINGERS, 50.0)(session), reset(session)), 5: nothing}
+    session.feed = feed = Watched(session, user)
+    session.run(lambda: False)
+    assert [each["time"] for each in feed.sent] == pytest.approx([0.05, 0.1, 0.15, 0.05, 0.1])
+    assert feed.sent[-1][PRESSURE] == 0
 
 
 @pytest.mark.slow

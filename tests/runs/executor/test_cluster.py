@@ -12,11 +12,12 @@ from pathlib import Path
 import pytest
 from command_line import short, soft_gripper
 from refusals import refused
+from waiting import LONG, wait_until
 
-from soft_gripper.runs.executor import open_executor
+from soft_gripper.runs.executor import WAIT, open_executor
 from soft_gripper.runs.study import run_study
 
-pytest.importorskip("distributed", reason="Dask is not installed: pip install 'soft-gripper[cluster]'")
+Client = pytest.importorskip("distributed", reason="Dask is not installed: pip install 'soft-gripper[cluster]'").Client
 
 SWEEP = ["sweep", "free_bending", *short("pressure.settle=0.1"), "--vary", "sensor.sections=1,2,3,4,6,12"]
 
@@ -45,16 +46,18 @@ def worker(address: str, threads: int = 1) -> "subprocess.Popen[bytes]":
     return dask("worker", address, "--nthreads", threads, "--no-nanny")
 
 
+def answers(port: int) -> bool:
+    """Whether somebody listens."""
+    with socket.socket() as asking:
+        return asking.connect_ex(("127.0.0.1", port)) == 0
+
+
 @pytest.fixture(scope="module")
 def address() -> Iterator[str]:
     """A scheduler; tests start its workers."""
     port = free_port()
     with dask("scheduler", "--host", "127.0.0.1", "--port", port) as process:
-        for _ in range(200):
-            with socket.socket() as asking:
-                if asking.connect_ex(("127.0.0.1", port)) == 0:
-                    break
-            time.sleep(0.1)
+        wait_until(lambda: answers(port))
         yield f"tcp://127.0.0.1:{port}"
         process.kill()
 
@@ -66,7 +69,8 @@ def workers(address: str) -> Iterator["list[subprocess.Popen[bytes]]"]:
     for process in started:
         process.kill()
         process.wait()
-    time.sleep(1.0)  # until the scheduler has noticed
+    with Client(address, set_as_default=False) as client:  # the scheduler notices a moment later
+        wait_until(lambda: not client.scheduler_info()["workers"])
 
 
 @pytest.mark.slow
@@ -109,14 +113,12 @@ def look_for_it(address: str) -> None:
             time.sleep(0.2)  # until the worker is there
 
 
-@pytest.mark.parametrize(
-    "scheduler", ["tcp://127.0.0.1:{port}", "127.0.0.1:{port}", "nonsense", "http://127.0.0.1:{port}", ""]
-)
+@pytest.mark.parametrize("scheduler", ["tcp://127.0.0.1:{port}", "nonsense"])
 def test_a_scheduler_that_is_not_there_is_reported_in_a_line(scheduler, tmp_path):
     begun = time.monotonic()
     done = soft_gripper(*SWEEP, "--scheduler", scheduler.format(port=free_port()), "--out", tmp_path / "out")
     assert done.code == 2
     assert "no Dask scheduler answers there" in done.err
     assert done.err.count("\n") == 1
-    assert time.monotonic() - begun < 15
+    assert time.monotonic() - begun < WAIT + LONG / 2
     assert not Path(tmp_path / "out").exists()

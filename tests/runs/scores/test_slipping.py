@@ -100,6 +100,7 @@ def test_while_the_bottle_stands_the_fingers_slide_as_fast_as_they_are_lifted(sl
     np.testing.assert_allclose(speeds, np.stack([rising, rising], axis=1), rtol=0.05)
 
 
+@pytest.mark.slow  # two more lifts; the one above runs the same code
 @pytest.mark.parametrize(("share", "held"), [(0.97, False), (1.03, True)])
 def test_the_least_friction_of_the_object_holds_it_and_less_does_not(slippery, share, held):
     least = recorded_slip(RecordedObject(*slippery, "bottle")).least_object_friction

@@ -5,7 +5,7 @@ from refusals import refused
 
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
-from soft_gripper.evaluation.paper.forces import recorded_force_table
+from soft_gripper.runs.scores.external_torques import recorded_force_table
 from soft_gripper.runs.scores.poses import recorded_pose_table
 from soft_gripper.runs.sweep.run_sweep import run_and_measure
 from soft_gripper.scenario.scenario_file import changed_scenario

@@ -60,10 +60,7 @@ def run(options: argparse.Namespace) -> None:
         )
         raise InputError(options.scenario, "bench", None, expected)
     folder, recording = _outputs(options)
-    with (
-        held_back() as is_interrupted,
-        Endpoints(file, is_interrupted if options.fast else None) as endpoints,
-    ):
+    with held_back() as is_interrupted, Endpoints(file, is_interrupted if options.fast else None) as endpoints:
         live = _open_bench(scenario, file, endpoints, options)
         make: Callable[..., BenchDriver] = BenchDriver
         if options.page:

@@ -1,17 +1,6 @@
 """Commands of this extra, as the command line lists them."""
 
-from soft_gripper.commands.options import (
-    CHECK,
-    CONSOLE,
-    ENGINE,
-    EXECUTOR,
-    RESUME,
-    Command,
-    Group,
-    option,
-    out,
-    path,
-)
+from soft_gripper.commands.options import CHECK, CONSOLE, ENGINE, EXECUTOR, RESUME, Command, Group, option, out, path
 
 COMMANDS = (
     Command(

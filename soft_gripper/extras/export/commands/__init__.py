@@ -1,14 +1,6 @@
 """Commands of this extra, as the command line lists them."""
 
-from soft_gripper.commands.options import (
-    CONSOLE,
-    Command,
-    Group,
-    number,
-    option,
-    path,
-    scenario,
-)
+from soft_gripper.commands.options import CONSOLE, Command, Group, number, option, path, scenario
 
 COMMANDS = (
     Command(

@@ -138,12 +138,4 @@ COMMANDS = (
         package=__name__,
         group=Group.HARDWARE,
     ),
-    Command(
-        "study hardware",
-        "identify and replay the published hardware recordings",
-        ("--data ~/recordings",),
-        (*CONSOLE, DATA, out("results/hardware"), *EXECUTOR),
-        package=__name__,
-        group=Group.STUDY,
-    ),
 )

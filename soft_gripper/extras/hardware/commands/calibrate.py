@@ -3,11 +3,11 @@
 import argparse
 from dataclasses import asdict
 
-from soft_gripper.extras.hardware.calibration import calibrate_recordings
+from soft_gripper.extras.hardware.calibration import calibrate_recordings, save_calibration
 from soft_gripper.extras.hardware.finger_logs import given_log
 from soft_gripper.extras.hardware.free_bending import GAIN, SOUGHT
 from soft_gripper.files.output import check_file
-from soft_gripper.scenario.calibration_file import FingerCalibrationConfig, save_calibration
+from soft_gripper.scenario.calibration_file import FingerCalibrationConfig
 
 _UNKNOWN = 0.5  # of the standard deviation before, above which a gain counts as not determined
 
@@ -39,7 +39,11 @@ def _print(name: str, finger: FingerCalibrationConfig) -> None:
     for title, (values, form) in rows.items():
         print(f"  {title:<15}", *(form.format(value) for value in values), sep="")
     print(f"  hysteresis {100 * finger.hysteresis:.2f} % of the stroke")
-    for name, (value, std, unit) in _sought(finger).items():
+    sought = {  # with --find
+        "pressure offset": (finger.pressure_offset, finger.pressure_offset_std, " Pa"),
+        "response curvature": (finger.response_curvature, finger.response_curvature_std, ""),
+    }
+    for name, (value, std, unit) in sought.items():
         if std > 0:
             print(f"  {name} {value:.4g} +- {std:.2g}{unit}")
             if std > _UNKNOWN * SOUGHT[name.partition(" ")[0]]:
@@ -51,11 +55,3 @@ def _print(name: str, finger: FingerCalibrationConfig) -> None:
         print("  note: a common gain and the bend ratio cannot be told apart, unless the place of the tip is measured")
     for hold in finger.doubtful:
         print(f"  note: {hold} does not fit free bending: was the finger loaded or touched?")
-
-
-def _sought(finger: FingerCalibrationConfig) -> dict[str, tuple[float, float, str]]:
-    """Parameters that were looked for with --find: value, standard deviation and unit."""
-    return {
-        "pressure offset": (finger.pressure_offset, finger.pressure_offset_std, " Pa"),
-        "response curvature": (finger.response_curvature, finger.response_curvature_std, ""),
-    }

@@ -21,11 +21,7 @@ from soft_gripper.extras.hardware.identification.identified_finger import (
     write_fitted,
 )
 from soft_gripper.extras.hardware.identification.kept_confidence import CONFIDENCE, kept_confidence
-from soft_gripper.extras.hardware.identification.model_band import (
-    STATES,
-    band_rows,
-    learned_band,
-)
+from soft_gripper.extras.hardware.identification.model_band import STATES, band_rows, learned_band
 from soft_gripper.extras.hardware.identification.settled_states import (
     IdentifiedStates,
     TestedStates,
@@ -56,7 +52,10 @@ def run(options: argparse.Namespace) -> None:
     for output in outputs:
         check_file(output, [file, *([setup] if setup.exists() else []), *paths])
     model = Model(read_finger(file), read_setup(file))
-    fitted, tested = (_recordings(files, options) for files in (options.file, options.test))
+    fitted, tested = (
+        find_recordings(files, options.described_as, options.data) if files else []
+        for files in (options.file, options.test)
+    )
     is_settled = _is_settled([*fitted, *tested])
     with opened as executor:
         found = (_of_states if is_settled else _of_motions)(model, fitted, tested, options, executor)
@@ -135,10 +134,6 @@ def _write(found: Tested | TestedStates, file: Path, outputs: Sequence[Path]) ->
     write_csv(of_suffix[".csv"], found.scores)
     figure = states_figure(found) if isinstance(found, TestedStates) else identify_figure(found)
     save_figure(figure, of_suffix[".csv"].with_suffix(""))
-
-
-def _recordings(files: list[str], options: argparse.Namespace) -> list[HardwareRecording]:
-    return find_recordings(files, options.described_as, options.data) if files else []
 
 
 def _is_settled(recordings: Sequence[HardwareRecording]) -> bool:

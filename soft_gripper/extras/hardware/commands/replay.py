@@ -11,8 +11,7 @@ from soft_gripper.extras.hardware.commands.printing import print_measured, print
 from soft_gripper.extras.hardware.finger_logs import given_log, read_finger_logs
 from soft_gripper.extras.hardware.recordings import find_recordings, recording_paths
 from soft_gripper.extras.hardware.replay.held_out import ArmReplay, drawn_rows, replay, replay_figure
-from soft_gripper.extras.hardware.replay.measured_figure import measured_figure
-from soft_gripper.extras.hardware.replay.measured_scores import replay_measured
+from soft_gripper.extras.hardware.replay.measured_scores import measured_figure, replay_measured
 from soft_gripper.extras.hardware.replay.view import show_replays
 from soft_gripper.files.document import require
 from soft_gripper.files.output import check_file, lock_folder

@@ -1,7 +1,6 @@
 """soft-gripper weigh: the load at the tip of an identified finger, from recorded settled states."""
 
 import argparse
-from pathlib import Path
 
 from soft_gripper.extras.hardware.identification.free_parameters import Model
 from soft_gripper.extras.hardware.identification.identified_finger import read_finger, read_setup
@@ -31,7 +30,8 @@ def run(options: argparse.Namespace) -> None:
         require(recording.config.event == "settled", recording.name, "event", recording.config.event, expected)
     tare = None if options.tare is None else _tare(finger, options)
     states = [settled_states(recording, finger) for recording in recordings]
-    fitted = _fitted(file)
+    kept, confidence = STATES.read(file), CONFIDENCE.read(file)
+    fitted = Fitted(kept, confidence) if kept is not None and confidence is not None else None
     weighings = [row for of in states for row in weigh(Model(finger, setup), of, options.window, tare, fitted)]
     title = "load at the tip, its band of 95 %, and the load in the file's name; last row of a recording: all of it"
     print_rows(weighings, title)
@@ -44,12 +44,6 @@ def run(options: argparse.Namespace) -> None:
     options.console.table("loads", weighings, out / "weigh.csv")
     save_figure(weighing_figure(weighings), out / "weigh")
     options.console.wrote(*(out / f"weigh{suffix}" for suffix in (".csv", ".png", ".svg")))
-
-
-def _fitted(finger: Path) -> Fitted | None:
-    """The fit as kept beside a finger's file; None if a part is missing."""
-    states, confidence = STATES.read(finger), CONFIDENCE.read(finger)
-    return Fitted(states, confidence) if states is not None and confidence is not None else None
 
 
 def _tare(finger: Finger, options: argparse.Namespace) -> SettledStates:

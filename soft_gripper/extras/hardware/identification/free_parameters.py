@@ -107,6 +107,13 @@ def _of_tendons(unit: str, get: Callable[[Tendon], float], put: Callable[[Tendon
     return Key(unit, lambda model: [get(tendon) for tendon in model.finger.tendons], changed, **fit)
 
 
+def _tendon_field(name: str, unit: str, **fit: Any) -> Key:
+    def put(tendon: Tendon, value: float) -> Tendon:
+        return replace(tendon, **{name: _sizeable(np.array([value]))[0]})  # type: ignore[arg-type]
+
+    return _of_tendons(unit, attrgetter(name), put, **fit)
+
+
 def _angle(tendon: Tendon) -> float:
     return float(np.arctan2(tendon.y[0], tendon.x[0]))
 
@@ -143,14 +150,6 @@ def _lever_room(model: Model) -> Room:
         off = np.hypot(tendon.along("x", s, finger.length), tendon.along("y", s, finger.length))
         most = min(most, float((half / np.maximum(off, SIZES[0])).min()))
     return 0.0, max(most, 1.0) * _lever(model)[0]
-
-
-def _slackened(tendon: Tendon, slack: float) -> Tendon:
-    return replace(tendon, slack=_sizeable(np.array([slack]))[0])
-
-
-def _stiffened(tendon: Tendon, stiffness: float) -> Tendon:
-    return replace(tendon, stiffness=stiffness)
 
 
 def _sizeable(values: Array) -> tuple[float, ...]:
@@ -216,8 +215,8 @@ KEYS = {
     "delay": _of_setup("delay", "s", False, 0.05, (-2.0, 2.0)),
     "tendon.angle": _of_tendons("rad", _angle, _turned, positive=False),
     "tendon.lever": Key("m", _lever, _at_lever, room=_lever_room),
-    "tendon.slack": _of_tendons("m", attrgetter("slack"), _slackened, positive=False, scale=3e-4),
-    "tendon.stiffness": _of_tendons("N/m", attrgetter("stiffness"), _stiffened, scale=0.3),
+    "tendon.slack": _tendon_field("slack", "m", positive=False, scale=3e-4),
+    "tendon.stiffness": _tendon_field("stiffness", "N/m", scale=0.3),
 }
 
 

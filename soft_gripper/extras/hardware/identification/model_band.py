@@ -32,18 +32,13 @@ from soft_gripper.extras.hardware.identification.settled_states import (
     TestedStates,
 )
 from soft_gripper.extras.hardware.identification.simulated_motion import MeasuredMotion, simulated_markers
+from soft_gripper.extras.hardware.kept_states import kept_states
+from soft_gripper.extras.hardware.left_out_regions import LeftOut, learned_widths, moved_without, regions_left_out
 from soft_gripper.extras.hardware.scoring import LEFT_OUT
 from soft_gripper.files.document import require
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.scenario.fitted_states_config import FittedStatesConfig, kept_states
-from soft_gripper.sensors.fitted_states import (
-    FittedStates,
-    LeftOut,
-    learned_widths,
-    moved_without,
-    regions_left_out,
-    spread_of,
-)
+from soft_gripper.scenario.fitted_states_config import FittedStatesConfig
+from soft_gripper.sensors.fitted_states import FittedStates, spread_of
 
 STATES = BesideFinger(
     ".states.yaml",

@@ -302,7 +302,9 @@ def tip_motion(finger: Finger, setup: Setup, motion: MeasuredMotion) -> TipMotio
     step = _PERIOD / np.ceil(_PERIOD / step)  # so that the log falls on steps
     builder = DiagramBuilder()
     gravity = RotationMatrix.MakeYRotation(-setup.mounting_angle) @ motion.gravity
-    in_plant = _add_finger(builder, loaded, gravity, step, _hung(setup, motion))
+    load = _placed(setup, motion)
+    hung = HungLoad(load, motion.string, setup.load_friction) if load and motion.string else None
+    in_plant = _add_finger(builder, loaded, gravity, step, hung)
     pressure = motion.pressure or 0.0
     limits = PressureConfig(minimum=min(pressure, 0.0), maximum=max(pressure, 1.0), time_constant=0.0)
     command = add_pressure_drive(builder, [in_plant], limits).commands[in_plant.name]
@@ -410,12 +412,6 @@ def _placed(setup: Setup, motion: MeasuredMotion) -> TipLoad | None:
     """The load where it hangs."""
     load = motion.load
     return load and replace(load, x=load.x + setup.load_x, z=load.z + setup.load_z)
-
-
-def _hung(setup: Setup, motion: MeasuredMotion) -> HungLoad | None:
-    """The load, if it swings."""
-    load = _placed(setup, motion)
-    return HungLoad(load, motion.string, setup.load_friction) if load and motion.string else None
 
 
 def _hand(bears: Array, motion: MeasuredMotion) -> PiecewisePolynomial:

@@ -16,21 +16,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
+from soft_gripper.extras.hardware.left_out_regions import (
+    LeftOut,
+    disagreement,
+    fitted_disagreement,
+    learned_widths,
+    regions_left_out,
+)
 from soft_gripper.extras.hardware.replay.arm_estimation import ArmRecording
 from soft_gripper.extras.hardware.replay.geometry_fit import ArmGeometry, FittedGeometry, measured, places, without
 from soft_gripper.extras.hardware.replay.warnings_of_states import disagreeing, extrapolated
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import as_points
-from soft_gripper.sensors.fitted_states import (
-    FittedStates,
-    LeftOut,
-    Widths,
-    disagreement,
-    fitted_disagreement,
-    learned_widths,
-    regions_left_out,
-    spread_of,
-)
+from soft_gripper.sensors.fitted_states import FittedStates, Widths, spread_of
 
 # Square of the distance, in deviations, within which 95 % of a planar normal distribution lie
 _NORMAL_95_SQUARED = 5.991

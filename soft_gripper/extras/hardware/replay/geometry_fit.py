@@ -26,6 +26,7 @@ from scipy.optimize import least_squares
 from scipy.signal import lfilter
 
 from soft_gripper.arrays import Array, Planar
+from soft_gripper.extras.hardware.left_out_regions import moved_without
 from soft_gripper.extras.hardware.replay.arm_estimation import PERIOD, ArmRecording, RigidParts, stretched_arm
 from soft_gripper.extras.hardware.replay.wire_lengths import WireGeometry
 from soft_gripper.extras.hardware.scoring import Split, each_left_out, predictions
@@ -33,7 +34,6 @@ from soft_gripper.fingers.creep import recursion
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import CreepBranch
 from soft_gripper.fingers.kinematics import as_planar, as_points, gravity_torque, in_plane
-from soft_gripper.sensors.fitted_states import moved_without
 
 _SAMPLE_STRIDE = 6  # one in so many samples is fitted
 _INDEPENDENT = 20.0  # samples of a recording

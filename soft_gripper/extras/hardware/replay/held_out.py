@@ -299,7 +299,7 @@ def _draw_tip(axes: Axes, one: Replayed, colors: dict[str, str]) -> None:
     tip = 1e3 * one.signals["measured_bodies"][1:, -1, 0]
     for row, color in colors.items():
         estimated = 1e3 * one.signals[f"{row}.body_positions"][1:, -1, 0]
-        axes.plot(tip["time"], estimated, color=color, lw=1.0, label=_label(row))
+        axes.plot(tip["time"], estimated, color=color, lw=1.0, label=f"{row} per side".replace(" ", ", ", 1))
     axes.plot(tip["time"], tip, color=_MEASURED, lw=1.4, ls=(0, (4, 2)), label="motion capture")
 
 
@@ -326,8 +326,3 @@ def _draw_shape(axes: Axes, one: Replayed, colors: dict[str, str]) -> None:
     axes.margins(0.15)
     if not axes.yaxis_inverted():
         axes.invert_yaxis()
-
-
-def _label(row: str) -> str:
-    name, count = row.split()
-    return f"{name}, {count} per side"

@@ -17,7 +17,10 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Annotated, NamedTuple
 
+import matplotlib as mpl
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from tqdm import tqdm
 
@@ -28,6 +31,7 @@ from soft_gripper.estimators.finger_shape import ANGLES
 from soft_gripper.estimators.mechanics import Mechanics
 from soft_gripper.extras.hardware.finger_logs import FingerLog, nominal_layout, steady
 from soft_gripper.extras.hardware.instrument import Instrument, InstrumentRun, find_instrument
+from soft_gripper.extras.hardware.left_out_regions import nearest
 from soft_gripper.extras.hardware.measured import SI, Measured
 from soft_gripper.extras.hardware.replay.finger_estimation import estimate_log, sampled_rows
 from soft_gripper.extras.hardware.replay.held_out import REPORT_PERIOD
@@ -36,10 +40,10 @@ from soft_gripper.extras.hardware.replay.zeroing import zeroed_log
 from soft_gripper.extras.hardware.scoring import NORMAL_95
 from soft_gripper.files.document import require
 from soft_gripper.fingers.kinematics import Sites, forward_kinematics
+from soft_gripper.pictures.style import ESTIMATOR_COLORS, STYLE
 from soft_gripper.scenario.schema import Scenario
 from soft_gripper.scenario.sensor_presets import uncertainty
 from soft_gripper.sensors.calibrated_states import CalibratedStates, StateDistances
-from soft_gripper.sensors.fitted_states import nearest
 
 LEAST = {"force": 0.05, "torque": 2.5e-3, "angle": 0.02}  # N, N m, rad: less is nothing
 _REST = 0.5  # s for which a pressure has been steady, and the instrument, once a finger rests
@@ -398,3 +402,40 @@ def _ratio(measured: Array, estimated: Array) -> tuple[float, float]:
     ratio = float(measured @ estimated) / size
     left = measured - ratio * estimated
     return ratio, float(np.sqrt(left @ left / (len(left) - 1) / size))
+
+
+_MOST_RUNS = 4  # drawn over time
+_MEASURED = "0.1"
+_IMPACTS = 1.0  # percent of the samples that may be beyond what is drawn
+
+
+def measured_figure(replay: MeasuredReplay) -> Figure:
+    """Plots the first instrument and its estimates over time, with their bands, a panel for each run."""
+    kind = next(iter(replay.instruments))
+    names = list(replay.runs[0].compared[kind])
+    colors = dict(zip(names, ESTIMATOR_COLORS[1:], strict=False))
+    runs = range(min(len(replay.runs), _MOST_RUNS))
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(1.2 + 2.6 * len(runs), 3.2), layout="constrained")
+        panels = figure.subplots(1, len(runs), squeeze=False, sharey=True)[0]
+        for number in runs:
+            _draw_run(panels[number], replay, kind, number, colors)
+        panels[0].set_ylabel(f"{kind} [{SI[kind]}]")
+        handles, labels = panels[0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside upper center", ncols=len(labels), frameon=False)
+    return figure
+
+
+def _draw_run(axes: Axes, replay: MeasuredReplay, kind: str, number: int, colors: dict[str, str]) -> None:
+    run = replay.runs[number]
+    for name, color in colors.items():
+        each = run.compared[kind][name][-1]  # the contact force, if it is estimated
+        with np.errstate(divide="ignore", invalid="ignore"):
+            low, high, middle = (part / each.scale for part in (each.least, each.most, each.estimate))
+        axes.fill_between(run.time, low, high, color=color, alpha=0.2, lw=0)
+        axes.plot(run.time, middle, color=color, lw=1.0, label=f"{name}: {each.quantity}")
+    axes.plot(run.time, replay.corrected[kind][number], color=_MEASURED, lw=1.2, ls=(0, (4, 2)), label="measured")
+    every = np.concatenate(replay.corrected[kind])
+    least, most = np.nanpercentile(every, [_IMPACTS, 100 - _IMPACTS])
+    axes.set(ylim=(least - 0.3 * (most - least), most + 0.5 * (most - least)), xlabel="time [s]")
+    axes.set_title(run.log.name, fontsize=9, loc="left")

@@ -1,5 +1,6 @@
 // Sliders and buttons, and their keys.
 
+const OTHER = {pause: "go on", record: "keep"}; // what a button that is on does
 const PATIENCE = 500; // ms after a slider was moved here, in which what the station says of it is old
 
 export class Controls {
@@ -14,7 +15,7 @@ export class Controls {
   }
 
   makeButton({name, key, sign}) {
-    const button = element("button", {type: "button", id: name}, element("span", {}, name), ...marks(sign));
+    const button = element("button", {type: "button", id: name}, labelled(name), ...marks(sign));
     const click = () => { this.send({button: name}); button.blur(); };
     button.addEventListener("click", click);
     if (key) this.keys.set(key, (event) => event.repeat || click());
@@ -58,9 +59,9 @@ export class Controls {
       const isOld = now - found.moved < PATIENCE || document.activeElement === found.number;
       if (!isOld) show(found, sliders[found.name]);
     }
-    label(this.buttons.get("pause"), paused ? "go on" : "pause", paused);
-    label(this.buttons.get("zero"), "zero", zeroing);
-    label(this.buttons.get("record"), recording ? "keep" : "record", recording);
+    for (const [name, isOn] of Object.entries({pause: paused, zero: zeroing, record: recording})) {
+      turn(this.buttons.get(name), isOn);
+    }
   }
 }
 
@@ -69,9 +70,15 @@ function show({slider, number}, value) {
   number.value = +value.toFixed(1);
 }
 
-function label(button, text, isOn) {
+function labelled(name) {
+  const texts = name in OTHER ? [name, OTHER[name]] : [name];
+  return element("span", {className: "label"}, ...texts.map((text, i) => element("span", {ariaHidden: i > 0}, text)));
+}
+
+function turn(button, isOn) {
   if (!button) return;
-  button.firstChild.textContent = text;
+  const [off, on] = button.firstChild.children;
+  if (on) [off.ariaHidden, on.ariaHidden] = [isOn, !isOn];
   button.ariaPressed = isOn;
 }
 

@@ -1,5 +1,5 @@
-// The page of `soft-gripper play` and `live`: the scene in a frame, controls, tables and plots beside it, and how things
-// are above.
+// The page of `soft-gripper play` and `live`: the scene in a frame, tables below it, controls and plots beside it, and how
+// things are above.
 
 import {Controls, element} from "./controls.js";
 import {Plot} from "./plot.js";
@@ -17,7 +17,7 @@ let socket = null, hasEnded = false, drawing = false;
 function show() {
   document.title = `${about.name} - soft-gripper ${about.command}`;
   find("name").textContent = about.name;
-  find("description").textContent = about.description;
+  find("description").textContent = find("description").title = about.description;
   window.addEventListener("keydown", (event) => controls.press(event));
   find("scene").addEventListener("load", openScene);
   if (find("scene").contentDocument?.readyState === "complete") openScene();
@@ -109,7 +109,7 @@ function take({end, number, status, values}) {
   find("time").textContent = `${time.toFixed(1)} s`;
   const isLate = status.late > LATE;
   const pace = status.latency ?? `${status.factor.toFixed(2)} × real time`;
-  find("pace").textContent = isLate ? `${pace}, picture late by ${status.late.toFixed(1)} s` : pace;
+  find("pace").textContent = isLate ? `picture late by ${status.late.toFixed(1)} s, ${pace}` : pace;
   find("pace").className = isLate || status.factor < SLOW ? "slow" : "";
   note(status.note);
   controls.update(status);

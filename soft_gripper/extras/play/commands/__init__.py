@@ -1,13 +1,6 @@
 """Commands of this extra, as the command line lists them."""
 
-from soft_gripper.commands.options import (
-    HOST,
-    Command,
-    Group,
-    option,
-    path,
-    scenario,
-)
+from soft_gripper.commands.options import HOST, Command, Group, option, path, scenario
 
 COMMANDS = (
     Command(

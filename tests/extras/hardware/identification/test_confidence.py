@@ -75,16 +75,6 @@ def test_of_two_that_change_the_same_the_last_is_dropped(made_up, rows):
     assert np.isnan(found.std_of("density"))
 
 
-def test_two_that_change_nearly_the_same(made_up, rows):
-    random = np.random.default_rng(3)
-    column, other, third = random.normal(size=(3, rows))
-    found = confidence(made_up(np.column_stack([column, column + 0.1 * other, third]), random.normal(size=rows)))
-    (dropped,) = found.undetermined
-    assert (dropped.name, dropped.correlation) == ("density", pytest.approx(-0.995, abs=1e-3))
-    found = confidence(made_up(np.column_stack([column, column + other, third]), random.normal(size=rows)))
-    assert found.undetermined == ()
-
-
 @pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("strengths", [[0.0], [1.0, 1.0, 0.0]])
 def test_one_that_changes_nothing(made_up, rows, strengths):

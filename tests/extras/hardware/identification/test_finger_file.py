@@ -5,12 +5,8 @@ from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
-from identified import BEAM, HOLLOW, finger_of
-from pydrake.multibody.parsing import Parser
-from pydrake.multibody.plant import MultibodyPlant
-from refusals import refused
+from identified import HOLLOW, finger_of
 
-from soft_gripper import add_fingers
 from soft_gripper.extras.hardware.identification.identified_finger import (
     _of_recordings,
     read_finger,
@@ -101,13 +97,6 @@ def test_a_fitted_finger_keeps_its_sections(sectioned):
     assert written == [{"at": at} | as_before for at in ("0.3", "0.7")]
 
 
-def test_words_before_the_robot_stay(file):
-    file.write_text(HOLLOW.replace("<robot", "<!-- whose <robot is it? -->\n<robot", 1))
-    text = with_finger(file, read_finger(file))
-    assert "<!-- whose <robot is it? -->\n<robot" in text
-    assert text.count("<?xml") == 1
-
-
 @pytest.mark.parametrize(
     ("changes", "stays"),
     [({"youngs_modulus": 3e5}, False), ({"density": 1e3}, False), ({"chamber_width": 0.011}, True)],
@@ -119,22 +108,6 @@ def test_material_goes_only_with_what_it_stands_for(file, changes, stays):
     assert ("material" in element.find("base").attrib) is stays
     assert ("youngs_modulus" in element.find("base").attrib) is not stays
     assert element.find("tip").attrib["material"] == "dragon_skin_10"
-
-
-def test_written_finger_runs_in_drake(file):
-    finger = fitted(read_finger(file))
-    file.write_text(with_finger(file, finger))
-    plant = MultibodyPlant(1e-3)
-    (added,) = add_fingers(Parser(plant), file)
-    plant.Finalize()
-    assert added.finger.length == pytest.approx(finger.length, rel=5e-6)
-
-
-def test_file_with_two_fingers(tmp_path):
-    begin, end = BEAM.index("<finger"), BEAM.index("</finger>") + len("</finger>")
-    second = BEAM[begin:end].replace('"beam"', '"other"')
-    with refused("finger", ["beam", "other"]):
-        finger_of(BEAM[:end] + second + BEAM[end:], tmp_path)
 
 
 def test_a_set_up_keeps_the_largest_pressure_and_load_of_what_was_fitted():

@@ -3,11 +3,8 @@
 from dataclasses import replace
 
 import pytest
-from identified import LET_GO, RELEASE, recorded, release, step
-from refusals import refused
+from identified import LET_GO, RELEASE, recorded, release
 
-from soft_gripper.errors import InputError
-from soft_gripper.extras.hardware.identification import identified_finger as identify_module
 from soft_gripper.extras.hardware.identification.identified_finger import identify, identify_figure
 
 
@@ -24,21 +21,6 @@ def test_weight_and_modulus_cannot_be_told_apart(beam, pool):
 
 
 @pytest.mark.slow
-def test_chamber_and_gain_cannot_be_told_apart(hollow, pool):
-    found = identify(hollow, ["chamber_width", "pressure_law"], [recorded(hollow, step(3e4))], [], pool)
-    (dropped,) = found.confidence.undetermined
-    assert (dropped.name, dropped.beside) == ("pressure_law.gain", ("chamber_width",))
-    assert abs(dropped.correlation) > 0.98
-
-
-def test_load_that_does_not_hang_there_is_not_seen(beam, pool):
-    found = identify(beam, ["load_x"], [recorded(beam, release(0.8))], [], pool)
-    (dropped,) = found.confidence.undetermined
-    assert (dropped.name, dropped.beside) == ("load_x", ())
-    assert found.confidence.names == []
-
-
-@pytest.mark.slow
 def test_recordings_that_test_change_nothing_but_their_events(beam, pool):
     motion = recorded(beam, release(0.8))
     other = replace(recorded(beam, release(0.8), seed=1), name="other", events=(RELEASE + 0.02, LET_GO + 0.02))
@@ -52,25 +34,3 @@ def test_recordings_that_test_change_nothing_but_their_events(beam, pool):
         "released\nfitted",
         "other\nheld out",
     ]
-
-
-@pytest.mark.slow
-def test_best_of_several_starts(beam, pool, monkeypatch):
-    """A start that fails leaves the others; where all fail, that is said."""
-    motion, begun = recorded(beam, release(0.8)), []
-    true_fit = identify_module.fit
-
-    def fails_first(free, motions, pool, report, start):
-        begun.append(start.copy())
-        if len(begun) == 1:
-            raise InputError("identify", "residual", "1", "the fit does not converge")
-        return true_fit(free, motions, pool, report, start)
-
-    monkeypatch.setattr(identify_module, "fit", fails_first)
-    found = identify(beam, ["youngs_modulus"], [motion], [], pool, starts=2, seed=3)
-    assert found.model.finger.base.youngs_modulus == pytest.approx(beam.base.youngs_modulus, rel=0.01)
-    assert begun[0] == found.fit.free.start
-    assert begun[1] != begun[0]
-    begun.clear()
-    with refused("residual", "1"):
-        identify(beam, ["youngs_modulus"], [motion], [], pool)

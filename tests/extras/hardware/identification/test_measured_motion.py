@@ -110,11 +110,6 @@ def test_recordings_that_show_no_motion(recording, displacement, description, na
         measured_motion(recording(displacement, description, name))
 
 
-def test_other_events(recording):
-    motion = measured_motion(recording(FALLS)).with_unknowns(np.array([0.5, 0.6]))
-    assert motion.events == (0.5, 0.6)
-
-
 def test_markers_that_turn_about_their_middle_are_not_displaced(recording):
     """The displacement is that of their middle."""
     motion = measured_motion(recording(FALLS))

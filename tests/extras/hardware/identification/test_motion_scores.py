@@ -8,7 +8,6 @@ from identified import CLOSES, OPENS, REFERENCE, RELEASE, recorded, release, ste
 
 from soft_gripper.extras.hardware.identification.fit import _swing, score, tip_turn
 from soft_gripper.extras.hardware.identification.free_parameters import Model
-from soft_gripper.extras.hardware.identification.simulated_motion import Setup
 
 MIDDLE = REFERENCE.mean()
 
@@ -107,21 +106,3 @@ def test_what_is_before_the_event_counts_for_nothing(beam):
     shaken = replace(motion, markers=motion.markers + 0.002j * before[:, None])
     found, calm = (score(Model(beam), each, "test") for each in (shaken, motion))
     assert (found.motion_error_mm, found.tip_error_percent) == (calm.motion_error_mm, calm.tip_error_percent)
-
-
-def test_the_error_of_the_tip_is_the_largest_of_all_samples(beam):
-    motion = recorded(beam, release())
-    late = np.arange(len(motion.time)) == len(motion.time) - 30
-    found = score(Model(beam), replace(motion, markers=motion.markers + 0.005j * late[:, None]), "test")
-    assert found.tip_error_percent == pytest.approx(100 * 0.005 / beam.length, rel=0.02)
-
-
-def test_errors_of_markers_that_are_beside(beam):
-    """All markers 2 mm beside the simulated ones: that is what every error says."""
-    motion, beside = release(), Setup(mounting_x=0.002)
-    motion = recorded(beam, motion)
-    moved = replace(motion, markers=motion.markers + 0.002j)
-    assert score(Model(beam), moved, "fit").settled_error_mm == pytest.approx(2.0, rel=0.01)
-    assert score(Model(beam), moved, "fit").motion_error_mm == pytest.approx(2.0, rel=0.01)
-    assert score(Model(beam), moved, "fit").tip_error_percent == pytest.approx(2.0, rel=0.02)
-    assert score(Model(beam, beside), replace(moved, reference=moved.reference + 0.002j), "fit").motion_error_mm < 0.03

@@ -7,20 +7,16 @@ import pytest
 from synthetic_hardware import (
     BEAM,
     BEAM_LOADS,
-    SEGMENT,
-    SEGMENT_PRESSURES,
     beam_motion,
-    segment_motion,
     write_beam,
-    write_segment,
 )
 
 from soft_gripper.extras.hardware.identification.fit import score
 from soft_gripper.extras.hardware.identification.free_parameters import Model
 from soft_gripper.extras.hardware.identification.identified_finger import read_finger
-from soft_gripper.extras.hardware.identification.simulated_motion import Setup, measured_motion
+from soft_gripper.extras.hardware.identification.simulated_motion import measured_motion
 from soft_gripper.extras.hardware.recordings import find_recordings
-from soft_gripper.fingers.finger_parts import CreepBranch, PressureLaw
+from soft_gripper.fingers.finger_parts import CreepBranch
 from soft_gripper.models import DIRECTORY
 
 SEGMENTS = 6  # of the chain; its error falls with their square, to 1 % here
@@ -30,11 +26,6 @@ DURATION = 1.5  # s, of the beam
 @pytest.fixture(scope="module")
 def beams(tmp_path_factory):
     return write_beam(tmp_path_factory.mktemp("clamped_beam"), DURATION)
-
-
-@pytest.fixture(scope="module")
-def segments(tmp_path_factory):
-    return write_segment(tmp_path_factory.mktemp("pneumatic_segment"))
 
 
 def motion_of(folder, file, description):
@@ -53,15 +44,6 @@ def true_beam(truth=BEAM):
     return Model(of_truth("clamped_beam", truth))
 
 
-def true_segment():
-    gain, balloons = SEGMENT.law
-    law = PressureLaw((0.0, 45e3), (0.0, gain * 45e3), (0.0, 45e3 / balloons))
-    at = {"mounting_x": SEGMENT.mounting.imag, "mounting_z": SEGMENT.mounting.real}
-    setup = Setup(**at, fill_time=SEGMENT.fill_time, swelling=SEGMENT.swelling)
-    segment = of_truth("pneumatic_segment", SEGMENT, pressure_law=law, length=SEGMENT.length)
-    return Model(segment.with_sections(lambda part: replace(part, density=SEGMENT.density)), setup)
-
-
 def swings(time, along):
     """Frequency and logarithmic decrement by the first extrema of a finely sampled motion, from peak to peak."""
     steps = np.diff(along)
@@ -76,10 +58,6 @@ def decrement_of(truth, frequency):
     """Logarithmic decrement of one mode at its frequency, Hz, that Kelvin and Voigt's relaxation time damps."""
     zeta = np.pi * frequency * truth.relaxation_time
     return 2 * np.pi * zeta / np.sqrt(1 - zeta**2)
-
-
-def crosses(time, turn, level):
-    return time[np.argmax(np.abs(turn) >= level)]
 
 
 @pytest.mark.parametrize("name", BEAM_LOADS)
@@ -131,26 +109,3 @@ def test_errors_of_a_modulus_that_is_wrong_are_those_of_two_beams(beams):
     assert found.motion_error_mm == pytest.approx(1e3 * off[motion.time >= released].mean(), rel=0.1)
     middle = np.abs((of_truth - of_wrong).mean(axis=1)).max()
     assert found.tip_error_percent == pytest.approx(100 * middle / 0.1, rel=0.1)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("kilopascal", SEGMENT_PRESSURES)
-def test_a_segment_of_known_chamber_moves_as_the_independent_one(segments, kilopascal):
-    motion = motion_of(segments, f"{kilopascal}kPa", "pneumatic_segment")
-    opens = SEGMENT.opens + 0.07 * SEGMENT_PRESSURES.index(kilopascal)
-    events = np.array([opens, opens + SEGMENT.open_for])
-    assert motion.pressure == pytest.approx(1e3 * kilopascal)
-    assert motion.events == pytest.approx(events, abs=0.15)
-    found = score(true_segment(), motion.with_unknowns(np.array(events)), "test")
-    time = np.arange(0, 3.2, 0.001)
-    _, turn = segment_motion(SEGMENT, 1e3 * kilopascal, time, opens)
-    since = time - opens
-    late = turn[(since > SEGMENT.open_for - 0.2) & (since <= SEGMENT.open_for)].mean()
-    early = turn[np.abs(since - 0.5) <= 0.1].mean()
-    settled, creep = np.degrees(late), np.degrees(late - early)
-    reached = [1e3 * crosses(since, turn, share * late) for share in (0.5, 0.63)]
-    assert [found.settled_turn_deg, found.simulated_settled_turn_deg] == pytest.approx([settled] * 2, rel=0.01)
-    assert [found.creep_deg, found.simulated_creep_deg] == pytest.approx([creep] * 2, rel=0.05, abs=0.03)
-    assert [found.t50_ms, found.t63_ms] == pytest.approx(reached, rel=0.1)
-    assert [found.simulated_t50_ms, found.simulated_t63_ms] == pytest.approx(reached, rel=0.1)
-    assert found.tip_error_percent < 1.0

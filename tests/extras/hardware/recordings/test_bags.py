@@ -1,14 +1,14 @@
-"""Bags of ROS 1 and 2 and MCAP files: read like the text with the same numbers, and what is refused."""
+"""Bags of ROS 1 and 2 and MCAP files: rows and columns of their messages, and what is refused."""
 
 from contextlib import suppress
 
 import numpy as np
 import pytest
-from hardware_files import MARKERS, swinging, whys, write_csv
+from hardware_files import MARKERS, swinging
 from refusals import refused
 
 rosbags = pytest.importorskip("rosbags", reason="bags take rosbags and mcap: pip install 'soft-gripper[ros]'")
-from bag_files import BEGIN, NUMBERS, POINT, write_json_mcap, write_named, write_ros  # noqa: E402
+from bag_files import NUMBERS, POINT, write_json_mcap, write_named, write_ros  # noqa: E402
 from damaged_files import damaged_bytes  # noqa: E402
 from rosbags.rosbag2 import StoragePlugin  # noqa: E402
 
@@ -51,44 +51,11 @@ def series(columns):
     return {**points, "/pressure": (time[::2], columns["kPa"][::2, None])}
 
 
-@pytest.mark.parametrize("name", FORMATS)
-def test_the_same_as_from_text(tmp_path, describe, name):
-    columns = with_pressure()
-    columns["tip_1_x_mm"][70:80] = np.nan
-    text = describe("pressures: {columns: [kPa], unit: kPa}")
-    a = read_recording(write_csv(tmp_path / "a.csv", columns), text)
-    b = read_recording(FORMATS[name](tmp_path / name, series(columns), KINDS), describe(text=OF_BAG))
-    np.testing.assert_allclose(b.time, a.time, atol=1e-9)
-    np.testing.assert_array_equal(b.pressures, a.pressures)
-    assert whys(b) == whys(a)
-    for marker in MARKERS:
-        np.testing.assert_array_equal(b.markers[marker], a.markers[marker])
-
-
-def test_one_file_of_a_ros_2_bag_is_read_alone(tmp_path, describe):
-    for plugin, pattern in ((StoragePlugin.SQLITE3, "*.db3"), (StoragePlugin.MCAP, "*.mcap")):
-        folder = write_ros(tmp_path / plugin.name, series(with_pressure()), KINDS, plugin)
-        (file,) = folder.glob(pattern)
-        alone, whole = (read_recording(path, describe(text=OF_BAG)) for path in (file, folder))
-        np.testing.assert_array_equal(alone.markers["tip_2"], whole.markers["tip_2"])
-
-
 def test_a_folder_is_found_with_the_description_beside_it(tmp_path):
     write_ros(tmp_path / "run", series(with_pressure()), KINDS, StoragePlugin.MCAP)
     (tmp_path / "run.yaml").write_text(OF_BAG)
     (found,) = find_recordings([str(tmp_path / "run")])
     assert (found.name, len(found.time)) == ("run", 200)
-
-
-def test_a_message_is_held_until_it_is_too_old(tmp_path):
-    time = np.arange(100) / 100
-    slow = (time[[0, 50]], np.array([[1.0], [2.0]]))
-    path = write_ros(tmp_path / "a.bag", {"/fast": (time, time[:, None]), "/slow": slow})
-    columns = Columns({"/slow.position[0]": "readings"}, "/fast.header.stamp")
-    held = read_table(path, columns).values[:, 1]
-    np.testing.assert_array_equal(np.flatnonzero(np.isfinite(held)), [*range(11), *range(50, 61)])
-    longer = read_table(path, Columns(columns.names, columns.time, hold=1.0)).values[:, 1]
-    np.testing.assert_array_equal(longer, np.where(time < 0.5, 1.0, 2.0))
 
 
 def test_rows_without_a_message_are_counted(tmp_path):
@@ -103,23 +70,8 @@ def test_rows_without_a_message_are_counted(tmp_path):
         "5 of 100 rows: some signals began after them",
         "73 of 95 cells of /slow.position[0]: no value there, nor in the 0.1 s before (`hold`)",
     ]
-
-
-def test_stamps_of_zero_at_the_beginning_are_left_out(tmp_path, describe):
-    """Before the clock of a simulation came."""
-    since = 1e-9 * BEGIN
-    rows = [
-        ("/a", 0.01 * i - (since + 0.01 * i) * (i < 10), (since + 0.01 * i) * (i < 10), {"x": float(i)})
-        for i in range(99)
-    ]
-    path = write_named(tmp_path / "a.bag", rows)
-    config = describe(
-        text='time: /joints.header.stamp\nreadings: ["/joints.position[x]"]\nframe: {origin: [0, 0, 0]}\n'
-    )
-    found = read_recording(path, config)
-    np.testing.assert_allclose(found.time, np.arange(89) / 100, atol=1e-6)
-    np.testing.assert_array_equal(found.readings[:, 0], np.arange(10, 99))
-    assert whys(found) == ["10 of 99 rows: their time is 0: the clock was set before row 11"]
+    longer = read_table(path, Columns({"/slow.position[0]": "readings"}, "/fast.header.stamp", hold=1.0)).values[:, 1]
+    np.testing.assert_array_equal(longer, np.where(time[5:] < 0.5, 1.0, 2.0))
 
 
 def test_messages_without_a_stamp_are_ordered_by_when_they_were_recorded(tmp_path):

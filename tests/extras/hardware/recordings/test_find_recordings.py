@@ -15,38 +15,25 @@ def data(tmp_path):
     return tmp_path
 
 
-def test_as_given(data):
-    (found,) = find_recordings([str(data / "mine/run.csv")], str(data / "mine.yaml"))
-    assert found.name == "run"
-
-
-@pytest.mark.parametrize("file", ["mine/run.csv", "run.csv"])
-def test_below_the_data_folder(data, file):
-    (found,) = find_recordings([file], str(data / "mine.yaml"), data)
-    assert found.name == "run"
-
-
-def test_below_the_environments_folder(data, monkeypatch):
+def test_below_the_data_folder_or_that_of_the_environment(data, monkeypatch):
+    for file in ("mine/run.csv", "run.csv"):
+        (found,) = find_recordings([file], str(data / "mine.yaml"), data)
+        assert found.name == "run"
     monkeypatch.setenv("SOFT_GRIPPER_DATA", str(data))
     assert len(find_recordings(["run.csv", "mine/run.csv"], str(data / "mine.yaml"))) == 2
 
 
-@pytest.mark.parametrize("name", ["run.yaml", "recording.yaml"])
-def test_a_description_beside_the_file(data, name):
-    (data / "mine" / name).write_text(DESCRIPTION)
-    assert len(find_recordings([str(data / "mine/run.csv")])) == 1
-
-
-def test_no_description(data):
+def test_a_description_beside_the_file(data):
+    file = [str(data / "mine/run.csv")]
     with refused("description", None):
-        find_recordings([str(data / "mine/run.csv")])
+        find_recordings(file)
+    for name in ("recording.yaml", "run.yaml"):
+        (data / "mine" / name).write_text(DESCRIPTION)
+        assert len(find_recordings(file)) == 1
 
 
 def test_no_file(data, monkeypatch):
     monkeypatch.delenv("SOFT_GRIPPER_DATA", raising=False)
-    with refused("FILE", "walk.csv"):
-        find_recordings(["walk.csv"], str(data / "mine.yaml"), data)
-    with refused("FILE", "walk.csv"):
-        find_recordings(["walk.csv"], str(data / "mine.yaml"))
-    with refused("FILE", []):
-        find_recordings([])
+    for files, given in ((["walk.csv"], (str(data / "mine.yaml"), data)), (["walk.csv"], ("x.yaml",)), ([], ())):
+        with refused("FILE", files[0] if files else []):
+            find_recordings(files, *given)

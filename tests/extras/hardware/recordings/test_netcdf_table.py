@@ -3,11 +3,9 @@
 import numpy as np
 import pytest
 import xarray as xr
-from hardware_files import swinging, whys, write_csv
 from refusals import refused
 
 from soft_gripper.diagrams.recording_file import write_netcdf
-from soft_gripper.extras.hardware.recordings import read_recording
 from soft_gripper.extras.hardware.table import Columns
 from soft_gripper.extras.hardware.table_files import read_table
 
@@ -54,17 +52,6 @@ def test_what_has_no_time_is_refused(file):
     assert "p" in error.value.expected
     with refused("time", "none"):
         read_table(file, Columns({}, "none"))
-
-
-def test_the_same_as_from_text(tmp_path, describe):
-    columns = swinging()
-    columns["tip_1_x_mm"][70:80] = np.nan
-    xr.Dataset({name: ("t", values) for name, values in columns.items()}).to_netcdf(tmp_path / "a.nc", engine="scipy")
-    a = read_recording(write_csv(tmp_path / "a.csv", columns), describe())
-    b = read_recording(tmp_path / "a.nc", describe())
-    assert whys(b) == whys(a)
-    for marker, places in a.markers.items():
-        np.testing.assert_array_equal(b.markers[marker], places)
 
 
 def test_netcdf_4_without_an_end_is_refused(tmp_path):

@@ -3,9 +3,7 @@
 import numpy as np
 import pytest
 from hardware_files import MARKERS, published, swinging, whys, write_csv
-from refusals import refused
 
-from soft_gripper.errors import InputError
 from soft_gripper.extras.hardware.recording_schema import load_description
 from soft_gripper.extras.hardware.recordings import read_recording
 
@@ -109,94 +107,12 @@ def test_rows_that_do_not_parse_are_counted(tmp_path, describe):
     assert whys(recording) == ["2 of 200 rows: the first of them, row 10, has 1 cells, and there are 13 columns"]
 
 
-def test_a_header_may_be_described(tmp_path, describe):
-    path = write_csv(tmp_path / "a.txt", swinging())
-    names, _, rows = path.read_text().partition("\n")
-    path.write_text(rows)
-    assert len(read_recording(path, describe(f"header: [{names}]")).time) == 200
-
-
-def changed(**columns):
-    return {**swinging(), **columns}
-
-
-def exchanged(names, span):
-    columns = swinging()
-    a, b = ({axis: columns[f"{name}_{axis}_mm"].copy() for axis in "xyz"} for name in names)
-    for axis in "xyz":
-        columns[f"{names[0]}_{axis}_mm"][span], columns[f"{names[1]}_{axis}_mm"][span] = b[axis][span], a[axis][span]
-    return columns
-
-
-TIME = swinging()["time_s"]
-SEVEN = {name: values for name, values in swinging().items() if name != "tip_2_y_mm"}
-FALLING = changed(tip_1_x_mm=swinging()["tip_1_x_mm"] + 20 * TIME)
-LOST = changed(**{f"tip_{i}_{axis}_mm": np.full(200, np.nan) for i in (1, 2, 3) for axis in "xyz"})
-
-
-@pytest.mark.parametrize(
-    ("columns", "said"),
-    [
-        (SEVEN, "tip_2_y_mm': no such column"),
-        (SEVEN, "did you mean 'tip_"),
-        (changed(time_s=np.roll(TIME, 50)), "runs backwards in row 52"),
-        (changed(time_s=np.floor(TIME)), "most rows repeat a time"),
-        ({name: 1000 * v if "mm" in name else v for name, v in swinging().items()}, "markers.unit"),
-        ({name: v / 1000 if "mm" in name else v for name, v in swinging().items()}, "is the unit right?"),
-        (exchanged(("tip_1", "tip_3"), slice(120, 150)), "tip_1, tip_3': swap names at 1.20, 1.50 s"),
-        (exchanged(("tip_1", "base_1"), slice(120, None)), "swap names at 1.20 s"),
-        (FALLING, "tip_1, tip_2': their distance changes by"),
-        (FALLING, "on one rigid body? Markers along a finger need a body each"),
-        (changed(base_1_x_mm=20 + 40 * np.sin(TIME)), "are their markers exchanged?"),
-        (LOST, "none of them is ever seen"),
-        (changed(time_s=np.full(200, np.nan)), "samples with a time"),
-    ],
-)
-def test_what_cannot_be_is_refused(tmp_path, describe, columns, said):
-    with pytest.raises(InputError) as error:
-        read_recording(write_csv(tmp_path / "bad.csv", columns), describe())
-    assert error.value.where == tmp_path / "bad.csv"
-    assert said in str(error.value)
-
-
-@pytest.mark.parametrize(
-    ("column", "row", "value", "said"),
-    [
-        ("time_s", 100, 1e9, "before row 102, after 0.99"),
-        ("tip_1_x_mm", 7, 1e308, "in row 9"),
-        ("tip_1_x_mm", 7, -np.inf, "in row 9"),
-        ("time_s", 199, np.inf, "in row 201"),
-    ],
-)
-def test_row_and_value_of_a_number_out_of_range_are_named(tmp_path, describe, column, row, value, said):
-    columns = swinging()
-    columns[column][row] = value
-    if column == "time_s":
-        columns[column][row:] = value + np.arange(200 - row) / 100
-    with pytest.raises(InputError) as error:
-        read_recording(write_csv(tmp_path / "bad.csv", columns), describe())
-    assert (error.value.field, error.value.value) == (column, value)
-    assert said in error.value.expected
-
-
-@pytest.mark.parametrize("rows", ["", "nothing,here\n", 12 * "," + "\n"])
-def test_empty_files_are_refused(tmp_path, describe, rows):
-    path = tmp_path / "empty.csv"
-    path.write_text(",".join(swinging()) + "\n" + rows)
-    with refused("file", "empty.csv"):
-        read_recording(path, describe())
-
-
-def test_a_wrong_pressure_unit_is_named(tmp_path, describe):
-    path = write_csv(tmp_path / "a.csv", changed(p=np.full(200, 1e5)))
-    with refused("pressures.unit", "bar"):
-        read_recording(path, describe("pressures: {columns: [p], unit: bar}"))
-
-
-def test_a_wrong_scale_of_wires_is_named(tmp_path, describe):
-    path = write_csv(tmp_path / "a.csv", changed(wire=1 + TIME))
-    with refused("lengths.unit or scale", "V"):
-        read_recording(path, describe("lengths: {wires: {a: {column: wire}}, unit: V, scale: 200, spacing: 0.04}"))
+@pytest.mark.parametrize("how", ["ambient: 101.325", "zeroed: true"])
+def test_a_pressure_against_vacuum_becomes_relative(tmp_path, describe, how):
+    above = 0.6 * (np.arange(200) > 100)
+    path = write_csv(tmp_path / "a.csv", swinging() | {"kPa": 101.325 + above})
+    found = read_recording(path, describe(f"pressures: {{ columns: [kPa], unit: kPa, {how} }}")).pressures[:, 0]
+    np.testing.assert_allclose(found, 1e3 * above, atol=1e-6)
 
 
 @pytest.mark.parametrize("name", ["clamped_beam", "pneumatic_segment", "two_segment_arm"])

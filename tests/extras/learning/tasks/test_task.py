@@ -5,7 +5,7 @@ from pydrake.math import RigidTransform
 
 from soft_gripper.extras.learning.episode_variation import Draw, apply_draw
 from soft_gripper.extras.learning.station import PeakForce
-from soft_gripper.extras.learning.tasks import Handled, HandledObject
+from soft_gripper.extras.learning.tasks import HandledObject
 
 
 def begun(station):
@@ -13,7 +13,7 @@ def begun(station):
     context = station.diagram.CreateDefaultContext()
     apply_draw(station, context, Draw(offset=3e-3))
     handled = HandledObject(station)
-    handled.begin(context)
+    handled.begin(context, np.random.default_rng())
     return handled, context
 
 
@@ -40,7 +40,3 @@ def test_the_peak_is_no_less_than_what_presses_between_its_samples(grasp_station
     monkeypatch.setattr(PeakForce, "_now", lambda *_: np.array([0.9, 0.1]))
     handled, context = begun(grasp_station)
     assert handled.look(context).peak == 0.9
-
-
-def test_the_strongest_is_the_finger_that_presses_hardest_now():
-    assert Handled(np.zeros(3), np.array([0.2, 0.5]), 0.7).strongest == 0.5

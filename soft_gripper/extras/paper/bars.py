@@ -1,0 +1,82 @@
+"""Accuracy targets for the best built-in estimator: error bars by number of sensors."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from soft_gripper.extras.paper.claims import Claim
+from soft_gripper.extras.paper.pose_rows import errors_of, of_estimator
+from soft_gripper.runs.scores.poses import PoseRow
+
+BEST = "gaussian"
+ONE_PLACE = ("obstructed_inside", "obstructed_outside", "box_grasp")  # in which a finger touches something in one place
+ARCS = "arcs"
+SAME = 0.1  # mm, by which an estimator may be worse than arcs at a step
+POSE, TIP = "pose_error_mm", "tip_error_mm"
+
+
+@dataclass(frozen=True)
+class Bar:
+    """The largest pose error with so many sensors per side; the fingertip's error may be twice as large."""
+
+    sections: tuple[int, ...]
+    mean: float  # mm, over the steps of any scenario
+    worst: float | None = None  # mm, at any step; None: no bar
+    scenarios: tuple[str, ...] | None = None  # None: all
+
+    def times(self, factor: float) -> "Bar":
+        """The bar multiplied by a factor."""
+        worst = None if self.worst is None else factor * self.worst
+        return Bar(self.sections, factor * self.mean, worst, self.scenarios)
+
+    @property
+    def text(self) -> str:
+        """The text of the claim."""
+        sensors = " or ".join(map(str, self.sections)) + (" sensor" if self.sections == (1,) else " sensors")
+        where = "" if self.scenarios is None else ", one place touched"
+        worst = "" if self.worst is None else f", {self.worst:.3g} mm at every step"
+        return f"{sensors} per side{where}: within {self.mean:.3g} mm (mean){worst}; the tip twice that"
+
+
+BARS = (
+    Bar((1,), 2.0, 3.5),
+    Bar((1,), 1.5, 2.5, ONE_PLACE),
+    Bar((2,), 0.5, 1.0),
+    Bar((2,), 0.3, 0.7, ONE_PLACE),
+    Bar((3, 4), 0.15),
+)
+
+
+def estimator_claims(rows: Sequence[PoseRow]) -> list[Claim]:
+    """The claims about the built-in estimators, on the recordings of the paper's scenarios."""
+    return [*(bar_claim(rows, bar, f"{BEST}, ") for bar in BARS), _none_is_worse(rows)]
+
+
+def bar_claim(rows: Sequence[PoseRow], bar: Bar, subject: str) -> Claim:
+    """Whether the best estimator keeps a bar in all scenarios of the rows; `subject` begins the text."""
+    mean, worst = zip(*(_errors(rows, bar, column) for column in (POSE, TIP)), strict=True)
+    holds = all(m <= bar.mean * twice for m, twice in zip(mean, (1, 2), strict=True))
+    if bar.worst is not None:
+        holds = holds and all(w <= bar.worst * twice for w, twice in zip(worst, (1, 2), strict=True))
+    number = f"{mean[0]:.2f} and {worst[0]:.2f} mm; tip {mean[1]:.2f} and {worst[1]:.2f} mm"
+    return Claim("ours", subject + bar.text, bool(holds), number)
+
+
+def _errors(rows: Sequence[PoseRow], bar: Bar, column: str) -> tuple[float, float]:
+    """The largest mean of any scenario and number of sensors, and the largest of any step, mm; NaN passes through."""
+    best = of_estimator(rows, BEST)
+    names = [name for name in dict.fromkeys(row.scenario for row in best) if name in (bar.scenarios or (name,))]
+    errors = [errors_of(best, name, sections, column) for name in names for sections in bar.sections]
+    return float(np.max([error.mean() for error in errors])), float(np.max([error.max() for error in errors]))
+
+
+def _none_is_worse(rows: Sequence[PoseRow]) -> Claim:
+    arcs = np.array([row.pose_error_mm for row in of_estimator(rows, ARCS)])
+    others = [of_estimator(rows, name) for name in dict.fromkeys(row.estimator for row in rows) if name != ARCS]
+    beyond = np.array([[row.pose_error_mm for row in other] for other in others]) - arcs
+    which, step = np.unravel_index(np.argmax(beyond), beyond.shape)
+    worst = others[which][step]
+    where = f"{worst.estimator}, {worst.sections} per side, {worst.scenario} at {worst.pressure_kpa:.0f} kPa"
+    text = f"no estimator is more than {SAME:g} mm worse than {ARCS} at any step"
+    return Claim("ours", text, bool(np.max(beyond) <= SAME), f"{beyond[which, step]:.3f} mm worse: {where}")

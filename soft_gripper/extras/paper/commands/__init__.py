@@ -1,0 +1,22 @@
+"""Commands of this extra, as the command line lists them."""
+
+from soft_gripper.commands.options import CONSOLE, EXECUTOR, RESUME, Command, Group, out
+
+COMMANDS = (
+    Command(
+        "evaluate",
+        "run the paper's evaluation with 1 to 4 sensors per side",
+        (
+            "                    write report.html, tables and figures, and check each claim",
+            "--resume            finish an interrupted evaluation",
+        ),
+        (
+            *CONSOLE,
+            out("results/evaluation"),
+            *EXECUTOR,
+            RESUME,
+        ),
+        package=__name__,
+        group=Group.STUDY,
+    ),
+)

@@ -1,0 +1,104 @@
+"""True contacts of the fingers in each steady state: number of links, contact length, and bending."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Protocol, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from soft_gripper.arrays import Array
+from soft_gripper.diagrams.recording import Recording
+from soft_gripper.diagrams.station_parts import Station
+from soft_gripper.diagrams.wiring.drive import pressure_steps
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.plant_finger import PlantFinger
+from soft_gripper.runs.scores.poses import held_samples
+from soft_gripper.truth.contact import touches
+
+STRAIGHT = 0.1  # 1/m; a joint with less curvature (radius above 10 m) counts as straight
+
+
+@dataclass(frozen=True)
+class ContactRow:
+    """One finger at one held step, from the means over its samples; see `contact_length` and `changes_sign`."""
+
+    scenario: str
+    finger: str
+    pressure_kpa: float
+    touching_links: int
+    contact_length_mm: float
+    sign_changes: int  # 1 if the curvature changes its sign along the finger, else 0
+
+
+@dataclass(frozen=True)
+class ContactSummary:
+    """The most of everything in a scenario, of all its fingers and steps."""
+
+    scenario: str
+    touching_links: int
+    contact_length_mm: float
+    sign_changes: int
+
+
+class OfFinger(Protocol):
+    """A row of any table that names its finger."""
+
+    @property
+    def scenario(self) -> str: ...
+    @property
+    def finger(self) -> str: ...
+
+
+Row = TypeVar("Row", bound=OfFinger)
+
+
+def contact_table(name: str, station: Station, recording: Recording) -> list[ContactRow]:
+    """A row for every finger and held step, in this order."""
+    return [row for finger in station.fingers for row in _rows(name, station, recording, finger)]
+
+
+def _rows(name: str, station: Station, recording: Recording, finger: PlantFinger) -> Iterator[ContactRow]:
+    scenario = station.scenario
+    force, q = (
+        held_samples(scenario, recording, f"{finger.name}.{signal}").mean(axis=1)
+        for signal in ("link_contact_force", "sampled_joint_angles")
+    )
+    touching, changes = touches(force), changes_sign(finger.finger, q)
+    lengths, pressures = 1e3 * contact_length(finger.finger, touching), pressure_steps(scenario.pressure, finger.name)
+    for step, pressure in enumerate(pressures / 1e3):
+        count = int(touching[step].sum())
+        yield ContactRow(name, finger.name, float(pressure), count, float(lengths[step]), int(changes[step]))
+
+
+def contact_summary(rows: Sequence[ContactRow]) -> list[ContactSummary]:
+    """A row for every scenario, in the order of `rows`."""
+    summary = []
+    for name in dict.fromkeys(row.scenario for row in rows):
+        steps = [row for row in rows if row.scenario == name]
+        links, length = max(row.touching_links for row in steps), max(row.contact_length_mm for row in steps)
+        summary.append(ContactSummary(name, links, length, max(row.sign_changes for row in steps)))
+    return summary
+
+
+def of_touched_fingers(rows: Sequence[Row], contacts: Sequence[ContactRow]) -> list[Row]:
+    """The rows of fingers that touch something at any step; in scenarios where nothing is touched, all rows.
+
+    A finger that stays free beside an obstructed one bends freely, and would halve the errors of contact.
+    """
+    touched = {(row.scenario, row.finger) for row in contacts if row.touching_links}
+    with_contact = {scenario for scenario, _ in touched}
+    return [row for row in rows if row.scenario not in with_contact or (row.scenario, row.finger) in touched]
+
+
+def contact_length(finger: Finger, touching: NDArray[np.bool_]) -> Array:
+    """Contact length of a finger, (..., N + 1) -> (...) m: the sum of the lengths of touching links."""
+    length: Array = touching @ np.diff(finger.link_ends)
+    return length
+
+
+def changes_sign(finger: Finger, q: Array) -> NDArray[np.bool_]:
+    """Whether the curvature of a finger changes its sign along it, joint angles (..., N) rad -> (...)."""
+    curvature = q / finger.segment_length
+    changes: NDArray[np.bool_] = (curvature.min(axis=-1) < -STRAIGHT) & (curvature.max(axis=-1) > STRAIGHT)
+    return changes

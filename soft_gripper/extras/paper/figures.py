@@ -1,0 +1,152 @@
+"""The figures of the paper, from the rows of the evaluation."""
+
+from collections.abc import Sequence
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from soft_gripper.extras.paper.forces import ContactForceRow
+from soft_gripper.pictures.style import STYLE, section_style
+from soft_gripper.runs.scores.external_torques import ForceRow
+from soft_gripper.runs.scores.poses import HeldStep, PoseRow
+
+ERRORS = {"pose_error_mm": "mean pose error [mm]", "tip_error_mm": "fingertip error [mm]"}
+PRESSURE, BEND = ("pressure_kpa", "pressure [kPa]"), ("bend_angle_deg", "bend angle [degrees]")
+NOTHING = 1e-3  # mm; a straight finger has no error but rounding, which would fill a logarithmic axis
+
+
+def free_bending_figure(rows: Sequence[PoseRow]) -> Figure:
+    """Fig. 5: pose error (left) and fingertip error (right) against the bend angle, 1 to 4 sensors, on equal scales."""
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(8, 3.4), layout="constrained")
+        for axes, (error, label) in zip(figure.subplots(1, 2, sharex=True, sharey=True), ERRORS.items(), strict=True):
+            _draw_errors(axes, rows, BEND[0], error)
+            axes.set(title=label.split(" [")[0].capitalize(), xlabel=BEND[1])
+            axes.axvline(0, color="0.8", lw=0.8, zorder=0)
+        figure.axes[0].set(ylabel="error [mm]", ylim=(0, None))
+        figure.axes[0].legend(title="sensors per side", frameon=False)
+    return figure
+
+
+def contact_figure(rows: Sequence[PoseRow], scenarios: Sequence[str], error: str) -> Figure:
+    """Fig. 6 (pose error) or 7 (fingertip error): a panel a contact scenario, on equal scales.
+
+    They are logarithmic: two to four sensors differ by factors, and one errs so much more that it hides them. Steps
+    without an error are left out, as they have no place on such an axis.
+    """
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(8, 5.6), layout="constrained")
+        panels = figure.subplots(2, 2, sharey=True).flat
+        for axes, scenario in zip(panels, scenarios, strict=False):
+            of_scenario = [row for row in rows if row.scenario == scenario]
+            _draw_errors(axes, of_scenario, PRESSURE[0], error, above=NOTHING)
+            axes.set(title=scenario.replace("_", " ").capitalize(), xlabel=PRESSURE[1], yscale="log")
+            run_with_pressure(axes, of_scenario)
+        figure.axes[0].yaxis.set_major_formatter("{x:g}")
+        for axes in figure.axes[::2]:
+            axes.set_ylabel(ERRORS[error])
+        figure.axes[0].legend(title="sensors per side", frameon=False, loc="lower right", ncols=2)
+    return figure
+
+
+def run_with_pressure(axes: Axes, rows: Sequence[HeldStep]) -> None:
+    """Lets an axis of pressure begin where the steps begin: a vacuum that grows runs to the right too."""
+    first = rows[0].pressure_kpa
+    last = max((row.pressure_kpa for row in rows), key=lambda pressure: abs(pressure - first))
+    margin = 0.04 * (last - first)
+    axes.set_xlim(first - margin, last + margin)
+
+
+def _draw_errors(axes: Axes, rows: Sequence[PoseRow], x: str, error: str, above: float = -np.inf) -> None:
+    """One line a number of sections; steps of equal pressure, and the fingers, are averaged.
+
+    Args:
+        above: no smaller errors are drawn.
+    """
+    for sections in sorted({row.sections for row in rows}):
+        of_step: dict[float, list[PoseRow]] = {}
+        for row in rows:
+            if row.sections == sections:
+                of_step.setdefault(row.pressure_kpa, []).append(row)
+        along, errors = (
+            np.array([np.mean([getattr(row, column) for row in step]) for _, step in sorted(of_step.items())])
+            for column in (x, error)
+        )
+        drawn = errors > above
+        axes.plot(along[drawn], errors[drawn], **section_style(sections))
+
+
+_UNEQUAL = "#5aa02c"  # color of a second layout of as many sections
+
+
+def force_figure(rows: Sequence[ForceRow], scenarios: Sequence[str]) -> Figure:
+    """Above, torque along the first finger at the last step, true and estimated; below, the mean error."""
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(3 * len(scenarios), 5.4), layout="constrained")
+        above, below = figure.subplots(2, len(scenarios), sharey="row", squeeze=False)
+        for along, against, scenario in zip(above, below, scenarios, strict=True):
+            chosen = [row for row in rows if row.scenario == scenario]
+            _draw_along(along, chosen)
+            _draw_against_pressure(against, chosen)
+            run_with_pressure(against, chosen)
+            along.set(title=scenario.replace("_", " ").capitalize(), xlabel="joint, from the base")
+            against.set(xlabel="pressure [kPa]")
+        above[0].set_ylabel("external torque [mN m]")
+        below[0].set_ylim(bottom=0)  # of all of them, now that every error is drawn
+        below[0].set_ylabel("mean error over the joints [mN m]")
+        above[0].legend(frameon=False, fontsize="small", title="sensors per side")
+    return figure
+
+
+def _draw_along(axes: Axes, rows: Sequence[ForceRow]) -> None:
+    last = [row for row in rows if row.finger == rows[0].finger and row.pressure_kpa == rows[-1].pressure_kpa]
+    for sections in sorted({row.sections for row in last}):
+        torque = [1e3 * row.estimated_nm for row in last if row.sections == sections]
+        axes.plot(torque, **section_style(sections))
+    truth = [1e3 * row.true_nm for row in last if row.sections == sections]
+    axes.plot(truth, color="black", lw=2, ls=(0, (2, 1)), label="truth")
+
+
+def _draw_against_pressure(axes: Axes, rows: Sequence[ForceRow]) -> None:
+    for sections in sorted({row.sections for row in rows}):
+        errors: dict[float, list[float]] = {}
+        for row in rows:
+            if row.sections == sections:
+                errors.setdefault(row.pressure_kpa, []).append(1e3 * abs(row.estimated_nm - row.true_nm))
+        pressures = sorted(errors)
+        axes.plot(pressures, [np.mean(errors[pressure]) for pressure in pressures], **section_style(sections))
+
+
+def contact_force_figure(rows: Sequence[ContactForceRow], scenarios: Sequence[str]) -> Figure:
+    """Above, the contact force of the first finger against pressure, below, its place; true, and for every layout."""
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(3 * len(scenarios), 5.4), layout="constrained")
+        above, below = figure.subplots(2, len(scenarios), sharex="col", squeeze=False)
+        for force, place, scenario in zip(above, below, scenarios, strict=True):
+            chosen = [row for row in rows if row.scenario == scenario]
+            chosen = [row for row in chosen if row.finger == chosen[0].finger]
+            _draw_beside_true(force, chosen, "n")
+            _draw_beside_true(place, chosen, "mm")
+            run_with_pressure(force, chosen)
+            force.set_title(scenario.replace("_", " ").capitalize())
+            force.axhline(0, color="0.8", lw=0.8, zorder=0)
+            place.set(xlabel="pressure [kPa]", ylim=(0, 125))
+        above[0].set_ylabel("contact force [N]")
+        below[0].set_ylabel("place [mm from the base]")
+        below[0].legend(frameon=False, fontsize="small", title="sections per side, where they meet")
+    return figure
+
+
+def _draw_beside_true(axes: Axes, rows: Sequence[ContactForceRow], unit: str) -> None:
+    layouts = dict.fromkeys((row.sections, row.borders) for row in rows)
+    numbers = [sections for sections, _ in layouts]
+    for i, (sections, borders) in enumerate(layouts):
+        of_layout = [row for row in rows if row.borders == borders]
+        look = section_style(sections) | ({"color": _UNEQUAL, "marker": "v"} if sections in numbers[:i] else {})
+        values = [getattr(row, f"estimated_{unit}") for row in of_layout]
+        look |= {"mfc": "none", "label": f"{sections}: {borders} mm"}
+        axes.plot([row.pressure_kpa for row in of_layout], values, **look)
+    truth = [getattr(row, f"true_{unit}") for row in of_layout]
+    axes.plot([row.pressure_kpa for row in of_layout], truth, color="black", lw=2, ls=(0, (2, 1)), label="truth")

@@ -1,0 +1,74 @@
+"""Contact forces of a run, estimated and true, for several numbers of sensor sections."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import astuple, dataclass
+
+import numpy as np
+
+from soft_gripper.arrays import Array
+from soft_gripper.diagrams.recording import Recording
+from soft_gripper.diagrams.station_parts import Station
+from soft_gripper.fingers.plant_finger import PlantFinger
+from soft_gripper.runs.scores.poses import HeldStep, held_rows, held_samples, held_steps
+from soft_gripper.runs.scores.readings import ReadAgain, read_again
+from soft_gripper.sensors.measurement import MeasurementModel
+
+# Sections and where they meet, as shares of the length. A force near the base bends only the first of two sections,
+# and one reading cannot separate force from location; so there is a layout whose first section is shorter.
+LAYOUTS: tuple[tuple[int, tuple[float, ...] | None], ...] = ((2, None), (2, (1 / 3,)), (4, None))
+
+
+def describe_borders(layout: MeasurementModel) -> str:
+    """Where the sections meet, in mm from the base, for tables."""
+    return " ".join(f"{1e3 * end:g}" for end in layout.rest_lengths.cumsum()[:-1])
+
+
+ESTIMATOR = "contact"
+_TRUTH = ("true_contact_force", "true_contact_total", "normal_force")
+
+
+@dataclass(frozen=True)
+class ContactForceRow(HeldStep):
+    """Averages over one held step; see `ContactForce` and `TrueContact`. Places are NaN where nothing presses."""
+
+    borders: str  # mm from the base, where the sections meet
+    estimated_n: float  # across the finger, positive on the inner side
+    true_n: float
+    total_n: float  # true, friction included
+    normal_n: float  # true, along the normals of what is touched
+    estimated_mm: float  # from the base
+    true_mm: float
+
+
+def contact_force_table(
+    name: str, station: Station, recording: Recording, layouts: Sequence[tuple[int, tuple[float, ...] | None]]
+) -> list[ContactForceRow]:
+    """A row for every finger, layout (sections and borders) and held step, in this order."""
+    rows: list[ContactForceRow] = []
+    for finger in station.fingers:
+        for sections, borders in layouts:
+            again = read_again(station, recording, finger, sections, borders)
+            rows += _contact_rows(name, station, recording, finger, again)
+    return rows
+
+
+def _contact_rows(
+    name: str, station: Station, recording: Recording, finger: PlantFinger, again: ReadAgain
+) -> Iterator[ContactForceRow]:
+    scenario, layout = station.scenario, again.layout
+    held = held_rows(scenario, recording)
+    contact = again.shape(ESTIMATOR, held.ravel()).contact
+    assert contact is not None
+    force, s = (part.reshape(held.shape) for part in (contact.force, contact.arc_length))
+    forces = (held_samples(scenario, recording, f"{finger.name}.{signal}") for signal in _TRUTH)
+    place = held_samples(scenario, recording, f"{finger.name}.true_contact_arc_length")
+    columns = [each.mean(axis=-1) for each in (force, *forces)]
+    columns += [1e3 * _mean_place(each) for each in (s, place)]
+    for step, *values in zip(held_steps(name, station, finger, ESTIMATOR, layout.sections), *columns, strict=True):
+        yield ContactForceRow(*astuple(step), *[describe_borders(layout), *map(float, values)])
+
+
+def _mean_place(place: Array) -> Array:
+    """The mean over the samples of a step, (steps, samples) -> (steps), in which something presses; else NaN."""
+    presses = np.isfinite(place)
+    return np.where(presses, place, 0).sum(axis=-1) / np.where(presses.any(axis=-1), presses.sum(axis=-1), np.nan)

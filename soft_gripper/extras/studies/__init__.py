@@ -1,1 +1,0 @@
-"""Studies of sensing and grasping beyond the evaluation of the paper."""

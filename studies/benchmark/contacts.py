@@ -1,0 +1,73 @@
+"""Single contacts of a simulated finger, which are in the repository.
+
+The contacts are simulated in Drake: a peg on the inner or the outer side, with friction, anywhere from a tenth of the
+length on, at random pressures and orientations. Sensors have realistic errors, drawn anew for every contact.
+
+`python -m studies benchmark-data` writes the files again, to the last digit.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from tqdm import tqdm
+
+from soft_gripper.arrays import Array
+from soft_gripper.files.row_table import write_csv
+from soft_gripper.fingers.kinematics import as_points, forward_kinematics
+from soft_gripper.runs.executor import open_executor
+from soft_gripper.sensors.sensor_layout import SensorLayout
+from studies.contacts.contacts import Contacts, read_finger
+from studies.contacts.estimates import HELD, REALISTIC, contact_readings, preset_errors
+from studies.contacts.peg import as_arrays, run_contacts
+
+FILES = {"contacts_train.csv": 11, "contacts_test.csv": 12}  # and the seeds of what is in them
+FOLDER = Path(__file__).parent / "data"
+NUMBER = 300  # of each
+PLACES = 0.1, 1.0  # shares of the length
+BORDERS = (1 / 3,)  # of the two sections of the sensors
+
+
+def layout() -> SensorLayout:
+    """The sensors: two sections on both sides."""
+    return SensorLayout(read_finger(), 2, borders=BORDERS)
+
+
+def simulated(seed: int) -> Contacts:
+    """The contacts of a file."""
+    with tqdm(total=NUMBER, desc=f"contacts of seed {seed}", unit="contact") as bar, open_executor() as executor:
+        return as_arrays(run_contacts(NUMBER, seed, executor, bar.update, places=PLACES))
+
+
+@dataclass(frozen=True)
+class ContactSample:
+    """A row of a file: what is measured, and the truth."""
+
+    reading_0: float
+    reading_1: float
+    reading_2: float
+    reading_3: float
+    pressure: float  # Pa
+    gravity_x: float  # m/s^2, in B
+    gravity_z: float
+    tip_x: float  # m, in B
+    tip_z: float
+    force: float  # N, across the finger, positive on the inner side
+    place: float  # m, arc length from the base
+
+
+def samples(contacts: Contacts, readings: Array) -> list[ContactSample]:
+    """The rows of contacts, sorted by place; `readings` (M, 4)."""
+    tips = as_points(forward_kinematics(contacts.q, contacts.finger.segment_length).points[:, -1])
+    across = np.where(contacts.is_inside, contacts.normal_force, -contacts.normal_force)
+    known = readings, contacts.pressure, contacts.gravity[:, ::2]
+    table = np.column_stack([*known, tips, across, contacts.arc_length])
+    return [ContactSample(*(float(f"{value:.7g}") for value in row)) for row in table[table[:, -1].argsort()]]
+
+
+def write_samples() -> None:
+    """Simulates the contacts and writes the files."""
+    for number, (file, seed) in enumerate(FILES.items()):
+        contacts = simulated(seed)
+        read = contact_readings(layout(), contacts, preset_errors(REALISTIC), len(FILES), HELD).pressed
+        write_csv(FOLDER / file, samples(contacts, read[number]))

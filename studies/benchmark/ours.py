@@ -1,0 +1,40 @@
+"""Our estimators as those of the benchmark, by task and name."""
+
+from studies.benchmark.benchmark_task import Estimator, Task
+from studies.benchmark.measured_force import measured_force
+from studies.benchmark.ours_recorded import (
+    arm_tip,
+    beam_load,
+    beam_tip,
+    segment_tip,
+    tendons_tip,
+    trunk_dc_shape,
+    trunk_load,
+    trunk_shape,
+)
+from studies.benchmark.ours_simulated import contact_force, contact_place, contact_tip, grasp_shape
+
+_SHAPES = ("arcs", "gaussian", "contact")
+_OVER_TIME = ("arcs", "gaussian", "recursive")
+
+_OURS: dict[str, dict[str, Estimator]] = {
+    "contact_tip": {name: contact_tip(name) for name in _SHAPES},
+    "contact_force": {"contact": contact_force},
+    "contact_place": {"contact": contact_place},
+    "grasp_shape": {"fitted": grasp_shape},
+    "grasp_new": {"fitted": grasp_shape},
+    "arm_tip": {name: arm_tip(name) for name in _OVER_TIME},
+    "beam_tip": {name: beam_tip(name) for name in _OVER_TIME},
+    "beam_load": {"fitted": beam_load},
+    "segment_tip": {"fitted": segment_tip},
+    "tendons_v4_tip": {"fitted": tendons_tip},
+    "tendons_v6_tip": {"fitted": tendons_tip},
+    "trunk_shape": {"fitted": trunk_shape},
+    "trunk_load": {"fitted": trunk_load},
+    "trunk_dc_shape": {"fitted": trunk_dc_shape},
+}
+
+
+def ours(task: Task) -> dict[str, Estimator]:
+    """The estimators of a task; of measured forces, whatever the finger, `contact`."""
+    return _OURS.get(task.name, {"contact": measured_force})

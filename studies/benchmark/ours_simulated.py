@@ -1,0 +1,119 @@
+"""Our estimators on simulated contacts and grasps, whose fingers are known to them."""
+
+from collections.abc import Callable, Sequence
+from functools import cache
+
+import numpy as np
+
+from soft_gripper.arrays import Array
+from soft_gripper.estimators.contact import ContactShape
+from soft_gripper.estimators.estimate import ShapeEstimate
+from soft_gripper.estimators.finger_shape import position_std
+from soft_gripper.estimators.named_estimators import estimator_function
+from soft_gripper.estimators.uncertainty import EXACT, Uncertainty
+from soft_gripper.extras.hardware.scoring import NORMAL_95
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.kinematics import as_points, gravity_torque
+from soft_gripper.fingers.urdf import expand_urdf
+from soft_gripper.scenario.model_files import model_path
+from soft_gripper.sensors.sensor_layout import SensorLayout
+from studies.benchmark.benchmark_task import Estimator, Predict, Predicted, Question, Recorded
+from studies.benchmark.contacts import layout
+from studies.benchmark.discriminant import train_object_classifier
+from studies.benchmark.grasps import FINGERS, PRESSURES, READINGS, SECTIONS
+from studies.contacts.contacts import G
+
+# Of the mean of 20 samples of a realistic sensor: gain errors and hysteresis of 1 % at strains up to 0.15, and noise;
+# the model is exact.
+_UNCERTAINTY = Uncertainty(reading=1.5e-3, bend_per_pressure=EXACT)
+
+
+def _known(inputs: Array) -> tuple[Array, Array, Array]:
+    """Readings (T, 4), driving torque (T, N) N m and gravity (T, 3) of the inputs of contacts."""
+    driving = layout().finger.pressure_torque(inputs[:, 4])
+    return inputs[:, :4], driving, np.insert(inputs[:, 5:7], 1, 0.0, axis=-1)
+
+
+def with_tip_std(mean: Array, finger: Finger, found: ShapeEstimate) -> Predicted:
+    """The tip, (T, 2) m, with the standard deviation of an estimate of the shape, if it has one, for both axes."""
+    if found.covariance is None:
+        return mean
+    std = position_std(finger, found.q, found.covariance)[:, -1:]
+    return mean, np.broadcast_to(std, mean.shape)
+
+
+def contact_tip(name: str) -> Estimator:
+    """The tip, by an estimator of the shape."""
+
+    def estimator(task: Question, train: Sequence[Recorded]) -> Predict:
+        sensors = layout()
+        function = estimator_function(name, sensors, _UNCERTAINTY)
+
+        def predict(inputs: Array) -> Predicted:
+            found: ShapeEstimate = function(*_known(inputs))
+            return with_tip_std(as_points(found.points(sensors.finger)[:, -1]), sensors.finger, found)
+
+        return predict
+
+    return estimator
+
+
+def _contact(of: Callable[[ContactShape, Array], tuple[Array, Array]]) -> Estimator:
+    """An estimator of the contact, by `contact`."""
+
+    def estimator(task: Question, train: Sequence[Recorded]) -> Predict:
+        found = ContactShape(layout(), _UNCERTAINTY)
+        return lambda inputs: of(found, inputs)
+
+    return estimator
+
+
+def _force(found: ContactShape, inputs: Array) -> tuple[Array, Array]:
+    """The force, with a band as wide as the 95 % interval of its posterior; 0 where nothing is detected."""
+    known = _known(inputs)
+    contact = found(*known).contact
+    assert contact is not None
+    low, _, high = np.nan_to_num(found.posterior(*known).force_interval, nan=0.0).T
+    mean = np.nan_to_num(contact.force)
+    return mean[:, None], np.maximum(high - np.abs(mean), np.abs(mean) - low)[:, None] / NORMAL_95
+
+
+def _place(found: ContactShape, inputs: Array) -> tuple[Array, Array]:
+    """The location, with a band as wide as its likelihood set; the middle, and all of it, where nothing is detected."""
+    length, known = layout().finger.length, _known(inputs)
+    contact = found(*known).contact
+    assert contact is not None
+    place, likely = contact.arc_length, found.posterior(*known).arc_length_set
+    ends = np.where(np.isfinite(likely), likely, [0.0, length])
+    mean = np.where(np.isfinite(place), place, ends.mean(axis=1))
+    return mean[:, None], np.maximum(ends[:, 1] - mean, mean - ends[:, 0])[:, None] / NORMAL_95
+
+
+contact_force = _contact(_force)
+contact_place = _contact(_place)
+
+
+@cache
+def _gripper_finger() -> Finger:
+    """Either finger of the gripper that holds the objects."""
+    return expand_urdf(model_path("package://soft_gripper/grippers/two_finger.urdf")).fingers[0]
+
+
+def _grasp_estimates(inputs: Array) -> tuple[Array, Array]:
+    """Joint angles, rad, and external torques at rest, N m, of grasps, (T, L, F, N) each: the fingers hang."""
+    finger = _gripper_finger()
+    readings = inputs.reshape(len(inputs), len(PRESSURES), len(FINGERS), READINGS)
+    driving = finger.pressure_torque(np.array(PRESSURES))[:, None]
+    arcs = estimator_function("arcs", SensorLayout(finger, SECTIONS), _UNCERTAINTY)
+    q = arcs(readings, driving, np.array([0.0, 0.0, G])).q
+    return q, finger.elastic_torque(q) - driving - gravity_torque(finger, q, G + 0j)
+
+
+def grasp_shape(task: Question, train: Sequence[Recorded]) -> Predict:
+    """The discriminant, trained on the estimates of the training grasps."""
+    angles, torques = _grasp_estimates(np.vstack([recorded.inputs for recorded in train]))
+    held = np.vstack([recorded.outputs for recorded in train]).argmax(axis=1)
+    labels = [task.outputs[shape].name for shape in held]
+    model = train_object_classifier(labels, angles, torques)
+    order = [model.shapes.index(channel.name) for channel in task.outputs]
+    return lambda inputs: model.probabilities(*_grasp_estimates(inputs))[:, order]

@@ -1,0 +1,132 @@
+"""Results of the benchmark: a document that can be compared, and a figure."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
+
+from soft_gripper.errors import InputError
+from soft_gripper.files.json_text import read_json
+from soft_gripper.pictures.style import ESTIMATOR_COLORS, STYLE, estimator_style
+from studies.benchmark.benchmark_task import VERSION, Task
+from studies.benchmark.published import published_beside
+from studies.benchmark.scores import Score
+from studies.benchmark.tasks import TASKS
+
+SHOWN = {"m": (1e3, "mm")}  # factor and unit in figures and tables
+
+
+def document(scores: Sequence[Score], tasks: Sequence[Task]) -> dict[str, Any]:
+    """The contents of a results file: versions, checksums of tasks, scores, and published numbers beside them."""
+    scored = {score.task for score in scores}
+    return {
+        "benchmark": VERSION,
+        "soft_gripper": version("soft-gripper"),
+        "sha256": {task.name: dict(task.sha256) for task in tasks if task.name in scored},
+        "scores": [asdict(score) for score in scores],
+        "published": [asdict(each) for each in published_beside(scored)],
+    }
+
+
+def load_scores(file: Path) -> list[Score]:
+    """The scores of a results file.
+
+    Raises:
+        InputError: if it is none, or of other data.
+    """
+    found = read_json(file)
+    try:
+        stated, rows, checksums = found.get("benchmark"), list(found["scores"]), dict(found["sha256"])
+    except (ValueError, KeyError, TypeError, AttributeError):
+        raise InputError(file, "file", file.name, "was not written by python -m studies benchmark") from None
+    if stated != VERSION:
+        raise InputError(file, "benchmark", stated, f"must be {VERSION}: score again with this version")
+    for task in TASKS:
+        of_task = checksums.get(task.name, task.sha256)
+        if not isinstance(of_task, dict) or any(of_task.get(name) != value for name, value in task.sha256.items()):
+            raise InputError(file, "sha256", task.name, "was scored on other data, and cannot be compared")
+    return [_score(file, row) for row in rows]
+
+
+def _score(file: Path, row: Any) -> Score:
+    try:
+        score = Score(**row)
+    except TypeError:
+        raise InputError(file, "scores", row, "must have the fields of a score, and no others") from None
+    for field in ("task", "region", "estimator", "unit"):
+        if not isinstance(getattr(score, field), str):
+            raise InputError(file, f"scores.{field}", getattr(score, field), "must be text")
+    for field in ("mean", "median", "percentile_95", "proper", "within_band_percent", "band", "unknown_percent"):
+        value = getattr(score, field)
+        if not (isinstance(value, int | float) and np.isfinite(value)) and (
+            value is not None or field in ("mean", "proper")
+        ):
+            raise InputError(file, f"scores.{field}", value, "must be a finite number")
+    return score
+
+
+def by_region(scores: Sequence[Score]) -> Mapping[tuple[str, str], Mapping[str, Score]]:
+    """Scores by task and region, and by estimator, in their order."""
+    found: dict[tuple[str, str], dict[str, Score]] = {}
+    for score in scores:
+        found.setdefault((score.task, score.region), {})[score.estimator] = score
+    return found
+
+
+def figure(scores: Sequence[Score]) -> Figure:
+    """The mean error of every estimator in every region, a panel for each task."""
+    names, tasks = list(dict.fromkeys(s.estimator for s in scores)), list(dict.fromkeys(s.task for s in scores))
+    looks = {name: _look(place, name) for place, name in enumerate(names)}
+    columns = min(3, len(tasks))
+    rows = -(-len(tasks) // columns)
+    with plt.rc_context(STYLE):
+        made, panels = plt.subplots(
+            rows, columns, figsize=(3.6 * columns, 2.5 * rows + 0.6), squeeze=False, constrained_layout=True
+        )
+        for panel, task in zip(panels.flat, tasks, strict=False):
+            _draw(panel, [score for score in scores if score.task == task], looks)
+        for panel in panels.flat[len(tasks) :]:
+            panel.set_axis_off()
+        handles = [Line2D([], [], **look) for look in looks.values()]
+        made.legend(handles, names, loc="outside upper center", ncols=min(len(names), 5), frameon=False)
+    plt.close(made)
+    return made
+
+
+def _look(place: int, name: str) -> dict[str, Any]:
+    """Marker of an estimator; it is hollow where the colours repeat."""
+    hollow = {"mfc": "none", "mew": 1.5} if place >= len(ESTIMATOR_COLORS) else {}
+    return estimator_style(place, name) | {"ls": "", "ms": 6} | hollow
+
+
+def _draw(panel: Axes, scores: Sequence[Score], looks: Mapping[str, dict[str, Any]]) -> None:
+    """Errors on a logarithmic scale, or the share of wrong answers."""
+    regions, names = (list(dict.fromkeys(getattr(s, of) for s in scores)) for of in ("region", "estimator"))
+    factor, unit = SHOWN.get(scores[0].unit, (1.0, scores[0].unit))
+    apart = 0.7 / len(names)
+    for i, name in enumerate(names):
+        own = [score for score in scores if score.estimator == name]
+        places = [regions.index(score.region) + (i - (len(names) - 1) / 2) * apart for score in own]
+        panel.plot(places, [factor * score.mean for score in own], **looks[name])
+    is_share = unit == "%"
+    panel.set(title=scores[0].task, ylabel="wrong [%]" if is_share else f"mean error [{unit}]")
+    panel.set(xlim=(-0.5, len(regions) - 0.5), yscale="linear" if is_share else "log")
+    panel.set_xticks(range(len(regions)), regions)
+    panel.grid(axis="x", visible=False)
+    for border in range(1, len(regions)):
+        panel.axvline(border - 0.5, color="0.8", lw=0.8)
+    if is_share:
+        panel.set_ylim(-5, 105)
+        panel.tick_params(axis="x", labelsize=7)
+    else:
+        panel.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+        panel.yaxis.set_major_formatter(FormatStrFormatter("%g"))
+        panel.yaxis.set_minor_formatter(NullFormatter())

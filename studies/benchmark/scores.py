@@ -1,0 +1,97 @@
+"""Scores of estimates."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.special import ndtr
+
+from soft_gripper.arrays import Array
+from soft_gripper.extras.hardware.scoring import NORMAL_95, error_columns, percent_within
+from studies.benchmark.benchmark_task import Task, Tested
+from studies.benchmark.estimates import Answers
+
+_SET = 0.95  # of the probability, that a set of answers holds
+
+
+@dataclass(frozen=True)
+class Score:
+    """The errors of one estimator in one region of a task.
+
+    Errors are distances between outputs, in their unit. A band holds 95 % of normal errors if the stated standard
+    deviations are right. In recognition the mean is the share of wrong answers, and the band is the fewest answers that
+    have 95 % of the stated probability.
+    """
+
+    task: str
+    region: str
+    estimator: str
+    samples: int
+    unit: str
+    mean: float
+    median: float | None  # None in recognition
+    percentile_95: float | None
+    proper: float  # mean CRPS of single outputs, in the unit; in recognition the Brier score, from 0 to 2
+    within_band_percent: float | None  # of single outputs, in their band; None without a band
+    band: float | None  # mean width from end to end, in the unit; in recognition the mean number of answers
+    unknown_percent: float | None = None  # of answers in recognition
+
+
+def scores(task: Task, name: str, stated: Answers, tested: Tested) -> Iterator[Score]:
+    """The scores of an estimator in every region of which it states something."""
+    scored = _recognized if task.recognition else _measured
+    for region, found in stated.items():
+        truth = np.vstack([recorded.outputs for recorded in tested[region]])
+        mean = np.vstack([each.mean for each in found])
+        bands = [each.std for each in found if each.std is not None]
+        found_std = np.vstack(bands) if bands else None
+        yield Score(task.name, region, name, len(truth), **scored(task, truth, mean, found_std))
+
+
+def crps(error: Array, std: Array) -> Array:
+    """Continuous ranked probability score of normal estimates, in the unit of their errors.
+
+    It is least in the mean for an estimator that states what it knows (Gneiting and Raftery, *JASA* 102, 2007, section
+    4.2), and the size of the error if the standard deviation is 0.
+    """
+    size = np.abs(error)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        z = np.where(std > 0, size / std, np.inf)
+        density = np.exp(-(z**2) / 2) / np.sqrt(2 * np.pi)
+    found: Array = size * (2 * ndtr(z) - 1) + std * (2 * density - 1 / np.sqrt(np.pi))
+    return found
+
+
+def _measured(task: Task, truth: Array, mean: Array, std: Array | None) -> dict[str, Any]:
+    """The fields of a score from its unit on."""
+    errors = mean - truth
+    distances = error_columns(np.linalg.norm(errors, axis=1), "mean", "median", "percentile_95")
+    proper = float(crps(errors, np.zeros_like(errors) if std is None else std).mean())
+    within = None if std is None else percent_within(errors, NORMAL_95 * std)
+    width = None if std is None else 2 * NORMAL_95 * float(std.mean())
+    unit = task.outputs[0].unit
+    return distances | {"unit": unit, "proper": proper, "within_band_percent": within, "band": width}
+
+
+def _recognized(task: Task, truth: Array, mean: Array, std: Array | None) -> dict[str, Any]:
+    """Scores of recognition, as those of numbers; standard deviations are not used."""
+    stated, true = with_unknown(mean), with_unknown(truth)
+    held = true.argmax(axis=1)
+    order = np.argsort(-stated, axis=1, kind="stable")
+    before = np.cumsum(np.take_along_axis(stated, order, axis=1), axis=1) - np.take_along_axis(stated, order, axis=1)
+    counted = before < _SET - 1e-9  # the fewest of the likeliest answers
+    place = (order == held[:, None]).argmax(axis=1)
+    within = 100 * float(np.take_along_axis(counted, place[:, None], axis=1).mean())
+    wrong, unknown = (100 * float(found.mean()) for found in (place > 0, order[:, 0] == mean.shape[1]))
+    brier = float(((stated - true) ** 2).sum(axis=1).mean())
+    band = float(counted.sum(axis=1).mean())
+    counts = {"mean": wrong, "proper": brier, "within_band_percent": within, "band": band, "unknown_percent": unknown}
+    return counts | {"unit": "%", "median": None, "percentile_95": None}
+
+
+def with_unknown(stated: Array) -> Array:
+    """Probabilities (T, C) of classes, and then that of no class; negative ones count as 0, sums above 1 are scaled."""
+    known = np.maximum(stated, 0.0)
+    total = known.sum(axis=1, keepdims=True)
+    return np.hstack([known / np.maximum(total, 1.0), np.maximum(1 - total, 0.0)])

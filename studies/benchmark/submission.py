@@ -1,0 +1,105 @@
+"""A submission: what an estimator states of every test sample, and of which data.
+
+It is JSON. Whoever has the data can score it, without the code of the estimator.
+"""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from soft_gripper.arrays import Array
+from soft_gripper.errors import InputError
+from soft_gripper.files.json_text import read_json
+from soft_gripper.files.output import atomic_file
+from studies.benchmark.benchmark_task import VERSION, Part, Task, Tested
+from studies.benchmark.estimates import Answers, Estimated, checked
+
+_DIGITS = 7  # of what is stated
+
+
+@dataclass(frozen=True)
+class Submission:
+    """A submission as it was read."""
+
+    file: Path
+    estimator: str
+    tasks: Mapping[str, Any]  # their contents, by name
+
+    def answers(self, task: Task, tested: Tested) -> Answers:
+        """Its statements about a task, which may lack regions of recordings that were kept back.
+
+        Raises:
+            InputError: if it is of other data, or of other samples.
+        """
+        found = self._mapping(self.tasks[task.name], task.name)
+        files, regions = (self._mapping(found.get(of), f"{task.name}.{of}") for of in ("sha256", "regions"))
+        further = {part.file for region in task.further for part in task.tested[region]}
+        for file in files.keys() | (task.sha256.keys() - further):
+            if files.get(file) != task.sha256.get(file):
+                ours = task.sha256.get(file)
+                expected = "the data folder has no such file" if ours is None else f"must be {ours}"
+                raise InputError(self.file, f"{task.name}.sha256.{file}", files.get(file), expected)
+        if not tested.keys() - task.further <= regions.keys() <= tested.keys():
+            raise InputError(self.file, f"{task.name}.regions", [*regions], f"must be {', '.join(tested)}")
+        return {region: self._parts(task, region, regions[region], tested) for region in tested if region in regions}
+
+    def _parts(self, task: Task, region: str, parts: Any, tested: Tested) -> list[Estimated]:
+        field, recordings = f"{task.name}.regions.{region}", tested[region]
+        if not isinstance(parts, list) or len(parts) != len(recordings):
+            raise InputError(self.file, field, type(parts).__name__, f"must be a list of {len(recordings)} parts")
+        stated = [self._mapping(part, field) for part in parts]
+        return [
+            checked(f"{self.file}, {region}", task.question, len(recorded.inputs), part.get("mean"), part.get("std"))
+            for part, recorded in zip(stated, recordings, strict=True)
+        ]
+
+    def _mapping(self, found: Any, field: str) -> Mapping[str, Any]:
+        if not isinstance(found, dict):
+            raise InputError(self.file, field, type(found).__name__, "must be an object")
+        return found
+
+
+def write_submission(file: Path, estimator: str, stated: Mapping[Task, Answers]) -> None:
+    """Writes what an estimator states of tasks."""
+    head = {"benchmark": VERSION, "soft_gripper": version("soft-gripper"), "estimator": estimator}
+    tasks = {
+        task.name: {
+            "inputs": [f"{each.name} [{each.unit}]" for each in task.inputs],
+            "outputs": [f"{each.name} [{each.unit}]" for each in task.outputs],
+            "sha256": dict(task.sha256),
+            "regions": {region: list(map(_contents, task.tested[region], answers[region])) for region in task.tested},
+        }
+        for task, answers in stated.items()
+    }
+    with atomic_file(file) as partial:
+        partial.write_text(json.dumps(head | {"tasks": tasks}) + "\n", encoding="utf-8")
+
+
+def read_submission(file: Path) -> Submission:
+    """Reads a submission.
+
+    Raises:
+        InputError: if it is none, or of another version of the benchmark.
+    """
+    found = read_json(file)
+    try:
+        stated, estimator, tasks = found["benchmark"], found["estimator"], dict(found["tasks"])
+    except (ValueError, KeyError, TypeError):
+        raise InputError(file, "file", file.name, "was not written by python -m studies benchmark --submit") from None
+    if stated != VERSION:
+        raise InputError(file, "benchmark", stated, f"must be {VERSION}: tasks and data are others")
+    if not isinstance(estimator, str):
+        raise InputError(file, "estimator", estimator, "must be a name")
+    return Submission(file, estimator, tasks)
+
+
+def _contents(part: Part, stated: Estimated) -> dict[str, Any]:
+    std = None if stated.std is None else _rounded(stated.std)
+    return {"file": part.file, "begin": part.begin, "end": part.end, "mean": _rounded(stated.mean), "std": std}
+
+
+def _rounded(values: Array) -> list[list[float]]:
+    return [[float(f"{value:.{_DIGITS}g}") for value in row] for row in values]

@@ -1,0 +1,358 @@
+"""The tasks of the benchmark: simulated contacts and grasps, whose files are in the repository, and recordings."""
+
+import csv
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import astuple, fields
+from io import StringIO
+from pathlib import Path
+
+import numpy as np
+
+from soft_gripper.errors import InputError
+from soft_gripper.extras.hardware.identification.simulated_motion import MeasuredMotion, measured_motion, turned
+from soft_gripper.extras.hardware.recording_schema import load_description
+from soft_gripper.extras.hardware.recordings import read_recording
+from soft_gripper.files.row_table import read_csv
+from soft_gripper.files.text import MAX_BYTES, read_text
+from soft_gripper.fingers.kinematics import as_points
+from studies.benchmark import grasps
+from studies.benchmark.benchmark_task import Channel, Part, Recorded, Task
+from studies.benchmark.contacts import FOLDER, ContactSample
+from studies.benchmark.random_objects import SHAPES
+from studies.hardware.published import BEAM, SEGMENT, recording_file
+
+
+def _channels(unit: str, names: str) -> tuple[Channel, ...]:
+    return tuple(Channel(name, unit) for name in names.split())
+
+
+def _read_contacts(outputs: Sequence[str]) -> Callable[[Path], Recorded]:
+    def read(path: Path) -> Recorded:
+        table = read_csv(path, ContactSample)
+        names = [each.name for each in fields(ContactSample)]
+        values = np.array([astuple(row) for row in table])
+        return Recorded(values[:, :_MEASURED], values[:, [names.index(name) for name in outputs]])
+
+    return read
+
+
+_MEASURED = 7  # columns of a contact: readings, pressure and gravity
+_CONTACT_FILES = {
+    "contacts_train.csv": "b173dc9c27a2f654d2851e987796a9438f8c5a7a8030e22bd2a3511717649246",
+    "contacts_test.csv": "9cd9e4f2099c1491451a55d2f4ef1e35eab3d8a2ba7fe330b0dde706dc4c04cf",
+}
+_CONTACT_INPUTS = _channels("1", "reading_0 reading_1 reading_2 reading_3")
+_CONTACT_INPUTS += _channels("Pa", "pressure") + _channels("m/s^2", "gravity_x gravity_z")
+_SHARES = {"near base": (0, 1 / 3), "middle": (1 / 3, 2 / 3), "near tip": (2 / 3, 1)}  # of the contacts, by place
+
+
+def _contacts(name: str, unit: str, outputs: Sequence[str]) -> Task:
+    return Task(
+        name,
+        "simulated by python -m studies.benchmark.contacts",
+        _CONTACT_FILES,
+        _CONTACT_INPUTS,
+        _channels(unit, " ".join(outputs)),
+        (Part("contacts_train.csv"),),
+        {region: (Part("contacts_test.csv", *share),) for region, share in _SHARES.items()},
+        _read_contacts(outputs),
+        FOLDER,
+    )
+
+
+def _read_grasps(known: Sequence[str]) -> Callable[[Path], Recorded]:
+    """Readings, and 1 for the shape that is held; 0 for all if it is not one of the known ones."""
+
+    def read(path: Path) -> Recorded:
+        _, *rows = csv.reader(StringIO(read_text(path, MAX_BYTES)))
+        held = [[float(row[0] == shape) for shape in known] for row in rows]
+        return Recorded(np.array([row[1:] for row in rows], dtype=float), np.array(held))
+
+    return read
+
+
+_GRASP_FILES = {
+    "grasps_train.csv": "3ece0e366142c11c6cc6baea3b2d856e5b561b3d0b81ba6c6fe36d951a4a59e7",
+    "grasps_test.csv": "362837f4ec4b51e13bb3ab03ab52d0f24542ee0f86d72f67913fe144be3b25d0",
+}
+
+
+def _grasps(name: str, known: Sequence[str]) -> Task:
+    quarters = {shape: (i / len(SHAPES), (i + 1) / len(SHAPES)) for i, shape in enumerate(SHAPES)}  # of each file
+    regions = {shape if shape in known else f"{shape} (new)": quarters[shape] for shape in SHAPES}
+    return Task(
+        name,
+        "simulated by python -m studies.benchmark.grasps",
+        _GRASP_FILES,
+        _channels("1", " ".join(grasps.columns())),
+        _channels("1", " ".join(known)),
+        tuple(Part("grasps_train.csv", *quarters[shape]) for shape in known),
+        {region: (Part("grasps_test.csv", *share),) for region, share in regions.items()},
+        _read_grasps(known),
+        FOLDER,
+        recognition=True,
+    )
+
+
+_ENCODERS, _PRESSURES = slice(13, 17), [10, 11, 12, 4, 5, 6]  # columns; chambers of the upper segment first
+_BASE, _TIP = [17, 19], [31, 33]  # x and z of the positions
+
+
+def _read_arm(path: Path) -> Recorded:
+    """Wire encoders (V), pressures (psi), and the tip relative to the base (m); incomplete rows are dropped."""
+    lines = read_text(path, MAX_BYTES).replace("[", "").replace("]", "").splitlines()
+    table = np.array([row for row in map(_numbers, lines) if len(row) == 38 and np.isfinite(row).all()])
+    inputs = np.hstack([table[:, _ENCODERS], table[:, _PRESSURES]])
+    return Recorded(inputs, table[:, _TIP] - table[:, _BASE])
+
+
+def _numbers(line: str) -> list[float]:
+    try:
+        return [float(cell) for cell in line.split(",")]
+    except ValueError:
+        return []
+
+
+_ARM_FILES = {
+    "two_segment_arm/trial_1.txt": "8cb4b2867ba8b06d193cd79c9e1c26703951f58d29ec8fc0410d8f66c57d7b86",
+    "two_segment_arm/trial_2.txt": "2c5ff15c0f47ddc54602e7dc162c460a3fcc64c22d717caab7da8b6da71724be",
+    "two_segment_arm/trial_3.txt": "664900e1497d4e9033e52ddbae39fe2a654556326b6a5b04fcdec47f6fafafec",
+    "two_segment_arm/trial_4.txt": "cfd934284aa35fb84933e1f99f55cd7b9aecdeb2adabab5b7a8d236219156b9a",
+    "two_segment_arm/trial_5.txt": "16da74aaae38c774eb0ece7033ebdaf4b5db6808047063a1bf5e6202bfd2e0bd",
+    "two_segment_arm/trial_6.txt": "50cd39dcf61bdc3fbda9119e8fbcdaae71b2aa05f1bc182740780147596448d1",
+    "two_segment_arm/trial_7.txt": "6b7322d91d98d69403e49f26487c5ebb834730940513aacc21bee167d156b4db",
+    "two_segment_arm/trial_8.txt": "9c026a946856bb16f27b4339a4b1edac601dfa9b71d5a5485887a923ecaf219e",
+}
+_TRIALS = tuple(_ARM_FILES)[:6]
+_CAPTURED = 0.01  # s, between two samples of the motion capture of beam, segment and trunk
+_SRL = "https://github.com/srl-ethz/diffPD_sim2real, python/"
+
+
+def tip_motion(description: str, path: Path) -> tuple[MeasuredMotion, np.ndarray]:
+    """The markers at the tip of a recording; displacement of their middle from its place before the event, (T, 2) m."""
+    motion = measured_motion(read_recording(path, load_description(description)))
+    return motion, as_points((motion.markers - motion.reference).mean(axis=1))
+
+
+def _beam_turn(path: Path) -> tuple[MeasuredMotion, np.ndarray, np.ndarray]:
+    motion, moved = tip_motion("clamped_beam", path)
+    return motion, turned(motion.markers, motion.reference)[:, None], moved
+
+
+def _read_beam_tip(path: Path) -> Recorded:
+    _, turn, moved = _beam_turn(path)
+    return Recorded(turn, moved)
+
+
+def _read_beam_load(path: Path) -> Recorded:
+    motion, turn, moved = _beam_turn(path)
+    mass = 0.0 if motion.load is None else 1e3 * motion.load.mass
+    return Recorded(np.hstack([turn, moved]), np.full((len(moved), 1), mass))
+
+
+_BEAM_FILES = {
+    "clamped_beam/gravity.csv": "38e018c03d5557042b1e7df0f22424f2e22003674a73b081c729ad6f101c03da",
+    "clamped_beam/load_52g.csv": "c794c8331774e9130c1aa1000f53b897c9160d5544451052ade25a5dd3d08d30",
+    "clamped_beam/load_101g.csv": "8090b97fceda49e35da4cc9e9f746d489fa0e18b98da3afff5300465f2f47108",
+}
+_BEAM = _SRL + "realbeam_experiments/Measurement_data (markers as CSV, see docs/studies/benchmark.md)"
+_LIGHTER = tuple(recording_file("clamped_beam", name) for name in BEAM.fitted)
+(_HEAVIEST,) = (recording_file("clamped_beam", name) for name in BEAM.tested)
+_FITTED_PRESSURES = tuple(recording_file("pneumatic_segment", name) for name in SEGMENT.fitted)
+_SWINGING_SHARE = 0.4  # share of a recording after which the beam hardly swings
+
+
+def _read_segment(path: Path) -> Recorded:
+    """Pressure (kPa) from the valve's opening to its closing, which are detected in the motion, and the tip."""
+    motion, moved = tip_motion("pneumatic_segment", path)
+    assert motion.pressure is not None
+    opened = (motion.time >= motion.events[0]) & (motion.time < motion.events[1])
+    return Recorded(1e-3 * motion.pressure * opened[:, None], moved)
+
+
+_SEGMENT_FILES = {
+    "pneumatic_segment/10kPa.csv": "b54382f89030eb685c9832bf540179fb9bd3f5b237ef1ff033d09bcd291e7d34",
+    "pneumatic_segment/15kPa.csv": "aeebd10774199e7f684511a7ed91be1d5a47e156c452cae061d888c38885bd20",
+    "pneumatic_segment/20kPa.csv": "782af158109a3c186a75b1b681369bf26cb812ab6e299a56bacb0fc39a01ac18",
+    "pneumatic_segment/25kPa.csv": "95759626be4616b0ada2fd67f0414b1734e569b0214441ca853b38aa531ee999",
+    "pneumatic_segment/35kPa.csv": "9afc7a14c71f2142f41e468a8f3ccbe2d423fcfa5c675970231caea2707e108b",
+    "pneumatic_segment/40kPa.csv": "0f952b359a1ae07d8fdda4bb0d78e2c25086bda51087dff393fb3b1aa7af305a",
+    "pneumatic_segment/45kPa.csv": "b68a8c173a9d96c39b9aec032c89a1519b76f58a6e6d3c4d530c0c73ecbf3bed",
+}
+
+
+def _read_tendons(path: Path) -> Recorded:
+    """Lengths of nine tendons that are pulled in (mm), and the tip (m)."""
+    _, *rows = csv.reader(StringIO(read_text(path, MAX_BYTES)))
+    table = np.array([row[2:] for row in rows], dtype=float)
+    return Recorded(table[:, :9], 1e-3 * table[:, 9:])
+
+
+_ROWS_BETWEEN = 10  # what is trained on and what is tested: 6 s
+# The first row of every family of patterns in which two segments move together: 1 and 2, 1 and 3, 2 and 3.
+_ROWS = {"v4": (1620, 717, 866, 989, 1141, 1300, 1481), "v6": (1019, 529, 556, 648, 729, 827, 920)}
+_TENDON_SHA256 = {
+    "v4": "1eddfda64b3cf51a7f6cdf3e88f088cbb70baa944be4e5ebb30ef397f76590af",
+    "v6": "b54a17c839042e977bb09019385ed10f25bf8bd7bc06fb96db57c9369da7111f",
+}
+
+
+def _tendons(robot: str) -> Task:
+    """Trained on one tendon or one segment at a time; tested on two segments together, bent alike or oppositely."""
+    file, (rows, *begins) = f"tendon_robots/{robot}_train.csv", _ROWS[robot]
+    pairs = [Part(file, begin / rows, end / rows) for begin, end in zip(begins, [*begins[1:], rows], strict=True)]
+    return Task(
+        f"tendons_{robot}_tip",
+        "https://github.com/ContinuumRoboticsLab/opencr-mujoco, data/sysid",
+        {file: _TENDON_SHA256[robot]},
+        _channels("mm", " ".join(f"tendon_{i + 1}" for i in range(9))),
+        _channels("m", "tip_x tip_y tip_z"),
+        (Part(file, end=(begins[0] - _ROWS_BETWEEN) / rows),),
+        {"two alike": tuple(pairs[::2]), "two opposite": tuple(pairs[1::2])},
+        _read_tendons,
+        period=0.6,
+        kept_back=Part(f"tendon_robots/{robot}_val*.csv"),
+    )
+
+
+_MOTORS, _DISKS = slice(10, 16), slice(1, 10)  # columns
+_LOAD_OF_TRUNK = re.compile(r"_(\d+)g")  # in the name of a file, g
+
+
+def _read_trunk_shape(path: Path) -> Recorded:
+    table = np.loadtxt(path, delimiter=",", skiprows=1)
+    return Recorded(table[:, _MOTORS], table[:, _DISKS])
+
+
+def _read_trunk_load(path: Path) -> Recorded:
+    table, named = np.loadtxt(path, delimiter=",", skiprows=1), _LOAD_OF_TRUNK.search(path.name)
+    if named is None:
+        raise InputError(path, "name", path.name, "must have the load in g, such as random_200g.csv")
+    return Recorded(table[:, 1:16], np.full((len(table), 1), float(named[1])))
+
+
+def _read_trunk_dc(path: Path) -> Recorded:
+    """Commands of the motors (deg) come first here."""
+    table = np.loadtxt(path, delimiter=",", skiprows=1)
+    return Recorded(table[:, 1:7], table[:, 7:16])
+
+
+_TRUNK_FILES = {
+    "soft_trunk/random_0g.csv": "bc4c951556c971d8849e556f067bf041c6de359b630a88d70760738abb836541",
+    "soft_trunk/random_100g.csv": "790953bd1c715a8d6ddafa3e8dbe5e7781727a164119311a0fec99c6e6e2ffc0",
+    "soft_trunk/random_300g.csv": "7153b29b798170b9a4083dd1f7fa9de7ee709df883f272b4af5777f91b7fd9ce",
+}
+_TRUNK_DC_FILES = {
+    "trunk_dc/observations_200g.csv": "85f312433b34ab2ab336320dbc652ab3657ca3c4377282b979adc4bf9233bb29",
+    "trunk_dc/observations_400g.csv": "d4e1b7f37c62e4464ffaa3e519ca042ab6cbfcce790b92cbf1379e77cf37f0ce",
+}
+_TRUNK = "https://github.com/StanfordASL/trunk-stack, stack/main/data/trajectories/dynamic/"
+_DISK_NAMES = " ".join(f"{axis}{disk}" for disk in (1, 2, 3) for axis in "xyz")
+# The same commands were run with every load. So that none that is tested was trained on, shares of the files are used,
+# and some seconds between them are not.
+_TRAINED_SHARE, _TESTED_SHARE = 0.8, 0.85
+_LIGHT, _MIDDLE, _HEAVY = _TRUNK_FILES
+_DC_LIGHT, _DC_HEAVY = _TRUNK_DC_FILES
+
+
+TASKS = (
+    _contacts("contact_tip", "m", ["tip_x", "tip_z"]),
+    _contacts("contact_force", "N", ["force"]),
+    _contacts("contact_place", "m", ["place"]),
+    _grasps("grasp_shape", list(SHAPES)),
+    _grasps("grasp_new", [shape for shape in SHAPES if shape != "sphere"]),
+    Task(
+        "arm_tip",
+        "https://github.com/ASU-RISE-Lab/4-chamber-softarm-control, data-collection/2023/apr 4 and apr 5",
+        _ARM_FILES,
+        _channels("V", "L1 R1 R_total L_total") + _channels("psi", "upper_0 upper_1 upper_2 lower_0 lower_1 lower_2"),
+        _channels("m", "tip_x tip_z"),
+        tuple(map(Part, _TRIALS)),
+        {
+            "same day": (Part("two_segment_arm/trial_7.txt"),),
+            "next day": (Part("two_segment_arm/trial_8.txt"),),
+        },
+        _read_arm,
+        period=0.017,
+        kept_back=Part("two_segment_arm/trial_*.txt"),
+        given=_TRIALS,
+    ),
+    Task(
+        "beam_tip",
+        _BEAM,
+        _BEAM_FILES,
+        _channels("rad", "turn"),
+        _channels("m", "tip_x tip_z"),
+        tuple(Part(file) for file in _LIGHTER),
+        {"swinging": (Part(_HEAVIEST, end=_SWINGING_SHARE),), "at rest": (Part(_HEAVIEST, _SWINGING_SHARE),)},
+        _read_beam_tip,
+        period=_CAPTURED,
+        kept_back=Part("clamped_beam/*.csv"),
+        given=_LIGHTER,
+    ),
+    Task(
+        "beam_load",
+        _BEAM,
+        _BEAM_FILES,
+        _channels("rad", "turn") + _channels("m", "tip_x tip_z"),
+        _channels("g", "mass"),
+        tuple(Part(file, _SWINGING_SHARE) for file in _LIGHTER),
+        {"102 g": (Part(_HEAVIEST, _SWINGING_SHARE),)},
+        _read_beam_load,
+        period=_CAPTURED,
+        kept_back=Part("clamped_beam/*.csv", _SWINGING_SHARE),
+        given=_LIGHTER,
+    ),
+    Task(
+        "segment_tip",
+        _SRL + "1segment_arm/Measurement_data (markers as CSV, see docs/studies/benchmark.md)",
+        _SEGMENT_FILES,
+        _channels("kPa", "pressure"),
+        _channels("m", "tip_x tip_z"),
+        tuple(map(Part, _FITTED_PRESSURES)),
+        {f"{pressure} kPa": (Part(f"pneumatic_segment/{pressure}kPa.csv"),) for pressure in (15, 20, 35, 40)},
+        _read_segment,
+        period=_CAPTURED,
+        kept_back=Part("pneumatic_segment/*.csv"),
+        given=_FITTED_PRESSURES,
+    ),
+    _tendons("v4"),
+    _tendons("v6"),
+    Task(
+        "trunk_shape",
+        _TRUNK + "servo_motor_archive",
+        _TRUNK_FILES,
+        _channels("deg", " ".join(f"phi{motor}" for motor in range(1, 7))),
+        _channels("m", _DISK_NAMES),
+        (Part(_LIGHT, end=_TRAINED_SHARE),),
+        {"100 g": (Part(_MIDDLE, _TESTED_SHARE),), "300 g": (Part(_HEAVY, _TESTED_SHARE),)},
+        _read_trunk_shape,
+        period=_CAPTURED,
+        kept_back=Part("soft_trunk/random_*.csv", _TESTED_SHARE),
+    ),
+    Task(
+        "trunk_load",
+        _TRUNK + "servo_motor_archive",
+        _TRUNK_FILES,
+        _channels("m", _DISK_NAMES) + _channels("deg", " ".join(f"phi{motor}" for motor in range(1, 7))),
+        _channels("g", "mass"),
+        (Part(_LIGHT, end=_TRAINED_SHARE), Part(_HEAVY, end=_TRAINED_SHARE)),
+        {"100 g": (Part(_MIDDLE, _TESTED_SHARE),)},
+        _read_trunk_load,
+        period=_CAPTURED,
+        kept_back=Part("soft_trunk/random_*.csv", _TESTED_SHARE),
+    ),
+    Task(
+        "trunk_dc_shape",
+        _TRUNK + "dc_motor_archive (commands 60 rows before the observations of the same number)",
+        _TRUNK_DC_FILES,
+        _channels("deg", " ".join(f"u{motor}" for motor in range(1, 7))),
+        _channels("m", _DISK_NAMES),
+        (Part(_DC_LIGHT, end=_TRAINED_SHARE),),
+        {"400 g": (Part(_DC_HEAVY, _TESTED_SHARE),)},
+        _read_trunk_dc,
+        period=_CAPTURED,
+        kept_back=Part("trunk_dc/*.csv", _TESTED_SHARE),
+    ),
+)

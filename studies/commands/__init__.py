@@ -1,0 +1,242 @@
+"""The studies, as `python -m studies --help` lists them; each runs in a module of its name."""
+
+from enum import StrEnum
+from functools import partial
+from pathlib import Path
+
+from soft_gripper.commands.options import (
+    CONSOLE,
+    DATA,
+    EXECUTOR,
+    RESUME,
+    SEED,
+    Command,
+    Option,
+    Program,
+    count,
+    flag,
+    json_file,
+    number,
+    option,
+    out,
+    path,
+    scenario_name,
+    whole,
+)
+
+
+class Group(StrEnum):
+    """The groups by which `--help` lists studies, in that order."""
+
+    ESTIMATES = "errors of estimates, and how often what they state is true"
+    RECORDINGS = "recorded data, and scores of estimators"
+    REFERENCES = "physics against reference solutions"
+    SIMULATORS = "other simulators"
+    SPEED = "computing time"
+    HOUSE = "the code itself"
+
+
+def _study(
+    group: Group, folder: str, name: str, does: str, *options: Option, examples: tuple[str, ...] = ("",)
+) -> Command:
+    """A study whose `run` is in the module of its name in a folder."""
+    return Command(name, does, examples, options, package=f"studies.{folder}.{name.replace('-', '_')}", group=group)
+
+
+_SCENARIOS = option("scenarios", "scenario (default: those of the documentation)", "SCENARIO", scenario_name, nargs="*")
+_TIME_STEP = option("--time-step", "time step in MuJoCo (default: that of the scenario)", "S", number(1.0))
+_OWN = "your own estimator, as MODULE:FUNCTION; may be repeated"
+_estimates, _records = partial(_study, Group.ESTIMATES), partial(_study, Group.RECORDINGS)
+_engines, _speed = partial(_study, Group.SIMULATORS, "engines"), partial(_study, Group.SPEED, "speed")
+_house = partial(_study, Group.HOUSE, "house")
+
+COMMANDS = (
+    _estimates(
+        "commands",
+        "contacts",
+        "press a finger against random pegs; report errors of contact force and location",
+        *CONSOLE,
+        count("--trials", "number of contacts", 200),
+        SEED,
+        option(
+            "--friction", "coefficient of friction of the peg (default: %(default)s)", "MU", number(1e2), default=0.3
+        ),
+        option(
+            "--beyond",
+            "share of the length beyond which the finger is pressed (default: %(default)s)",
+            "SHARE",
+            number(0.9),
+            default=0.4,
+        ),
+        option("--estimator", f"estimator, or {_OWN} (default: contact)", "NAME", action="append"),
+        *EXECUTOR,
+        option("--contacts", "contacts.nc of an earlier run: evaluate these, simulate none", "FILE", path),
+        out("results/contacts"),
+        examples=(
+            "--trials 200 --seed 1",
+            "--contacts results/contacts/contacts.nc    contacts of an earlier run again",
+        ),
+    ),
+    _estimates(
+        "contacts",
+        "contact-coverage",
+        "count how often what `contact` states of a force is true, in situations that users meet",
+        *CONSOLE,
+        option(
+            "--size",
+            "number of contacts, relative to those of the documentation (default: %(default)g)",
+            "SHARE",
+            number(100.0),
+            default=1.0,
+        ),
+        *(SEED, RESUME, *EXECUTOR, out("results/contact_coverage")),
+        examples=("", "--size 0.1 --resume"),
+    ),
+    _estimates(
+        "contacts",
+        "model-errors",
+        "count how often what `contact` states is true, where finger or scene differ from what is declared",
+        *CONSOLE,
+        count("--contacts", "number of contacts in each case, and of free fingers", 500),
+        *(SEED, *EXECUTOR, out("results/model_errors")),
+        examples=("", "--contacts 50"),
+    ),
+    _estimates(
+        "commands",
+        "drift",
+        "estimate shape and force during an hour of grasping with sensors that drift, by policies of zeroing them",
+        *CONSOLE,
+        count("--parts", "sets of grasps and sensors, an hour each", 2),
+        *(SEED, RESUME, *EXECUTOR, out("results/drift")),
+        examples=("", "--parts 4 --resume"),
+    ),
+    _estimates(
+        "commands",
+        "robustness",
+        "repeat an evaluation with sensor errors, wrong nominal models and other plants",
+        *(*CONSOLE, out("results/evaluation"), *EXECUTOR, RESUME),
+        count("--seeds", "number of random seeds", 20),
+        option("--estimator", _OWN, "NAME", action="append", default=[]),
+        examples=("                after `soft-gripper evaluate`, in its folder", "--seeds 50 --resume"),
+    ),
+    _estimates("robustness", "sensor-presets", "errors of shape and torque with every preset of sensor errors"),
+    _estimates(
+        "benchmark",
+        "recognition",
+        "how often sensors tell a sphere, a cylinder, a box and an uneven body apart",
+        *(*EXECUTOR, out("results")),
+    ),
+    _estimates(
+        "benchmark",
+        "softness",
+        "how often sensors tell blocks of four materials apart",
+        count("--grasps", "number of grasps of a material to train on, and to test", 25),
+        *(SEED, *EXECUTOR, out("results/softness")),
+    ),
+    _records(
+        "commands",
+        "hardware",
+        "identify and replay the published hardware recordings",
+        *(*CONSOLE, DATA, out("results/hardware"), *EXECUTOR),
+        examples=("--data ~/recordings",),
+    ),
+    _records(
+        "commands",
+        "benchmark",
+        "score estimators of shape, force, location, load and held objects, with fixed splits",
+        *(*CONSOLE, DATA),
+        option("estimator", "your own estimator, beside the baselines", "FILE:FUNCTION", nargs="?"),
+        option("--submit", "write what your estimator states of every test sample, too", "FILE", json_file),
+        option("--score", "score submissions of others instead", "FILE", path, nargs="+", default=[]),
+        option("--compare", "print results files beside each other instead", "FILE", path, nargs="+", default=[]),
+        option("--out", "file to write (default: %(default)s)", "FILE", json_file, default=Path("benchmark.json")),
+        examples=(
+            "                                             simulated contacts and grasps, which are here",
+            "mine.py:estimator --data ~/recordings        your own estimator, on recorded hardware too",
+            "mine.py:estimator --submit mine.json         what it states of every sample, to be scored by others",
+            "--score theirs.json --data ~/recordings      scores of such a file, without its code",
+            "--compare benchmark.json theirs.json",
+        ),
+    ),
+    _records("benchmark", "benchmark-data", "simulate the contacts and grasps of the benchmark again"),
+    _study(
+        Group.REFERENCES,
+        "verification",
+        "verification",
+        "fingers in space against what is known of rods, and their grasps",
+        flag("--soft", "soft bodies between plates against closed forms instead"),
+    ),
+    _study(
+        Group.SIMULATORS,
+        "peers",
+        "peers",
+        "error and computing time of the same fingers in MuJoCo, PyBullet and PyElastica",
+        option("tasks", "task of settings.yaml: printed only (default: all, into their page)", "TASK", nargs="*"),
+        count("--rounds", "number of alternating rounds", 5),
+        examples=("", "'box grasp' --rounds 2"),
+    ),
+    _engines(
+        "engine-agreement",
+        "every shipped scenario in MuJoCo and in Drake: tips, forces and ends",
+        _SCENARIOS,
+        option("--boxes", "draw boxes for box_grasp instead (default: 100)", "N", whole(1), nargs="?", const=100),
+        examples=("", "box_grasp", "--boxes 100      random boxes instead"),
+    ),
+    _engines("export-tips", "fingertips at rest in Drake and, exported, in MuJoCo", _TIME_STEP),
+    _engines(
+        "export-trials",
+        "random grasps in Drake and, exported, in MuJoCo",
+        *(_TIME_STEP, count("--trials", "number of grasps", 100), SEED, out("results/export_trials")),
+        examples=("--time-step 0.002",),
+    ),
+    _engines(
+        "design-ranks",
+        "whether MuJoCo ranks the designs of a search as Drake does",
+        option("study", "YAML file of the search", read=path),
+        option("results", "folder of its results", read=path),
+        count("--designs", "number of designs", 20),
+        examples=("examples/design/bottle.yaml results/design",),
+    ),
+    _speed("block-costs", "computing time of the closed diagram and its blocks, beside the bare plant"),
+    _speed(
+        "compare",
+        "computing time of this checkout and of another one, in turns",
+        option("other", "folder of the other checkout, with its .venv", "DIR", path),
+        _SCENARIOS,
+        examples=("../before",),
+    ),
+    _speed("contact-points", "what contact at points saves and changes in a grasp", _SCENARIOS),
+    _speed("work-precision", "error of the fingertips against computing time, by solver"),
+    _speed("scaling", "computing time against segments, fingers, objects and sections"),
+    _speed("many-runs", "runs per second, overhead and memory of sweeps"),
+    _speed(
+        "many-grasps",
+        "what a thousand box grasps cost in MuJoCo, with one process and with two",
+        flag("--varied", "whole scenarios and designs, in MuJoCo and in Drake"),
+        option("--runs", "number of runs (default: 1000; 40 with --varied)", "N", whole(1)),
+        examples=("", "--varied      by what varies, beside Drake"),
+    ),
+    _speed("learning", "computing time of the environments for learning"),
+    _speed(
+        "live",
+        "latency, losses and memory of `soft-gripper live` over minutes",
+        option("--seconds", "duration (default: %(default)s)", "S", number(1e5), default=600.0),
+        option("--estimator", "estimator (default: %(default)s)", "NAME", default="gaussian"),
+        flag("--page", "with the page, which nobody opens"),
+        examples=("--seconds 60 --page",),
+    ),
+    _speed("play", "how far `soft-gripper play` keeps up with real time", _SCENARIOS),
+    _house("house", "size and order of the code, and what grew"),
+    _house("words", "words of every page"),
+    _house(
+        "oracle",
+        "numbers of scenarios and contacts before and after a change",
+        option("action", "what to do", choices=("store", "compare")),
+        option("folder", "where the numbers are", "DIR", path),
+        examples=("store results/oracle", "compare results/oracle"),
+    ),
+)
+
+STUDIES = Program(
+    "python -m studies", "Studies that give the numbers of README and docs.", tuple(Group), lambda: COMMANDS
+)

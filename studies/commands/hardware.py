@@ -1,0 +1,71 @@
+"""python -m studies hardware: identifies and replays the published hardware experiments, and checks claims."""
+
+import argparse
+from concurrent.futures import Executor
+from pathlib import Path
+
+from soft_gripper.extras.hardware.commands.fit_progress import FitProgress
+from soft_gripper.extras.hardware.commands.printing import print_identified, print_replay
+from soft_gripper.extras.hardware.identification.identified_finger import Identified, fit_remarks, write_fitted
+from soft_gripper.extras.hardware.replay.held_out import replay
+from soft_gripper.extras.paper.commands.printing import print_claims
+from soft_gripper.files.output import lock_folder
+from soft_gripper.files.row_table import write_csv
+from soft_gripper.pictures.style import save_figure
+from soft_gripper.runs.executor import open_executor
+from studies.hardware.published import (
+    ARM,
+    BEAM,
+    SEGMENT,
+    Experiment,
+    Recordings,
+    hardware_claims,
+    hardware_figure,
+    identify_published,
+    published_recordings,
+)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Runs the command."""
+    opened = open_executor(options.jobs, options.scheduler)
+    recordings = published_recordings(options.data)
+    out = lock_folder(options.out)
+    arm = replay(list(recordings[ARM].values()))
+    print_replay(arm)
+    write_csv(out / f"{ARM}.csv", arm.table)
+    with opened as executor:
+        beam, segment = (
+            _written(out, experiment, _identified(out, experiment, recordings[experiment.description], executor))
+            for experiment in (BEAM, SEGMENT)
+        )
+    save_figure(hardware_figure(beam, segment, arm), out / "hardware")
+    found = hardware_claims(beam, segment, arm.table)
+    print_claims(found)
+    options.console.table("claims", found, out / "claims.csv")
+    suffixes = (".urdf", ".setup.yaml", ".csv")
+    fingers = [f"{experiment.description}{suffix}" for experiment in (BEAM, SEGMENT) for suffix in suffixes]
+    options.console.wrote(
+        *(out / file for file in (*fingers, f"{ARM}.csv", "claims.csv", "hardware.png", "hardware.svg"))
+    )
+    return 0 if all(claim.holds for claim in found) else 1
+
+
+def _identified(out: Path, experiment: Experiment, recordings: Recordings, executor: Executor) -> Identified:
+    """Identifies a finger; what the search has found so far is in its file."""
+    initial, file = experiment.finger_file, _finger_file(out, experiment)
+    progress = FitProgress(experiment.description, lambda model, remark: write_fitted(initial, file, model, [remark]))
+    return identify_published(experiment, recordings, executor, progress)
+
+
+def _finger_file(out: Path, experiment: Experiment) -> Path:
+    return out / f"{experiment.description}.urdf"
+
+
+def _written(out: Path, experiment: Experiment, found: Identified) -> Identified:
+    """Writes and prints the identified parameters."""
+    print(f"\n{experiment.description}: fitted to {', '.join(experiment.fitted)}")
+    print_identified(found)
+    write_fitted(experiment.finger_file, _finger_file(out, experiment), found.model, fit_remarks(found.confidence))
+    write_csv(out / f"{experiment.description}.csv", found.scores)
+    return found

@@ -1,0 +1,214 @@
+"""How often what `contact` states of a force is true, in the situations in which a user meets contacts.
+
+A row for each of `situations`, number of sections, sensors and nominal model. All contacts of one draw count. An answer
+that is withheld, since no single force explains the readings, and a bound at the largest force that the scene can exert
+are counted by themselves.
+"""
+
+import argparse
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from soft_gripper.estimators.force_posterior import DETECTED
+from soft_gripper.files.output import lock_folder
+from soft_gripper.files.row_table import print_table
+from soft_gripper.pictures.style import STYLE, save_figure
+from soft_gripper.runs.executor import open_executor
+from soft_gripper.runs.study import StudyTables
+from studies.contacts.situations import (
+    ARM,
+    MODELS,
+    PEG,
+    STATICS,
+    Case,
+    Stated,
+    carried,
+    drawn,
+    pressed,
+)
+from studies.contacts.trials import statistics
+
+TABLE, ABOUT, FIGURE = "contact_coverage.csv", "contact_coverage.txt", "contact_coverage"
+SITUATIONS = (*STATICS, *PEG, *ARM)
+CASES = tuple(Case(*each) for each in product((2, 4), (False, True), MODELS))
+ENOUGH = 92.0  # %, of the bar
+FEWEST = 20  # contacts of which a share is stated
+CONTACTS, RUNS, CARRIES = 500, 6, 1  # of a situation, by statics, with a peg and with an arm
+_TENTHS, _THIRDS = range(1, 10), (("near", 0.1, 0.4), ("middle", 0.4, 0.7), ("far", 0.7, 1.01))
+KEYS = "situation", "sections", "sensors", "model"
+_STATED = "interval", "bound", "bound_beyond", "bound_several", "place"
+SHARES = (
+    *("contacts", "detected_percent", "withheld_percent", "unbounded_percent", "unbounded_beyond_percent"),
+    *(f"{stated}_{which}" for stated in _STATED for which in ("percent", "least_percent", "by_tenth")),
+)
+_MEASURED, _STATISTICS = ("force_n", "place_percent"), ("mean", "median", "90")
+ERRORS = (
+    *(f"{error}_{name}_{third[0]}" for error in _MEASURED for third in _THIRDS for name in _STATISTICS),
+    "degrees_median",
+)
+COLUMNS = (*KEYS, *SHARES, *ERRORS)
+Row = dict[str, str]
+Job = tuple[str, Case]
+
+
+def key_of(situation: str, case: Case) -> tuple[str, ...]:
+    """The cells that name a row."""
+    return situation, str(case.sections), case.sensors, case.model
+
+
+def coverage_row(situation: str, case: Case, stated: Stated) -> Row:
+    """Shares of what is stated that is true, %, and errors of forces, N, and places, % of the length.
+
+    The interval counts where it is stated; bounds where they are below the largest force; the place where it is known.
+    A share of each tenth of the length with FEWEST of these or more, and the least of them, are of contacts from 0.1 of
+    the length on.
+    """
+    assumed, force = case.assumed, stated.force[:, None]
+    low, _, high = stated.interval.T
+    bounded = stated.bounds < 0.999 * assumed.largest_force
+    far = stated.place > assumed.nearest_contact
+    least, most = stated.places.T
+    true = {
+        "interval": ((low <= stated.force) & (stated.force <= high), np.isfinite(low)),
+        "bound": ((force <= stated.bounds)[:, 0], bounded[:, 0]),
+        "bound_beyond": ((force <= stated.bounds)[:, 1], bounded[:, 1] & far),
+        "bound_several": ((force <= stated.bounds)[:, 2], bounded[:, 2] & far),
+        "place": ((least <= stated.place) & (stated.place <= most), np.isfinite(least)),
+    }
+    row = dict(zip(KEYS, key_of(situation, case), strict=True)) | {
+        "contacts": str(len(force)),
+        "detected_percent": _percent(stated.probability > DETECTED),
+        "withheld_percent": _percent(~np.isfinite(low)),
+        "unbounded_percent": _percent(~bounded[:, 0]),
+        "unbounded_beyond_percent": _percent(~bounded[far, 1]),
+    }
+    for name, (holds, known) in true.items():
+        tenths = [_share(holds, known & (np.minimum((10 * stated.place).astype(int), 9) == i)) for i in _TENTHS]
+        row |= {
+            f"{name}_percent": _percent(holds[known]),
+            f"{name}_least_percent": f"{np.nanmin([*tenths, np.inf]):.1f}",
+            f"{name}_by_tenth": " ".join(f"{share:.1f}" for share in tenths),
+        }
+    errors = np.abs(stated.estimated_force - stated.force), 100 * np.abs(stated.estimated_place - stated.place)
+    for name, values in zip(_MEASURED, errors, strict=True):
+        for third, begin, end in _THIRDS:
+            part = values[(begin <= stated.place) & (stated.place < end) & np.isfinite(values)]
+            row |= {f"{name}_{each}_{third}": f"{value:.3g}" for each, value in statistics(part).items()}
+    directions = stated.degrees[np.isfinite(stated.degrees)]
+    return row | {"degrees_median": f"{np.median(directions) if len(directions) else np.nan:.2g}"}
+
+
+def _share(holds: NDArray[np.bool_], known: NDArray[np.bool_]) -> float:
+    return 100 * float(holds[known].mean()) if known.sum() >= FEWEST else np.nan
+
+
+def _percent(holds: NDArray[np.bool_]) -> str:
+    return f"{100 * holds.mean():.1f}" if len(holds) else "nan"
+
+
+def rows_of(kind: str, case: Case, number: float, seed: int) -> list[Row]:
+    """The rows of a job: one of a situation by statics, or those of runs with a peg or with an arm.
+
+    `number` is the size of the study, relative to that of the docs.
+    """
+    if kind in ("peg", "arm"):
+        simulated, runs = (pressed, RUNS) if kind == "peg" else (carried, CARRIES)
+        found = simulated(case, max(round(number * runs), 1), seed)
+        return [coverage_row(situation, case, stated) for situation, stated in found.items()]
+    return [coverage_row(kind, case, drawn(STATICS[kind], case, max(round(number * CONTACTS), 1), seed))]
+
+
+def coverage_jobs() -> list[Job]:
+    """Kinds and cases of situations, those that take longest first."""
+    known = product(["arm", "peg", *reversed(STATICS)], CASES)
+    # With realistic sensors, the task of the arm does not hold its box.
+    return [(kind, case) for kind, case in known if kind != "arm" or not case.realistic]
+
+
+def _keys(job: Job) -> list[tuple[str, ...]]:
+    """The keys of the rows of a job."""
+    kind, case = job
+    return [key_of(situation, case) for situation in {"peg": PEG, "arm": ARM}.get(kind, (kind,))]
+
+
+def run_coverage(
+    folder: Path, number: float, seed: int, executor: Executor, report: Callable[[Job], Any], resume: bool = False
+) -> list[Row]:
+    """Runs the study, writes its table and figure, and returns the rows.
+
+    Args:
+        folder: of the files.
+        number: size of the study, relative to that of the docs.
+        seed: of all that is random.
+        executor: makes the calls.
+        report: called with each of `coverage_jobs` as it ends, or at once if its rows exist.
+        resume: keep existing rows.
+
+    Raises:
+        InputError: if the study to be resumed is another one.
+    """
+    tables = StudyTables(folder, ABOUT, {TABLE: COLUMNS}, len(KEYS))
+    tables.begin(f"seed: {seed}\nsize: {number}\n", resume)
+    jobs = {job: (*job, number, seed) for job in coverage_jobs()}
+
+    def keep(job: Job, rows: list[Row]) -> None:
+        for row in rows:
+            tables.add([row[column] for column in COLUMNS])
+
+    tables.run(executor, rows_of, jobs, keep, ended=report, keys=_keys)
+    order = [key_of(situation, case) for situation in SITUATIONS for case in CASES]
+    tables.finish([key for key in order if key in tables.rows])
+    rows = [dict(zip(COLUMNS, found[0], strict=True)) for found in tables.rows.values()]
+    save_figure(coverage_figure(rows), folder / FIGURE)
+    return rows
+
+
+_COLORS = "#0072b2", "#009e73", "#d55e00", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#999999", "#7f3c8d", "#8c564b"
+
+
+def coverage_figure(rows: Sequence[Row]) -> Figure:
+    """Shares of intervals and of bounds that are true, by tenths of the length, a line a situation."""
+    panels = list(product(("interval", "bound_beyond"), ("2", "4")))
+    cases = list(dict.fromkeys((row["sensors"], row["model"]) for row in rows))
+    places = np.array(_TENTHS) / 10 + 0.05
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(3 * len(cases), 2.3 * len(panels)), layout="constrained")
+        axes = figure.subplots(len(panels), len(cases), sharex=True, sharey=True, squeeze=False)
+        for (field, sections), line in zip(panels, axes, strict=True):
+            line[0].set_ylabel(f"{sections} sections: {field.replace('_', ', ')}\ntrue [%]")
+            for case, panel in zip(cases, line, strict=True):
+                panel.axhline(ENOUGH, color="0.6", lw=0.8, ls="--")
+                chosen = [row for row in rows if (row["sections"], row["sensors"], row["model"]) == (sections, *case)]
+                for row in chosen:
+                    shares = [float(cell) for cell in row[f"{field}_by_tenth"].split()]
+                    color = _COLORS[SITUATIONS.index(row["situation"])]
+                    panel.plot(places, shares, color=color, marker="o", ms=2.5, lw=1.2, label=row["situation"])
+                panel.set(ylim=(39, 101), xlim=(0.1, 1))
+        for case, panel in zip(cases, axes[0], strict=True):
+            panel.set_title(f"{case[0]} sensors; model {case[1]}", fontsize="medium")
+        for panel in axes[-1]:
+            panel.set_xlabel("place of the force / length")
+        handles = [mpl.lines.Line2D([], [], color=color) for color in _COLORS]
+        figure.legend(handles, SITUATIONS, loc="outside lower center", ncols=5, frameon=False)
+    return figure
+
+
+def run(options: argparse.Namespace) -> None:
+    """Runs the command."""
+    executor, out = open_executor(options.jobs, options.scheduler), lock_folder(options.out)
+    kept = "--resume goes on with them"
+    with options.console.jobs(len(coverage_jobs()), "cases", kept) as ended, executor as opened:
+        rows = run_coverage(out, options.size, options.seed, opened, lambda job: ended(), options.resume)
+    names = [name for name in COLUMNS if not name.endswith("by_tenth")]  # which the table and the figure have
+    headings = {name.replace("_", " "): "" if name in KEYS else ">" for name in names}
+    print_table(headings, [[row[name] for name in names] for row in rows])
+    options.console.document["coverage"] = rows
+    options.console.wrote(*(out / file for file in (TABLE, f"{FIGURE}.png", f"{FIGURE}.svg")))

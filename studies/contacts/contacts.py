@@ -1,0 +1,101 @@
+"""Single contacts of a finger at rest, with ground truth: as arrays, and in a file."""
+
+import math
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from soft_gripper.arrays import Array
+from soft_gripper.diagrams.recording import Recording
+from soft_gripper.errors import InputError
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.urdf import expand_urdf
+from soft_gripper.scenario.model_files import model_path
+
+FINGER = "package://soft_gripper/grippers/finger.urdf"
+G = 9.81  # m/s^2
+INNER, OUTER = 0.0, math.pi  # sides
+MOST_FRICTION = 100.0  # Coulomb; with more, nothing slides
+
+
+@cache
+def read_finger() -> Finger:
+    """The shipped finger, of which all contacts here are."""
+    (finger,) = expand_urdf(model_path(FINGER)).fingers
+    return finger
+
+
+@dataclass(frozen=True, eq=False)
+class Contacts:
+    """Ground truth of M contacts of one finger at rest, whose D joint positions are flat, way after way."""
+
+    finger: Finger
+    q: Array  # (M, D) rad
+    pressure: Array  # (M,) Pa
+    gravity: Array  # (M, 3) m/s^2 in B
+    normal_force: Array  # (M,) N, along the normal of the face
+    force: Array  # (M, 3) N in B, friction included
+    torque: Array  # (M, D) N m, of the contact at the joints
+    arc_length: Array  # (M,) m, from the base
+    side: Array  # (M,) rad around the finger: 0 on the inner side, pi / 2 toward +y
+    friction: Array  # (M,) Coulomb
+
+    def at(self, rows: NDArray[np.int_] | NDArray[np.bool_]) -> "Contacts":
+        """Some of the contacts."""
+        return Contacts(self.finger, *(getattr(self, name)[rows] for name in _ARRAYS))
+
+    @property
+    def is_inside(self) -> NDArray[np.bool_]:
+        """Which of the contacts press on the inner side, (M,)."""
+        return np.cos(self.side) > 0
+
+
+_ARRAYS: dict[str, tuple[str, float, float, str]] = {  # unit, range and last axis
+    "q": ("rad", -math.pi, math.pi, "joint"),
+    "pressure": ("Pa", -1e6, 1e6, ""),
+    "gravity": ("m/s^2", -100, 100, "xyz"),
+    "normal_force": ("N", 1e-3, 1e3, ""),  # errors are shares of it
+    "force": ("N", -1e3, 1e3, "xyz"),
+    "torque": ("N m", -100, 100, "joint"),
+    "arc_length": ("m", 0, 1, ""),
+    "side": ("rad", -math.pi, math.pi, ""),
+    "friction": ("1", 0, MOST_FRICTION, ""),
+}
+
+
+def save_contacts(contacts: Contacts, path: Path) -> None:
+    """Writes a netCDF file with an array for every field."""
+    arrays = {
+        name: (("contact", axis) if axis else ("contact",), getattr(contacts, name), {"units": unit})
+        for name, (unit, _, _, axis) in _ARRAYS.items()
+    }
+    Recording(xr.Dataset(arrays)).save(path)
+
+
+def load_contacts(path: Path | str) -> Contacts:
+    """Reads contacts of the shipped finger, which `save_contacts` wrote.
+
+    Raises:
+        InputError: naming the array, if one is missing, damaged, or has values that are impossible for this finger.
+    """
+    data, finger = Recording.load(path).data, read_finger()
+    sizes = {"": (), "xyz": (3,), "joint": (finger.segments,)}
+    return Contacts(finger, *(_read_array(path, data, name, sizes[kind[-1]]) for name, kind in _ARRAYS.items()))
+
+
+def _read_array(path: Path | str, data: xr.Dataset, name: str, axes: tuple[int, ...]) -> Array:
+    if name not in data:
+        raise InputError(path, "array", name, "is not in the file; python -m studies contacts writes it")
+    values, (_, least, most, _) = data[name].values, _ARRAYS[name]
+    expected = (data.sizes.get("contact", 0), *axes)
+    if values.dtype != float or values.shape != expected or not expected[0]:
+        found = f"{values.dtype} {values.shape}"
+        raise InputError(path, name, found, f"give numbers of shape {('contacts', *axes)}, with at least one contact")
+    wrong = values[~((least <= values) & (values <= most))]
+    if len(wrong):
+        raise InputError(path, name, float(wrong[0]), f"give numbers of {least:.3g} to {most:.3g}")
+    return np.asarray(values)

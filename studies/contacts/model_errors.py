@@ -1,0 +1,80 @@
+"""Coverage of `contact` where finger, sensors or scene differ from what the default uncertainty declares.
+
+A row for each of `situations.DIFFERENCES`, number of sections and kind of sensors, of contacts and of as many fingers
+that nothing touches.
+"""
+
+import argparse
+from collections.abc import Callable
+from concurrent.futures import Executor
+from dataclasses import dataclass
+from functools import partial
+from itertools import product
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+
+from soft_gripper.estimators.force_posterior import DETECTED
+from soft_gripper.files.output import lock_folder
+from soft_gripper.files.row_table import print_rows, write_csv
+from soft_gripper.runs.executor import open_executor
+from soft_gripper.runs.study import results
+from studies.contacts.situations import DIFFERENCES, NOMINAL, Case, drawn
+
+TABLE = "model_errors.csv"
+CASES = tuple(Case(*each, NOMINAL) for each in product((2, 4), (False, True)))
+_FREE = dict.fromkeys(("inner", "outer"), (0.0, 0.0))  # N
+
+
+@dataclass(frozen=True)
+class ModelErrorRow:
+    """Coverage of 95 % intervals of the force and sets of places, where they are stated."""
+
+    difference: str
+    sections: int
+    sensors: str
+    contacts: int
+    interval_percent: Annotated[float, ".1f"]
+    place_percent: Annotated[float, ".1f"]
+    detected_percent: Annotated[float, ".1f"]  # of the contacts
+    touched_percent: Annotated[float, ".1f"]  # of as many free fingers, in which a contact is detected
+    seed: int
+
+
+def model_error_row(difference: str, case: Case, number: int, seed: int) -> ModelErrorRow:
+    """The row of a case of about `number` contacts."""
+    situation = DIFFERENCES[difference]
+    stated = drawn(situation, case, number, seed)
+    free = drawn(situation._replace(contacts=partial(situation.contacts, forces=_FREE)), case, number, seed)
+    (low, _, high), (least, most) = stated.interval.T, stated.places.T
+    covered = ((low <= stated.force) & (stated.force <= high))[np.isfinite(low)]
+    placed = ((least <= stated.place) & (stated.place <= most))[np.isfinite(least)]
+    masks = covered, placed, stated.probability > DETECTED, free.probability > DETECTED
+    interval, place, detected, touched = (100 * float(mask.mean()) if len(mask) else np.nan for mask in masks)
+    count = len(stated.force)
+    return ModelErrorRow(difference, case.sections, case.sensors, count, interval, place, detected, touched, seed)
+
+
+def run_model_errors(
+    folder: Path, number: int, seed: int, executor: Executor, report: Callable[[Any], Any]
+) -> list[ModelErrorRow]:
+    """Runs the study with about `number` contacts a row, writes its table, and returns the rows.
+
+    `executor` makes the calls; `report` is called as each ends.
+    """
+    jobs = {job: (*job, number, seed) for job in product(DIFFERENCES, CASES)}
+    rows = list(results(executor, model_error_row, jobs, report).values())
+    write_csv(folder / TABLE, rows)
+    return rows
+
+
+def run(options: argparse.Namespace) -> None:
+    """Runs the command."""
+    executor, out = open_executor(options.jobs, options.scheduler), lock_folder(options.out)
+    number = len(DIFFERENCES) * len(CASES)
+    with options.console.jobs(number, "cases", "nothing is written until the last case") as ended, executor as opened:
+        rows = run_model_errors(out, options.contacts, options.seed, opened, lambda job: ended())
+    print_rows(rows)
+    options.console.table("model_errors", rows)
+    options.console.wrote(out / TABLE)

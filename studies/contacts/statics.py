@@ -1,0 +1,194 @@
+"""Contacts in balance, computed by statics: forces on the faces of a finger, with any friction, one or several.
+
+A force turns with the link that it presses on: it is fixed in the link's frame, as its place is. M contacts, K forces
+of each.
+"""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from soft_gripper.arrays import Array
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.spatial_chain import Loads, posture, spatial_chain, torques, vector_product, weights
+from soft_gripper.sensors.measurement import ways_in_space
+from studies.contacts.contacts import INNER, OUTER, Contacts, G, read_finger
+
+MOST_BEND = 2.6  # rad of the whole finger
+_REPETITIONS, _STEP, _BALANCED = 200, 0.6, 1e-8  # rad
+_SIDES = {"inner": INNER, "outer": OUTER}
+
+
+class Forces(NamedTuple):
+    """Forces on links, in the frames of these."""
+
+    link: NDArray[np.int_]  # (M, K)
+    place: Array  # (M, K, 3) m
+    force: Array  # (M, K, 3) N
+
+    @classmethod
+    def on(cls, finger: Finger, s: Array, place: Array, force: Array) -> "Forces":
+        """At arc lengths (M, K) m; `place` is (M, K, 3) m from the axis there."""
+        begins = np.append(0.0, finger.joint_arc_lengths)
+        link = np.searchsorted(finger.joint_arc_lengths, s)
+        return cls(link, place + (s - begins[link])[..., None] * [0.0, 0.0, 1.0], force)
+
+
+def in_balance(
+    finger: Finger,
+    pressure: Array,
+    gravity: Array,
+    forces: Forces,
+    normal_force: Array,
+    s: Array,
+    side: Array,
+    mu: Array,
+) -> Contacts:
+    """The contacts for which a balance is found, and which bend the finger by less than MOST_BEND.
+
+    Args:
+        finger: that does not creep.
+        pressure, gravity: (M,) Pa and (M, 3) m/s^2 in B.
+        forces: of the contacts.
+        normal_force, s, side, mu: what the contacts count as, see `Contacts`; `mu` is their coefficient of friction.
+    """
+    chain = spatial_chain(finger)
+    weight, stiffness = weights(finger, chain, gravity), chain.spread(finger.stiffnesses)
+    driving = chain.spread({"bending": finger.pressure_torque(pressure)})
+    on_link = np.swapaxes(forces.link[..., None] == np.arange(finger.segments + 1), -1, -2).astype(float)
+    pressing, turning = (on_link @ each for each in (forces.force, np.cross(forces.place, forces.force)))
+
+    def loaded(q: Array) -> tuple[Array, Array, Array]:
+        """Torques of weight and contacts at the joints, and the sum of the contacts' forces in B."""
+        at = posture(chain, q)
+        R = at.rotations[..., weight.frames, :, :]
+        force, moment = ((R @ each[..., None])[..., 0] for each in (pressing, turning))
+        contact = Loads(weight.frames, np.zeros((finger.segments + 1, 3)), force, moment)
+        return torques(at, weight), torques(at, contact), force.sum(axis=-2)
+
+    bending = np.array(chain.ways) == "bending"
+
+    def deflection(torque: Array) -> Array:
+        q: Array = torque / stiffness
+        q[:, bending] = finger.angle(torque[:, bending])
+        return q
+
+    q = moved = deflection(driving)
+    for _ in range(_REPETITIONS):
+        by_weight, torque, _ = loaded(q)
+        moved = deflection(driving + by_weight + torque) - q
+        q = q + _STEP * moved
+    _, torque, force = loaded(q)
+    order = np.argsort(chain.places(ways_in_space(finger)))
+    q, torque = q[:, order], torque[:, order]
+    kept = (np.abs(moved).max(axis=-1) < _BALANCED) & (np.abs(q[:, : finger.segments].sum(axis=-1)) < MOST_BEND)
+    return Contacts(finger, q, pressure, gravity, normal_force, force, torque, s, side, mu).at(kept)
+
+
+FAR = 0.42, 0.99  # of the length, where a finger is usually touched
+FORCES = {"inner": (0.1, 2.0), "outer": (0.1, 1.8)}  # N
+PRESSURES = {"inner": (30e3, 150e3), "outer": (-30e3, 100e3)}  # Pa
+
+
+def rubbing_contacts(
+    number: int,
+    friction: Array | float,
+    share: Array | float,
+    seed: int,
+    places: tuple[float, float] = FAR,
+    finger: Finger | None = None,
+    forces: Mapping[str, tuple[float, float]] = FORCES,
+) -> Contacts:
+    """About `number` random contacts in the bending plane, with a share of the friction one way or the other.
+
+    `friction`, a coefficient, and `share` are one for all or (number); `finger` is the shipped one unless another is
+    given, `places` are shares of its length, `forces` ranges by side, N.
+    """
+    rng, finger = np.random.default_rng(seed), finger or read_finger()
+    side = np.asarray(rng.choice(list(_SIDES), number), dtype=str)
+    s = finger.length * rng.uniform(*places, number)
+    force, pressure = (np.array([rng.uniform(*ranges[one]) for one in side]) for ranges in (forces, PRESSURES))
+    rub = share * friction * rng.choice([-1, 1], number)
+    strength = G * rng.uniform(size=number)
+    gravity = strength[:, None] * _in_plane(2 * np.pi * rng.uniform(size=number))
+    pressing = _on_faces(finger, side, s[:, None], force[:, None], rub[:, None])
+    sides, mu = np.array([_SIDES[one] for one in side]), np.broadcast_to(friction, number)
+    return in_balance(finger, pressure, gravity, pressing, force, s, sides, mu)
+
+
+def _in_plane(angle: Array) -> Array:
+    """Directions in the bending plane, (..., 3), at angles from z toward x."""
+    return np.stack([np.sin(angle), np.zeros(angle.shape), np.cos(angle)], axis=-1)
+
+
+def _on_faces(finger: Finger, side: NDArray[np.str_], s: Array, force: Array, rub: Array) -> Forces:
+    """Forces (M, K) N on the inner or outer face; `rub` is friction per force, toward the tip."""
+    section, is_inside, none = finger.section(s), (side == "inner")[:, None], np.zeros(s.shape)
+    faces = np.where(is_inside, section.inner_face, section.outer_face)
+    local = force[..., None] * np.stack([np.where(is_inside, -1.0, 1.0) + none, none, rub], axis=-1)
+    return Forces.on(finger, s, np.stack([faces, none, none], axis=-1), local)
+
+
+_APART, _POINTS = 0.15, 12  # of the length between two contacts, at least; forces of a spread contact
+
+
+def several_contacts(number: int, friction: float, seed: int, spread: bool = False, near: float = 0.3) -> Contacts:
+    """About `number` pairs of contacts on one side, or contacts spread over a stretch of the finger.
+
+    They lie beyond `near`, a share of the length; force and place are the sum of their forces and its centre.
+    """
+    rng, finger = np.random.default_rng([seed, spread]), read_finger()
+    side = np.asarray(rng.choice(list(_SIDES), number), dtype=str)
+    ends = np.sort(rng.uniform(near, 1, (number, 2)), axis=-1)
+    shares = rng.uniform(0.2, 0.8, number)[:, None] * np.array([1.0, -1.0]) + np.array([0.0, 1.0])
+    if spread:
+        along = np.linspace(0, 1, _POINTS)
+        ends, shares = ends @ np.array([1 - along, along]), np.full((number, _POINTS), 1 / _POINTS)
+    total, pressure = (np.array([rng.uniform(*ranges[one]) for one in side]) for ranges in (FORCES, PRESSURES))
+    gravity = G * _in_plane(2 * np.pi * rng.uniform(size=number))
+    force, rub = total[:, None] * shares, friction * rng.uniform(-1, 1, shares.shape)
+    apart = np.ptp(ends, axis=-1) > _APART
+    side, s, force, rub, total = side[apart], finger.length * ends[apart], force[apart], rub[apart], total[apart]
+    sides, center = np.array([_SIDES[one] for one in side]), (force * s).sum(axis=-1) / total
+    forces = _on_faces(finger, side, s, force, rub)
+    return in_balance(finger, pressure[apart], gravity[apart], forces, total, center, sides, np.zeros_like(total))
+
+
+PLACES = 0.1, 0.99  # of the length
+_ACROSS = 0.8  # of the width of a face, within which forces act
+
+
+@cache
+def finger_in_space() -> Finger:
+    """The shipped finger, which yields sideways and in twist as well."""
+    return replace(read_finger(), yields=("bending", "sideways", "twist"))
+
+
+def contacts_in_space(
+    number: int, friction: Array | float, seed: int, places: tuple[float, float] = PLACES, faces: int = 4
+) -> Contacts:
+    """About `number` contacts at random places on the four faces, or on the inner and the outer one, if `faces` is 2.
+
+    `friction` is the coefficient, one for all or (number); its direction on the face is random.
+    """
+    rng, finger = np.random.default_rng(seed), finger_in_space()
+    s = finger.length * rng.uniform(*places, number)
+    side, turn = rng.integers(faces, size=number) * 2 * np.pi / faces, rng.uniform(0, 2 * np.pi, number)
+    none, along = np.zeros(number), np.array([0.0, 0.0, 1.0])
+    normal = np.stack([np.cos(side), np.sin(side), none], axis=-1).round()
+    across, section = vector_product(np.broadcast_to(along, normal.shape), normal), finger.section(s)
+    depth, middle = (section.inner_face - section.outer_face) / 2, (section.inner_face + section.outer_face) / 2
+    half = np.stack([depth, np.broadcast_to(section.width / 2, s.shape), none], axis=-1)
+    place = (normal + rng.uniform(-_ACROSS, _ACROSS, number)[:, None] * across) * half
+    place[:, 0] += middle
+    rubbing = np.cos(turn)[:, None] * across + np.sin(turn)[:, None] * along
+    size, mu = rng.uniform(0.1, 1.0, number), np.broadcast_to(friction, number)
+    local = size[:, None] * (mu[:, None] * rubbing - normal)
+    direction = rng.standard_normal((number, 3))
+    gravity = G * rng.uniform(size=number)[:, None] * direction / np.linalg.norm(direction, axis=-1, keepdims=True)
+    forces = Forces.on(finger, s[:, None], place[:, None], local[:, None])
+    return in_balance(finger, rng.uniform(0.0, 120e3, number), gravity, forces, size, s, side, mu)

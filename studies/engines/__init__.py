@@ -1,0 +1,5 @@
+"""Drake and MuJoCo on the same scenarios."""
+
+import os
+
+os.environ["OMP_NUM_THREADS"] = os.environ["OPENBLAS_NUM_THREADS"] = "1"  # before numpy is imported: times are of one

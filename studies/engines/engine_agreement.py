@@ -1,0 +1,283 @@
+"""Every shipped scenario in MuJoCo and in Drake: where the tips rest, how hard the fingers press, and how it ends.
+
+Writes docs/extras/mujoco_engine/agreement.csv, each row as soon as it is known, and puts the table into the
+page beside it. Rows of other scenarios are kept. MuJoCo has contact at points, so that it is also compared with Drake
+with `contact: points`: what differs less there is due to the model of contact, not to the engine. Tips and forces are
+compared at the end of each step of pressure or set point, and of a task at the end of the first phase that holds the
+object; forces are means over the last half second before, and differences of smaller forces than 0.5 N are shares of
+0.5 N. What differs in the whole force, but not in the normal force, is friction.
+
+`--boxes N` draws N boxes of random mass, friction and place for `box_grasp`, prints how many end alike and which
+way the others differ, and repeats the first of these in Drake with shorter steps. It writes boxes.csv and creep.csv
+there. Coulomb friction at rest does not creep: how fast a box sinks that friction could carry is the solver's error.
+"""
+
+import argparse
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Annotated, Any
+
+import numpy as np
+
+from soft_gripper.arrays import Array
+from soft_gripper.diagrams.recording import Recording
+from soft_gripper.diagrams.simulation import Run, run_many
+from soft_gripper.diagrams.station_parts import Station
+from soft_gripper.errors import InputError, shortened
+from soft_gripper.files.row_table import print_rows, read_csv, write_csv
+from soft_gripper.runs.executor import open_executor
+from soft_gripper.runs.scores.grasp import HELD, SLIDES, SUPPORTED, WINDOW, last
+from soft_gripper.runs.scores.recorded_grasps import RecordedObject, recorded_grasps
+from soft_gripper.runs.scores.steps import outcome
+from soft_gripper.runs.sweep.run_sweep import Range, run_and_measure, run_sweep, sweep_points
+from soft_gripper.scenario.scenario_file import changed_scenario
+from soft_gripper.scenario.schema import DRAKE
+from soft_gripper.scenario.shipped import scenario_names
+from studies import ROOT
+from studies.page_table import write_table
+
+TABLE, BOXES, CREEP, PAGE = (
+    ROOT / "docs/extras/mujoco_engine" / name for name in ("agreement.csv", "boxes.csv", "creep.csv", "mujoco.md")
+)
+HEADING = (
+    "| scenario | tips [mm] | at points | force [%] | at points | normal force [%] | in Drake | in MuJoCo | step |",
+    "|---|---:|---:|---:|---:|---:|---|---|---:|",
+)
+LISTED = 4  # scenarios on the page; the table has all
+CREEP_HEADING = (
+    "| | step [ms] | `stiction_tolerance` [m/s] | end | lifted [mm] | sinks in the last second [mm] |",
+    "|---|---:|---:|---|---:|---:|",
+)
+LAST = 50  # samples before the end of a step
+LEAST = 0.5  # N, of which a difference of force is a share at least
+BOX_GRASP, BOX, SECOND = "box_grasp", "box", 1.0  # s, over which a box sinks
+DRAWN = {"mass": (0.05, 0.15), "friction": (0.5, 1.0), "X_PC.translation.0": (-0.004, 0.004)}  # kg, 1, m
+REFINED: tuple[dict[str, Any], ...] = (
+    {},
+    {"plant_config.stiction_tolerance": 1e-6},
+    *({"plant_config.time_step": step} for step in (0.005, 0.002, 0.001)),
+    {"engine": "mujoco"},
+)
+CRITERION = (
+    f"Held: in the last {WINDOW:g} s the fingers carry {1 - SUPPORTED:.0%} of the weight or more, and the box slides on"
+    f" them by {1e3 * SLIDES:g} mm/s or less; resting: other bodies carry more. It slips"
+    " by Coulomb's law with a weight over friction above 1."
+)
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """How a scenario in MuJoCo agrees with Drake; worst of all fingers and steps."""
+
+    scenario: str
+    tips_mm: Annotated[float, ".2f"]
+    force_percent: Annotated[float, ".1f"]
+    normal_force_percent: Annotated[float, ".1f"]
+    tips_mm_with_points: Annotated[float, ".2f"]
+    force_percent_with_points: Annotated[float, ".1f"]
+    normal_force_percent_with_points: Annotated[float, ".1f"]
+    in_drake: str
+    in_mujoco: str
+    step: str
+
+
+def ends(run: Run) -> list[int]:
+    """The samples that are compared."""
+    scenario, task, samples = run.station.scenario, run.station.task, run.recording["time"].values
+    if task is not None:
+        holding = [number for number, phase in enumerate(task.phases) if phase.holds][:1]
+        held = np.flatnonzero(np.isin(run.recording["task.phase"].values, holding))
+        return [int(held[-1]) if len(held) else len(samples) - 1]
+    times = scenario.step_duration * np.arange(1, scenario.steps + 1)
+    return [int(np.searchsorted(samples, each + 1e-9)) - 1 for each in times]
+
+
+def tips_at_rest(run: Run) -> Array:
+    """Tips at the ends of K steps, (F, K, 3) m."""
+    rows, fingers = ends(run), run.station.fingers
+    return np.array([run.recording[f"{finger.name}.true_tip_position"].values[rows] for finger in fingers])
+
+
+def forces_at_rest(run: Run, signal: str) -> Array:
+    """A signal of forces at the ends of K steps, (F, K) N."""
+    forces = [run.recording[f"{finger.name}.{signal}"].values.ravel() for finger in run.station.fingers]
+    return np.array([[force[max(0, row - LAST) : row + 1].mean() for row in ends(run)] for force in forces])
+
+
+def words(run: Run) -> str:
+    """How a run ends."""
+    grasps = [grasp.grasp for grasp in recorded_grasps(run.station, run.recording)[0]]
+    return ", ".join([*grasps, *([] if run.station.task is None else [outcome(run.recording).words])]) or "-"
+
+
+def run_with(name: str, **changes: str) -> Run:
+    """A run of a shipped scenario with changes."""
+    (run,) = run_many([changed_scenario(name, changes)])
+    if isinstance(run, Exception):
+        raise run
+    return run
+
+
+def agreement(name: str) -> Agreement:
+    """How a shipped scenario agrees."""
+    one, other = run_with(name, engine="mujoco"), run_with(name, engine=DRAKE)
+    with_points = run_with(name, engine=DRAKE, contact="points")
+    step = str(one.recording.data.attrs["engine_step"]).partition(";")[0]
+    return Agreement(name, *apart(one, other), *apart(one, with_points), words(other), words(one), step)
+
+
+def apart(one: Run, other: Run) -> tuple[float, float, float]:
+    """How far tips of two runs are apart, mm, and how much forces and normal forces differ, percent of the other."""
+    shift = float(np.linalg.norm(tips_at_rest(one) - tips_at_rest(other), axis=-1).max())
+    shares = []
+    for signal in ("true_contact_total", "normal_force"):
+        forces, there = forces_at_rest(one, signal), forces_at_rest(other, signal)
+        shares.append(float((np.abs(forces - there) / np.maximum(there, LEAST)).max()))
+    return 1e3 * shift, 100 * shares[0], 100 * shares[1]
+
+
+@dataclass(frozen=True)
+class Box:
+    """A box, and how it ends in both engines; its weight over the available friction is that in Drake."""
+
+    mass_kg: Annotated[float, ".4f"]
+    friction: Annotated[float, ".3f"]
+    off_middle_mm: Annotated[float, ".2f"]
+    in_drake: str
+    in_mujoco: str
+    weight_over_friction: Annotated[float, ".3f"]
+
+
+@dataclass(frozen=True)
+class Creep:
+    """How far a box has been lifted at the end and sinks in its last second, at constant pressure."""
+
+    engine: str
+    step_ms: Annotated[float, "g"]
+    stiction_tolerance: Annotated[float, "g"]
+    end: str
+    lifted_mm: Annotated[float, ".2f"]
+    sinking_in_1_s_mm: Annotated[float, ".3f"]
+
+
+@dataclass(frozen=True)
+class Ends:
+    """How many boxes end in a way, and the largest weight over friction of them."""
+
+    in_drake: str
+    in_mujoco: str
+    boxes: int
+    largest_weight_over_friction: Annotated[float, ".2f"]
+
+
+def weight_over_friction(station: Station, recording: Recording) -> float:
+    """Weight of the box over the friction of all fingers together at the end; above 1 it slips by Coulomb's law."""
+    signals = RecordedObject(station, recording, BOX).signals
+    return signals.weight / float(signals.normal[last(signals.time)].mean(axis=0) @ signals.coefficients)
+
+
+def lifted_mm(station: Station, recording: Recording) -> float:
+    """Height of the box at the end above where it settles first, mm."""
+    heights = recording.values(f"{BOX}.pose")[:, 6]
+    return 1e3 * float(heights[-1] - heights[round(SECOND / station.scenario.sensor.period)])
+
+
+def sinking_mm(station: Station, recording: Recording) -> float:
+    """How far the box sinks in the last second, mm."""
+    heights = recording.values(f"{BOX}.pose")[:, 6]
+    return 1e3 * float(heights[-1 - round(SECOND / station.scenario.sensor.period)] - heights[-1])
+
+
+MEASURES = [f"{Path(__file__).resolve()}:{each.__name__}" for each in (weight_over_friction, lifted_mm, sinking_mm)]
+
+
+def drawn_boxes(number: int) -> list[Box]:
+    """Boxes, drawn as `soft-gripper sweep --sample` does."""
+    axes = [Range(f"models.{BOX}.{key}", *limits) for key, limits in DRAWN.items()]
+    points = sweep_points(axes, "latin", number)
+    rows: dict[str, list[dict[str, str]]] = {}
+    with TemporaryDirectory() as folder, open_executor() as executor:
+        for engine in ("mujoco", DRAKE):
+            out, fixed = Path(folder) / engine, {"engine": engine}
+            rows[engine] = run_sweep(BOX_GRASP, points, out, executor, fixed=fixed, own=MEASURES[:1])
+    return [
+        Box(mass, friction, 1e3 * x, there["grasp"], here["grasp"], float(there[weight_over_friction.__name__]))
+        for (mass, friction, x), there, here in zip(
+            (map(float, point.values()) for point in points), rows[DRAKE], rows["mujoco"], strict=True
+        )
+    ]
+
+
+def ends_of(boxes: Sequence[Box]) -> list[Ends]:
+    """How boxes end, the most frequent way first."""
+    counts = Counter((box.in_drake, box.in_mujoco) for box in boxes)
+    return [
+        Ends(*both, count, max(b.weight_over_friction for b in boxes if (b.in_drake, b.in_mujoco) == both))
+        for both, count in counts.most_common()
+    ]
+
+
+def creep(box: Box, changes: Mapping[str, Any]) -> Creep:
+    """How a box sinks in `box_grasp` with changes."""
+    place = dict(zip(DRAWN, (box.mass_kg, box.friction, 1e-3 * box.off_middle_mm), strict=True))
+    changes = {**{f"models.{BOX}.{key}": value for key, value in place.items()}, **changes}
+    found, plant = run_and_measure(BOX_GRASP, changes, MEASURES), changed_scenario(BOX_GRASP, changes).plant_config
+    engine = str(changes.get("engine", DRAKE))
+    step, tolerance = (1e3 * plant.time_step, plant.stiction_tolerance) if engine == DRAKE else (np.nan, np.nan)
+    numbers = (found[measure.__name__] for measure in (lifted_mm, sinking_mm))
+    return Creep(engine, step, tolerance, found["grasp"], *numbers)
+
+
+def compare_boxes(number: int) -> None:
+    """Writes and prints how random boxes end, and how one that ends differently sinks."""
+    boxes = drawn_boxes(number)
+    write_csv(BOXES, boxes)
+    alike = sum(box.in_drake == box.in_mujoco for box in boxes)
+    print_rows(ends_of(boxes), f"{alike} of {number} boxes end alike. {CRITERION}")
+    differing = next((box for box in boxes if box.in_drake != box.in_mujoco == HELD), None)
+    if differing is not None:
+        rows = [creep(differing, changes) for changes in REFINED]
+        write_csv(CREEP, rows)
+        write_table(PAGE, creep_table(rows))
+        print_rows(rows, f"A box of {1e3 * differing.mass_kg:.0f} g and friction {differing.friction:.2f}")
+
+
+def page_table(rows: Sequence[Agreement]) -> list[str]:
+    """The lines of the table of the page: the scenarios whose forces differ most."""
+    lines = [
+        f"| `{row.scenario}` | {row.tips_mm:.2f} | {row.tips_mm_with_points:.2f} | {row.force_percent:.1f}"
+        f" | {row.force_percent_with_points:.1f} | {row.normal_force_percent:.1f}"
+        f" | {row.in_drake} | {row.in_mujoco} | {row.step} |"
+        for row in sorted(rows, key=lambda row: -row.force_percent)[:LISTED]
+    ]
+    return [*HEADING, *lines]
+
+
+def creep_table(rows: Sequence[Creep]) -> list[str]:
+    """The lines of the table of a box that sinks; only Drake has a stiction tolerance."""
+    lines = [
+        f"| {f'Drake | {row.step_ms:g} | {row.stiction_tolerance:g}' if row.engine == DRAKE else 'MuJoCo | | '}"
+        f" | {row.end} | {row.lifted_mm:.2f} | {row.sinking_in_1_s_mm:.3f} |"
+        for row in rows
+    ]
+    return [*CREEP_HEADING, *lines]
+
+
+def run(options: argparse.Namespace) -> None:
+    """Writes the table of scenarios, or compares boxes."""
+    if options.boxes is not None:
+        compare_boxes(options.boxes)
+        return
+    rows = {row.scenario: row for row in read_csv(TABLE, Agreement)} if TABLE.is_file() else {}
+    for name in options.scenarios or scenario_names():
+        try:
+            rows[name] = agreement(name)
+        except InputError as error:
+            print(f"{name}: {shortened(str(error), 200)}")
+            continue
+        print(rows[name], flush=True)
+        write_csv(TABLE, [rows[each] for each in sorted(rows)])
+    write_table(PAGE, page_table([rows[each] for each in sorted(rows)]))

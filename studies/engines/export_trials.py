@@ -1,0 +1,109 @@
+"""The same random grasps in Drake and, exported, in MuJoCo: is each held or dropped alike?
+
+`bottle_grasp`, with a bottle and with a box in turn, of random mass, friction, size, place and orientation, drawn such
+that a good part is dropped. An object is held if it has been lifted by more than half of the lift at the end. Prints
+the table of confusion and writes every trial to export_trials.csv. Needs MuJoCo: pip install soft-gripper[mujoco].
+
+Exit code 1: fewer than 95 % agree.
+"""
+
+import argparse
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import cast
+
+from soft_gripper.diagrams.scene import first_body
+from soft_gripper.diagrams.simulation import run_to_end
+from soft_gripper.diagrams.station import make_private_station
+from soft_gripper.extras.export.folder import export_mjcf
+from soft_gripper.extras.export.run_mjcf import simulate
+from soft_gripper.extras.grasps.adds import Varied
+from soft_gripper.extras.grasps.trial import Variation, draw, random_numbers, varied
+from soft_gripper.files.output import writable_folder
+from soft_gripper.files.row_table import write_csv
+from soft_gripper.scenario.scenario_file import load_scenario
+from soft_gripper.scenario.schema import Scenario
+
+OBJECTS = {"bottle": 0.00001, "box": 0.03001}  # m, the heights of their frames on the table
+LIFTED = 0.04  # m, half of the lift
+BAR = 0.95
+RANGES = "{offset: 0.004, yaw: 0.5, mass: [0.08, 0.22], friction: [0.4, 0.9], size: 0.1, offset_error: 0, yaw_error: 0}"
+
+
+@dataclass(frozen=True)
+class Lifted:
+    """How far an object has risen in both simulators."""
+
+    object: str
+    drake_mm: float
+    mujoco_mm: float
+
+    @property
+    def held(self) -> tuple[bool, bool]:
+        """In Drake and in MuJoCo."""
+        return self.drake_mm > 1e3 * LIFTED, self.mujoco_mm > 1e3 * LIFTED
+
+
+@dataclass(frozen=True)
+class Row(Lifted, Variation):
+    """One trial, and what was drawn."""
+
+
+def run(options: argparse.Namespace) -> int:
+    """Runs the trials; 1 if too few agree."""
+    writable_folder(options.out)
+    rows = []
+    for number in range(options.trials):
+        rows.append(run_trial(options.seed, number, options.time_step))
+        print(f"{number:>4} {rows[-1].object:<7} {rows[-1].drake_mm:8.2f} {rows[-1].mujoco_mm:8.2f} mm", flush=True)
+    write_csv(options.out / "export_trials.csv", rows)
+    return report(rows)
+
+
+def report(rows: Sequence[Row]) -> int:
+    """Prints how often both agree; 1 if that is too seldom."""
+    for drake, name in ((True, "held in Drake"), (False, "dropped in Drake")):
+        counts = [sum(row.held == (drake, mujoco) for row in rows) for mujoco in (True, False)]
+        print(f"{name:<18} MuJoCo holds {counts[0]:>3}, drops {counts[1]:>3}")
+    alike = sum(row.held[0] == row.held[1] for row in rows)
+    print(f"{alike} of {len(rows)} alike; the bar is {BAR:.0%}")
+    return int(alike < BAR * len(rows))
+
+
+def run_trial(seed: int, number: int, time_step: float | None) -> Row:
+    """One trial in both simulators."""
+    kind = list(OBJECTS)[number % len(OBJECTS)]
+    scenario, variation = random_grasp(kind, seed, number)
+    lifted = {"drake_mm": 1e3 * in_drake(scenario), "mujoco_mm": 1e3 * in_mujoco(scenario, time_step)}
+    return Row(**asdict(variation), object=kind, **lifted)
+
+
+def random_grasp(kind: str, seed: int, number: int) -> tuple[Scenario, Variation]:
+    """A scenario whose object is drawn at random."""
+    overrides = [f"task.object={kind}", f"task.trials={RANGES}", "record.truth=none", f"models.bottle.name={kind}"]
+    place = f"models.bottle.X_PC.translation=[0, 0, {OBJECTS[kind]}]"
+    file = f"models.bottle.file=package://soft_gripper/objects/{kind}.obj"
+    scenario = load_scenario("bottle_grasp", [place, file, *overrides])
+    assert scenario.task is not None
+    variation = draw(random_numbers(seed, kind, number), cast(Varied, scenario.task).trials)
+    return varied(scenario, variation), variation
+
+
+def in_drake(scenario: Scenario) -> float:
+    """How far the object has risen at the end, m."""
+    station = make_private_station(scenario)
+    context = station.plant.GetMyContextFromRoot(run_to_end(station).get_context())
+    assert scenario.task is not None
+    body = first_body(station.plant, str(scenario.task.object))
+    start = station.plant.GetDefaultFloatingBaseBodyPose(body).translation()
+    return float((body.EvalPoseInWorld(context).translation() - start)[2])
+
+
+def in_mujoco(scenario: Scenario, time_step: float | None) -> float:
+    """The same, from the exported folder."""
+    with TemporaryDirectory() as folder:
+        export_mjcf(scenario, Path(folder), time_step)
+        _, rows = simulate(Path(folder))
+    return float(rows[-1, -1] - rows[0, -1])

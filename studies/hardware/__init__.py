@@ -1,0 +1,1 @@
+"""Published recordings of hardware: fitted fingers, held-out recordings and claims."""

@@ -1,0 +1,50 @@
+"""The tasks in our second engine: whole runs of the scenario, many at once, as sweeps and trials make them."""
+
+from collections.abc import Iterator
+from copy import deepcopy
+from time import process_time
+from typing import cast
+
+import mujoco  # noqa: F401  or the engine is left out
+import numpy as np
+
+from soft_gripper.diagrams.recording import Recording
+from soft_gripper.diagrams.simulation import Run as Simulated
+from soft_gripper.diagrams.simulation import run_many
+from studies.peers.task import Run, Setting, Task, Trial
+
+_IN_PLANE = np.array([1j, 0, 1])  # of a finger, as a complex number
+_SENSED = ("strain", "theta", "estimated_joint_angles", "external_torque")
+
+
+def make_run(task: Task, setting: Setting) -> Run:
+    """Equal runs of the task, `runs` at once; the engine has its step, but for a `time_step` below it.
+
+    The tips are those of the sample before, as all truth in a recording, in the converged run too.
+    """
+    scenario = deepcopy(task.scenario)
+    scenario.engine = "mujoco"
+    scenario.plant_config.time_step = setting.get("time_step", scenario.plant_config.time_step)
+    alike = [scenario] * setting["runs"]
+
+    def run() -> Trial:
+        start = process_time()
+        recordings = [each.recording for each in cast(Iterator[Simulated], run_many(alike, described=False))]
+        for recording in recordings if task.sensed else ():
+            _read(task, recording)
+        seconds = (process_time() - start) / len(alike)
+        recording = recordings[0]
+        names = [f"{finger.name}.true_tip_position" for finger in task.fingers]
+        tips = np.array([recording[name].values[1:] @ _IN_PLANE for name in names]).T
+        held = recording[f"{task.free.name}.pose"].values[1:, -3:] if task.free else np.zeros((len(tips), 0))
+        return Trial(seconds, tips, held)
+
+    run()  # its station is built
+    return run
+
+
+def _read(task: Task, recording: Recording) -> None:
+    """Reads the signals that are compared, which computes them."""
+    for finger in task.fingers:
+        for name in _SENSED:
+            recording[f"{finger.name}.{name}"].to_numpy()

@@ -1,0 +1,40 @@
+"""Quality of a run: error of the fingertips, creep of the held object."""
+
+import numpy as np
+
+from studies.peers.task import Task, Trial
+
+MOVING, SETTLED = 0.5, 1.0  # s, after every step of pressure and before the next
+CREEPING = 2.0  # s, at the end
+
+
+def tip_error(task: Task, trial: Trial, reference: Trial) -> float:
+    """The larger one of two errors, m: root mean square of the moving and worst mean of the settled tips.
+
+    If something is grasped, only the settled part of the last step counts: where the object comes to
+    rest before that differs from run to run.
+    """
+    held = round(task.scenario.step_duration / task.period)
+    difference = (trial.tips - reference.tips).reshape(-1, held, trial.tips.shape[1])
+    moving, settled = (round(seconds / task.period) for seconds in (MOVING, SETTLED))
+    at_rest = np.abs(difference[:, -settled:].mean(axis=1))
+    if task.free is not None:
+        return float(at_rest[-1].max())
+    return float(max(np.sqrt((np.abs(difference[:, :moving]) ** 2).mean()), at_rest.max()))
+
+
+def creep(task: Task, trial: Trial) -> float:
+    """Final speed of the held object, m/s; NaN without an object."""
+    if task.free is None:
+        return float("nan")
+    samples = round(CREEPING / task.period)
+    return float(np.linalg.norm(trial.held[-1] - trial.held[-1 - samples]) / CREEPING)
+
+
+def holds(task: Task, trial: Trial, reach: float = 0.01) -> bool:
+    """Whether nothing has diverged and the object is still within `reach` m of its initial position."""
+    if not np.isfinite(trial.tips).all() or np.abs(trial.tips).max() > 2 * task.fingers[0].length:
+        return False
+    if task.free is None:
+        return True
+    return bool(np.linalg.norm(trial.held - task.free.X_WB.translation(), axis=-1).max() < reach)

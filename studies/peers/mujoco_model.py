@@ -1,0 +1,43 @@
+"""A task as a MuJoCo model: the exported scenario, with the options of a setting."""
+
+import mujoco
+import numpy as np
+
+from soft_gripper.extras.export.mjcf import EXPLICIT_STEP, to_mjcf
+from soft_gripper.fingers.finger_links import joint_name
+from studies.peers.task import Setting, Task
+
+
+def make_model(task: Task, setting: Setting) -> mujoco.MjModel:
+    """The model under the options of a setting; the stiffness of its skins is that of the integrator."""
+    step = setting["step"] if setting["integrator"] == "discrete" else min(setting["step"], EXPLICIT_STEP)
+    exported = to_mjcf(task.scenario, step)
+    meshes = {name: source.read_bytes() for name, source in exported.meshes.items()}
+    spec = mujoco.MjSpec.from_string(exported.text, assets=meshes)
+    _set_options(spec, task, setting)
+    return spec.compile()
+
+
+def angles_of(model: mujoco.MjModel, task: Task) -> np.ndarray:
+    """Where the joint angles lie in qpos, (F, N)."""
+    owned = [(config.name, finger) for config, expanded in task.grippers for finger in expanded.fingers]
+    return np.array(
+        [[model.joint(f"{name}::{joint_name(f.name, i)}").qposadr[0] for i in range(f.segments)] for name, f in owned]
+    )
+
+
+def held_of(model: mujoco.MjModel) -> np.ndarray:
+    """Where the position of the free body lies in qpos, (3); empty if there is none."""
+    (free,) = np.nonzero(model.jnt_type == mujoco.mjtJoint.mjJNT_FREE)
+    return np.concatenate([[], *(model.jnt_qposadr[joint] + np.arange(3) for joint in free)]).astype(int)
+
+
+def _set_options(spec: mujoco.MjSpec, task: Task, setting: Setting) -> None:
+    option = spec.option
+    option.timestep = setting["step"]
+    option.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{setting['integrator'].upper()}")
+    option.cone = getattr(mujoco.mjtCone, f"mjCONE_{setting.get('cone', 'elliptic').upper()}")
+    option.impratio = setting.get("impratio", 1)
+    option.noslip_iterations = setting.get("noslip_iterations", 0)
+    if not task.bodies:
+        option.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT

@@ -1,0 +1,37 @@
+"""The tasks in MuJoCo."""
+
+from time import process_time
+
+import mujoco
+import numpy as np
+from mujoco.rollout import rollout
+
+from soft_gripper.fingers import forward_kinematics
+from studies.peers.mujoco_model import angles_of, held_of, make_model
+from studies.peers.sensing import sense
+from studies.peers.task import Run, Setting, Task, Trial
+
+_STATE = mujoco.mjtState.mjSTATE_FULLPHYSICS  # time, qpos, qvel, act
+
+
+def make_run(task: Task, setting: Setting) -> Run:
+    """The model of the task; MuJoCo makes all steps of the run in one call."""
+    model = make_model(task, setting)
+    angles, substeps = angles_of(model, task), task.substeps(setting["step"])
+    held = held_of(model)
+    begin = np.zeros(mujoco.mj_stateSize(model, _STATE))
+    mujoco.mj_getState(model, mujoco.MjData(model), begin, _STATE)
+
+    def run() -> Trial:
+        data, control = mujoco.MjData(model), np.repeat(task.commands, substeps, axis=0)
+        start = process_time()
+        states, _ = rollout(model, data, begin[None], control[None])
+        sampled = states[0, substeps - 1 :: substeps, 1:]
+        qpos, act = sampled[:, : model.nq], sampled[:, model.nq + model.nv :]
+        if task.sensed:
+            sense(task, qpos[:, angles], act)
+        seconds = process_time() - start
+        tips = forward_kinematics(qpos[:, angles], task.fingers[0].segment_length).tip
+        return Trial(seconds, tips, qpos[:, held])
+
+    return run

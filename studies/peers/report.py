@@ -1,0 +1,95 @@
+"""The table and the figure of a comparison."""
+
+from collections.abc import Iterable
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter
+
+from soft_gripper.pictures.style import STYLE, estimator_style, save_figure
+from studies.peers.comparison import Result, chosen, ours_as_good
+from studies.peers.simulators import OURS
+from studies.peers.task import Setting
+
+_WIDE = 1e4  # ratio of the ends of an axis with a label at each decade alone: others may be less than a decade long
+_HEADING = (
+    "| task | simulator | setting | times real time | tip error [mm] | creep [mm/s] | time ÷ ours | as good"
+    " | time ÷ ours, if ours must be as good |",
+    "|---|---|---|---:|---:|---:|---:|---|---:|",
+)
+
+
+def table(results: Iterable[list[Result]]) -> list[str]:
+    """The chosen settings of all tasks, as lines of Markdown."""
+    return [*_HEADING, *(line for of_task in results for line in rows(of_task))]
+
+
+def rows(results: list[Result]) -> list[str]:
+    """The lines of a task: its chosen settings."""
+    found = []
+    for result in chosen(results):
+        name = f"**{OURS}**" if result.simulator == OURS else result.simulator
+        found.append(f"| {result.task} | {name} | {_words(result)} | {_figures(result, results)} |")
+    return found
+
+
+def _words(result: Result) -> str:
+    """A setting in a few words."""
+    parts = (f"{key} {value}" for key, value in _flat(result.setting).items())
+    return ", ".join(parts)
+
+
+def _flat(setting: Setting) -> Setting:
+    """Fields, those of a nested mapping among them; steps in ms."""
+    flat: Setting = {}
+    for key, value in setting.items():
+        if isinstance(value, dict):
+            flat |= value
+        elif key in ("step", "time_step"):
+            flat["step"] = f"{1e3 * value:g} ms"
+        else:
+            flat[key] = value
+    return flat
+
+
+def _figures(result: Result, results: list[Result]) -> str:
+    ours, as_good = results[0], ours_as_good(results, result)
+    creep = "" if np.isnan(result.creep) else f"{1e3 * result.creep:.4f}"
+    good = "yes" if result.matches(ours) else "no" if result.holds else "does not hold"
+    equal = "none of ours" if as_good is None else f"{result.times_behind(as_good):.2g}"
+    return (
+        f"{result.speed:.3g} | {1e3 * result.error:.3f} | {creep} | {result.times_behind(ours):.2g} | {good} | {equal}"
+    )
+
+
+def draw(results: dict[str, list[Result]], stem: Path) -> None:
+    """A panel per task: the matched quantity against speed, a point per setting that holds. Better: down and right."""
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(10, 6), layout="constrained")
+        panels = figure.subplots(2, -(-len(results) // 2), squeeze=False).ravel()
+        simulators = list(dict.fromkeys(r.simulator for of_task in results.values() for r in of_task))
+        for panel, (task, of_task) in zip(panels, results.items(), strict=False):
+            _draw_panel(panel, task, of_task, simulators)
+        for panel in panels[len(results) :]:
+            panel.axis("off")
+        figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=5, frameon=False)
+        save_figure(figure, stem)
+
+
+def _draw_panel(axes: Axes, task: str, results: list[Result], simulators: list[str]) -> None:
+    for place, simulator in enumerate(simulators):
+        own = [result for result in results if result.simulator == simulator and result.holds]
+        style = estimator_style(place, simulator) | {"lw": 1.5 if simulator == OURS else 0}
+        axes.plot([result.speed for result in own], [1e3 * result.quality for result in own], **style)
+    axes.axhline(1e3 * results[0].quality, color="0.6", lw=0.8, zorder=0)
+    held = not np.isnan(results[0].creep)
+    axes.set(title=task, xscale="log", yscale="log", xlabel="times faster than real time")
+    axes.set_ylabel("creep [mm/s]" if held else "error of the tips [mm]")
+    for axis in (axes.xaxis, axes.yaxis):
+        least, most = axis.get_view_interval()
+        axis.set_major_locator(LogLocator(subs=(1, 3) if most < _WIDE * least else (1,)))
+        axis.set_major_formatter("{x:g}")
+        axis.set_minor_formatter(NullFormatter())

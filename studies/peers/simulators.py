@@ -1,0 +1,26 @@
+"""The simulators by name; those that are not installed give a reason."""
+
+from collections.abc import Callable
+from importlib import import_module
+
+from studies.peers.task import Run, Setting, Task
+
+MakeRun = Callable[[Task, Setting], Run]
+OURS = "soft-gripper"
+_MODULES = {
+    OURS: "ours",
+    "soft-gripper, engine mujoco": "engine_peer",
+    "MuJoCo": "mujoco_peer",
+    "PyBullet": "bullet_peer",
+    "PyElastica": "elastica_peer",
+}
+
+
+def find_simulator(name: str) -> MakeRun:
+    """The function that makes the runs of a simulator.
+
+    Raises:
+        ModuleNotFoundError: if it is not installed.
+    """
+    make_run: MakeRun = import_module(f"studies.peers.{_MODULES[name]}").make_run
+    return make_run

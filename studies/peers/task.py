@@ -1,0 +1,87 @@
+"""A task: what is simulated, sampled and compared, in any simulator; and the result of a run."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from soft_gripper import Scenario, expand_urdf, load_scenario, model_path
+from soft_gripper.arrays import Array, Planar
+from soft_gripper.diagrams.wiring.drive import pressure_steps
+from soft_gripper.fingers import Finger
+from soft_gripper.fingers.urdf import ExpandedUrdf
+from soft_gripper.scenario.schema import ModelConfig
+from studies.peers.bodies import Body, bodies_of
+
+Setting = dict[str, Any]  # of a simulator, as in settings.yaml
+
+
+class Trial(NamedTuple):
+    """A run, sampled at the end of every period of the sensors; T samples, F fingers."""
+
+    seconds: float  # CPU time of stepping, and of sensing if requested
+    tips: Planar  # (T, F) m, fingertips in their frames B
+    held: Array  # (T, 3) m in the world, of the free body; (T, 0) where there is none
+
+
+Run = Callable[[], Trial]  # from the beginning, every time
+
+
+@dataclass(frozen=True)
+class Task:
+    """A scenario with pressures in steps; `sensed` requests strain, shape and external torque at every sample."""
+
+    scenario: Scenario
+    sensed: bool = False
+
+    @cached_property
+    def grippers(self) -> list[tuple[ModelConfig, ExpandedUrdf]]:
+        """The models with fingers, as plain URDF."""
+        urdf = [model for model in self.scenario.models if model.file.endswith(".urdf")]
+        return [(model, expand_urdf(model_path(model.file), model.segments, model.name)) for model in urdf]
+
+    @cached_property
+    def fingers(self) -> list[Finger]:
+        """In the order of the models."""
+        return [finger for _, expanded in self.grippers for finger in expanded.fingers]
+
+    @cached_property
+    def bodies(self) -> list[Body]:
+        """All bodies that are not grippers, in their poses."""
+        return bodies_of(self.scenario)
+
+    @property
+    def free(self) -> Body | None:
+        """The grasped object."""
+        return next((body for body in self.bodies if body.free), None)
+
+    @property
+    def period(self) -> float:
+        """Between samples, s."""
+        return self.scenario.sensor.period
+
+    @cached_property
+    def commands(self) -> Array:
+        """Commanded pressures during every period, (T, F) Pa."""
+        held = round(self.scenario.step_duration / self.period)
+        return np.array([np.repeat(pressure_steps(self.scenario.pressure, f.name), held) for f in self.fingers]).T
+
+    def pressures(self, substeps: int) -> Array:
+        """In the chambers, behind their lag, in the middle of all substeps of every period, (T, substeps, F) Pa."""
+        lag = self.scenario.pressure.time_constant
+        fades = np.exp(-(np.arange(substeps) + 0.5) / substeps * self.period / lag)[:, None]
+        before = np.zeros_like(self.commands)
+        for i, command in enumerate(self.commands[:-1]):
+            before[i + 1] = command + (before[i] - command) * np.exp(-self.period / lag)
+        return self.commands[:, None] + (before - self.commands)[:, None] * fades
+
+    def substeps(self, step: float) -> int:
+        """Steps of `step` s in a period."""
+        return round(self.period / step)
+
+
+def load_task(spec: dict[str, Any], overrides: tuple[str, ...] = ()) -> Task:
+    """A task as settings.yaml describes it, with more overrides of its scenario."""
+    return Task(load_scenario(spec["scenario"], [*spec["overrides"], *overrides]), spec.get("sensed", False))

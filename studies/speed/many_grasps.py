@@ -1,0 +1,138 @@
+"""What many box grasps cost in MuJoCo, and what varies between them that makes it slower than Drake.
+
+Sensors are realistic, the estimator is `gaussian`, and pose, mass and friction of the box are random: of boxes that
+fingers hold, and of some that they do not. The tables of one process and of two are compared. With `--varied`, the same
+sweep is made over friction, over the modulus of the fingers and over a pressure, and a search of designs; only runs
+with one finger under one course of pressure share a station. Times are those of whole commands, the start included: of
+the first by the clock of an idle machine, of the second CPU time of one process.
+"""
+
+import argparse
+import csv
+import subprocess
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Annotated
+
+import yaml
+from processes import cpu_time_of
+
+from soft_gripper.files.row_table import print_rows
+from studies import ROOT
+
+ENGINES = ("mujoco", "drake")
+SAMPLES = {  # kg, friction
+    "held": ((0.05, 0.15), (0.5, 1.0)),
+    "near the limit": ((0.05, 0.3), (0.3, 1.0)),
+}
+FIXED = {
+    "pressure.steps": "{all: [30e3, 60e3, 90e3, 120e3]}",
+    "pressure.settle": 0.5,
+    "pressure.hold_samples": 50,
+    "sensor.errors.preset": "realistic",
+    "estimator.type": "gaussian",
+}
+VARIED = {
+    "friction": "models.box.friction=0.5..1.0",
+    "Young's modulus": "models.gripper.fingers.all.youngs_modulus=-10..10 %",
+    "a pressure": "pressure.steps.all.12=140e3..160e3",  # Pa, the last one
+}
+STUDY = ROOT / "examples/design/bottle.yaml"
+SEARCH = {"designs": 12, "test_draws": 4, "unseen": {}}
+
+
+@dataclass(frozen=True)
+class Cost:
+    """What a sweep costs."""
+
+    boxes: str
+    runs: int
+    processes: int
+    ms_a_run: Annotated[float, ".0f"]
+    seconds: Annotated[float, ".0f"]
+    same_table: str
+
+
+@dataclass(frozen=True)
+class EngineCost:
+    """CPU time of the same runs in both engines, s, and its ratio."""
+
+    varied: str
+    runs: int
+    mujoco_s: Annotated[float, ".0f"]
+    drake_s: Annotated[float, ".0f"]
+    mujoco_s_a_run: Annotated[float, ".2f"]
+    drake_s_a_run: Annotated[float, ".2f"]
+    mujoco_over_drake: Annotated[float, ".2f"]
+
+
+def run(options: argparse.Namespace) -> None:
+    """Prints a table."""
+    print_rows([*(engine_costs(options.runs or 40) if options.varied else process_costs(options.runs or 1000))])
+
+
+def process_costs(runs: int) -> Iterator[Cost]:
+    """Rows of one process and of two."""
+    for boxes in SAMPLES:
+        with TemporaryDirectory() as folder:
+            tables = [Path(folder) / str(jobs) for jobs in (1, 2)]
+            times = [clock_time(boxes, runs, jobs, table) for jobs, table in enumerate(tables, start=1)]
+            one, two = ((table / "sweep.csv").read_bytes() for table in tables)
+            same = "yes" if one == two else "no"
+            for jobs, seconds in enumerate(times, start=1):
+                yield Cost(boxes, runs, jobs, 1e3 * seconds / runs, seconds, same)
+
+
+def clock_time(boxes: str, runs: int, jobs: int, out: Path) -> float:
+    """Time of a sweep, s."""
+    (light, heavy), (smooth, rough) = SAMPLES[boxes]
+    varied = {"mass": (light, heavy), "friction": (smooth, rough), "X_PC.translation.0": (-0.004, 0.004)}
+    axes = [f"models.box.{key}={least}..{most}" for key, (least, most) in varied.items()]
+    fixed = [f"--set={key}={value}" for key, value in FIXED.items()]
+    command = sweep("mujoco", axes, runs, jobs, out, "--seed", "7", *fixed)
+    began = time.perf_counter()
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    return time.perf_counter() - began
+
+
+def engine_costs(runs: int) -> Iterator[EngineCost]:
+    """Rows of what is varied."""
+    for name, axis in VARIED.items():
+        with TemporaryDirectory() as folder:
+            commands = [sweep(engine, [axis], runs, 1, Path(folder) / engine) for engine in ENGINES]
+            yield engine_cost(name, runs, [*map(cpu_time_of, commands)])
+    with TemporaryDirectory() as folder:
+        study = Path(folder) / "study.yaml"
+        study.write_text(yaml.safe_dump({**yaml.safe_load(STUDY.read_text(encoding="utf-8")), **SEARCH}))
+        times = [cpu_time_of(search(engine, study)) for engine in ENGINES]
+        with (study.parent / "drake" / "runs.csv").open(newline="", encoding="utf-8") as table:
+            made = len([*csv.DictReader(table)])
+    yield engine_cost("designs", made, times)
+
+
+def engine_cost(varied: str, runs: int, times: Sequence[float]) -> EngineCost:
+    """The row of runs whose CPU times in MuJoCo and in Drake, s, are known."""
+    mujoco, drake = times
+    return EngineCost(varied, runs, mujoco, drake, mujoco / runs, drake / runs, mujoco / drake)
+
+
+def sweep(engine: str, axes: Sequence[str], runs: int, jobs: int, out: Path, *more: str) -> list[str]:
+    """The command of a sweep of box grasps."""
+    varied = [f"--vary={axis}" for axis in axes]
+    return soft_gripper(
+        *("sweep", "box_grasp", "--engine", engine, "--sample", runs, *varied, *more), "--jobs", jobs, "--out", out
+    )
+
+
+def search(engine: str, study: Path) -> list[str]:
+    """The command of a search of designs."""
+    return soft_gripper("design", study, "--engine", engine, "--jobs", 1, "--out", study.parent / engine)
+
+
+def soft_gripper(*words: object) -> list[str]:
+    """A command of this environment."""
+    return [str(Path(sys.executable).with_name("soft-gripper")), *map(str, words)]

@@ -1,0 +1,5 @@
+"""Fingers and soft bodies against closed forms and other solvers of rods."""
+
+import os
+
+os.environ["OMP_NUM_THREADS"] = os.environ["OPENBLAS_NUM_THREADS"] = "1"  # before numpy is imported: times are of one

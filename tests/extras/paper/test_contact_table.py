@@ -1,0 +1,97 @@
+"""The table of contact: counts, lengths and signs of held steps, from a recording that is made up."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from soft_gripper.diagrams.recording import Recording
+from soft_gripper.diagrams.station import make_station
+from soft_gripper.extras.paper.contact_table import (
+    STRAIGHT,
+    ContactRow,
+    ContactSummary,
+    changes_sign,
+    contact_length,
+    contact_summary,
+    contact_table,
+    of_touched_fingers,
+)
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.scenario.scenario_file import load_scenario
+
+STEPS = ["pressure.steps.all=[0, 40e3, 80e3]", "pressure.settle=0.1", "pressure.hold_samples=10"]
+
+
+@pytest.fixture(scope="module")
+def rows() -> list[ContactRow]:
+    """The left finger touches nothing, one link and three links; the right one nothing, and bends as it is pressed."""
+    station = make_station(load_scenario("free_bending", STEPS))
+    links = station.fingers[0].finger.segments + 1
+    left = np.zeros((3, links))
+    left[1, 4] = left[2, 5:7] = left[2, -1] = 0.5
+    q = np.full((3, links - 1), 0.05)
+    q[1:, 0] = -0.05
+    time = np.arange(61) * station.scenario.sensor.period
+    step = np.clip((time - 0.005) // 0.2, 0, 2).astype(int)
+    values = {
+        "left_finger.link_contact_force": left,
+        "left_finger.sampled_joint_angles": q,
+        "right_finger.link_contact_force": 0 * left,
+        "right_finger.sampled_joint_angles": np.abs(q),
+    }
+    signals = {name: (("time", f"of {value.shape[1]}"), value[step]) for name, value in values.items()}
+    return contact_table("made up", station, Recording(xr.Dataset(signals, {"time": time})))
+
+
+def test_a_row_for_every_finger_and_held_step(rows: list[ContactRow]) -> None:
+    ds = 1e3 * load_finger_segment()
+    left = [(0.0, 0, 0.0, 0), (40.0, 1, ds, 1), (80.0, 3, 2.5 * ds, 1)]
+    right = [(kpa, 0, 0.0, 0) for kpa in (0.0, 40.0, 80.0)]
+    found = [(row.pressure_kpa, row.touching_links, row.contact_length_mm, row.sign_changes) for row in rows]
+    assert found == [pytest.approx(expected) for expected in (*left, *right)]
+    assert [row.finger for row in rows] == ["left_finger"] * 3 + ["right_finger"] * 3
+    assert {row.scenario for row in rows} == {"made up"}
+
+
+def load_finger_segment() -> float:
+    """Segment length of the fingers of free bending, m."""
+    return make_station(load_scenario("free_bending")).fingers[0].finger.segment_length
+
+
+def test_the_summary_has_the_most_of_every_scenario(rows: list[ContactRow]) -> None:
+    other = [ContactRow("other", "finger", 10.0, 2, 7.0, 0), ContactRow("other", "finger", 20.0, 1, 9.0, 0)]
+    made_up, second = contact_summary([*rows, *other])
+    assert (made_up.scenario, made_up.touching_links, made_up.sign_changes) == ("made up", 3, 1)
+    assert made_up.contact_length_mm == pytest.approx(2.5e3 * load_finger_segment())
+    assert second == ContactSummary("other", 2, 9.0, 0)
+
+
+def test_a_finger_that_stays_free_beside_a_touched_one_is_left_out(rows: list[ContactRow]) -> None:
+    free = [ContactRow("free", name, 10.0, 0, 0.0, 0) for name in ("left_finger", "right_finger")]
+    kept = of_touched_fingers([*rows, *free], [*rows, *free])
+    assert kept == [*rows[:3], *free]
+
+
+def test_lengths_of_links_add_up(shipped_finger: Finger) -> None:
+    """The first and the last link are half as long as the others; where nothing is touched there is no length."""
+    ds, links = shipped_finger.segment_length, shipped_finger.segments + 1
+    assert contact_length(shipped_finger, np.ones(links, dtype=bool)) == pytest.approx(shipped_finger.length)
+    some = np.zeros((3, links), dtype=bool)
+    some[1, [0, 4]] = some[2, -1] = True
+    np.testing.assert_allclose(contact_length(shipped_finger, some), [0, 1.5 * ds, 0.5 * ds])
+
+
+def test_curvature_changes_its_sign_where_joints_are_bent_both_ways(shipped_finger: Finger) -> None:
+    bent, nearly_straight = 2 * STRAIGHT * shipped_finger.segment_length, 0.5 * STRAIGHT * shipped_finger.segment_length
+    q = np.full((4, shipped_finger.segments), bent)
+    q[1] = -bent
+    q[2, :2] = -bent
+    q[3, :2] = -nearly_straight
+    np.testing.assert_array_equal(changes_sign(shipped_finger, q), [False, False, True, False])
+
+
+def test_a_joint_is_bent_from_a_radius_of_ten_metres_on(shipped_finger: Finger) -> None:
+    """Radii of 8 and of 12 m, the one way, beside one of 1 m, the other way."""
+    q = np.full((2, shipped_finger.segments), shipped_finger.segment_length)
+    q[:, 0] = -shipped_finger.segment_length / np.array([8.0, 12.0])
+    np.testing.assert_array_equal(changes_sign(shipped_finger, q), [True, False])

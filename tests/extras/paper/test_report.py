@@ -1,0 +1,151 @@
+"""The report: what it says of each claim is what the claim says, in red where it fails; its table holds means."""
+
+import base64
+import re
+from dataclasses import replace
+from html import escape
+from pathlib import Path
+
+import pytest
+
+from soft_gripper.extras.paper.claims import Claim
+from soft_gripper.extras.paper.contact_table import ContactRow
+from soft_gripper.extras.paper.differences import Difference
+from soft_gripper.extras.paper.evaluate import CAPTIONS
+from soft_gripper.extras.paper.page import TEMPLATE, Evaluation, write_report
+from soft_gripper.runs.scores.poses import PoseRow
+from soft_gripper.runs.scores.steps import PhaseRow
+from soft_gripper.scenario.scenario_file import load_scenario
+
+HOLDS = Claim("paper", "one sensor is within 3 mm", True, "2.42 mm")
+FAILS = Claim("ours", "four sensors are within 1 mm & less", False, "nan mm")
+POSES = [
+    PoseRow(
+        "free_bending", "finger", name, "as simulated", n, pressure, 0.0, part * scale / n, 2 * part * scale / n + 3
+    )
+    for name, part in (("arcs", 1.0), ("gaussian", 0.1))
+    for n in (1, 2, 3, 4)
+    for pressure, scale in ((0.0, 0.0), (50.0, 1.0), (100.0, 5.0))
+]
+CONTACTS = [
+    ContactRow("free_bending", "finger", 0.0, 0, 0.0, 0),
+    ContactRow("box_grasp", "left", 50.0, 2, 15.04, 0),
+    ContactRow("box_grasp", "right", 50.0, 1, 10.0, 1),
+]
+DIFFERENCES = [Difference("Tip", "hardly depends", "falls to 0.13 mm", "joints & sensors")]
+PHASES = [PhaseRow("close", 1.35, 1.113, 55.68, 139.39, 149.98), PhaseRow("lift", 2.0, 1.0, 55.0, -0.04, -9.0)]
+
+
+def page_of(folder: Path, claims: list[Claim]) -> str:
+    """The report of one scenario, of which the pictures and the animation are mere names."""
+    scene = folder / "free_bending"
+    scene.mkdir()
+    for name in ("scene.png", "animation.html", "../phases.png", *(f"../{figure}.svg" for figure in CAPTIONS)):
+        (scene / name).write_text(name)
+    found = Evaluation(POSES, [], claims, CONTACTS, DIFFERENCES, PHASES, "done & well")
+    write_report(folder, ["free_bending"], found, CAPTIONS, folder / "phases.png")
+    return (folder / "report.html").read_text()
+
+
+def rows_of(page: str, kind: str = "<tr") -> list[list[str]]:
+    """Cells of the rows of its tables, without what is inside the tags."""
+    found = re.findall(rf"{kind}[^>]*>(.*?)</tr>", page, flags=re.DOTALL)
+    return [re.findall(r"<t[dh][^>]*>(.*?)</t[dh]>", row, flags=re.DOTALL) for row in found]
+
+
+def test_names_and_descriptions_are_text_and_no_html(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever a scenario calls itself: it runs no script and loads no picture of a stranger's."""
+    hostile = "\"'><script>alert(1)</script><img src=x onerror=alert(2)>&"
+    scenario = replace(load_scenario("free_bending"), description=hostile)
+    monkeypatch.setattr("soft_gripper.extras.paper.page.load_scenario", lambda name: scenario)
+    scripts = page_of(tmp_path, [HOLDS]).count("<script")
+    name = hostile.replace("/", "-")  # which no folder's name has
+    (tmp_path / "free_bending").rename(tmp_path / name)
+    poses = [replace(row, scenario=name, finger=hostile, estimator=hostile) for row in POSES]
+    contacts = [replace(row, scenario=name, finger=hostile) for row in CONTACTS]
+    differences = [Difference(hostile, hostile, hostile, hostile)]
+    claims = [Claim(hostile, hostile, False, hostile)]
+    phases = [replace(PHASES[0], phase=hostile)]
+    found = Evaluation(poses, [], claims, contacts, differences, phases, hostile)
+    write_report(tmp_path, [name], found, CAPTIONS, tmp_path / "phases.png")
+    page = (tmp_path / "report.html").read_text()
+    assert page.count("<script") == scripts
+    assert "onerror=alert(2)>" not in page
+    assert escape(hostile) in page
+
+
+def test_a_claim_is_reported_as_it_is(tmp_path: Path) -> None:
+    page = page_of(tmp_path, [HOLDS, FAILS])
+    assert rows_of(page, '<tr class="claim"') == [
+        ["one sensor is within 3 mm", "paper", "holds", "2.42 mm"],
+        ["four sensors are within 1 mm &amp; less", "ours", "fails", "nan mm"],
+    ]
+    assert page.count('<td class="text holds">holds</td>') == page.count('<td class="text fails">fails</td>') == 1
+
+
+def test_what_fails_is_red(tmp_path: Path) -> None:
+    page = page_of(tmp_path, [FAILS])
+    color = re.search(r"\.fails \{ color: var\((--\w+)\)", page)
+    assert color is not None
+    value = re.search(rf"{color[1]}: #(..)(..)(..);", page)
+    assert value is not None
+    red, green, blue = (int(part, 16) for part in value.groups())
+    assert red > 2 * max(green, blue)
+
+
+@pytest.mark.parametrize(
+    ("claims", "words"),
+    [
+        ([HOLDS, HOLDS], '<p class="holds">All 2 claims hold.</p>'),
+        ([HOLDS, FAILS, FAILS], '<p class="fails">2 of 3 claims failed.</p>'),
+    ],
+)
+def test_says_how_many_failed(claims: list[Claim], words: str, tmp_path: Path) -> None:
+    assert words in page_of(tmp_path, claims)
+
+
+def test_errors_are_means_over_the_steps(tmp_path: Path) -> None:
+    """Of 0, 1 and 5 mm divided by the number of sensors; at the tip twice that and 3 mm more."""
+    means = ["2.00", "1.00", "0.67", "0.50", "7.00", "5.00", "4.33", "4.00"]
+    assert ["Free bending", *means] in rows_of(page_of(tmp_path, [HOLDS]))
+
+
+def test_every_estimator_has_a_row_of_its_own(tmp_path: Path) -> None:
+    rows = rows_of(page_of(tmp_path, [HOLDS]))
+    assert ["Free bending: arcs", "2.00", "1.00", "0.67", "0.50", "7.00", "5.00", "4.33", "4.00"] in rows
+    assert ["gaussian", "0.20", "0.10", "0.07", "0.05", "3.40", "3.20", "3.13", "3.10"] in rows
+
+
+def test_pictures_are_inside(tmp_path: Path) -> None:
+    page = page_of(tmp_path, [HOLDS])
+    for name in ("scene.png", "../phases.png", *(f"../{figure}.svg" for figure in CAPTIONS)):
+        assert base64.b64encode(name.encode()).decode() in page
+    assert not re.search(r'(src|href)="(?!data:)', page)
+
+
+def test_a_difference_from_the_paper_is_told_in_the_box(tmp_path: Path) -> None:
+    page = page_of(tmp_path, [HOLDS])
+    (box,) = re.findall(r'<section class="box">(.*?)</section>', page, flags=re.DOTALL)
+    assert "<h2>Where this differs from the paper</h2>" in box
+    assert ["Tip", "hardly depends", "falls to 0.13 mm", "joints &amp; sensors"] in rows_of(box)
+    assert base64.b64encode(b"../difference.svg").decode() in box
+
+
+def test_contact_is_the_most_of_every_scenario(tmp_path: Path) -> None:
+    rows = rows_of(page_of(tmp_path, [HOLDS]))
+    assert ["Free bending", "0", "0", "no"] in rows
+    assert ["Box grasp", "2", "15", "yes"] in rows
+
+
+def test_phases_and_outcome_are_shown(tmp_path: Path) -> None:
+    page = page_of(tmp_path, [HOLDS])
+    assert ["close", "1.35", "1.11", "55.7", "139.4", "150.0"] in rows_of(page)
+    assert ["lift", "2.00", "1.00", "55.0", "0.0", "-9.0"] in rows_of(page)
+    assert "Outcome, as estimated: <b>done &amp; well</b>" in page
+
+
+def test_every_number_of_the_page_comes_from_a_run() -> None:
+    """The body of the template holds none, but for those of sensors."""
+    body = TEMPLATE.read_text(encoding="utf-8").partition("<body>")[2].partition("<script>")[0]
+    words = re.sub(r"<[^>]*>|\$\w+", " ", body)
+    assert set(re.findall(r"\d+\S*", words)) <= {"1", "2", "3", "4"} | set(re.findall(r"3-D", words))

@@ -1,0 +1,162 @@
+"""Pose tables: what a recording says about any number of sensors is what a run with them would say."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from soft_gripper.diagrams.recording import Recording
+from soft_gripper.diagrams.simulation import run_station
+from soft_gripper.diagrams.station import make_station
+from soft_gripper.diagrams.station_parts import Station
+from soft_gripper.fingers.kinematics import forward_kinematics, in_space
+from soft_gripper.runs.scores.poses import PoseRow, held_samples, held_steps, pose_table, recorded_pose_table
+from soft_gripper.scenario.scenario_file import load_scenario
+
+SHORT = ["pressure.steps.all=[-40e3, 200e3]", "pressure.settle=0.1", "pressure.hold_samples=10"]
+ERRORS = {"pose_error_mm": "pose_error", "tip_error_mm": "fingertip_error"}
+Bent = Callable[[list[float]], list[PoseRow]]
+
+
+def short_station(sections: int) -> Station:
+    return make_station(load_scenario("free_bending", [*SHORT, f"sensor.sections={sections}"]))
+
+
+@pytest.fixture(scope="module")
+def station() -> Station:
+    """Free bending in two short steps, sensed by four sensors per side."""
+    return short_station(4)
+
+
+@pytest.fixture(scope="module")
+def recording(station: Station) -> Recording:
+    """What a run of the station leaves behind: the finger is still moving while samples are averaged."""
+    return run_station(station)
+
+
+@pytest.fixture
+def bent(station: Station) -> Bent:
+    """Rows of one sensor per side, from a recording that holds the bend angles of its samples in turn."""
+
+    def table(degrees: list[float]) -> list[PoseRow]:
+        samples = round(station.scenario.duration / station.scenario.sensor.period) + 1
+        time = np.arange(samples) * station.scenario.sensor.period
+        angles = np.radians(np.resize(degrees, samples))
+        variables = {}
+        for finger in station.fingers:
+            q = np.outer(angles, np.full(finger.finger.segments, 1 / finger.finger.segments))
+            variables[f"{finger.name}.sampled_joint_angles"] = (["time", f"{finger.name}.joint"], q)
+            chain = forward_kinematics(q, finger.finger.segment_length)
+            joints, tip = in_space(chain.joints), in_space(chain.tip)
+            variables[f"{finger.name}.true_joint_positions"] = (["time", f"{finger.name}.joint", "xyz"], joints)
+            variables[f"{finger.name}.true_tip_position"] = (["time", "xyz"], tip)
+            variables[f"{finger.name}.sampled_pressure"] = (["time"], np.zeros(samples))
+            variables[f"{finger.name}.X_WB"] = (["time", "row", "column"], np.tile(np.eye(3, 4), (samples, 1, 1)))
+        return pose_table("bent", station, Recording(xr.Dataset(variables, {"time": time})), [1])
+
+    return table
+
+
+def test_a_row_for_every_finger_number_of_sections_and_step(station: Station, recording: Recording) -> None:
+    rows = pose_table("free", station, recording, [1, 3])
+    assert [(r.scenario, r.finger, r.estimator, r.nominal, r.sections, r.pressure_kpa) for r in rows] == [
+        ("free", finger, "arcs", "as simulated", sections, pressure)
+        for finger in ("left_finger", "right_finger")
+        for sections in (1, 3)
+        for pressure in (-40.0, 200.0)
+    ]
+
+
+@pytest.mark.parametrize("sections", [1, 4])
+def test_agrees_with_the_blocks_of_a_run_with_as_many_sensors(
+    station: Station, recording: Recording, sections: int
+) -> None:
+    rows = pose_table("free", station, recording, [sections])
+    other = short_station(sections)
+    run = run_station(other)
+    for column, signal in ERRORS.items():
+        for finger in ("left_finger", "right_finger"):
+            by_table = [getattr(row, column) for row in rows if row.finger == finger]
+            by_blocks = held_samples(other.scenario, run, f"{finger}.{signal}").reshape(2, -1).mean(axis=1)
+            np.testing.assert_allclose(by_table, 1e3 * by_blocks, rtol=1e-9)
+
+
+def test_estimators_have_their_rows_one_after_the_other(station: Station, recording: Recording) -> None:
+    kinds = ("spline", "arcs", "contact", "gaussian")
+    rows = pose_table("free", station, recording, [2, 4], kinds)
+    assert [row.estimator for row in rows] == [kind for kind in kinds for _ in range(8)]
+    for kind in kinds:
+        assert [row for row in rows if row.estimator == kind] == pose_table("free", station, recording, [2, 4], [kind])
+    assert [row for row in rows if row.estimator == "arcs"] == pose_table("free", station, recording, [2, 4])
+
+
+@pytest.mark.parametrize("kind", ["arcs", "spline", "gaussian", "contact"])
+def test_each_estimator_agrees_with_a_run_with_it(station: Station, recording: Recording, kind: str) -> None:
+    other = make_station(load_scenario("free_bending", [*SHORT, f"estimator.type={kind}"]))
+    expected = recorded_pose_table("free", other, run_station(other))
+    rows = pose_table("free", station, recording, [4], [kind])
+    assert [(row.estimator, row.finger) for row in rows] == [(row.estimator, row.finger) for row in expected]
+    for column in ERRORS:
+        found, run = ([getattr(row, column) for row in table] for table in (rows, expected))
+        np.testing.assert_allclose(found, run, rtol=1e-6, atol=1e-9)
+
+
+def test_a_straight_finger_has_no_error(bent: Bent) -> None:
+    for row in bent([0.0]):
+        assert row.bend_angle_deg == 0
+        assert row.pose_error_mm == pytest.approx(0, abs=1e-9)
+        assert row.tip_error_mm == pytest.approx(0, abs=1e-9)
+
+
+def test_bend_angle_is_that_of_the_tip(bent: Bent) -> None:
+    assert [row.bend_angle_deg for row in bent([90.0])] == pytest.approx([90.0] * 4)
+
+
+def test_errors_are_averaged_not_shapes(bent: Bent) -> None:
+    """A finger that flips between two mirrored bends errs as in the mean of both, though on average it is straight.
+
+    The two errors differ: the outer sensors lie farther from the neutral axis than the inner ones.
+    """
+    inward, outward, both_ways = (bent(degrees)[0] for degrees in ([90.0], [-90.0], [90.0, -90.0]))
+    assert both_ways.bend_angle_deg == pytest.approx(0, abs=1e-9)
+    for error in ERRORS:
+        one_way, other_way = getattr(inward, error), getattr(outward, error)
+        assert getattr(both_ways, error) == pytest.approx((one_way + other_way) / 2)
+        assert min(one_way, other_way) > 0.01
+
+
+def test_a_row_of_a_finger_in_space_has_its_turns_in_every_way() -> None:
+    """A chamber on either side, alone: mirror images, each bent as far as the other and sideways the other way."""
+    steps = ["pressure.steps={'finger::left': [60e3, 0.0], 'finger::right': [0.0, 60e3], 'finger::inner': [0.0]}"]
+    station = make_station(load_scenario("three_chambers", [*steps, "pressure.settle=0.9"]))
+    left, right = recorded_pose_table("chambers", station, run_station(station))
+    assert left.sideways_angle_deg > 10
+    assert right.sideways_angle_deg == pytest.approx(-left.sideways_angle_deg, rel=0.02)
+    assert right.bend_angle_deg == pytest.approx(left.bend_angle_deg, rel=0.02)
+
+
+def test_a_finger_that_twists_without_bending_sideways_has_no_sideways_angle() -> None:
+    ways = [f"models.{side}_finger.fingers.all.yields=bending twist" for side in ("left", "right")]
+    station = make_station(load_scenario("free_bending", [*SHORT, *ways]))
+    recording = run_station(station)
+    twist = recording["left_finger.true_twist_angles"]
+    twist[:] = np.radians(2.0) / twist.sizes["joint"]
+    row = recorded_pose_table("twisted", station, recording)[0]
+    assert (row.sideways_angle_deg, row.twist_angle_deg) == (0.0, pytest.approx(2.0))
+
+
+def test_a_finger_with_fewer_steps_holds_its_last_pressure() -> None:
+    steps = "pressure.steps={left_finger: [10e3, 20e3, 30e3], right_finger: [40e3, 50e3]}"
+    station = make_station(load_scenario("free_bending", [steps]))
+    held = {finger.name: [step.pressure_kpa for step in held_steps("", station, finger)] for finger in station.fingers}
+    assert held == {"left_finger": [10, 20, 30], "right_finger": [40, 50, 50]}
+
+
+def test_a_controlled_finger_begins_at_its_pressure_and_keeps_no_other() -> None:
+    """There are as many rows as set points, whatever pressures are listed."""
+    station = make_station(
+        load_scenario("tip_distance_steps", ["control.set_points=[0.06, 0.05, 0.04]", "pressure.steps={all: [10e3]}"])
+    )
+    (step, *others) = held_steps("", station, station.fingers[0])
+    assert [each.pressure_kpa for each in others] == [step.pressure_kpa] * 2

@@ -1,0 +1,115 @@
+"""An estimator that opens every file that it is given scores no better than nearest neighbours."""
+
+import hashlib
+import os
+from dataclasses import fields, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from benchmark_folders import write_force_folder
+from scipy.spatial import cKDTree
+
+from studies.benchmark.benchmark_task import Question, inputs_of, missing_files, read_tests, read_training
+from studies.benchmark.estimates import answers
+from studies.benchmark.measured_force import force_tasks
+from studies.benchmark.scores import scores
+from studies.benchmark.tasks import TASKS
+
+RECORDINGS = Path(os.environ.get("SOFT_GRIPPER_DATA", "nowhere"))
+TASK = {task.name: task for task in TASKS}
+
+
+def nearest_sample(question, train):
+    """The mean output of the nearest inputs, of which several samples may be."""
+    inputs, outputs = np.vstack([r.inputs for r in train]), np.vstack([r.outputs for r in train])
+    known, of = np.unique(inputs, axis=0, return_inverse=True)
+    means = np.stack([np.bincount(of, values) / np.bincount(of) for values in outputs.T], axis=1)
+    tree = cKDTree(known)
+    return lambda new: means[tree.query(new)[1]]
+
+
+def cheat(task, root):
+    """The nearest sample of all that is trained on, and of all files of the task below a folder."""
+
+    def estimator(question, train):
+        assert all(recorded.path is None or recorded.path.is_relative_to(root) for recorded in train)
+        names = {Path(file).name for file in task.sha256}
+        found = sorted(file for file in root.rglob("*") if file.name in names and file.suffix != ".yaml")
+        return nearest_sample(question, [*train, *map(task.read, found)])
+
+    return estimator
+
+
+def mean_errors(task, folder, estimator, train):
+    tested = read_tests(task, folder)
+    return [
+        row.mean
+        for row in scores(task, "it", answers(task.question, "it", estimator, train, inputs_of(tested)), tested)
+    ]
+
+
+def assert_cheat_gains_nothing(task, folder, copies):
+    train = read_training(task, folder, copies)
+    cheating, honest = (
+        mean_errors(task, folder, estimator, train) for estimator in (cheat(task, copies), nearest_sample)
+    )
+    assert all(mine >= other * (1 - 1e-9) for mine, other in zip(cheating, honest, strict=True))
+    return train
+
+
+@pytest.mark.parametrize("task", TASKS, ids=lambda task: task.name)
+def test_the_cheat_gains_nothing(task, tmp_path):
+    folder = task.folder or RECORDINGS
+    if missing_files(task, folder):
+        pytest.skip("$SOFT_GRIPPER_DATA has no recordings")
+    assert_cheat_gains_nothing(task, folder, tmp_path)
+
+
+def test_the_cheat_gains_nothing_where_a_force_is_measured(tmp_path):
+    write_force_folder(tmp_path)
+    (task,) = force_tasks(tmp_path)
+    train = assert_cheat_gains_nothing(task, task.folder, tmp_path / "copies")
+    assert {file.name for file in train[0].path.parent.iterdir()} == {"bench.yaml", "finger.yaml", "train.csv"}
+
+
+def test_the_cheat_would_know_everything_with_the_files_themselves(tmp_path):
+    task, honest = TASK["contact_tip"], TASK["contact_tip"].folder
+    train = read_training(task, honest, tmp_path)
+    with_files = [
+        replace(recorded, path=honest / part.file) for recorded, part in zip(train, task.trained, strict=True)
+    ]
+    assert max(mean_errors(task, honest, cheat(task, honest), with_files)) < 1e-9
+
+
+def test_a_file_that_is_tested_too_is_not_given(tmp_path):
+    task, random = TASK["tendons_v4_tip"], np.random.default_rng(3)
+    (file,) = task.sha256
+    table = np.hstack([random.uniform(0, 5, (400, 9)), random.uniform(-100, 100, (400, 3))])
+    (tmp_path / file).parent.mkdir()
+    (tmp_path / file).write_text("header\n" + "".join(",".join(["0", "a", *map(str, row)]) + "\n" for row in table))
+    task = replace(task, sha256={file: hashlib.sha256((tmp_path / file).read_bytes()).hexdigest()})
+    train = assert_cheat_gains_nothing(task, tmp_path, tmp_path / "copies")
+    assert [recorded.path for recorded in train] == [None]
+    assert not [*(tmp_path / "copies").rglob("*.csv")]
+
+
+@pytest.mark.parametrize("task", TASKS, ids=lambda task: task.name)
+def test_no_file_that_is_given_is_tested(task):
+    tested = {part.file for parts in task.tested.values() for part in parts}
+    assert tested.isdisjoint(task.given)
+    assert {*task.given} <= {part.file for part in task.trained}
+
+
+def test_a_question_says_nothing_of_files():
+    assert {each.name for each in fields(Question)} == {"name", "inputs", "outputs", "period", "recognition"}
+
+
+def test_commands_that_are_tested_were_not_trained_on_with_another_load():
+    """Recordings of the trunk are of the same commands."""
+    for name in ("trunk_shape", "trunk_load", "trunk_dc_shape"):
+        task = TASK[name]
+        last = max(part.end for part in task.trained)
+        tested = [part for parts in task.tested.values() for part in parts]
+        assert min(part.begin for part in [*tested, task.kept_back]) > last
+        assert {part.file for part in tested}.isdisjoint(part.file for part in task.trained)

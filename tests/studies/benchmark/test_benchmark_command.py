@@ -1,0 +1,207 @@
+"""`python -m studies benchmark`: what it refuses, and the example of an estimator on recordings."""
+
+import json
+import os
+from pathlib import Path
+
+import pytest
+
+from soft_gripper.commands import main
+from studies.benchmark.benchmark_task import missing_files
+from studies.benchmark.report import SHOWN
+from studies.benchmark.tasks import TASKS
+from studies.commands import STUDIES
+
+EXAMPLES = Path(__file__).parents[3] / "examples"
+RECORDINGS = Path(os.environ.get("SOFT_GRIPPER_DATA", "nowhere"))
+
+
+def test_a_missing_folder_is_named(tmp_path, capsys):
+    assert main(["benchmark", "--data", str(tmp_path / "nowhere")], STUDIES) == 2
+    assert "--data" in capsys.readouterr().err
+
+
+SHIPPED = {"contact_tip", "contact_force", "contact_place", "grasp_shape", "grasp_new"}
+
+
+def scored(tmp_path, *arguments):
+    out = tmp_path / "scores.json"
+    assert main(["benchmark", "--out", str(out), *arguments], STUDIES) == 0
+    found = json.loads(out.read_text())["scores"]
+    return {(score["task"], score["region"], score["estimator"]): score for score in found}
+
+
+@pytest.fixture(autouse=True, scope="module")
+def no_data_of_the_user():
+    """What the environment names is not looked at."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.delenv("SOFT_GRIPPER_DATA", raising=False)
+        yield
+
+
+@pytest.fixture(scope="module")
+def shipped_file(tmp_path_factory, no_data_of_the_user):
+    folder = tmp_path_factory.mktemp("benchmark")
+    scored(folder)
+    return folder / "scores.json"
+
+
+@pytest.fixture(scope="module")
+def shipped(shipped_file):
+    found = json.loads(shipped_file.read_text())["scores"]
+    return {(score["task"], score["region"], score["estimator"]): score for score in found}
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory):
+    if any(missing_files(task, RECORDINGS) for task in TASKS if task.folder is None):
+        pytest.skip("$SOFT_GRIPPER_DATA has no recordings")
+    arguments = ["--data", str(RECORDINGS), "benchmark_estimator:with_memory"]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(EXAMPLES)
+        return scored(tmp_path_factory.mktemp("benchmark"), *arguments)
+
+
+@pytest.mark.slow
+def test_contacts_and_grasps_that_ship_are_scored_without_data(shipped):
+    assert {task for task, _, _ in shipped} == SHIPPED
+    assert {name for task, _, name in shipped if task == "contact_tip"} == {
+        *("ridge", "nearest", "arcs", "gaussian", "contact")
+    }
+
+
+DOCS = Path(__file__).parents[3] / "docs" / "studies"
+
+
+def reference():
+    """The results that ship with the documentation, by task, region and estimator."""
+    found = json.loads((DOCS / "benchmark.json").read_text())["scores"]
+    return {(score["task"], score["region"], score["estimator"]): score for score in found}
+
+
+def number(score, of):
+    """In mm, N, g or %."""
+    return f"{SHOWN.get(score['unit'], (1.0, ''))[0] * score[of]:.3g}"
+
+
+def test_the_table_in_the_docs_has_who_leads_in_the_reference_results():
+    lines = [line for line in (DOCS / "benchmark.md").read_text().splitlines() if line.startswith("| ")]
+    _, *rows = [[each.strip() for each in line.strip("|").split("|")] for line in lines if line.count("|") == 8]
+    tasks = {}
+    for (task, region, name), score in reference().items():
+        tasks.setdefault(task, {}).setdefault(region, {})[name] = score
+    assert [row[0] for row in rows] == [*tasks]
+    for (_, *cells), regions in zip(rows, tasks.values(), strict=True):
+        best = [min(of.values(), key=lambda score: score["proper"]) for of in regions.values()]
+        leads = [f"`{score['estimator']}`" for score in best]
+        assert cells == [
+            ", ".join(regions),
+            ", ".join(leads[:1] if len({*leads}) == 1 else leads),
+            *(", ".join(number(score, of) for score in best) for of in ("mean", "proper")),
+            ", ".join(f"{score['within_band_percent']:.0f}" for score in best),
+            ", ".join(number(of["nearest"], "mean") for of in regions.values()),
+        ]
+
+
+def assert_as_the_reference(scores, rel):
+    for key, score in scores.items():
+        expected = reference()[key]
+        for of in ("mean", "median", "percentile_95", "proper", "band"):
+            assert score[of] == (None if expected[of] is None else pytest.approx(expected[of], rel=rel)), key
+        for of in ("within_band_percent", "unknown_percent"):
+            assert score[of] == (None if expected[of] is None else pytest.approx(expected[of], abs=50 * rel)), key
+
+
+@pytest.mark.slow
+def test_shipped_data_give_the_reference_results(shipped):
+    assert shipped.keys() == {key for key in reference() if key[0] in SHIPPED}
+    assert_as_the_reference(shipped, rel=0.02)
+
+
+@pytest.mark.slow
+def test_recordings_give_the_reference_results(recorded):
+    ours = {key: score for key, score in recorded.items() if not key[2].startswith("benchmark_estimator")}
+    assert ours.keys() == reference().keys()
+    assert_as_the_reference(ours, rel=0.05)
+
+
+@pytest.mark.slow
+def test_what_is_missing_is_where_it_is(tmp_path, capsys):
+    scored(tmp_path, "--data", str(tmp_path))
+    said = capsys.readouterr().err
+    assert all(task.source in said for task in TASKS if task.name not in SHIPPED)
+
+
+@pytest.mark.slow
+def test_results_are_compared(shipped_file, capsys):
+    file = str(shipped_file)
+    assert main(["benchmark", "--compare", file, file], STUDIES) == 0
+    printed = capsys.readouterr().out
+    assert printed.count("scores: contact ") == 2 * 9 - 9  # the same name in both files
+    assert "contact_force, near tip [N]" in printed
+
+
+ROW = {"task": "contact_tip", "region": "middle", "estimator": "it", "samples": 1, "unit": "m", "mean": 1.0}
+ROW |= {"median": 1.0, "percentile_95": 1.0, "proper": 1.0, "within_band_percent": None, "band": None}
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("{}", "was not written by"),
+        ("nothing", "cannot be read as JSON"),
+        ("[" * 100_000, "depth = 'more than 40'"),
+        ('{"benchmark": 2, "benchmark": 2}', "appears more than once"),
+        (json.dumps({"benchmark": 2, "sha256": {}, "scores": [ROW | {"mean": float("nan")}]}), "NaN is not a number"),
+        (
+            json.dumps({"benchmark": 2, "sha256": {}, "scores": [ROW | {"mean": 10**400}]}),
+            "a whole number of 401 digits",
+        ),
+        ('{"schema": 2, "sha256": {}, "scores": []}', "must be 2: score again"),
+        ('{"benchmark": 2, "sha256": {}, "scores": 3}', "was not written by"),
+        ('[{"benchmark": 2}]', "was not written by"),
+        ('{"benchmark": 2, "sha256": {"contact_tip": {}}, "scores": []}', "other data"),
+        ('{"benchmark": 2, "sha256": {}, "scores": [{"task": "contact_tip"}]}', "fields of a score"),
+        (f'{{"benchmark": 2, "sha256": {{}}, "scores": [{json.dumps(ROW | {"mean": "small"})}]}}', "scores.mean"),
+        (f'{{"benchmark": 2, "sha256": {{}}, "scores": [{json.dumps(ROW | {"task": 3})}]}}', "scores.task"),
+    ],
+)
+def test_files_that_cannot_be_compared(tmp_path, capsys, text, said):
+    (tmp_path / "other.json").write_text(text)
+    assert main(["benchmark", "--compare", str(tmp_path / "other.json")], STUDIES) == 2
+    assert said in capsys.readouterr().err
+
+
+def test_an_estimator_that_does_not_exist_is_named(tmp_path, capsys):
+    assert main(["benchmark", "--data", str(tmp_path), "nothing:here"], STUDIES) == 2
+    assert "estimator = nothing:here" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["linear", "with_memory"])
+def test_the_example_is_scored_beside_the_baselines(tmp_path, monkeypatch, name):
+    monkeypatch.syspath_prepend(EXAMPLES)
+    found = scored(tmp_path, f"benchmark_estimator:{name}")
+    for task in SHIPPED:
+        names = {estimator for of, _, estimator in found if of == task}
+        assert {"ridge", "nearest", f"benchmark_estimator:{name}"} < names
+
+
+def test_mistakes_of_a_users_estimator_are_named_before_others_run(tmp_path, monkeypatch, capsys):
+    (tmp_path / "broken.py").write_text("def estimator(task, train):\n    return lambda inputs: inputs[:, :9]\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    out = tmp_path / "scores.json"
+    assert main(["benchmark", "--out", str(out), "broken:estimator"], STUDIES) == 2
+    error = capsys.readouterr().err
+    assert "broken:estimator" in error
+    assert "contact_tip" in error
+    assert not out.exists()
+
+
+@pytest.mark.slow
+def test_published_numbers_are_quoted_with_their_source(shipped_file):
+    found = json.loads(shipped_file.read_text())["published"]
+    assert found
+    for each in found:
+        assert SHIPPED.intersection(each["tasks"])
+        assert "arXiv" in each["source"] or "doi" in each["source"]

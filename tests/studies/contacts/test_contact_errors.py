@@ -1,0 +1,71 @@
+"""The errors of estimated contacts, from contacts whose errors are known."""
+
+import numpy as np
+import pytest
+
+from soft_gripper.estimators.estimate import ContactForce
+from soft_gripper.sensors.sensor_layout import SensorLayout
+from studies.contacts.contacts import Contacts, read_finger
+from studies.contacts.estimates import Condition, ContactEstimate
+from studies.contacts.found_contact import FoundContact
+from studies.contacts.trials import contact_errors, error_rows
+
+TRUE = Contacts(
+    read_finger(),
+    *(np.zeros((4, 12)), np.zeros(4), np.zeros((4, 3))),
+    normal_force=np.array([1.0, 2.0, 1.0, 4.0]),
+    force=np.zeros((4, 3)),
+    torque=np.zeros((4, 12)),
+    arc_length=np.full(4, 0.06),
+    side=np.pi * np.array([0, 1, 1, 0]),
+    friction=np.full(4, 0.45),
+)
+
+
+def found_contact(contact: ContactForce) -> FoundContact:
+    return FoundContact.of(contact, TRUE)
+
+
+CONTACT = ContactForce(
+    force=np.array([[1.1, -1.9, 0.0, np.nan], [1.0, -2.0, -1.0, 4.0]]),
+    arc_length=np.array([[0.066, 0.06, np.nan, np.nan], [0.06, 0.06, 0.06, 0.072]]),
+    force_std=np.array([[0.04, 0.06, 0.1, np.nan], [0.1] * 4]),
+    arc_length_std=np.array([[0.003, 0.0, np.nan, np.nan], [0.005] * 4]),
+)
+FOUND = found_contact(CONTACT)
+LAYOUT = SensorLayout(read_finger(), 3, borders=(0.25, 0.5))
+
+
+def test_errors_are_shares_of_force_and_length() -> None:
+    errors = contact_errors(FOUND, TRUE)
+    np.testing.assert_allclose(errors.force[0], [0.1, 0.05, np.nan, np.nan], rtol=1e-9)
+    np.testing.assert_allclose(errors.place[0], [0.05, 0, np.nan, np.nan], atol=1e-12)
+    np.testing.assert_allclose(errors.place[1], [0, 0, 0, 0.1], atol=1e-12)
+    np.testing.assert_array_equal(errors.found, [[True, True, False, False], [True] * 4])
+
+
+def test_a_row_for_both_and_for_each_side() -> None:
+    both, inner, outer = error_rows([ContactEstimate("contact", LAYOUT, Condition("+10 %"), FOUND)], TRUE)
+    assert [row.side for row in (both, inner, outer)] == ["both", "inner", "outer"]
+    assert (both.contacts, inner.contacts, outer.contacts) == (4, 2, 2)
+    assert (both.sections, both.borders, both.nominal, both.sensors) == (3, "30 60", "youngs_modulus +10 %", "ideal")
+    assert both.found_percent == inner.found_percent == outer.found_percent == 75
+    assert inner.force_90_percent == pytest.approx(np.percentile([10, 0, 0], 90))
+    assert outer.force_median_percent == pytest.approx(0)
+    assert both.place_90_percent == pytest.approx(np.percentile([5, 0, 0, 0, 0, 10], 90))
+    assert inner.force_within_2_std_percent == pytest.approx(100 * 2 / 3)  # the error of 0.1 is 2.5 of 0.04
+    assert inner.place_within_2_std_percent == pytest.approx(100 * 1 / 3)
+    assert outer.force_within_2_std_percent == outer.place_within_2_std_percent == 100
+
+
+def test_where_nothing_is_found_nothing_is_said() -> None:
+    nothing = FoundContact(*np.full((5, 1, 4), np.nan))
+    row = error_rows([ContactEstimate("contact", LAYOUT, Condition(), nothing)], TRUE)[0]
+    assert row.found_percent == 0
+    assert np.isnan([row.force_median_percent, row.place_90_percent, row.place_within_2_std_percent]).all()
+
+
+def test_a_force_on_the_wrong_side_is_wrong_by_twice_its_size() -> None:
+    true = np.where(TRUE.is_inside, TRUE.normal_force, -TRUE.normal_force)
+    other_side = found_contact(CONTACT._replace(force=-true[None]))
+    np.testing.assert_allclose(contact_errors(other_side, TRUE).force, 2.0)

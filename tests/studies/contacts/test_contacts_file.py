@@ -1,0 +1,99 @@
+"""Contacts as arrays: what is saved is what is read."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+from damaged_files import damaged_arrays
+from refusals import refused
+
+from soft_gripper.diagrams.recording import Recording
+from soft_gripper.errors import InputError
+from studies.contacts.contacts import Contacts, load_contacts, save_contacts
+from studies.contacts.peg import Contact, RandomContact, Settled, as_arrays
+
+
+def contact(number: int, side: str) -> Contact:
+    drawn = RandomContact(side, 5.0, 80.0, 50.0, 20.0 + number, (1.0, 0.0, 0.0, 0.0))
+    force = 0.5 if side == "inner" else -0.5
+    found = Settled(np.full(12, 0.1 * number), 1e-4, np.full(12, 2.0), np.zeros(13), force, 0.6, 0.07, np.ones(3))
+    return Contact(number, drawn, found, (), 0.45)
+
+
+@pytest.fixture
+def arrays() -> Contacts:
+    return as_arrays([contact(0, "inner"), contact(1, "outer")])
+
+
+def test_arrays_are_in_si_units_and_keep_the_order(arrays: Contacts) -> None:
+    np.testing.assert_array_equal(arrays.pressure, [20e3, 21e3])
+    np.testing.assert_array_equal(arrays.is_inside, [True, False])
+    np.testing.assert_array_equal(arrays.friction, [0.45, 0.45])
+    np.testing.assert_allclose(arrays.gravity, [[0, 0, -9.81]] * 2)
+    np.testing.assert_array_equal(arrays.q, [np.zeros(12), np.full(12, 0.1)])
+    np.testing.assert_array_equal([arrays.normal_force, arrays.arc_length], [[0.5] * 2, [0.07] * 2])
+    assert arrays.torque.shape == (2, arrays.finger.segments)
+    assert arrays.at(np.array([1])).pressure == 21e3
+
+
+def test_what_is_saved_is_read(tmp_path: Path, arrays: Contacts) -> None:
+    save_contacts(arrays, tmp_path / "contacts.nc")
+    for name, values in vars(load_contacts(tmp_path / "contacts.nc")).items():
+        np.testing.assert_array_equal(values, getattr(arrays, name))
+    assert Recording.load(tmp_path / "contacts.nc")["pressure"].attrs["units"] == "Pa"
+
+
+@pytest.fixture
+def file(tmp_path: Path, arrays: Contacts) -> Path:
+    save_contacts(arrays, tmp_path / "contacts.nc")
+    return tmp_path / "contacts.nc"
+
+
+@pytest.mark.slow
+def test_a_damaged_file_is_refused_or_gives_finite_contacts(file: Path) -> None:
+    data, kinds, refusals = Recording.load(file).data, 0, []
+    for kinds, (how, content) in enumerate(damaged_arrays(data, list(data), seed=1), 1):  # noqa: B007
+        file.write_bytes(content)
+        try:
+            found = vars(load_contacts(file))
+        except InputError:
+            refusals.append(how)
+        else:
+            shapes = {values.shape for name, values in found.items() if name != "finger"}
+            assert all(np.isfinite(values).all() for name, values in found.items() if name != "finger"), how
+            assert shapes <= {(2,), (2, 3), (2, 12)}, how
+    assert kinds > 200
+    assert len(refusals) > 0.6 * kinds
+    assert {"without q", "q: transposed", "side: text", "friction: nan", "normal_force: 5e-324"} <= set(refusals)
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "value"),
+    [
+        ("q", np.zeros((2, 11)), "float64 (2, 11)"),
+        ("normal_force", np.array([0.5, 0.0]), 0.0),
+        ("force", np.full((2, 3), -1e308), -1e308),
+        ("arc_length", np.array([-0.01, 0.05]), -0.01),
+        ("friction", np.array(["a", "b"]), "<U1 (2,)"),
+    ],
+)
+def test_the_array_and_its_value_are_named(file: Path, name: str, values: np.ndarray, value: object) -> None:
+    data = Recording.load(file).data
+    axes = [f"axis_{i}" if i else "contact" for i in range(values.ndim)]
+    Recording(data.drop_vars(name).assign({name: (axes, values)})).save(file)
+    with refused(name):
+        load_contacts(file)
+
+
+@pytest.mark.parametrize("kind", ["missing", "folder", "pipe", "text"])
+def test_a_file_without_contacts_is_refused(tmp_path: Path, kind: str) -> None:
+    path = tmp_path / "contacts.nc"
+    if kind == "folder":
+        path.mkdir()
+    elif kind == "pipe":
+        os.mkfifo(path)
+    elif kind == "text":
+        path.write_bytes(b"no archive")
+    with refused("file"):
+        load_contacts(path)

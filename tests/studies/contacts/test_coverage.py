@@ -1,0 +1,108 @@
+"""How often what is stated of a contact is true: the rows, the situations, and the study on few contacts."""
+
+import numpy as np
+import pytest
+
+from soft_gripper.commands.dispatch import dispatch
+from studies.commands import STUDIES
+from studies.contacts.contact_coverage import (
+    CASES,
+    COLUMNS,
+    FIGURE,
+    SITUATIONS,
+    TABLE,
+    coverage_figure,
+    coverage_row,
+    rows_of,
+)
+from studies.contacts.situations import MODELS, PEG, STATICS, Case, Stated, drawn, pressed
+
+IDEAL = Case(4, realistic=False)
+
+
+def stated(count, **changes):
+    """Contacts of 1 N in the fourth tenth, which are found without an error."""
+    one, ends = np.ones(count), np.array([0.9, 1.0, 1.1])
+    known = {"interval": ends * one[:, None], "bounds": np.array([1.1, 1.1, 1.2]) * one[:, None]}
+    places = np.array([0.3, 0.4]) * one[:, None]
+    return Stated(one, 0.35 * one, one, 0.35 * one, np.nan * one, one, **known, places=places)._replace(**changes)
+
+
+def test_a_row_has_the_share_of_what_is_stated_that_is_true():
+    force = np.where(np.arange(40) < 10, 1.15, 1.0)
+    row = coverage_row("at rest", IDEAL, stated(40, force=force, estimated_force=force + 0.2))
+    assert (row["contacts"], row["withheld_percent"], row["unbounded_percent"]) == ("40", "0.0", "0.0")
+    assert row["interval_percent"] == row["bound_percent"] == row["bound_beyond_percent"] == "75.0"
+    assert row["bound_several_percent"] == row["place_percent"] == "100.0"
+    assert row["interval_by_tenth"].split()[2] == row["interval_least_percent"] == "75.0"
+    assert row["force_n_mean_middle"] == "nan"
+    assert row["force_n_mean_near"] == row["force_n_90_near"] == "0.2"
+    assert tuple(row) == COLUMNS
+
+
+def test_what_is_withheld_or_unbounded_is_counted_by_itself():
+    nothing = np.where(np.arange(40)[:, None] < 30, np.nan, stated(40).interval)
+    bounds = np.where(np.arange(40)[:, None] < 30, [10.0, 10.0, 0.5], stated(40).bounds)
+    row = coverage_row("at rest", IDEAL, stated(40, interval=nothing, bounds=bounds))
+    assert (row["withheld_percent"], row["unbounded_percent"], row["interval_percent"]) == ("75.0", "75.0", "100.0")
+    assert row["interval_least_percent"] == "inf", "ten are too few for a share of a tenth"
+    assert (row["bound_percent"], row["bound_several_percent"]) == ("100.0", "25.0")
+
+
+@pytest.mark.parametrize("situation", STATICS)
+def test_forces_of_an_exact_model_are_found(situation):
+    """Within what friction, several contacts and other plants make of them."""
+    found = drawn(STATICS[situation], IDEAL, 40, 3)
+    far = found.place > 0.5
+    error = np.abs(found.estimated_force - found.force)[far]
+    assert len(error) > 5
+    assert np.median(error) < 0.2 * np.median(found.force[far])
+    assert (~(found.force > found.bounds[:, 2]) | (found.place < 0.3)).mean() > 0.9
+    assert np.isfinite(found.degrees).any() == (situation == "in space")
+
+
+def test_a_wrong_model_errs_more():
+    exact, wrong = (drawn(STATICS["at rest"], IDEAL._replace(model=model), 60, 4) for model in MODELS[:2])
+    np.testing.assert_array_equal(np.sort(exact.force), np.sort(wrong.force))
+    errors = [np.median(np.abs(each.estimated_place - each.place)[each.place > 0.5]) for each in (exact, wrong)]
+    assert errors[1] > 1.2 * errors[0]
+
+
+@pytest.mark.slow
+def test_a_finger_on_a_peg_is_seen_at_rest_and_after_steps():
+    found = pressed(IDEAL, 1, 1)
+    assert tuple(found) == PEG
+    for each in found.values():
+        assert len(each.force) > 3
+        assert np.nanmedian(np.abs(each.estimated_force - each.force)) < 0.3 * np.median(each.force)
+
+
+@pytest.mark.slow
+def test_the_study_is_resumed(tmp_path, monkeypatch, capsys):
+    statics = {name: STATICS[name] for name in ("at rest", "sliding")}
+    for name, value in (("STATICS", statics), ("PEG", ()), ("ARM", ())):
+        monkeypatch.setattr(f"studies.contacts.contact_coverage.{name}", value)
+    arguments = ["contact-coverage", "--size", "0.03", "--jobs", "1", "--out", str(tmp_path)]
+    assert dispatch(arguments, STUDIES) == 0
+    whole = (tmp_path / TABLE).read_text()
+    assert len(whole.splitlines()) == 1 + 2 * len(CASES)
+    (tmp_path / TABLE).write_text("".join(whole.splitlines(keepends=True)[:-3]))
+    assert dispatch([*arguments, "--resume"], STUDIES) == 0
+    assert (tmp_path / TABLE).read_text() == whole
+    assert (tmp_path / f"{FIGURE}.png").stat().st_size > 10_000
+    assert "sliding" in capsys.readouterr().out
+
+
+def test_the_figure_has_a_panel_for_every_case():
+    rows = rows_of("at rest", IDEAL, 0.03, 1)
+    figure = coverage_figure([*rows, *[{**each, "sections": "2"} for each in rows]])
+    assert len(figure.axes) == 4
+    assert len(SITUATIONS) == 10
+
+
+@pytest.mark.parametrize("model", MODELS[:2])
+def test_one_force_with_friction_is_not_taken_for_several(model):
+    """In space, where ideal sensors read more than it takes: of 250 contacts a few leave more than noise."""
+    found = drawn(STATICS["in space"], Case(4, False, model), 500, 1)
+    far = found.place > 0.7
+    assert np.abs(found.estimated_place - found.place)[far].max() < 0.2

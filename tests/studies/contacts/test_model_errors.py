@@ -1,0 +1,103 @@
+"""Plants that differ from the nominal finger, and coverage of what is stated of contacts with them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from here_executor import HereExecutor
+
+from soft_gripper.commands.parser import parsed
+from soft_gripper.files.row_table import read_csv
+from soft_gripper.fingers.kinematics import as_planar, gravity_torque
+from studies.commands import STUDIES
+from studies.contacts import model_errors
+from studies.contacts.contacts import read_finger
+from studies.contacts.model_errors import TABLE, ModelErrorRow, model_error_row, run_model_errors
+from studies.contacts.situations import DIFFERENCES, MODELS, NOMINAL, Case, Stated, drawn, graded
+from studies.contacts.statics import rubbing_contacts
+from studies.robustness.plants import RUBBER
+
+FOUR = Case(4, realistic=False, model=NOMINAL)
+
+
+def test_a_graded_finger_is_stiffer_at_its_base_and_its_neutral_axis_stays():
+    finger, other = read_finger(), graded(0.05)
+    along = finger.joint_arc_lengths / finger.length
+    np.testing.assert_allclose(other.stiffness / finger.stiffness, 1.05 - 0.1 * along, rtol=1e-12)
+    np.testing.assert_allclose(other.section(0.03).neutral_axis, finger.section(0.03).neutral_axis, rtol=1e-9)
+
+
+def test_contacts_of_rubber_are_in_balance():
+    contacts = rubbing_contacts(20, 0.45, 1.0, 2, finger=RUBBER.finger())
+    finger = contacts.finger
+    weight = gravity_torque(finger, contacts.q, as_planar(contacts.gravity[:, ::2])[:, None])
+    loads = finger.pressure_torque(contacts.pressure) + weight + contacts.torque
+    np.testing.assert_allclose(finger.elastic_torque(contacts.q), loads, atol=1e-8)
+    assert np.abs(finger.stiffness * contacts.q - loads).max() > 1e-3, "far from the linear law"
+
+
+def test_nothing_but_the_difference_is_wrong():
+    """The uncertainty is the default one, stiffness and pressure are exact."""
+    exact, default = (Case(4, realistic=False, model=model) for model in MODELS[:2])
+    assert FOUR.exact
+    assert FOUR.assumed == default.assumed != exact.assumed
+
+
+@pytest.mark.parametrize("difference", DIFFERENCES)
+def test_forces_and_places_are_those_of_the_difference(difference):
+    stated = drawn(DIFFERENCES[difference], FOUR, 12, 1)
+    strong = difference.startswith("forces")
+    low, high = (2, 5) if strong else (0.1, 2)
+    assert len(stated.force) > 8
+    assert ((low <= stated.force) & (stated.force <= high)).all()
+    assert ((stated.place >= 0.1) & (stated.place <= (1 / 3 if strong else 1))).all()
+
+
+def test_a_finger_of_another_stiffness_along_it_is_said_to_touch():
+    """A step of the stiffness along the finger has the bends of a force; one factor has not."""
+    alike, uneven = (model_error_row(name, FOUR, 20, 1) for name in [*DIFFERENCES][:2])
+    assert alike.touched_percent == 0
+    assert uneven.touched_percent > 50
+    assert uneven.place_percent < 80 < alike.place_percent
+
+
+def test_a_border_that_is_off_is_that_of_the_sensors_alone():
+    name = "a border between sections 10 mm off"
+    straight, shifted = (drawn(DIFFERENCES[each], FOUR, 12, 1) for each in ("none", name))
+    np.testing.assert_array_equal(straight.force, shifted.force)
+    assert np.nanmedian(np.abs(straight.estimated_place - shifted.estimated_place)) > 0.02
+
+
+def test_a_row_counts_what_is_stated(monkeypatch):
+    one, nothing = np.ones(4), np.full(4, np.nan)
+    low, least = np.array([0.5, 1.5, 0.5, np.nan]), np.array([0.2, 0.4, np.nan, np.nan])
+    contacts = Stated(
+        force=one,
+        place=0.3 * one,
+        estimated_force=one,
+        estimated_place=one,
+        degrees=nothing,
+        probability=np.array([1.0, 1.0, 1.0, 0.1]),
+        interval=np.stack([low, low + 0.5, low + 1], axis=-1),
+        bounds=np.ones((4, 3)),
+        places=np.stack([least, least + 0.2], axis=-1),
+    )
+    free = contacts._replace(probability=np.array([1.0, 0.0, 0.0, 0.0]))
+    found = [contacts, free]
+    monkeypatch.setattr(model_errors, "drawn", lambda *given: found.pop(0))
+    row = model_error_row("none", FOUR, 4, 7)
+    expected = ModelErrorRow("none", 4, "ideal", 4, 200 / 3, 50.0, 75.0, 25.0, 7)
+    assert replace(row, interval_percent=round(row.interval_percent, 9)) == replace(
+        expected, interval_percent=round(200 / 3, 9)
+    )
+
+
+def test_the_command_writes_a_row_for_each_case(tmp_path, monkeypatch):
+    options = parsed(["model-errors", "--contacts", "2", "--seed", "3"], STUDIES)
+    monkeypatch.setattr(model_errors, "CASES", [FOUR])
+    rows = run_model_errors(tmp_path, options.contacts, options.seed, HereExecutor(), lambda job: None)
+    assert [row.difference for row in rows] == [*DIFFERENCES]
+    assert {row.seed for row in rows} == {3}
+    assert [replace(row, place_percent=0) for row in read_csv(tmp_path / TABLE, ModelErrorRow)] == [
+        replace(row, place_percent=0) for row in rows
+    ]

@@ -1,0 +1,96 @@
+"""Self-calibration in free motion: what a wrong stiffness or chamber is compensated by."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from soft_gripper.estimators.named_estimators import SHAPE_FUNCTIONS
+from soft_gripper.estimators.uncertainty import Uncertainty
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.finger_parts import ElasticLaw
+from soft_gripper.fingers.kinematics import gravity_torque, in_space
+from soft_gripper.fingers.statics import resting_angles, softened
+from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
+from studies.contacts.self_calibration import (
+    FreeMotion,
+    Scale,
+    trusting_chamber,
+    trusting_stiffness,
+)
+
+PRESSURES, GRAVITY = np.array([30e3, 90e3]), 6 + 7j
+IN_BASE = np.array([7.0, 0.0, 6.0])
+
+
+def free_motion(layout: SensorLayout) -> FreeMotion:
+    q = resting_angles(layout.finger, PRESSURES, np.full(2, GRAVITY))
+    return FreeMotion(layout.response.reading(extension_ratios(layout, q)), PRESSURES, IN_BASE)
+
+
+def calibrated(calibrate: Callable[[SensorLayout, FreeMotion], Scale], true: Finger, nominal: Finger) -> Scale:
+    return calibrate(SensorLayout(nominal, 2, borders=(1 / 3,)), free_motion(SensorLayout(true, 2, borders=(1 / 3,))))
+
+
+@pytest.mark.parametrize("factor", [0.8, 1.1])
+def test_a_wrong_stiffness_is_found(shipped_finger: Finger, factor: float) -> None:
+    scale = calibrated(trusting_chamber, shipped_finger, softened(shipped_finger, 1 / factor))
+    np.testing.assert_allclose(scale, (factor, factor, 1 / factor), rtol=1e-3)
+
+
+def test_a_right_nominal_model_is_left_alone(shipped_finger: Finger) -> None:
+    for calibrate in (trusting_chamber, trusting_stiffness):
+        np.testing.assert_allclose(calibrated(calibrate, shipped_finger, shipped_finger), (1, 1, 1), rtol=1e-3)
+
+
+def test_a_wrong_pressure_is_found(shipped_finger: Finger) -> None:
+    """It reads 20 % too low; weight and force are as they were."""
+    layout = SensorLayout(shipped_finger, 2)
+    free = free_motion(layout)
+    scale = trusting_stiffness(layout, free._replace(pressure=0.8 * free.pressure))
+    np.testing.assert_allclose(scale, (1 / 0.8, 1, 1), rtol=1e-3)
+
+
+def test_an_elastic_law_is_followed(shipped_finger: Finger) -> None:
+    curvature, moment = np.array([-30.0, 0.0, 8.0, 40.0]), np.array([-0.15, 0.0, 0.04, 0.3])
+    true, nominal = (
+        replace(shipped_finger, elastic_law=ElasticLaw(tuple(curvature), *2 * (tuple(factor * moment),)))
+        for factor in (1.0, 1.2)
+    )
+    scale = calibrated(trusting_chamber, true, nominal)
+    np.testing.assert_allclose(scale.force, 1 / 1.2, rtol=5e-3)
+
+
+def test_every_set_of_readings_is_calibrated_by_itself(shipped_finger: Finger) -> None:
+    layout = SensorLayout(shipped_finger, 2)
+    free = free_motion(layout)
+    gains = np.array([[0.9, 1.0, 1.1], [1.0, 1.2, 0.8]])
+    scale = trusting_stiffness(
+        layout, free._replace(readings=gains[..., None, None] * free.readings, gravity=np.zeros(3))
+    )
+    assert np.shape(scale.pressure) == gains.shape
+    np.testing.assert_allclose(np.asarray(scale.pressure) / gains, np.asarray(scale.pressure)[0, 1], rtol=1e-2)
+
+
+def test_a_calibrated_finger_finds_the_force(shipped_finger: Finger) -> None:
+    """One across the finger in its middle, with a stiffness that is assumed 10 % too high."""
+    factor, pressure = 1.1, np.array(60e3)
+    true, nominal = (SensorLayout(f, 4) for f in (shipped_finger, softened(shipped_finger, 1 / factor)))
+    q = resting_angles(shipped_finger, pressure, np.array(GRAVITY))
+    for _ in range(50):
+        chain = np.exp(1j * q.cumsum())
+        levers = np.array([(chain[i:8] * shipped_finger.segment_length).sum() for i in range(8)])  # to joint 8's link
+        torque = np.zeros(12)
+        torque[:8] = -0.5 * (levers.conj() * chain[7]).real
+        known = float(pressure) * shipped_finger.pressure_gain + gravity_torque(shipped_finger, q, GRAVITY)
+        q = 0.5 * (q + shipped_finger.angle(known + torque))
+    readings = true.response.reading(extension_ratios(true, q))
+    scale = trusting_chamber(nominal, free_motion(true))
+    found = SHAPE_FUNCTIONS["contact"](nominal, Uncertainty())(
+        readings, nominal.finger.pressure_torque(scale.pressure * pressure), scale.gravity * in_space(np.array(GRAVITY))
+    ).contact
+    assert found is not None
+    assert float(scale.force * found.force) == pytest.approx(0.5, rel=0.02)
+    assert float(found.force) == pytest.approx(0.5 * factor, rel=0.02)
+    assert float(found.arc_length) == pytest.approx(85e-3, abs=1e-3)

@@ -1,0 +1,343 @@
+"""Numbers of the pages on limits, contacts, estimators and sensors, compared with committed tables and each other.
+
+The studies `model-errors`, `contact-coverage` and `contacts --seed 1`, with `--friction 0` too, wrote the tables in
+docs/studies, and `sensor-presets` docs/sensor_presets.csv.
+"""
+
+import re
+from dataclasses import astuple
+from itertools import groupby, product
+
+import numpy as np
+import pytest
+from csv_rows import csv_rows
+from printed_numbers import differences, printed, sentence_problems, table_problems
+
+from soft_gripper.commands.parser import parsed
+from soft_gripper.files.row_table import read_csv
+from soft_gripper.scenario.schema import presets
+from studies import ROOT
+from studies.commands import STUDIES
+from studies.contacts.contact_coverage import SITUATIONS, rows_of
+from studies.contacts.estimates import REALISTIC
+from studies.contacts.model_errors import CASES, TABLE, ModelErrorRow, model_error_row
+from studies.contacts.situations import ARM, DIFFERENCES, MODELS, PEG, Case
+from studies.contacts.trials import ContactErrorRow
+from studies.robustness.jobs import plant_rows
+from studies.robustness.plants import RUBBER
+from studies.robustness.sensor_presets import TABLE as PRESETS_TABLE
+from studies.robustness.sensor_presets import PresetRow, preset_row
+
+DOCS = ROOT / "docs"
+TABLES = DOCS / "studies"
+CONTACTS = "studies/contacts.md"
+ROWS = read_csv(TABLES / TABLE, ModelErrorRow)
+PRESET_ROWS = read_csv(PRESETS_TABLE, PresetRow)
+_, GRADED, _, SHIFTED, STRONG, *_ = DIFFERENCES
+SHARES = "interval_percent", "place_percent", "touched_percent"
+
+
+def page(name):
+    return (DOCS / name).read_text(encoding="utf-8")
+
+
+def row_of(difference, sections=4, sensors="ideal"):
+    (row,) = [row for row in ROWS if (row.difference, row.sections, row.sensors) == (difference, sections, sensors)]
+    return row
+
+
+def intervals(difference):
+    return [row.interval_percent for row in ROWS if row.difference == difference]
+
+
+def preset(name):
+    (row,) = [row for row in PRESET_ROWS if row.preset == name]
+    return row
+
+
+def numbers(text):
+    return [float(number) for number in re.findall(r"-?\d+(?:\.\d+)?", text)]
+
+
+def test_the_table_of_differences_is_what_the_command_wrote():
+    expected = [
+        [*numbers(name), *(getattr(row, share) for row in rows for share in SHARES)]
+        for name, rows in groupby(ROWS, key=lambda row: row.difference)
+    ]
+    assert not table_problems(page(CONTACTS), "difference | 2, ideal | 2, realistic", expected)
+
+
+def test_the_command_of_the_page_wrote_it():
+    (line,) = re.findall(r"python -m studies (model-errors.*)", page(CONTACTS))
+    options = parsed(line.partition("#")[0].split(), STUDIES)
+    assert {row.seed for row in ROWS} == {options.seed}
+    assert max(row.contacts for row in ROWS) <= options.contacts
+    assert [(row.difference, row.sections, row.sensors) for row in ROWS] == [
+        (name, case.sections, case.sensors) for name in DIFFERENCES for case in CASES
+    ]
+
+
+def intervals_and_touched(difference, sensors="ideal"):
+    """Coverage of the intervals of four sections, and free fingers that are said to touch."""
+    row = row_of(difference, 4, sensors)
+    return [row.interval_percent, row.touched_percent]
+
+
+LIMITS = {
+    r"base is 5 % stiffer and the tip 5 % softer, intervals of four ideal sensors per side are true in # %, and a free "
+    r"finger is said to touch in # % of the states \(realistic: # and # %\)": [
+        *intervals_and_touched(GRADED),
+        *intervals_and_touched(GRADED, REALISTIC),
+    ],
+    r"A border 10 mm off leaves # % of their places true": [row_of(SHIFTED).place_percent],
+    r"`textile` ones the tip is off by # mm instead of #, and bands cover # % of the end angles instead of #": [
+        getattr(preset(name), field)
+        for field in ("tip_error_mm", "end_angle_covered_percent")
+        for name in ("textile", REALISTIC)
+    ],
+    r"a force of 2 to 5 N before a third of the length # to # % of the intervals": [
+        min(intervals(STRONG)),
+        max(intervals(STRONG)),
+    ],
+}
+
+
+@pytest.mark.parametrize("pattern", LIMITS)
+def test_limitations_say_what_the_command_wrote(pattern):
+    assert not sentence_problems(page("limitations.md"), pattern, LIMITS[pattern])
+
+
+@pytest.mark.parametrize(
+    ("difference", "case"),
+    [
+        pytest.param(
+            name, case, marks=pytest.mark.slow if (name, case) == ("none", CASES[0]) else pytest.mark.published
+        )
+        for name in DIFFERENCES
+        for case in CASES
+    ],
+)
+def test_the_command_still_writes_it(difference, case):
+    """Within two contacts, which another processor may round apart."""
+    written = row_of(difference, case.sections, case.sensors)
+    row = model_error_row(difference, case, 500, written.seed)
+    assert row.contacts == written.contacts
+    for name in SHARES:
+        assert getattr(row, name) == pytest.approx(getattr(written, name), abs=200 / row.contacts, nan_ok=True)
+
+
+EQUAL, UNEQUAL, FOUR = "60", "40", "30 60 90"  # mm, borders of sections
+FORCE, PLACE = ([f"{kind}_{name}_percent" for name in ("mean", "median", "90")] for kind in ("force", "place"))
+
+
+def trials(file, borders, sensors="ideal", averaged=1, calibration="none", signs=("",)):
+    """The worst errors of nominal stiffnesses with a deviation of 10 % and these signs; none: exact."""
+    nominals = [f"youngs_modulus {sign}10 %" if sign else "as simulated" for sign in signs]
+    case = borders, sensors, averaged, calibration, "both"
+    rows = [
+        row
+        for row in read_csv(TABLES / f"{file}.csv", ContactErrorRow)
+        if (row.borders, row.sensors, row.averaged, row.calibration, row.side) == case and row.nominal in nominals
+    ]
+    assert len(rows) == len(signs)
+    return [max(getattr(row, name) for row in rows) for name in ("found_percent", *FORCE, *PLACE)]
+
+
+def test_the_table_of_exact_models_is_what_the_command_wrote():
+    labels = {EQUAL: [2], UNEQUAL: [2, 40], FOUR: [4]}
+    smooth, rough = (
+        [[*label, *trials(file, borders)[1:]] for borders, label in labels.items()]
+        for file in ("contact_errors_smooth", "contact_errors")
+    )
+    rough[0].insert(0, 0.45)
+    assert not table_problems(page(CONTACTS), "contact | sections per side | force [%]", [*smooth, *rough])
+
+
+def test_the_table_of_sensors_with_errors_is_what_the_command_wrote():
+    single, mean = {"sensors": REALISTIC}, {"sensors": REALISTIC, "averaged": 20}
+    wrong = mean | {"calibration": "trusting chamber", "signs": "+-"}
+    two, four = (
+        [trials("contact_errors", borders, **options) for options in (single, mean, wrong)]
+        for borders in (UNEQUAL, FOUR)
+    )
+    equal = [10, 90, 33, 18, 83, 13, 6.4, 35]  # test_readme.py runs the command
+    expected = [two[0], [20, *two[1]], [10, 20, *two[2]], equal, four[0], [20, *four[1]], [10, *four[2]]]
+    assert not table_problems(page(CONTACTS), "two sections divided at 40 mm | detected", expected)
+
+
+def test_the_table_of_calibrations_is_what_the_command_wrote():
+    calibrations = "none", "trusting stiffness", "trusting chamber"
+    expected = [[10, *trials("contact_errors", UNEQUAL, calibration=each, signs="+")[1:]] for each in calibrations]
+    assert not table_problems(page(CONTACTS), "calibration | nominal stiffness", expected)
+
+
+def test_errors_are_within_two_deviations_as_often_as_the_page_says():
+    within = [
+        value
+        for file in ("contact_errors_smooth", "contact_errors")
+        for row in read_csv(TABLES / f"{file}.csv", ContactErrorRow)
+        if (row.sensors, row.nominal, row.side) == ("ideal", "as simulated", "both")
+        for value in (row.force_within_2_std_percent, row.place_within_2_std_percent)
+    ]
+    assert not sentence_problems(page(CONTACTS), r"# to # % of the errors lie within two", [min(within), max(within)])
+
+
+COVERED = {
+    (row["situation"], row["sections"], row["sensors"], row["model"]): row
+    for row in csv_rows(TABLES / "contact_coverage.csv")
+}
+EXACT, WRONG, CALLED_EXACT = MODELS
+SINGLE = "at rest", "sliding"
+
+
+def covered(name, *keys):
+    """The finite numbers of a column in the rows of situations, sections, sensors and models."""
+    values = [float(COVERED[key][name]) for key in product(*keys) if key in COVERED]
+    return [value for value in values if np.isfinite(value)]
+
+
+def test_the_table_of_coverage_is_what_the_command_wrote():
+    pairs, expected = (("ideal", EXACT), (REALISTIC, WRONG), (REALISTIC, CALLED_EXACT)), []
+    situations = *SINGLE, "two contacts", "a spread contact", "a plant in space", "in space", *PEG
+    for situation in (*situations, ARM[0]):
+        columns = product(pairs[:1] if situation == ARM[0] else pairs, ("interval_percent", "interval_least_percent"))
+        cells = [covered(name, [situation], "24", [sensors], [model]) for (sensors, model), name in columns]
+        expected.append([min(numbers) for numbers in cells if numbers])
+    header = "situation | ideal, exact | realistic, wrong | realistic, called exact"
+    assert not table_problems(page(CONTACTS), header, expected)
+
+
+@pytest.mark.slow
+def test_the_study_still_counts_as_much():
+    (row,) = rows_of(SINGLE[0], Case(2, realistic=False), 1.0, 1)
+    written = COVERED[SINGLE[0], "2", "ideal", EXACT]
+    for name in ("contacts", "interval_percent", "bound_several_percent", "place_percent"):
+        assert float(row[name]) == pytest.approx(float(written[name]), abs=0.5)
+
+
+def test_the_table_of_errors_is_what_the_command_wrote():
+    thirds = "near", "middle", "far"
+    expected = [
+        [float(sections)]
+        + [
+            float(COVERED["at rest", sections, REALISTIC, WRONG][f"{error}_{name}_{third}"])
+            for third in thirds
+            for name in ("mean", "90")
+        ]
+        for error in ("force_n", "place_percent")
+        for sections in "24"
+    ]
+    assert not table_problems(page(CONTACTS), "error | sections | 10 to 40 %", expected)
+
+
+def span(*keys):
+    values = covered(*keys)
+    return [min(values), max(values)]
+
+
+SENSORS, SECTIONS = ("ideal", REALISTIC), "24"
+STATED = {
+    r"hold at rest in # % \(two sections\) and # % \(four\)": covered(
+        "interval_percent", SINGLE[:1], SECTIONS, ["ideal"], [CALLED_EXACT]
+    ),
+    r"it covers their sum in # to # % of cases": span("bound_several_percent", SITUATIONS, "4", SENSORS, MODELS),
+    r"\*\*After a step of pressure\*\* # to # of a hundred answers": span(
+        "withheld_percent", PEG[1:], SECTIONS, SENSORS, [EXACT, WRONG]
+    ),
+    r"not known\*\]\([^)]*\), # to # if a wrong model": span(
+        "withheld_percent", PEG[1:], SECTIONS, SENSORS, [CALLED_EXACT]
+    ),
+    r"is true in # to # % at rest and sliding": span("bound_beyond_percent", SINGLE, SECTIONS, SENSORS, [EXACT, WRONG]),
+    r"With two equal sections, # to # of a hundred such contacts": span(
+        "unbounded_beyond_percent", SINGLE, "2", SENSORS, [EXACT, WRONG]
+    ),
+    r"always with two sections, in # to # % of cases with four": [
+        100 - value
+        for value in reversed(
+            span("withheld_percent", ["two contacts", "a spread contact"], "4", SENSORS, [EXACT, WRONG])
+        )
+    ],
+    r"the mean errors by thirds are #, # and # N with two sections, #, # and # N with four": [
+        float(COVERED["in space", sections, REALISTIC, WRONG][f"force_n_mean_{third}"])
+        for sections in SECTIONS
+        for third in ("near", "middle", "far")
+    ],
+    r"friction included, is # degrees with two ideal sections and # with four, # and # with realistic": [
+        float(COVERED["in space", sections, sensors, EXACT]["degrees_median"])
+        for sensors in SENSORS
+        for sections in SECTIONS
+    ],
+}
+
+
+@pytest.mark.parametrize("pattern", STATED)
+def test_the_page_says_what_the_command_counted(pattern):
+    assert not sentence_problems(page(CONTACTS), pattern, STATED[pattern])
+
+
+def test_the_table_of_presets_is_what_was_measured():
+    text = page("sensors.md")
+    cells = dict(re.findall(r"^\| `(\w+)` \|[^|]*\| (.*) \|$", text, re.MULTILINE))
+    assert [row.preset for row in PRESET_ROWS] == [*presets()]
+    for row in PRESET_ROWS:
+        assert differences(cells[row.preset], list(astuple(row)[1:-1])) == []
+
+
+@pytest.mark.published
+@pytest.mark.parametrize("row", PRESET_ROWS, ids=lambda row: row.preset)
+def test_presets_still_err_as_much(row):
+    for value, expected in zip(astuple(preset_row(row.preset))[1:-1], astuple(row)[1:-1], strict=True):
+        assert value == pytest.approx(expected, rel=0.01, abs=0.2)
+
+
+HELD = r"`recursive`(?: \| [\d./]+){3} \| # \|"  # the first of a table: free bending, covered with two sensors
+REPEATED = [  # what a page repeats, and where it is measured
+    ("limitations.md", r"bands cover # % in free bending with two sensors", "studies/robustness.md", HELD),
+    ("estimators.md", r"bands cover # % in free bending with two sensors", "studies/robustness.md", HELD),
+    (
+        "limitations.md",
+        r"shape: # % right with two realistic sensors per side, # % only with ideal",
+        "recognition.md",
+        r"\| realistic sensors \| # % .*? \| ideal sensors \| # %",
+    ),
+    (
+        "limitations.md",
+        r"tip off by # mm instead of #, and leaves # % of the samples in the band instead of #",
+        "extras/hardware/hardware_replay.md",
+        r"tip off by # mm instead of #, and leaves # % of the samples in the band instead of #",
+    ),
+    ("limitations.md", r"v4 holds # % of pulls", "extras/hardware/hardware_replay.md", r"band of v4 holds # %"),
+    (
+        "missed_targets.csv",
+        r"turn within 10 %\",\"\(#, measured # degrees\)",
+        "extras/hardware/identification.md",
+        r"settled turn, degrees .*? \| # \(#\): \*\*misses",
+    ),
+    (
+        "missed_targets.csv",
+        r"\(# at 40 kPa\)",
+        "extras/hardware/identification.md",
+        r"at all times .* \| # %: \*\*misses",
+    ),
+    ("missed_targets.csv", r"not shown by #", "extras/grasps/grasp_trials.md", r"all of # cups succeeded"),
+    ("missed_targets.csv", r"over bare plant: 1\.5 times\",\"\(#\)", "benchmarks.md", r"# times in the box grasp"),
+    ("missed_targets.csv", r"20 ms more\",\"\(#\)", "benchmarks.md", r"overhead of 28 and # ms a run"),
+]
+
+
+def said(name, pattern):
+    """The numbers of a sentence, by their size."""
+    found = printed(" ".join(page(name).split()), pattern.replace("#", r"(\d+(?:\.\d+)?)"))
+    return sorted(found, key=float)
+
+
+@pytest.mark.parametrize(("name", "pattern", "source", "measured"), REPEATED)
+def test_pages_repeat_what_was_measured(name, pattern, source, measured):
+    assert differences(" ".join(said(name, pattern)), [float(number) for number in said(source, measured)]) == []
+
+
+@pytest.mark.published
+def test_recursive_still_covers_as_much_of_rubber_in_free_bending():
+    rows = plant_rows(RUBBER.name, "free_bending", 20, ["recursive"])
+    (row,) = [row for row in rows if row.sections == 2]
+    assert round(100 * row.coverage) == pytest.approx(float(said(*REPEATED[0][:2])[0]), abs=1)

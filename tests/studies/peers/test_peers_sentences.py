@@ -1,0 +1,61 @@
+"""README and docs say of other simulators what the table of docs/benchmarks.md says, digit by digit."""
+
+from pathlib import Path
+
+EQUAL = "time ÷ ours, if ours must be as good"
+ROOT = Path(__file__).parents[3]
+TASKS = ("free bending", "free bending, sensed", "obstructed", "box grasp", "non-convex grasp")
+
+
+def table():
+    """The rows of the benchmark by task and simulator; the columns by their headings."""
+    lines = (ROOT / "docs" / "benchmarks.md").read_text(encoding="utf-8").splitlines()
+    start = next(number for number, line in enumerate(lines) if line.startswith("| task |"))
+    headings, rows = cells(lines[start]), {}
+    for line in lines[start + 2 :]:
+        if not line.startswith("|"):
+            break
+        row = dict(zip(headings, cells(line), strict=True))
+        rows[row["task"], row["simulator"].strip("*")] = row
+    return rows
+
+
+def cells(line):
+    return [cell.strip() for cell in line.strip().strip("|").split("|")]
+
+
+def ratio(task, simulator):
+    return table()[task, simulator]["time ÷ ours"]
+
+
+def words(page):
+    return " ".join((ROOT / page).read_text(encoding="utf-8").split())
+
+
+def test_mujoco_is_faster_in_every_task():
+    assert all(float(ratio(task, "MuJoCo")) < 1 for task in TASKS)
+
+
+def test_others_are_slower_on_a_free_finger():
+    """By ten times or more, as the page says, PyBullet at equal error too."""
+    assert all(float(ratio("free bending", peer)) > 10 for peer in ("PyBullet", "PyElastica"))
+    assert float(table()["free bending", "PyBullet"][EQUAL]) > 10
+
+
+def test_pybullet_is_faster_at_equal_creep():
+    assert float(table()["box grasp", "PyBullet"][EQUAL]) < 1
+
+
+def test_pyelastica_is_the_most_accurate_on_a_free_finger():
+    tips = {peer: float(row["tip error [mm]"]) for (task, peer), row in table().items() if task == "free bending"}
+    assert min(tips, key=tips.__getitem__) == "PyElastica"
+
+
+def test_readme_says_what_the_table_says():
+    assert f"MuJoCo takes {ratio('box grasp', 'MuJoCo')} of our computing time for the box grasp" in words("README.md")
+
+
+def test_every_task_has_a_row_of_each_column():
+    rows = table()
+    assert {task for task, _ in rows} == set(TASKS)
+    assert all(row[EQUAL] for row in rows.values())

@@ -1,0 +1,85 @@
+"""A held finger: its samples, its readings with and without errors, and points along it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from soft_gripper.diagrams.recording import Recording
+from soft_gripper.fingers.kinematics import forward_kinematics, in_space
+from soft_gripper.runs.scores.poses import held_samples
+from soft_gripper.runs.scores.readings import read_again
+from soft_gripper.sensors.strain_errors import StrainErrors
+from soft_gripper.truth.poses import corners
+from studies.robustness.plants import EVERY, points_along, touched_fingers
+
+
+def test_samples_are_those_of_the_held_steps(held) -> None:
+    q = held.recording[f"{held.finger.name}.sampled_joint_angles"].values
+    expected = held_samples(held.station.scenario, held.recording, q)[:, ::EVERY]
+    np.testing.assert_array_equal(q[1:][held.samples], expected.reshape(-1, q.shape[-1]))
+    assert len(held.samples) == 2 * 20 // EVERY
+
+
+def test_true_points_are_those_of_the_samples_that_are_read(held) -> None:
+    """The first sample of a recording is there twice."""
+    finger = held.simulated
+    q = held.recording[f"{held.finger.name}.sampled_joint_angles"].values[held.samples + 1]
+    tips = forward_kinematics(q, finger.segment_length).tip
+    np.testing.assert_allclose(held.points(np.array([finger.length]))[:, 0], in_space(tips), rtol=0, atol=1e-15)
+
+
+def test_without_errors_all_seeds_read_the_truth(held) -> None:
+    truth = read_again(held.station, held.recording, held.finger, 3)
+    readings = held.readings(3, None, 2)
+    assert readings.shape == (len(truth.readings) - 1, 2, 6)
+    np.testing.assert_allclose(readings[:, 0], truth.readings[1:], atol=1e-15)
+    np.testing.assert_array_equal(readings[:, 0], readings[:, 1])
+    np.testing.assert_array_equal(held.pressure, truth.pressure[1:])
+    np.testing.assert_array_equal(held.gravity, truth.gravity[1:])
+
+
+def test_seeds_err_differently_and_every_time_alike(held) -> None:
+    errors, truth = StrainErrors(noise=1e-3), held.readings(2, None, 3)
+    read = held.readings(2, errors, 3)
+    np.testing.assert_array_equal(read, held.readings(2, errors, 3))
+    assert (read - truth).std(axis=0) == pytest.approx(1e-3, rel=0.4)
+    assert np.abs(read[:, 0] - read[:, 1]).min() > 0
+
+
+def test_points_of_a_chain_are_its_joints_and_its_tip(shipped_finger, bent) -> None:
+    q = bent(4, 12)
+    chain = forward_kinematics(q, shipped_finger.segment_length)
+    s = np.append(shipped_finger.joint_arc_lengths, shipped_finger.length)
+    ends = corners(in_space(chain.joints), in_space(chain.tip))
+    np.testing.assert_allclose(points_along(shipped_finger, ends, s), in_space(chain.points), atol=1e-15)
+    between = 0.3 * s + 0.02
+    np.testing.assert_allclose(
+        points_along(shipped_finger, ends, between), in_space(chain.at(between).points), atol=1e-15
+    )
+
+
+def test_points_of_finer_chains_converge_to_an_arc(shipped_finger) -> None:
+    """With the square of the length of the segments: joints lie in their middles."""
+    bend, s = 1.5, np.linspace(0.013, 0.12, 7)
+    arc = (np.exp(1j * bend * s / 0.12) - 1) / (1j * bend / 0.12)
+    errors = []
+    for segments in (12, 24, 48):
+        finger = replace(shipped_finger, segments=segments)
+        chain = forward_kinematics(np.full(segments, bend / segments), finger.segment_length)
+        errors.append(np.abs(chain.at(s).points - arc).max())
+    assert errors[0] / errors[1] == pytest.approx(4, rel=0.25)
+    assert errors[1] / errors[2] == pytest.approx(4, rel=0.25)
+
+
+def test_fingers_that_touch_nothing_all_count(held) -> None:
+    found = touched_fingers("free_bending", held.station, held.recording)
+    assert [each.finger.name for each in found] == [finger.name for finger in held.station.fingers]
+
+
+def test_pegs_are_touched_by_a_single_finger(held, monkeypatch) -> None:
+    name = held.station.fingers[1].name
+    force = f"{name}.link_contact_force"
+    pressed = held.recording.data.assign({force: held.recording[force] + 1.0})
+    (found,) = touched_fingers("free_bending", held.station, Recording(pressed))
+    assert found.finger.name == name

@@ -1,0 +1,139 @@
+"""An hour of drift: what zeroing is worth in a synthetic series, and the study's table, figure and claims."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from here_executor import HereExecutor
+from loaded_fingers import Push, in_balance
+from printed_numbers import table_problems
+from study_line import study_line
+
+from soft_gripper.files.row_table import read_csv
+from studies.commands import drift as command
+from studies.contacts.contacts import read_finger
+from studies.drift import study
+from studies.drift.grasps import Grasps
+from studies.drift.hour import (
+    MINUTES,
+    POLICIES,
+    DriftRow,
+    held_rows,
+    hour_of,
+    in_free_motion,
+    never,
+    rows_of,
+)
+from studies.drift.study import (
+    FIGURE,
+    SUMMARY,
+    TABLE,
+    PolicyRow,
+    drift_claims,
+    run_drift,
+    summary,
+)
+
+HELD, OPEN, PRESSURE = 80, 40, 90e3  # samples of a grasp; Pa
+
+
+def still_grasp(force: float) -> Grasps:
+    """Held for 8 s by a force near the tip, open for 4 s, without any motion between; by statics."""
+    finger, down = read_finger(), 9.81 + 0j
+    held = in_balance(finger, PRESSURE, down, [Push(0.1, force)])
+    free = in_balance(finger, 0.0, down, [])
+    q = np.repeat([held, free], [HELD, OPEN], axis=0)
+    pressure, forces = np.repeat([PRESSURE, 0.0], [HELD, OPEN]), np.repeat([force, 0.0], [HELD, OPEN])
+    return Grasps(q, pressure, np.tile([0.0, 0.0, 9.81], (len(q), 1)), forces)
+
+
+@pytest.fixture(scope="module")
+def rows() -> dict[str, DriftRow]:
+    """Minutes 6 to 10, under the policies of `contact`."""
+    hour = hour_of([still_grasp(0.4), still_grasp(0.8)], 1, minutes=10, sensors=8)
+    samples = held_rows(hour.truth, (10,))
+    found = {"never": never, "in free motion": in_free_motion}
+    return {name: next(rows_of(0, name, hour, samples, policy(hour, samples))) for name, policy in found.items()}
+
+
+def test_zeroing_in_free_motion_removes_what_has_drifted(rows):
+    free, drifted = rows["in free motion"], rows["never"]
+    assert free.tip_mm < 0.5 * drifted.tip_mm
+    assert free.force_width_n < drifted.force_width_n
+    assert free.samples == 25 * 8, "a sample of every grasp of five minutes"
+
+
+def test_bands_hold_under_either_policy(rows):
+    for row in rows.values():
+        assert row.shape_covered_percent >= 90
+        assert row.force_covered_percent >= 90
+        assert row.force_stated_percent == 100
+
+
+def row(part: int, policy: str, minute: int, **changes: float) -> DriftRow:
+    like = DriftRow(part, policy, minute, 0.5, 1.0 + part, 0.8 + part, 95.0, 0.1, 0.5, 94.0, 100.0, 100)
+    return replace(like, **changes)
+
+
+def test_parts_count_by_their_samples_and_by_what_they_state():
+    ours = row(0, "never", 60), row(1, "never", 60, samples=300, force_stated_percent=50.0, force_covered_percent=100.0)
+    (found,) = summary(ours)
+    assert (found.tip_mm, found.samples) == (pytest.approx(0.25 * 1 + 0.75 * 2), 400)
+    assert found.force_stated_percent == pytest.approx(0.25 * 100 + 0.75 * 50)
+    assert found.force_covered_percent == pytest.approx((100 * 94 + 150 * 100) / 250)
+
+
+def test_claims_are_of_the_last_minute_under_every_policy():
+    found = summary([row(0, policy, minute) for policy in POLICIES for minute in (5, 60)])
+    assert [claim.holds for claim in drift_claims(found)] == [True] * 4
+    worse: list[PolicyRow] = [*found[:-1], replace(found[-1], shape_covered_percent=99.5, tip_percent=9.0)]
+    claims = drift_claims(worse)
+    assert [claim.holds for claim in claims] == [True, True, False, True]
+    assert "never" in claims[-1].number
+
+
+def test_the_study_is_resumed(tmp_path, monkeypatch):
+    def rows_of_part(part: int, seed: int) -> list[DriftRow]:
+        made.append((part, seed))
+        return [row(part, policy, minute) for policy in POLICIES for minute in MINUTES]
+
+    made: list[tuple[int, int]] = []
+    monkeypatch.setattr(study, "drift_rows", rows_of_part)
+    ended: list[int] = []
+    whole = run_drift(tmp_path, 2, 7, HereExecutor(), ended.append)
+    assert (sorted(made), sorted(ended)) == ([(0, 7), (1, 7)], [0, 1])
+    table = (tmp_path / TABLE).read_text()
+    (tmp_path / TABLE).write_text("".join(table.splitlines(keepends=True)[:-3]))
+    assert run_drift(tmp_path, 2, 7, HereExecutor(), ended.append, resume=True) == whole
+    assert made[2:] == [(1, 7)]
+    assert (tmp_path / TABLE).read_text() == table
+    assert len((tmp_path / SUMMARY).read_text().splitlines()) == 1 + len(POLICIES) * len(MINUTES)
+    assert (tmp_path / f"{FIGURE}.png").stat().st_size > 10_000
+
+
+PAGE = Path(__file__).parents[2] / "docs" / "studies" / "drift.md"
+SHOWN = [("never", 5), *((policy, minute) for policy in POLICIES for minute in (30, 60))]
+
+
+@pytest.mark.published
+def test_the_page_shows_what_the_command_writes(tmp_path):
+    """Minutes of two hours, with its defaults."""
+    study_line("drift", "--out", tmp_path)
+    rows, page = read_csv(tmp_path / SUMMARY, PolicyRow), PAGE.read_text(encoding="utf-8")
+    found = {(row.policy, row.minute): row for row in rows}
+    shown = [found[each] for each in SHOWN]
+    of_shape = [[row.minute, row.tip_mm, row.tip_percent, row.shape_covered_percent] for row in shown]
+    of_force = [[row.force_error_n, row.force_width_n, row.force_covered_percent] for row in shown]
+    results = [[*shape, *force] for shape, force in zip(of_shape, of_force, strict=True)]
+    assert table_problems(page, "policy | minute | tip [mm]", results) == []
+
+
+@pytest.mark.parametrize(("share", "code"), [(95.0, 0), (99.9, 1)])
+def test_the_command_prints_rows_and_claims(share, code, tmp_path, monkeypatch):
+    found = summary([row(0, policy, minute, force_covered_percent=share) for policy in POLICIES for minute in (5, 60)])
+    monkeypatch.setattr(command, "run_drift", lambda *_: found)
+    outcome = study_line("drift", "--out", tmp_path)
+    assert outcome.code == code
+    assert "in free motion" in outcome.out
+    assert "best policy: tip within 2.9 % of the length" in outcome.out

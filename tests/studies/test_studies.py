@@ -1,0 +1,44 @@
+"""The command line of the studies: one help, a module for each, one line for a mistake."""
+
+import ast
+import re
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+from refusals import refusal
+
+from soft_gripper.commands.parser import command_parser
+from studies import ROOT
+from studies.commands import COMMANDS, STUDIES
+
+
+@pytest.mark.parametrize("command", COMMANDS, ids=lambda command: command.name)
+def test_the_module_of_a_study_runs_it(command):
+    text = Path(find_spec(command.module).origin).read_text(encoding="utf-8")
+    assert "run" in [each.name for each in ast.parse(text).body if isinstance(each, ast.FunctionDef)]
+
+
+def test_one_help_lists_all():
+    text = command_parser(STUDIES).format_help()
+    assert [command.name for command in COMMANDS if f"\n  {command.name} " not in text] == []
+
+
+def test_every_folder_is_named_in_the_readme():
+    folders = {path.parent.name for path in (ROOT / "studies").glob("*/__init__.py")}
+    text = (ROOT / "studies" / "README.md").read_text(encoding="utf-8")
+    assert [name for name in folders if f"`{name}`" not in text] == []
+
+
+def test_a_mistake_is_one_line(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert "did you mean 'robustness'" in refusal("robustnes", program=STUDIES)
+
+
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *(ROOT / "docs").rglob("*.md"), *(ROOT / "studies").glob("*.md")]
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
+def test_studies_that_a_page_names_are_there(page):
+    named = re.findall(r"python -m studies ([a-z][\w-]*)", page.read_text(encoding="utf-8"))
+    assert {*named} <= {command.name for command in COMMANDS}

@@ -1,0 +1,35 @@
+"""The tables of docs/verification.md are those that `make verification` prints, to the last digit."""
+
+import re
+from pathlib import Path
+
+import pytest
+from printed_numbers import table_problems
+
+from studies.verification.tables import BENT, COMPLIANCE, LOST, SOLVERS, TABLES
+
+PAGE = (Path(__file__).parents[3] / "docs" / "verification.md").read_text(encoding="utf-8")
+
+
+FAST = (BENT, COMPLIANCE)
+CHECKED = [*FAST, *(pytest.param(table, marks=pytest.mark.published) for table in TABLES if table not in FAST)]
+
+
+def problems(table, page=PAGE):
+    rows = list(table.rows())
+    if not rows:
+        pytest.skip("needs PyElastica" if table is SOLVERS else "there are no files in the folder SPATIAL_RODS")
+    words = [[float(number) for number in re.findall(r"-?\d+(?:\.\d+)?", text)] for text, _ in rows]
+    numbers = [[number for number in numbers if number <= LOST] for _, numbers in rows]
+    return table_problems(page, table.header, [[*of_text, *rest] for of_text, rest in zip(words, numbers, strict=True)])
+
+
+@pytest.mark.parametrize("table", CHECKED, ids=lambda table: table.rows.__name__)
+def test_the_page_prints_what_the_command_does(table):
+    assert not problems(table)
+
+
+def test_a_number_that_is_wrong_is_found():
+    wrong = PAGE.replace("16.6", "16.7")
+    assert wrong != PAGE
+    assert problems(COMPLIANCE, wrong)
