@@ -25,7 +25,7 @@ TIME = 0.01 * np.arange(200)  # s
 
 
 def test_a_weight_takes_its_share_of_what_coulomb_allows():
-    assert weight_share(np.array([1.0, 2.0]), np.array([0.5, 0.25]), 0.5) == pytest.approx(0.5)
+    assert weight_share(np.array([1.0, 2.0]), np.array([0.5, 0.75]), 1.0) == pytest.approx(0.5)
     assert weight_share(np.zeros(2), np.array([0.5, 0.25]), 0.5) == np.inf
 
 
