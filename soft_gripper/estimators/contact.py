@@ -596,6 +596,8 @@ def _forces(directions: Array, force: Array, std: Array, z: Array, of_z: Array, 
 def transverse_forces(heaviest: HeaviestCells) -> Believed:
     """The part of the force at right angles to the line from the base to where it presses, in K cells."""
     direction, size = _transverse(heaviest.vectors[..., 0, :], heaviest.points)
+    of_deviation, _ = _transverse(heaviest.vectors[..., -1, :], heaviest.points)
+    direction = np.where(size[..., None] > 0, direction, of_deviation)
     deviations = (heaviest.vectors[..., 1:, :] @ direction[..., None])[..., 0]
     return weighed(size, np.linalg.norm(deviations, axis=-1), heaviest.weights)
 
