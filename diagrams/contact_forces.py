@@ -1,4 +1,9 @@
-"""ContactForces: the contact force of every finger of a recording, true and estimated, with the band of the latter."""
+"""ContactForces: the contact force of every finger of a recording, true and estimated, with the band of the latter.
+
+It is the transverse force: the part at right angles to the line from the base of the finger to the contact, which bends
+the finger. A force along that line has no lever about the base, so that friction along the finger, which is unknown,
+trades against the force along the normal: that one is given as well, and is known two to ten times less well.
+"""
 
 import math
 from collections.abc import Sequence
@@ -13,28 +18,29 @@ from soft_gripper.errors import InputError
 from soft_gripper.estimators.force_posterior import INTERVAL, NOTHING
 from soft_gripper.files.row_table import UNKNOWN, table_text
 
-_TRUE, _ESTIMATED = "true_contact_force", "contact_force"
+_TRUE, _ESTIMATED = "true_transverse_force", "transverse_force"
 _ONE_OF = "the recording has neither; record.truth: all records the true force, estimator.type: contact estimates it"
 _NO_ESTIMATE = "No contact force was estimated: --set estimator.type=contact estimates it."
-_STDS = 1.96  # from the middle to either end of an interval of 95 %
-_OUT_OF_PLANE = "estimated_sideways_angles", "estimated_twist_angles"  # of fingers that are seen in space
 
 
 @dataclass(frozen=True)
 class FingerForce:
     """The contact force on a finger at one time; NaN where it is not known, locations also without contact.
 
-    true_n, estimated_n: across the finger in its bending plane, positive on the inner side.
-    least_n, most_n: the band of the estimate, which holds the true force with a probability of 95 %.
+    true_transverse_n, transverse_n: size of the force at right angles to the line from the base to the contact.
+    least_n, most_n: the band of its estimate, which holds the true one with a probability of 95 %.
+    true_normal_n, normal_n: across the finger in its bending plane, positive on the inner side.
     true_mm, estimated_mm: contact location along the finger, from its base.
     """
 
     finger: str
     time_s: float
-    true_n: float
-    estimated_n: float
+    true_transverse_n: float
+    transverse_n: float
     least_n: float
     most_n: float
+    true_normal_n: float
+    normal_n: float
     true_mm: float
     estimated_mm: float
 
@@ -46,20 +52,13 @@ class ForceBand(NamedTuple):
     most: Array
 
 
-def force_band(force: Array, interval: Array, answer: Array) -> ForceBand:
-    """The band that `ContactPosterior.force_interval` gives for a force, with the sign of the force.
+def force_band(interval: Array, answer: Array) -> ForceBand:
+    """The band of a force from its interval, (..., 3) N, and the answer of the posterior, (...).
 
     The interval is given contact; where no contact is detected, the band begins at 0. NaN where the interval is.
-
-    Args:
-        force: estimated, (...) N, negative on the outer side.
-        interval: of its absolute value, (..., 3) N.
-        answer: of the posterior, (...).
     """
     least = np.where((answer == NOTHING) & np.isfinite(interval[..., 0]), 0.0, interval[..., 0])
-    most = interval[..., INTERVAL.index("most")]
-    is_outside = force < 0
-    return ForceBand(np.where(is_outside, -most, least), np.where(is_outside, -least, most))
+    return ForceBand(least, interval[..., INTERVAL.index("most")])
 
 
 @dataclass(frozen=True)
@@ -68,9 +67,10 @@ class ContactForces:
 
     ::
 
-        data    true, estimated          (T, F) N, across the finger in its bending plane, positive on the inner side
-                least, most              (T, F) N, ends of the band, which holds the true force with 95 %
-                true_location, location  (T, F) m along the finger from its base; NaN without contact
+        data    true_transverse, transverse  (T, F) N, at right angles to the line from the base to the contact
+                least, most                  (T, F) N, ends of its band, which holds the true one with 95 %
+                true_normal, normal          (T, F) N, across the finger in its plane, positive on the inner side
+                true_location, location      (T, F) m along the finger from its base; NaN without contact
 
     NaN where a quantity is not known: nothing is estimated while a finger moves so fast that contact would be missed,
     or where no single force explains the readings.
@@ -101,8 +101,9 @@ class ContactForces:
 
     @staticmethod
     def _row(now: xr.Dataset) -> FingerForce:
-        forces = (float(now[name]) for name in ("true", "estimated", "least", "most"))
-        locations = (1e3 * float(now[name]) for name in ("true_location", "location"))
+        values = {name: float(now[name]) for name in _UNITS}
+        forces = (value for name, value in values.items() if _UNITS[name] == "N")
+        locations = (1e3 * value for name, value in values.items() if _UNITS[name] == "m")
         return FingerForce(str(now["finger"].values), float(now["time"]), *forces, *locations)
 
     def __str__(self) -> str:
@@ -128,7 +129,8 @@ def contact_forces(data: xr.Dataset) -> ContactForces:
     return ContactForces(xr.Dataset(variables, {"time": data["time"], "finger": fingers}))
 
 
-_UNITS = {"true": "N", "estimated": "N", "least": "N", "most": "N", "true_location": "m", "location": "m"}
+_UNITS = dict.fromkeys(("true_transverse", "transverse", "least", "most", "true_normal", "normal"), "N")
+_UNITS |= dict.fromkeys(("true_location", "location"), "m")
 
 
 def _kind(name: object) -> str:
@@ -142,15 +144,12 @@ def _of_finger(data: xr.Dataset, finger: str) -> dict[str, Array]:
         full = f"{finger}.{name}"
         return data[full].values if full in data else np.full(data.sizes["time"], np.nan)
 
-    force = signal(_ESTIMATED)
-    is_seen_in_space = any(f"{finger}.{name}" in data for name in _OUT_OF_PLANE)
-    if f"{finger}.contact_force_interval" in data and not is_seen_in_space:
-        band = force_band(force, signal("contact_force_interval"), signal("contact_answer"))
-    else:
-        std = _STDS * signal("contact_force_std")
-        band = ForceBand(force - std, force + std)
-    places = signal("true_contact_arc_length"), signal("contact_arc_length")
-    return dict(zip(_UNITS, (signal(_TRUE), force, *band, *places), strict=True))
+    interval = f"{finger}.transverse_force_interval"
+    band = ForceBand(signal("none"), signal("none"))
+    if interval in data:
+        band = force_band(data[interval].values, signal("contact_answer"))
+    others = "true_contact_force", "contact_force", "true_contact_arc_length", "contact_arc_length"
+    return dict(zip(_UNITS, (signal(_TRUE), signal(_ESTIMATED), *band, *map(signal, others)), strict=True))
 
 
 def forces_text(rows: Sequence[FingerForce], estimator: str = "") -> str:
@@ -160,16 +159,16 @@ def forces_text(rows: Sequence[FingerForce], estimator: str = "") -> str:
     cells = [
         [
             row.finger,
-            _known(row.true_n, ".2f"),
-            _location(row.true_n, row.true_mm),
-            _known(row.estimated_n, ".2f"),
+            _known(row.true_transverse_n, ".2f"),
+            _location(row.true_transverse_n, row.true_mm),
+            _known(row.transverse_n, ".2f"),
             UNKNOWN if math.isnan(row.least_n) else f"{row.least_n:.2f} to {row.most_n:.2f}",
-            _location(row.estimated_n, row.estimated_mm),
+            _location(row.transverse_n, row.estimated_mm),
         ]
         for row in rows
     ]
     by = f", estimated by {estimator}" if estimator else ""
-    title = f"Contact forces at {rows[0].time_s:.2f} s{by}"
+    title = f"Transverse contact forces at {rows[0].time_s:.2f} s{by}"
     text = table_text(headings, forms, cells, title)
     return text if estimator or any(math.isfinite(row.most_n) for row in rows) else f"{text}\n{_NO_ESTIMATE}"
 

@@ -377,7 +377,7 @@ class Recording:
         """The contact force of every finger over time, true and estimated, with the band of the estimate.
 
         ``print(recording.forces())`` prints those at the end, ``recording.forces().at(3.0)`` gives those at 3 s, and
-        ``recording.forces().data["estimated"]`` is the estimate over time.
+        ``recording.forces().data["transverse"]`` is the estimate over time.
 
         Raises:
             InputError: if no contact force was recorded, true or estimated.
@@ -610,7 +610,8 @@ FRAMES = (
     " acts on it about its origin, in W. An external torque is positive if it closes the finger and belongs to two"
     " samples before, or to the current sample if the estimator itself gives it (constant_curvature);"
     " external_torque_error is the difference from the true torque two samples before. true_external_torque belongs to"
-    " the current sample. A true_contact_force acts across the finger, positive on the inner side;"
+    " the current sample. A true_contact_force acts across the finger, positive on the inner side, and the transverse"
+    " force at right angles to the line from the base to the contact;"
     " true_contact_arc_length is its location, from the base, and true_contact_side the direction from which it"
     " presses, around the finger: 0 on the inner side, pi/2 on the side toward +y. true_contact_force_world is the sum"
     " of all contact forces on the finger, friction included, in W. true_sideways_torque and true_twist_torque are"

@@ -7,7 +7,7 @@ Of few samples, what takes long is computed only if it is asked for (`Later`), a
 from collections import OrderedDict
 from collections.abc import Callable
 from functools import cached_property
-from typing import Any, TypeVar
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 
@@ -21,15 +21,15 @@ _T = TypeVar("_T")
 _shared: OrderedDict[Any, Any] = OrderedDict()
 
 
-class Later:
-    """An array that is computed when it is first asked for."""
+class Later(Generic[_T]):
+    """An array, or several, computed when they are first asked for."""
 
-    def __init__(self, compute: Callable[[], Array]):
+    def __init__(self, compute: Callable[[], _T]):
         self._compute = compute
 
     @cached_property
-    def value(self) -> Array:
-        """The array."""
+    def value(self) -> _T:
+        """The array, or what holds them."""
         return self._compute()
 
 

@@ -62,7 +62,7 @@ from scipy.sparse import csr_array
 from scipy.special import chdtri
 
 from soft_gripper.arrays import Array
-from soft_gripper.estimators.batches import in_parts, shared
+from soft_gripper.estimators.batches import Later, in_parts, shared
 from soft_gripper.estimators.contact_cells import SMOOTH_FRICTION, SurfaceCells
 from soft_gripper.estimators.estimate import ContactForce, ShapeEstimate
 from soft_gripper.estimators.force_posterior import (
@@ -74,6 +74,7 @@ from soft_gripper.estimators.force_posterior import (
     believed,
     contact_posterior,
     fitted,
+    weighed,
 )
 from soft_gripper.estimators.free_motion import AT_REST, STILL, FreeMotion, Lag, may_exceed
 from soft_gripper.estimators.gaussian import GaussianShape, gain_of
@@ -107,6 +108,19 @@ class Unexplained(NamedTuple):
     moving: Array = STILL  # (...) 1 where a free finger in motion may have them, else 0
 
 
+class HeaviestCells(NamedTuple):
+    """Forces in the K cells that hold nearly all of the posterior, the most probable one first."""
+
+    cells: NDArray[np.int_]  # (..., K)
+    weights: Array  # (..., K), 1 in all
+    force: Array  # (..., K) N
+    z: Array  # (..., K, D), spreads of the cell's response, in standard deviations
+    covariance: Array  # (..., K, D, D), of these
+    vectors: Array  # (..., K, 2 + T, 3) N in B: the force, and what friction and size add to it, one deviation each
+    arc_length: Array  # (..., K) m, where it presses
+    points: Array  # (..., K, 3) m in B, there on the axis of the finger
+
+
 class Explained(NamedTuple):
     """Values explained by one force: what it is in every cell, and how probable."""
 
@@ -114,6 +128,7 @@ class Explained(NamedTuple):
     cells: Cells
     found: FittedCells  # in the whitened cells
     posterior: Believed
+    heaviest: Later[HeaviestCells]
 
 
 class _Several(NamedTuple):
@@ -135,14 +150,15 @@ class SurfaceContact:
         cells = self.cells(left.q, left.at, left.slopes)
         refined = not self.mechanics.only_bends  # there, friction has cells of its own
         found = fitted(left.residual, left.covariance, cells, self._possible.largest, refined)
-        return Explained(left, cells, found, believed(found, left.read, self._possible))
+        posterior = believed(found, left.read, self._possible)
+        return Explained(left, cells, found, posterior, Later(lambda: self._heaviest(left, found, posterior)))
 
     def stated(self, explained: Explained) -> tuple[ContactForce, Array]:
         """The contact, and its torques at the joints: none where noise explains the values, or too few are read.
 
         One force, or several on the side that it presses if it leaves more than noise and more is read than it takes.
         """
-        left, _, found, posterior = explained
+        left, _, found, posterior, _ = explained
         contact, torque, side = self.best(explained)
         noise = _most_of_noise(left.read - self.fewest)
         many = (left.read > self.fewest) & (found.chi_squared.min(axis=-1) > noise)
@@ -161,11 +177,14 @@ class SurfaceContact:
 
     def posterior(self, explained: Explained) -> ContactPosterior:
         """Posterior of the contact."""
-        left, cells, found, posterior = explained
+        left, cells, found, posterior, _ = explained
         length = self.mechanics.layout.finger.length
         nearest = self.mechanics.uncertainty.nearest_contact * length
         several = None if self.mechanics.only_bends else self._corners(cells)
-        return contact_posterior(found, posterior, left.read, length, self._possible, nearest, left.moving, several)
+        transverse = Later(lambda: transverse_forces(explained.heaviest.value))
+        return contact_posterior(
+            found, posterior, transverse, left.read, length, self._possible, nearest, left.moving, several
+        )
 
     @property
     def fewest(self) -> int:
@@ -207,22 +226,14 @@ class SurfaceContact:
 
     def best(self, explained: Explained) -> tuple[ContactForce, Array, NDArray[np.int_]]:
         """The most probable contact, its torques at the joints, (..., D), and the side that it presses, (...)."""
-        (left, _, found, posterior), surface, most = explained, self.surface, self._possible.largest
-        weights, cells = _heaviest(posterior)
-        force = np.minimum(_chosen(posterior.mean, cells), most)
-        force[..., 0] = np.clip(_chosen(posterior.force, cells[..., :1])[..., 0], 0, most)
-        response, spreads = _chosen(found.cells.response, cells), _chosen(found.cells.spreads, cells)
-        z, of_z = _within(found.r, force, response, spreads)
-        if self.mechanics.only_bends:  # in space, friction along the finger would be taken for the place
-            of_best = force[..., 0], response[..., 0, :], spreads[..., 0, :, :]
-            force[..., 0], z[..., 0, :] = self._fitted_best(found.r, *of_best)
-        local = _forces(surface.directions[cells], force, _chosen(posterior.std, cells), z, of_z)
-        R = _chosen(left.at.chain.rotations, self.mechanics.links[surface.link[cells]])
-        vectors = local @ np.swapaxes(R, -1, -2)
-        vector, of_vector = _about_best(weights, vectors)
+        surface, heaviest = self.surface, explained.heaviest.value
+        left, _, _, posterior, _ = explained
+        cells, force, z, of_z = heaviest.cells, heaviest.force, heaviest.z, heaviest.covariance
+        vector, of_vector = _about_best(heaviest.weights, heaviest.vectors)
+        transverse = transverse_forces(heaviest)
         T, best = surface.tangents, cells[..., 0]
-        place = surface.arc_length[best] + surface.extent[best] * z[..., 0, T]
-        place, across = place.clip(0, self.mechanics.layout.finger.length), -local[..., 0, 0, 0]
+        place = heaviest.arc_length[..., 0]
+        across = -force[..., 0] * (surface.directions[best] * _and_one(z[..., 0, :T])[..., None]).sum(axis=-2)[..., 0]
         across_std, place_std = self._deviations(posterior, across, place, of_z[..., 0, T, T])
         contact = ContactForce(
             force=across,
@@ -233,6 +244,8 @@ class SurfaceContact:
             vector_std=_std(of_vector),
             direction_std=_direction_std(vector, of_vector),
             side=surface.angle[cells[..., 0]],
+            transverse_force=transverse.force[..., 0],
+            transverse_force_std=_distance(transverse, transverse.force[..., 0]),
         )
         wrenches = surface.wrenches[cells[..., 0]]
         wrench = wrenches[..., 0, :] + (z[..., :1, : 2 * T] @ wrenches[..., 1:, :])[..., 0, :]
@@ -240,6 +253,32 @@ class SurfaceContact:
         if self.mechanics.only_bends:
             torque = torque + self._straddled(left.at.chain, best, force[..., :1] * z[..., 0, -1:])
         return contact, torque, surface.side[cells[..., 0]]
+
+    def _heaviest(self, left: Unexplained, found: FittedCells, posterior: Believed) -> HeaviestCells:
+        """The forces in the cells that hold nearly all of the posterior."""
+        surface, most = self.surface, self._possible.largest
+        weights, cells = _heaviest(posterior)
+        force = np.minimum(_chosen(posterior.mean, cells), most)
+        force[..., 0] = np.clip(_chosen(posterior.force, cells[..., :1])[..., 0], 0, most)
+        response, spreads = _chosen(found.cells.response, cells), _chosen(found.cells.spreads, cells)
+        z, of_z, turn = _within(found.r, force, response, spreads)
+        if self.mechanics.only_bends:  # in space, friction along the finger would be taken for the place
+            of_best = force[..., 0], response[..., 0, :], spreads[..., 0, :, :]
+            force[..., 0], z[..., 0, :] = self._fitted_best(found.r, *of_best)
+        R = _chosen(left.at.chain.rotations, self.mechanics.links[surface.link[cells]])
+        local = _forces(surface.directions[cells], force, _chosen(posterior.std, cells), z, of_z, turn)
+        arc_length = surface.arc_length[cells] + surface.extent[cells] * z[..., surface.tangents]
+        arc_length = arc_length.clip(0, self.mechanics.layout.finger.length)
+        points = self._on_axis(left.at.chain.frames, arc_length)
+        return HeaviestCells(cells, weights, force, z, of_z, local @ np.swapaxes(R, -1, -2), arc_length, points)
+
+    def _on_axis(self, frames: Array, arc_length: Array) -> Array:
+        """Points on the axis of the finger, (..., K, 3) m in B, at arc lengths, (..., K); `frames` are the chain's."""
+        finger = self.mechanics.layout.finger
+        link = np.searchsorted(finger.joint_arc_lengths, arc_length)
+        of_link = _chosen(frames, self.mechanics.links[link])
+        height = arc_length - finger.link_ends[:-1][link]
+        return np.asarray(of_link[..., :3, 3] + height[..., None] * of_link[..., :3, 2])
 
     def _fitted_best(self, r: Array, force: Array, response: Array, spreads: Array) -> tuple[Array, Array]:
         """Force, (...) N, and spreads, (..., D), of the most probable cell, whose place is any within the cell."""
@@ -296,7 +335,7 @@ class SurfaceContact:
 
     def _several(self, k: int, side: int, explained: Explained) -> _Several:
         """The forces on a side that explain sample k best."""
-        left, _, found, _ = explained
+        left, _, found, _, _ = explained
         surface, assumed = self.surface, self.mechanics.uncertainty
         smooth = np.flatnonzero(self._smooth_places & (surface.side == side))
         responses, usual, tangents = found.cells.response[k, smooth].T, self._possible.usual, surface.tangents
@@ -315,13 +354,18 @@ class SurfaceContact:
         in_base = (left.at.chain.rotations[k, frames] @ directions[..., None])[..., 0]
         at = Posture(*(np.broadcast_to(part[k], (len(smooth), *part.shape[1:])) for part in left.at.chain))
         wrenches = forces[:, None] * surface.wrenches[smooth, 0]
+        vector, of_vector = forces @ in_base, in_base.T @ after @ in_base
+        (point,) = self._on_axis(left.at.chain.frames[k], np.array([center if total > 0 else 0.0]))
+        across, transverse = _transverse(vector, point)
         fields = {
             "force": float(-forces @ directions[:, 0]),
             "arc_length": float(center),
             "force_std": float(_std_of_sum(after, directions[:, 0])),
             "arc_length_std": float(_std_of_sum(after, (s - center) / pressing)),
-            "vector": forces @ in_base,
-            "vector_std": _std(in_base.T @ after @ in_base),
+            "vector": vector,
+            "vector_std": _std(of_vector),
+            "transverse_force": transverse,
+            "transverse_force_std": np.sqrt(across @ of_vector @ across),
         }
         torque = self._torques(at, surface.link[smooth][:, None], wrenches).sum(axis=0)
         return _Several(fields, torque, float(rest @ np.linalg.solve(uncertain, rest)))
@@ -525,24 +569,55 @@ def _chosen(values: Array, numbers: NDArray[np.int_]) -> Array:
     return np.take_along_axis(values, numbers.reshape(*numbers.shape, *[1] * more), axis=numbers.ndim - 1)
 
 
-def _within(r: Array, force: Array, response: Array, spreads: Array) -> tuple[Array, Array]:
-    """Spreads of a cell's response, (..., K, 5), in standard deviations, and their covariance, given the readings."""
+def _within(r: Array, force: Array, response: Array, spreads: Array) -> tuple[Array, Array, Array]:
+    """Spreads of a cell's response, (..., K, D), in standard deviations, given the readings and the force.
+
+    Also their covariance, and their change with the force: what a larger one bends more, they take back.
+    """
     U = force[..., None, None] * spreads
     covariance = np.linalg.inv(np.eye(U.shape[-2]) + U @ np.swapaxes(U, -1, -2))
     rest = r[..., None, :] - force[..., None] * response
-    return (covariance @ (U @ rest[..., None]))[..., 0], covariance
+    z, turn = np.moveaxis(covariance @ (U @ np.stack([rest, -response], axis=-1)), -1, 0)
+    return z, covariance, turn
 
 
-def _forces(directions: Array, force: Array, std: Array, z: Array, of_z: Array) -> Array:
+def _forces(directions: Array, force: Array, std: Array, z: Array, of_z: Array, turn: Array) -> Array:
     """Forces in the frames of their links and T + 1 independent deviations, (..., K, 2 + T, 3) N.
 
-    See `_within` for z, `SurfaceCells` for the directions.
+    See `_within` for z and its change with the force, `SurfaceCells` for the directions.
     """
     T = directions.shape[-2] - 1
-    unit = directions[..., :1, :] + z[..., None, :T] @ directions[..., 1:, :]
+    unit, sizes = directions[..., :1, :] + z[..., None, :T] @ directions[..., 1:, :], force[..., None, None]
     rubbing = np.swapaxes(np.linalg.cholesky(of_z[..., :T, :T]), -1, -2) @ directions[..., 1:, :]
-    sizes = force[..., None, None]
-    return np.concatenate([sizes * unit, sizes * rubbing, std[..., None, None] * unit], axis=-2)
+    by_size = unit + sizes * turn[..., None, :T] @ directions[..., 1:, :]
+    return np.concatenate([sizes * unit, sizes * rubbing, std[..., None, None] * by_size], axis=-2)
+
+
+def transverse_forces(heaviest: HeaviestCells) -> Believed:
+    """The part of the force at right angles to the line from the base to where it presses, in K cells."""
+    direction, size = _transverse(heaviest.vectors[..., 0, :], heaviest.points)
+    of_deviation, _ = _transverse(heaviest.vectors[..., -1, :], heaviest.points)
+    direction = np.where(size[..., None] > 0, direction, of_deviation)
+    deviations = (heaviest.vectors[..., 1:, :] @ direction[..., None])[..., 0]
+    return weighed(size, np.linalg.norm(deviations, axis=-1), heaviest.weights)
+
+
+def _transverse(force: Array, point: Array) -> tuple[Array, Array]:
+    """Direction, (..., 3), and size, (...), of the part of a force at right angles to the line from B to a point."""
+    along = (force * point).sum(axis=-1) / np.maximum((point**2).sum(axis=-1), _TINY)
+    across = force - along[..., None] * point
+    size = np.linalg.norm(across, axis=-1)
+    return across / (size + _TINY)[..., None], size
+
+
+def _distance(posterior: Believed, force: Array) -> Array:
+    """Root mean square distance of a posterior from a force, (...) N."""
+    squares = posterior.square - 2 * posterior.mean * force[..., None] + force[..., None] ** 2
+    return np.sqrt(np.maximum((posterior.weight * squares).sum(axis=-1), 0))
+
+
+def _and_one(z: Array) -> Array:
+    return np.concatenate([np.ones_like(z[..., :1]), z], axis=-1)
 
 
 def _about_best(weights: Array, forces: Array) -> tuple[Array, Array]:
@@ -591,7 +666,7 @@ def _stated(contact: ContactForce, free: NDArray[np.bool_], unknown: NDArray[np.
         more = (..., *[None] * (value.ndim - free.ndim))
         return np.where(unknown[more], nan, np.where(free[more], without, value))
 
-    without = 0.0, nan, contact.force_std, nan, 0.0, contact.vector_std, nan, nan
+    without = 0.0, nan, contact.force_std, nan, 0.0, contact.vector_std, nan, nan, 0.0, contact.transverse_force_std
     return ContactForce(*(of(np.asarray(value), nothing) for value, nothing in zip(contact, without, strict=True)))
 
 

@@ -29,6 +29,9 @@ class ContactForce(NamedTuple):
     )
     # (...) rad around the finger, where it is pressed: 0 on the inner side, pi / 2 toward +y; NaN without contact
     side: Array | None = None
+    # (...) N, size of the part at right angles to the line from the base to the contact, which bends the finger
+    transverse_force: Array | None = None
+    transverse_force_std: Array | None = None  # (...) N
 
     def at(self, rows: NDArray[np.int_]) -> "ContactForce":
         """The contacts of some samples, by their numbers along the first axis."""

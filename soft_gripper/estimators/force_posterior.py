@@ -104,9 +104,10 @@ class ContactPosterior(NamedTuple):
 
     probability: Array  # (...) that something touches
     answer: Array  # (...) NOTHING, SOMEWHERE or HERE, or MOVING: nothing is detected, but would it be?
-    interval: Later  # see `force_interval`
+    interval: Later[Array]  # see `force_interval`
     force_set: Array  # (..., 2) N, least and largest force of the likelihood set; NaN where no force explains the bends
-    bounds: Later  # see `force_bounds`
+    transverse: Later[Array]  # see `transverse_force_interval`
+    bounds: Later[Array]  # see `force_bounds`
     arc_length_set: Array  # (..., 2) m, its ends along the finger; NaN there, and where nothing is detected
     mode_forces: Array  # (..., 2) N, positive on the inner side, the likelier first; NaN where there is none
     mode_arc_lengths: Array  # (..., 2) m
@@ -120,6 +121,11 @@ class ContactPosterior(NamedTuple):
         NaN where no single force explains the bends, and where it is MOVING: it would be that of the prior.
         """
         return self.interval.value
+
+    @property
+    def transverse_force_interval(self) -> Array:
+        """Ends and median of the transverse force likewise, (..., 3) N."""
+        return self.transverse.value
 
     @property
     def force_bounds(self) -> Array:
@@ -172,6 +178,7 @@ def fitted(bends: Array, covariance: Array, cells: Cells, largest: float, refine
 def contact_posterior(
     found: FittedCells,
     posterior: "Believed",
+    transverse: Later["Believed"],
     read: Array,
     length: float,
     forces: Forces,
@@ -184,6 +191,7 @@ def contact_posterior(
     Args:
         found: the force `fitted` in every cell.
         posterior: how much that is `believed`.
+        transverse: the part of the force that bends the finger, as `weighed`; the first cell is the most probable one.
         read: number of sections that are read, (...).
         length: of the finger, m.
         forces: which are possible.
@@ -206,7 +214,12 @@ def contact_posterior(
     stated, placed = explained[..., None], (explained & detected)[..., None]
     answer = np.where(detected, np.where(located, HERE, SOMEWHERE), np.where(moving > 0, MOVING, NOTHING))
     known = stated & (answer != MOVING)[..., None]
-    interval = Later(lambda: np.where(known, _force_interval(posterior, masses, largest), np.nan))
+    reported = np.take_along_axis(posterior.force, posterior.best[..., None], axis=-1).clip(0, largest)
+    interval = Later(lambda: np.where(known, _force_interval(masses, reported), np.nan))
+
+    def across() -> Array:
+        believed = transverse.value
+        return np.where(known, _force_interval(_masses_of(believed, largest), believed.force[..., :1]), np.nan)
 
     def bounds() -> Array:
         one, one_beyond = (_range(fits, chi_squared, these, _BOUND, largest)[..., 1] for these in (anywhere, beyond))
@@ -221,6 +234,7 @@ def contact_posterior(
         answer,
         interval,
         np.where(stated, _range(fits, chi_squared, anywhere, _SET, largest), np.nan),
+        Later(across),
         Later(bounds),
         np.where(placed, places, np.nan),
         np.where(placed, np.sign(cells.side)[chosen] * pressing, np.nan),
@@ -444,14 +458,28 @@ def believed(found: FittedCells, read: Array, forces: Forces) -> Believed:
     share = usual / (usual + variance)
     force, std = fits.force * share, np.sqrt(variance * share)
     peak = np.log(cells.prior) - (fits.misfit / scale + fits.force**2 / (variance + usual) + fits.spread) / 2
-    # Integrals over F > 0 of a normal density by 1 / F, 1 and F; the first from the others, by its variance.
+    inverse, mean, square = _moments(force, std)
+    logs = peak + np.log(std * inverse)
+    weight = np.exp(logs - logs.max(axis=-1, keepdims=True))
+    return Believed(force, std, peak, weight / weight.sum(axis=-1, keepdims=True), mean, square)
+
+
+def weighed(force: Array, std: Array, weight: Array) -> Believed:
+    """The posterior of a part of the force in cells of given weights, each (..., K)."""
+    inverse, mean, square = _moments(force, std)
+    peak = np.log(np.maximum(weight, _TINY)) - np.log(std * inverse)
+    return Believed(force, std, peak, weight, mean, square)
+
+
+def _moments(force: Array, std: Array) -> tuple[Array, Array, Array]:
+    """Of a normal density by 1 / F over F > 0: its integral, and the mean of F and of its square.
+
+    Integrals by 1 / F, 1 and F; the first from the others, by the variance.
+    """
     above = np.maximum(ndtr(force / std), _TINY)
     moment = np.maximum(force * above + std * np.exp(-((force / std) ** 2) / 2) / np.sqrt(2 * np.pi), _TINY)
     inverse = above**2 / moment * (1 + np.minimum(std * above / moment, _WIDE) ** 2)
-    logs = peak + np.log(std * inverse)
-    weight = np.exp(logs - logs.max(axis=-1, keepdims=True))
-    weight = weight / weight.sum(axis=-1, keepdims=True)
-    return Believed(force, std, peak, weight, above / inverse, moment / inverse)
+    return inverse, above / inverse, moment / inverse
 
 
 class _Masses(NamedTuple):
@@ -491,11 +519,9 @@ def _probability(found: FittedCells, posterior: Believed, masses: list[_Masses],
     return 1 / (1 + np.exp(np.clip(-log_odds, -700, 700)))
 
 
-def _force_interval(posterior: Believed, masses: list[_Masses], largest: float) -> Array:
-    """The interval of the force, (..., 3) N; it encloses the most probable one."""
-    best = posterior.best
-    intervals = np.array([_finer_interval(each) for each in masses]).reshape(*best.shape, len(INTERVAL))
-    reported = np.take_along_axis(posterior.force, best[..., None], axis=-1).clip(0, largest)
+def _force_interval(masses: list[_Masses], reported: Array) -> Array:
+    """The interval of the force, (..., 3) N; it encloses the reported one, (..., 1) N."""
+    intervals = np.array([_finer_interval(mass) for mass in masses]).reshape(*reported.shape[:-1], len(INTERVAL))
     intervals[..., :1] = np.minimum(intervals[..., :1], reported)
     intervals[..., -1:] = np.maximum(intervals[..., -1:], reported)
     return intervals

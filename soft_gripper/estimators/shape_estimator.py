@@ -32,12 +32,15 @@ CONTACT: dict[str, tuple[str, dict[str, Any]]] = {  # unit and axes of the field
     "vector_std": ("N", {"xyz": XYZ}),
     "direction_std": ("rad", {}),
     "side": ("rad", {}),
+    "transverse_force": ("N", {}),
+    "transverse_force_std": ("N", {}),
 }
 _ENDS, MODES = ("least", "most"), ("first", "second")
 POSTERIOR: dict[str, tuple[str, dict[str, Any]]] = {  # unit and axes of the fields of ContactPosterior
     "probability": ("1", {}),
     "answer": ("1", {}),
     "force_interval": ("N", {"force": INTERVAL}),
+    "transverse_force_interval": ("N", {"force": INTERVAL}),
     "force_set": ("N", {"end": _ENDS}),
     "force_bounds": ("N", {"given": ("one", "one beyond", "several beyond")}),
     "arc_length_set": ("m", {"end": _ENDS}),
@@ -79,6 +82,9 @@ class ShapeEstimator(ArrayBlock):
                                     |                | ---> position_std                (N + 1) m, of joints and tip
                                     |                | ---> tip_position_std            (3) m, along x, y and z of B
                                     |                | ---> twist_std                   (1) rad
+                                    |                | ---> transverse_force            (1) N, bends the finger
+                                    |                | ---> transverse_force_std        (1) N
+                                    |                | ---> transverse_force_interval   (3) N
                                     |                | ---> contact_force               (1) N, positive inside
                                     |                | ---> contact_arc_length          (1) m, from the base
                                     |                | ---> contact_force_std           (1) N
@@ -105,7 +111,9 @@ class ShapeEstimator(ArrayBlock):
     way in which it is driven. `zeroed_strain` is there with a `free_pressure`, below which sensors are zeroed.
     Covariance, contact, curve and torque are there if the function gives them, and the contact's posterior if it has a
     method `posterior` of the same inputs. `position_std` is that of the distance from
-    the estimated place, in all directions; `contact_force` is the part across the finger in the bending plane. Of the
+    the estimated place, in all directions. `transverse_force` is the size of the part of the force at right angles to
+    the line from the base to the contact, which bends the finger, and so is the one that is known best;
+    `contact_force` is the part across the finger in the bending plane, the normal force of most contacts. Of the
     ports as of FingerShape, `joint_positions` and `tip_pose` are the shape as seen in the bending plane, and `arcs` has
     its bends in the plane. If the function gives a curve, they are of that: an arc a section, by where and in which
     direction it begins, in B, with its centre (NaN for a straight arc, which has none). Matrices leave their ports row
@@ -272,15 +280,19 @@ class ShapeEstimator(ArrayBlock):
         self.derive("contact", lambda shape: shape.contact, "shape")
         for field, (unit, axes) in CONTACT.items():
             if getattr(found, field) is not None:
-                name = field.replace("vector", "force_vector")
-                self.put_out(f"contact_{name}", _field(field), "contact", unit=unit, **axes)
+                self.put_out(contact_port(field), _field(field), "contact", unit=unit, **axes)
         if found.vector is not None:
             self.put_out("contact_force_world", _in_world, "contact", "X_WB", unit="N", xyz=XYZ)
 
     def _put_out_posterior(self) -> None:
         for field, (unit, axes) in POSTERIOR.items():
             meanings = ANSWERS if field == "answer" else ()
-            self.put_out(f"contact_{field}", _field(field), "posterior", unit=unit, meanings=meanings, **axes)
+            self.put_out(contact_port(field), _field(field), "posterior", unit=unit, meanings=meanings, **axes)
+
+
+def contact_port(field: str) -> str:
+    """Name of the port with a field of `ContactForce` or `ContactPosterior`."""
+    return field if field.startswith("transverse") else f"contact_{field.replace('vector', 'force_vector')}"
 
 
 def zeroed(quantity: str) -> str:

@@ -72,7 +72,7 @@ def draw_grip_plots(
 
 
 def _draw_force(axes: Axes, forces: ContactForces | None) -> None:
-    """The contact force of each finger, true and estimated with its band, which may end beyond the plot.
+    """The transverse force on each finger, true and estimated with its band, which may end beyond the plot.
 
     Where no contact is detected, the band is that of a force too small to be detected, and would look like one.
     """
@@ -80,14 +80,14 @@ def _draw_force(axes: Axes, forces: ContactForces | None) -> None:
     data = forces.data
     for i, finger in enumerate(data["finger"].values):
         of, time = data.sel(finger=finger), data["time"]
-        touches, label = of["estimated"] != 0, "" if i else "95 % band"
+        touches, label = of["transverse"] != 0, "" if i else "95 % band"
         axes.fill_between(time, of["least"], of["most"], where=touches, label=label, **BAND)
-        axes.plot(time, of["true"], label="" if i else "true, of a finger", **WANTED)
-        axes.plot(time, of["estimated"], label="" if i else "estimated", **MEASURED)
-    shown = np.concatenate([data[name].values.ravel() for name in ("true", "estimated")])
+        axes.plot(time, of["true_transverse"], label="" if i else "true, of a finger", **WANTED)
+        axes.plot(time, of["transverse"], label="" if i else "estimated", **MEASURED)
+    shown = np.concatenate([data[name].values.ravel() for name in ("true_transverse", "transverse")])
     least, most = np.nanmin(shown), np.nanmax(shown)
     axes.set_ylim(least - _BEYOND * (most - least), most + _BEYOND * (most - least))
-    axes.set_ylabel("force\n[N]")
+    axes.set_ylabel("transverse\nforce [N]")
 
 
 def _draw_slip(axes: Axes, recording: Recording, slips: Array | None) -> None:

@@ -90,11 +90,12 @@ def _largest_pressure(surface: ContactSurface) -> float:
 CONTACT_SIGNALS = (
     *("link_contact_force", "link_normal_force", "true_contact_force", "true_contact_total"),
     *("true_contact_arc_length", "normal_force", "contact_center", "true_contact_force_world", "true_contact_side"),
+    "true_transverse_force",
 )
 # Units of places; the others are forces.
 PLACES = {"true_contact_arc_length": "m", "contact_center": "m", "true_contact_side": "rad"}
 VECTORS = ("contact_center", "true_contact_force_world")  # (3), in the world
-COLUMNS = 31  # of a table of patches, see `patch_table`
+COLUMNS = 34  # of a table of patches, see `patch_table`
 _UNTOUCHED = np.empty((0, COLUMNS))
 
 
@@ -105,13 +106,15 @@ class TouchedLinks:
     bodies: Sequence[BodyIndex]
     geometries: Sequence[Collection[int]]  # collision geometries of each, values of their GeometryIds
     begins: Sequence[float]  # m, arc lengths at their frames
+    only_bends: bool = True  # whether the finger stays in its plane
 
     @classmethod
     def of(cls, finger: PlantFinger) -> "TouchedLinks":
         """The links of a finger in a finalized plant."""
         ids = map(finger.plant.GetCollisionGeometriesForBody, finger.links)
         geometries = [[geometry.get_value() for geometry in of_link] for of_link in ids]
-        return cls([link.index() for link in finger.links], geometries, finger.finger.link_ends[:-1].tolist())
+        begins, only_bends = finger.finger.link_ends[:-1].tolist(), tuple(finger.finger.yields) == ("bending",)
+        return cls([link.index() for link in finger.links], geometries, begins, only_bends)
 
     @cached_property
     def link_of(self) -> dict[int, int]:
@@ -126,12 +129,13 @@ class OwnLink(NamedTuple):
     link: int  # 0 at the base
     begin: float  # m, arc length at its frame
     body: BodyIndex
+    base: BodyIndex  # of the finger
 
 
 def links_by_geometry(fingers: Sequence[TouchedLinks]) -> dict[int, OwnLink]:
     """The links of fingers by their geometries."""
     return {
-        geometry: OwnLink(number, link, finger.begins[link], finger.bodies[link])
+        geometry: OwnLink(number, link, finger.begins[link], finger.bodies[link], finger.bodies[0])
         for number, finger in enumerate(fingers)
         for geometry, link in finger.link_of.items()
     }
@@ -146,7 +150,7 @@ def patch_table(
     X_WB: Sequence[RigidTransform],
     objects: Mapping[int, int] | None = None,
 ) -> Array:
-    """Raw external contacts of fingers as an array, (P, 31), which `finger_contacts` and `grip_signals` interpret.
+    """Raw external contacts of fingers as an array, (P, 34), which `finger_contacts` and `grip_signals` interpret.
 
     Args:
         found: patches of a plant.
@@ -165,7 +169,8 @@ def patch_table(
             if link is not None:
                 X_WL = X_WB[link.body].GetAsMatrix34().ravel()
                 of_object = (numbers.get(touched, NO_OBJECT), patch.area, patch.pressure)
-                rows += [(link.finger, link.link, link.begin, sign), *patch[1:5], X_WL, of_object]
+                p_WB = X_WB[link.base].translation()
+                rows += [(link.finger, link.link, link.begin, sign), *patch[1:5], X_WL, of_object, p_WB]
     return np.concatenate(rows).reshape(-1, COLUMNS) if rows else _UNTOUCHED
 
 
@@ -184,6 +189,8 @@ class FingerContacts(NamedTuple):
     opening: Array  # (P,) N, across the link in the bending plane; positive on the inner side, so that it opens
     force: Array  # (P, 3) N on the finger, in the world
     facing: Array  # (P, 2) along x and y of the link, of the unit vector that points out of the finger
+    lever: Array  # (P, 3) m in the world, from the base to the place on the axis of the finger
+    sideways: Array  # (P, 3) y axis of the link in the world
 
     def of(self, finger: int) -> "FingerContacts":
         """Contacts of one finger."""
@@ -223,6 +230,22 @@ class FingerContacts(NamedTuple):
         """Sum of the forces on the finger, friction included, (T, 3) N in the world."""
         return np.stack([self.sums(part) for part in self.force.T], axis=-1)
 
+    def transverse_force(self, only_bends: bool) -> Array:
+        """Size of the part of the total force that bends the finger, (T,) N.
+
+        It is at right angles to the line from the base to the place on the axis where the finger is pressed, the mean
+        over all patches by their forces, and in the bending plane, if the finger `only_bends`.
+        """
+        force, lever = self.total_force, self._mean(self.lever)
+        if only_bends:
+            sideways = self._mean(self.sideways)
+            force, lever = (vector - _along(vector, sideways) for vector in (force, lever))
+        return np.asarray(np.linalg.norm(force - _along(force, lever), axis=-1))
+
+    def _mean(self, vectors: Array) -> Array:
+        """Means over the patches by their forces, (P, 3) -> (T, 3), but for a factor."""
+        return np.stack([self.sums(self.total * part) for part in vectors.T], axis=-1)
+
     @property
     def side(self) -> Array:
         """Where around the section the finger is pressed, (T,) rad: the mean direction; NaN without contact.
@@ -250,7 +273,7 @@ def finger_contacts(table: Array, sample: NDArray[np.int_], known: NDArray[np.bo
     along its mean normal n, in its centre: at  n x torque / (force n)  from the place of the patch.
 
     Args:
-        table: of patches, (P, 31), see `patch_table`.
+        table: of patches, (P, 34), see `patch_table`.
         sample: that each belongs to, (P,), in rising order.
         known: samples of which the patches are known, (T,).
     """
@@ -260,8 +283,7 @@ def finger_contacts(table: Array, sample: NDArray[np.int_], known: NDArray[np.bo
     X_WL = table[:, 16:28].reshape(-1, 3, 4)
     normal = normal / np.linalg.norm(normal, axis=1, keepdims=True)
     pressed = (force * normal).sum(axis=1)
-    lever = np.cross(normal, torque) / np.where(pressed == 0, np.inf, pressed)[:, None]
-    center = place + lever
+    center = place + np.cross(normal, torque) / np.where(pressed == 0, np.inf, pressed)[:, None]
     R_WL, x, z, origin = X_WL[..., :3], X_WL[..., 0], X_WL[..., 2], X_WL[..., 3]
     arc_length = begin + (z * (center - origin)).sum(axis=1)
     opening = -sign * (force * x).sum(axis=1)
@@ -269,19 +291,20 @@ def finger_contacts(table: Array, sample: NDArray[np.int_], known: NDArray[np.bo
     on_finger = sign[:, None] * force
     out = -np.sign(sign * pressed)[:, None] * normal
     facing = (out[:, None] @ R_WL)[:, 0, :2]
-    pressing = np.abs(pressed)
+    lever = origin + (arc_length - begin)[:, None] * z - table[:, 31:34]
     return FingerContacts(
-        *(known, sample, finger, link, arc_length, center, normal, total, pressing, opening, on_finger, facing)
+        *(known, sample, finger, link, arc_length, center, normal, total, np.abs(pressed), opening, on_finger, facing),
+        *(lever, X_WL[..., 1]),
     )
 
 
-def contact_signals(contact: FingerContacts, links: int) -> dict[str, Array]:
+def contact_signals(contact: FingerContacts, links: int, only_bends: bool) -> dict[str, Array]:
     """The outputs of `TrueContact` for one finger with that many links, (T, ...) each."""
     values = (
         *(contact.link_sums(contact.total, links), contact.link_sums(contact.opening, links)),
         *(contact.sums(contact.opening), contact.sums(contact.total)),
         *(contact.mean_arc_length, contact.sums(contact.pressing), contact.mean_center),
-        *(contact.total_force, contact.side),
+        *(contact.total_force, contact.side, contact.transverse_force(only_bends)),
     )
     return dict(zip(CONTACT_SIGNALS, values, strict=True))
 
@@ -343,6 +366,12 @@ def contact_width(contacts: Sequence[FingerContacts]) -> Array:
     return width
 
 
+def _along(vectors: Array, line: Array) -> Array:
+    """The parts of vectors along lines, (T, 3) each; 0 along a line without length."""
+    square = (line**2).sum(axis=-1, keepdims=True)
+    return np.asarray((vectors * line).sum(axis=-1, keepdims=True) / np.where(square == 0, 1.0, square) * line)
+
+
 def _ratio(value: Array, by: Array) -> Array:
     """Ratio; NaN where the divisor is zero."""
     return value / np.where(by == 0, np.nan, by)
@@ -378,6 +407,7 @@ class TrueContact(ArrayBlock):
                             |             | ---> {finger}.contact_center           (3) m, of that, in the world
                             |             | ---> {finger}.true_contact_force_world (3) N, in the world
                             |             | ---> {finger}.true_contact_side        (1) rad, around the finger
+                            |             | ---> {finger}.true_transverse_force    (1) N, which bends the finger
                             |             | ---> width                             (1) m, between what all touch
                             |             | ---> {object}.grip_normal_force        (F) N, of each finger on it
                             |             | ---> {object}.grip_friction_force      (F x 3) N on it, in the world
@@ -388,10 +418,11 @@ class TrueContact(ArrayBlock):
     Forces are those that the finger receives from outside. `true_contact_force` is the sum of `link_normal_force`: each
     across its link, in the bending plane, positive where it presses on the inner side, so that it opens the finger.
     `true_contact_total` is the sum of `link_contact_force`, magnitudes of all that touches a link;
-    `true_contact_force_world` is the sum of these forces as vectors. The arc length is that of the centre of pressure,
-    the side where around the finger it presses, see `FingerContacts.side`. `normal_force` goes by the surfaces that
-    touch instead: the sum of what presses, along the normal of each. Without contact forces are 0 and places NaN; for
-    the width see `contact_width`.
+    `true_contact_force_world` is the sum of these forces as vectors, `true_transverse_force` the size of its part at
+    right angles to the line from the base to the contact: see `FingerContacts.transverse_force`. The arc length is
+    that of the centre of pressure, the side where around the finger it presses, see `FingerContacts.side`.
+    `normal_force` goes by the surfaces that touch instead: the sum of what presses, along the normal of each. Without
+    contact forces are 0 and places NaN; for the width see `contact_width`.
     """
 
     def __init__(
@@ -421,7 +452,7 @@ class TrueContact(ArrayBlock):
         self.derive("table", lambda patches: _stacked([patches]), "patches", over_time=_stacked)
         self.derive("contacts", lambda table: finger_contacts(*table), "table")
         for number, (name, finger) in enumerate(fingers.items()):
-            self._put_out_signals(number, name, len(finger.bodies))
+            self._put_out_signals(number, name, finger)
         count = len(fingers)
         self.put_out("width", lambda contacts: contact_width([*map(contacts.of, range(count))]), "contacts", unit="m")
         for number, name in enumerate(held):
@@ -435,8 +466,9 @@ class TrueContact(ArrayBlock):
             axes = {"xyz": XYZ} if signal in ("grip_friction_force", "grip_force") else {}
             self.put_out(f"{name}.{signal}", attrgetter(signal), step, unit=unit, finger=fingers, **axes)
 
-    def _put_out_signals(self, number: int, name: str, links: int) -> None:
-        self.derive(name, lambda contacts: contact_signals(contacts.of(number), links), "contacts")
+    def _put_out_signals(self, number: int, name: str, finger: TouchedLinks) -> None:
+        links, only_bends = len(finger.bodies), finger.only_bends
+        self.derive(name, lambda contacts: contact_signals(contacts.of(number), links, only_bends), "contacts")
         sizes = {"link_contact_force": links, "link_normal_force": links} | dict.fromkeys(VECTORS, 3)
         for signal in CONTACT_SIGNALS:
             unit, axes = PLACES.get(signal, "N"), _axes(signal, sizes.get(signal, 1))

@@ -321,9 +321,13 @@ def _recorded(recording: Recording, finger: str, rows: NDArray[np.int_]) -> Stat
         values = np.asarray(recording[f"{finger}.{name}"])[rows]
         return values[:, 0] if values.ndim == 2 and values.shape[1] == 1 else values
 
-    later = "interval", "bounds"
+    later = {
+        "interval": "contact_force_interval",
+        "bounds": "contact_force_bounds",
+        "transverse": "transverse_force_interval",
+    }
     fields: dict[str, Any] = {field: of(f"contact_{field}") for field in ContactPosterior._fields if field not in later}
-    fields |= {field: Later(partial(of, f"contact_force_{field}")) for field in later}
+    fields |= {field: Later(partial(of, name)) for field, name in later.items()}
     known = ContactPosterior(**fields)
     force = np.abs(of("true_contact_force"))
     found = of("contact_force"), of("contact_arc_length"), known, np.full(len(force), np.nan)

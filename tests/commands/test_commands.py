@@ -135,11 +135,12 @@ def test_run_has_a_row_for_every_held_step_of_every_finger(ran: Path) -> None:
 def test_run_of_a_grasp_prints_contact_forces_with_their_band_and_nothing_as_nan() -> None:
     steps = ("--set", "pressure.steps={all: [0.0, 75.0e3]}", "--set", "pressure.settle=0.5")
     out = soft_gripper("run", "box_grasp", *steps, "--set", "pressure.hold_samples=50", "--out", "here").out
-    _, title, _, _, left, right = out[out.index("\nContact forces") :].splitlines()[:6]
-    assert title == "Contact forces at 2.00 s, estimated by contact"
+    _, title, _, _, left, right = out[out.index("\nTransverse contact forces") :].splitlines()[:6]
+    assert title == "Transverse contact forces at 2.00 s, estimated by contact"
     row = table("here/contact_forces.csv")[-1]
     band = f"{float(row['least_n']):.2f} to {float(row['most_n']):.2f}"
-    numbers = f"{float(row['true_n']):.2f} {float(row['true_mm']):.0f} {float(row['estimated_n']):.2f}"
+    true, estimated = (float(row[name]) for name in ("true_transverse_n", "transverse_n"))
+    numbers = f"{true:.2f} {float(row['true_mm']):.0f} {estimated:.2f}"
     assert right.split() == ["right_finger", *numbers.split(), *band.split(), f"{float(row['estimated_mm']):.0f}"]
     assert left.startswith("left_finger ")
     assert "\nWidth: 44.0 mm; stiffness, estimated: not known\n" in out
@@ -162,9 +163,10 @@ def test_run_of_a_task_records_the_forces_of_its_picture(monkeypatch: pytest.Mon
     rows, (forces,) = table("here/contact_forces_over_time.csv"), drawn
     assert [float(row["time_s"]) for row in rows[::2]] == pytest.approx(forces.data["time"].values)
     assert [row["finger"] for row in rows[:2]] == ["left_finger", "right_finger"]
-    for column, name in (("true_n", "true"), ("estimated_n", "estimated"), ("least_n", "least"), ("most_n", "most")):
+    for name in ("true_transverse", "transverse", "least", "most", "true_normal", "normal"):
+        column = f"{name}_n"
         np.testing.assert_allclose([float(row[column]) for row in rows], forces.data[name].values.ravel(), atol=1e-6)
-    assert float(rows[-1]["least_n"]) < float(rows[-1]["true_n"]) < float(rows[-1]["most_n"])
+    assert float(rows[-1]["least_n"]) < float(rows[-1]["true_transverse_n"]) < float(rows[-1]["most_n"])
 
 
 @pytest.mark.slow

@@ -8,6 +8,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.special import chdtri
 
+from soft_gripper.estimators.batches import Later
 from soft_gripper.estimators.contact import ContactShape, SurfaceContact
 from soft_gripper.estimators.force_posterior import (
     HERE,
@@ -44,7 +45,8 @@ def few_cells(count=12, width=0.0):
 def posterior(r, covariance, read, cells, forces=POSSIBLE):
     """The posterior of one force on a finger at rest."""
     found = fitted(r, covariance, cells, forces.largest)
-    return contact_posterior(found, believed(found, read, forces), read, LENGTH, forces, NEAREST, np.zeros(()))
+    in_cells = believed(found, read, forces)
+    return contact_posterior(found, in_cells, Later(lambda: in_cells), read, LENGTH, forces, NEAREST, np.zeros(()))
 
 
 def cells_of(layout, q):

@@ -14,7 +14,7 @@ from soft_gripper.diagrams.wiring.named_wires import vector_outputs
 from soft_gripper.estimators.finger_shape import Places, position_std
 from soft_gripper.estimators.named_estimators import SHAPE_FUNCTIONS
 from soft_gripper.estimators.plane import in_base, pose_entries
-from soft_gripper.estimators.shape_estimator import POSTERIOR, ShapeEstimator
+from soft_gripper.estimators.shape_estimator import POSTERIOR, ShapeEstimator, contact_port
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.sensors.sensor_block import SensorBlock
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
@@ -77,11 +77,10 @@ def test_ports_have_what_the_function_gives(kind, layout, strain, driving):
         variance = Places(layout.finger, ["bending"]).variance(shape.q, shape.covariance)
         expected["tip_position_std"] = np.sqrt(variance[-1])
     if shape.contact is not None:
-        fields = {name.replace("vector", "force_vector"): value for name, value in shape.contact._asdict().items()}
-        expected |= {f"contact_{name}": np.atleast_1d(value) for name, value in fields.items()}
+        expected |= {contact_port(name): np.atleast_1d(value) for name, value in shape.contact._asdict().items()}
         expected["contact_force_world"] = X_WB.rotation() @ shape.contact.vector
         posterior = function.posterior(strain, driving, IN_BASE)
-        expected |= {f"contact_{name}": np.atleast_1d(getattr(posterior, name)) for name in POSTERIOR}
+        expected |= {contact_port(name): np.atleast_1d(getattr(posterior, name)) for name in POSTERIOR}
         assert found["contact_force"] == pytest.approx(0.8, rel=0.01)
         assert found["contact_force_set"][0] < 0.8 < found["contact_force_bounds"][0]
     assert found.keys() == expected.keys()

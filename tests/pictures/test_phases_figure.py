@@ -12,6 +12,7 @@ from scenes import Scene
 from soft_gripper.control.task import Phase
 from soft_gripper.diagrams.contact_forces import contact_forces
 from soft_gripper.diagrams.recording import Recording, phase_spans
+from soft_gripper.estimators.force_posterior import HERE, NOTHING
 from soft_gripper.pictures import phases as module
 from soft_gripper.pictures.phases import CloseUp, draw_grip_plots, phases_figure, recorded_plots
 from soft_gripper.pictures.rendering import SceneRenderer
@@ -108,9 +109,13 @@ def test_forces_and_slip_are_shown_where_a_finger_touches(run: Run) -> None:
     scene, recording, phases = run
     force, slips = np.array([0.0, 0, 1, 2, 2, 1, 0, np.nan]), 1e-4 * np.array([np.nan, np.nan, 0, 1, 2, 2, 2, np.nan])
     found = np.where(force > 0, force + 0.1, force)
-    signals = {"true_contact_force": force, "contact_force": found, "contact_force_std": 0 * force + 10}
+    band, answer = np.multiply.outer(force, [0.5, 1.0, 20.0]), np.where(force > 0, HERE, NOTHING)
+    signals = {"true_transverse_force": force, "transverse_force": found, "contact_answer": answer}
     forces = contact_forces(
-        recording.data[["time"]].assign({f"left_finger.{name}": ("time", values) for name, values in signals.items()})
+        recording.data[["time"]].assign(
+            {f"left_finger.{name}": ("time", values) for name, values in signals.items()}
+            | {"left_finger.transverse_force_interval": (("time", "end"), band)}
+        )
     )
     assert recorded_plots(recording) == ["opening", "torque", "pressure"]
     assert recorded_plots(recording, slips, forces)[:2] == ["force", "slip"]
@@ -121,7 +126,7 @@ def test_forces_and_slip_are_shown_where_a_finger_touches(run: Run) -> None:
     (band,) = plots[0].collections
     extents = band.get_paths()[0].get_extents()
     assert (len(band.get_paths()), extents.xmin, extents.xmax) == (1, 2.0, 5.0)
-    assert extents.ymax == pytest.approx(2.1 + 1.96 * 10)
+    assert extents.ymax == pytest.approx(40)
     assert plots[0].get_ylim()[1] < 3, "the band ends beyond the plot"
     np.testing.assert_allclose(plots[1].lines[0].get_ydata(), 1e3 * slips)
     assert plots[1].get_ylim() == (0, 1)

@@ -40,7 +40,7 @@ def over_time(samples, finger=FINGER):
     tables = [patch_table(found, LINKS, POSES) for found in samples]
     sample = np.repeat(np.arange(len(tables)), [len(table) for table in tables])
     contacts = finger_contacts(np.concatenate(tables), sample, np.full(len(tables), True))
-    return contact_signals(contacts.of([FINGER, NEIGHBOUR].index(finger)), len(finger.bodies))
+    return contact_signals(contacts.of([FINGER, NEIGHBOUR].index(finger)), len(finger.bodies), finger.only_bends)
 
 
 def signals(*found, finger=FINGER):
@@ -65,6 +65,22 @@ def test_a_link_that_is_turned_has_its_own_axes():
     np.testing.assert_allclose(found["link_normal_force"], [0, -2])
     assert found["true_contact_arc_length"] == pytest.approx(0.054)
     assert found["normal_force"] == pytest.approx(2)
+
+
+def test_the_transverse_force_is_at_right_angles_to_the_line_from_the_base():
+    """That of two patches is of their sum and their mean place on the axis; y does not count if the finger bends."""
+    near, far = (patch(ONE, THING, [0.01, 0, z], X, force) for z, force in ((0.02, [-3.0, 2, 4]), (0.04, [-3.0, 2, 4])))
+    assert signals(near)["true_transverse_force"] == pytest.approx(3)
+    assert signals(near, far)["true_transverse_force"] == pytest.approx(6)
+    force, lever = TURNED.rotation() @ np.array([2.0, 0, 1.0]), TURNED @ np.array([0.0, 0, 0.004])
+    bent = patch(TWO, THING, TURNED @ [-0.01, 0.002, 0.004], X, force)
+    table = patch_table([bent], LINKS, POSES)
+    in_space = finger_contacts(table, np.zeros(1, int), np.array([True])).transverse_force(only_bends=False)
+    assert in_space == pytest.approx(np.linalg.norm(np.cross(lever, force)) / np.linalg.norm(lever))
+    in_plane = TURNED.inverse().multiply(np.zeros(3))[[2, 0]] * [-1, -1] + [0.004, 0]  # from the base, along z and x
+    assert signals(bent)["true_transverse_force"] == pytest.approx(
+        abs(in_plane[0] * 2 - in_plane[1] * 1) / np.hypot(*in_plane)
+    )
 
 
 def test_forces_of_both_sides_cancel_and_places_count_by_their_sizes():
@@ -155,12 +171,14 @@ def pressed_at(*places):
     return FingerContacts(
         np.full(count, True),
         *(np.arange(count), numbers, numbers, ones, centers, normals, ones, ones, ones, normals, normals[:, :2]),
+        *(centers, normals),
     )
 
 
 UNTOUCHED = FingerContacts(
     np.array([True]),
     *(*np.zeros((3, 0), int), np.zeros(0), *np.zeros((2, 0, 3)), *np.zeros((3, 0)), np.zeros((0, 3)), np.zeros((0, 2))),
+    *np.zeros((2, 0, 3)),
 )
 
 

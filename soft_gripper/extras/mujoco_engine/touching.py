@@ -32,6 +32,7 @@ class _Touched(NamedTuple):
     """A link of a finger."""
 
     body: str
+    base: str  # the body of its finger's base
     finger: int
     link: int
     begin: float  # m, arc length at its frame
@@ -47,7 +48,10 @@ class TouchSensors:
             truth: TrueContact = station.diagram.GetSubsystemByName(TRUTH)
             objects = truth.objects
         self.links = [
-            _Touched(str(link.scoped_name()), number, i, float(finger.finger.link_ends[i]))
+            _Touched(
+                *(str(body.scoped_name()) for body in (link, finger.links[0])),
+                *(number, i, float(finger.finger.link_ends[i])),
+            )
             for number, finger in enumerate(() if objects is None else station.fingers)
             for i, link in enumerate(finger.links)
         ]
@@ -56,7 +60,7 @@ class TouchSensors:
         self.objects = list(shapes)  # bodies of objects, and the numbers of these
         parts = 2 if max(shapes.values(), default=1) > 1 else 1
         self._most = max(FEWEST, most_shapes(station) * parts)  # contacts of a sensor
-        self._bodies = np.zeros(len(self.links), int)
+        self._bodies = self._bases = np.zeros(len(self.links), int)
 
     def add_to(self, root: ET.Element) -> None:
         """Adds the sensors to a file."""
@@ -71,9 +75,10 @@ class TouchSensors:
     def bind(self, model: "mujoco.MjModel") -> None:
         """Finds the links in a model."""
         self._bodies = np.array([model.body(link.body).id for link in self.links], int)
+        self._bases = np.array([model.body(link.base).id for link in self.links], int)
 
     def read(self, sensed: Array, xpos: Array, xmat: Array) -> tuple[Array, NDArray[np.int_]]:
-        """Rows of `patch_table`, (P, 31), and where those of each environment begin, (E + 1,).
+        """Rows of `patch_table`, (P, 34), and where those of each environment begin, (E + 1,).
 
         Args:
             sensed: the readings of all sensors, (E, ...).
@@ -97,7 +102,7 @@ class TouchSensors:
         X_WL = np.concatenate([xmat[environment, body].reshape(-1, 3, 3), xpos[environment, body][:, :, None]], axis=2)
         rows[:, 16:28] = X_WL.reshape(-1, 12)
         rows[:, 28] = np.array([*(number for _, number in self.objects), NO_OBJECT])[other]
-        rows[:, 29:] = np.nan
+        rows[:, 29:31], rows[:, 31:] = np.nan, xpos[environment, self._bases[link]]
         return rows, np.searchsorted(environment, np.arange(len(sensed) + 1))
 
     def _once(self, cell: NDArray[np.int_], other: NDArray[np.int_], place: Array) -> NDArray[np.bool_]:

@@ -84,7 +84,7 @@ def _ends(station: Station, recording: Recording) -> Array:
 
 def _without_estimate(station: Station, recording: Recording) -> list[PlantFinger]:
     """The fingers of whose contact force there is no estimate."""
-    return [finger for finger in station.fingers if f"{finger.name}.contact_force" not in recording.data]
+    return [finger for finger in station.fingers if f"{finger.name}.transverse_force" not in recording.data]
 
 
 def _estimated(
@@ -120,8 +120,9 @@ def _estimated(
         "contact_force": contact.force,
         "contact_force_std": contact.force_std,
         "contact_arc_length": contact.arc_length,
+        "transverse_force": contact.transverse_force,
+        "transverse_force_interval": posterior.transverse_force_interval,
+        "contact_answer": posterior.answer,
     }
-    if tuple(layout.ways) == ("bending",):
-        found |= {"contact_force_interval": posterior.force_interval, "contact_answer": posterior.answer}
     axes = {1: ["time"], 2: ["time", "end_of_interval"]}
     return {f"{finger.name}.{name}": xr.Variable(axes[values.ndim], values) for name, values in found.items()}

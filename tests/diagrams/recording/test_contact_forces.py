@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 from refusals import refused
 
-from soft_gripper.diagrams.contact_forces import contact_forces, force_band
+from soft_gripper.diagrams.contact_forces import force_band
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.diagrams.station import make_private_station
@@ -18,17 +18,16 @@ STEPS = ["pressure.steps={all: [0.0, 75.0e3]}", "pressure.settle=0.5", "pressure
 
 
 @pytest.mark.parametrize(
-    ("force", "interval", "answer", "expected"),
+    ("interval", "answer", "expected"),
     [
-        (0.5, (0.4, 0.5, 0.7), HERE, (0.4, 0.7)),
-        (-0.5, (0.4, 0.5, 0.7), HERE, (-0.7, -0.4)),
-        (0.0, (0.1, 0.2, 1.5), NOTHING, (0.0, 1.5)),  # the interval is given contact
-        (0.0, (NAN, NAN, NAN), NOTHING, (NAN, NAN)),
-        (NAN, (NAN, NAN, NAN), MOVING, (NAN, NAN)),
+        ((0.4, 0.5, 0.7), HERE, (0.4, 0.7)),
+        ((0.1, 0.2, 1.5), NOTHING, (0.0, 1.5)),  # the interval is given contact
+        ((NAN, NAN, NAN), NOTHING, (NAN, NAN)),
+        ((NAN, NAN, NAN), MOVING, (NAN, NAN)),
     ],
 )
-def test_a_band_has_the_sign_of_its_force(force, interval, answer, expected):
-    found = force_band(np.array([force]), np.array([interval]), np.array([answer]))
+def test_the_band_begins_at_0_where_no_contact_is_detected(interval, answer, expected):
+    found = force_band(np.array([interval]), np.array([answer]))
     np.testing.assert_array_equal([each[0] for each in found], expected)
 
 
@@ -45,10 +44,12 @@ def test_the_band_of_a_grasp_holds_the_true_force_of_the_recording(grasp):
         (finger, time) for time in (1.0, 2.0) for finger in ("left_finger", "right_finger")
     ]
     for row in rows[2:]:
-        now = {name: recording[f"{row.finger}.{name}"].values[-1] for name in ("true_contact_force", "normal_force")}
-        assert row.true_n == now["true_contact_force"]
-        assert row.true_n == pytest.approx(now["normal_force"], rel=0.1)
-        assert 0.5 < row.least_n < row.true_n < row.most_n < 1.2
+        names = "true_transverse_force", "true_contact_force", "normal_force"
+        transverse, across, pressing = (recording[f"{row.finger}.{name}"].values[-1] for name in names)
+        assert (row.true_transverse_n, row.true_normal_n) == (transverse, across)
+        assert row.true_transverse_n == pytest.approx(pressing, rel=0.1)
+        assert 0.5 < row.least_n < row.true_transverse_n < row.most_n < 1.2
+        assert row.transverse_n == pytest.approx(row.true_transverse_n, rel=0.03)
         assert row.true_mm == pytest.approx(row.estimated_mm, abs=3)
 
 
@@ -59,29 +60,37 @@ def test_contact_estimates_what_it_would_have_during_the_run(grasp):
     with_contact = simulate(load_scenario("box_grasp", ["estimator.type=contact", *STEPS])).forces()
     for row in contact_rows(station, recording)[2:]:
         found = next(each for each in with_contact.at(row.time_s) if each.finger == row.finger)
-        assert (row.estimated_n, row.least_n, row.most_n) == pytest.approx(
-            (found.estimated_n, found.least_n, found.most_n), rel=1e-6
+        assert (row.transverse_n, row.least_n, row.most_n, row.normal_n) == pytest.approx(
+            (found.transverse_n, found.least_n, found.most_n, found.normal_n), rel=1e-6
         )
+
+
+def test_forces_over_time_are_the_signals(grasp):
+    _, recording = grasp
+    data = recording.forces().data
+    assert dict(data.sizes) == {"time": recording.data.sizes["time"], "finger": 2}
+    right = data.sel(finger="right_finger")
+    np.testing.assert_array_equal(right["true_transverse"], recording["right_finger.true_transverse_force"])
+    assert data["true_transverse"].attrs["units"] == "N"
+    assert data["location"].attrs["units"] == "m"
+    if "right_finger.contact_force" in recording.data:
+        np.testing.assert_array_equal(right["transverse"], recording["right_finger.transverse_force"])
+        np.testing.assert_array_equal(right["normal"], recording["right_finger.contact_force"])
+    else:
+        assert np.isnan(right["transverse"]).all()
+        assert "not known" in str(recording.forces())
 
 
 def test_the_last_sample_is_printed_and_others_can_be_asked_for(grasp):
     _, recording = grasp
     forces = recording.forces()
-    assert str(forces).startswith("Contact forces at 2.00 s\n")
+    assert str(forces).startswith("Transverse contact forces at 2.00 s\n")
     assert [row.time_s for row in forces.at(1.004)] == [1.0, 1.0]
     for time in (-0.1, 2.1, NAN):
         with refused("time", time):
             forces.at(time)
 
 
-def test_a_finger_seen_in_space_has_the_band_of_its_standard_deviation():
-    names = {"contact_force": 0.5, "contact_force_std": 0.1, "contact_arc_length": 0.1, "estimated_twist_angles": 0.0}
-    signals = {f"finger.{name}": ("time", [value]) for name, value in names.items()}
-    (row,) = contact_forces(xr.Dataset(signals, {"time": [0.0]})).at()
-    assert (row.least_n, row.most_n) == pytest.approx((0.5 - 0.196, 0.5 + 0.196))
-    assert np.isnan(row.true_n)
-
-
 def test_a_recording_without_contact_forces_is_refused():
-    with refused("signal", "true_contact_force or contact_force"):
+    with refused("signal", "true_transverse_force or transverse_force"):
         Recording(xr.Dataset({"finger.strain": ("time", [0.0])}, {"time": [0.0]})).forces()

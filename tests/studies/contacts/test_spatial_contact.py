@@ -210,15 +210,15 @@ def test_deviations_of_a_vector_are_those_of_its_size_and_friction():
     rng = np.random.default_rng(5)
     directions, force, std, z = rng.normal(size=(3, 3)), np.array(0.8), np.array(0.05), rng.normal(size=5)
     half, R = rng.normal(size=(5, 5)), np.linalg.qr(rng.normal(size=(3, 3)))[0]
-    of_z = half @ half.T
+    of_z, turn = half @ half.T, rng.normal(size=5)
 
     def vector(force, z):
         return force * R @ (directions[0] + z[0] * directions[1] + z[1] * directions[2])
 
     step = 1e-6
     by_z = np.transpose([(vector(force, z + step * e) - vector(force, z)) / step for e in np.eye(5)])
-    by_force = (vector(force + step, z) - vector(force, z)) / step
-    local = _forces(directions[None], force[None], std[None], z[None], of_z[None])
+    by_force = (vector(force + step, z + step * turn) - vector(force, z)) / step  # a larger force takes back friction
+    local = _forces(directions[None], force[None], std[None], z[None], of_z[None], turn[None])
     found, covariance = _about_best(np.ones(1), local @ R.T)
     np.testing.assert_allclose(found, vector(force, z), rtol=1e-12)
     np.testing.assert_allclose(covariance, by_z @ of_z @ by_z.T + std**2 * np.outer(by_force, by_force), rtol=1e-6)

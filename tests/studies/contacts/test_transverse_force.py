@@ -1,0 +1,64 @@
+"""The force at right angles to the line from the base to the contact is known better than that along the normal."""
+
+import numpy as np
+import pytest
+
+from soft_gripper.estimators.contact import ContactShape
+from soft_gripper.estimators.force_posterior import DETECTED
+from soft_gripper.fingers.spatial_chain import posture, spatial_chain
+from soft_gripper.sensors.sensor_layout import SensorLayout
+from studies.contacts.contacts import read_finger
+from studies.contacts.found_contact import driving_torque
+from studies.contacts.situations import MODELS, NOMINAL, Case, _read
+from studies.contacts.statics import rubbing_contacts
+
+FRICTION, FAR = 0.6, 0.4  # coefficient; of the length, beyond which contacts count
+
+
+@pytest.fixture(scope="module")
+def contacts():
+    """With any friction up to the cone, on both sides."""
+    return rubbing_contacts(200, FRICTION, np.random.default_rng(31).uniform(size=200), 31, (0.3, 1.0))
+
+
+@pytest.fixture(scope="module")
+def transverse(contacts):
+    """By the moment of the force about the base, over the distance of the place on the axis."""
+    finger, s = contacts.finger, contacts.arc_length
+    link = np.searchsorted(finger.joint_arc_lengths, s)
+    frames = posture(spatial_chain(finger), contacts.q).frames[np.arange(len(s)), link]
+    point = frames[:, :3, 3] + (s - finger.link_ends[:-1][link])[:, None] * frames[:, :3, 2]
+    return np.linalg.norm(np.cross(point, contacts.force), axis=-1) / np.linalg.norm(point, axis=-1)
+
+
+@pytest.mark.parametrize(
+    ("sections", "borders", "realistic", "model", "median", "tenth"),
+    [
+        (2, [1 / 3], False, MODELS[0], 0.01, 0.06),
+        (4, None, False, MODELS[0], 0.004, 0.02),
+        (4, None, True, MODELS[0], 0.05, 0.2),
+        (4, None, True, NOMINAL, 0.06, 0.2),
+    ],
+)
+def test_its_errors_are_small_and_its_interval_is_true(
+    contacts, transverse, sections, borders, realistic, model, median, tenth
+):
+    """Median and 90th percentile of its relative error; the normal force errs more, and its interval is wider."""
+    case = Case(sections, realistic, model)
+    layout = SensorLayout(read_finger(), sections, borders=borders)
+    shape, readings = ContactShape(layout, case.assumed), _read(layout, contacts.q, case, np.random.default_rng(1))
+    given = readings, driving_torque(layout.finger, layout.ways, contacts.pressure), contacts.gravity
+    contact, known = shape(*given).contact, shape.posterior(*given)
+    counted = (contacts.arc_length > FAR * layout.finger.length) & (known.probability > DETECTED)
+    assert counted.sum() > 140
+    error = np.abs(contact.transverse_force / transverse - 1)[counted]
+    of_normal = np.abs(np.abs(contact.force) / contacts.normal_force - 1)[counted]
+    assert np.median(error) < min(median, 0.8 * np.median(of_normal))
+    assert np.percentile(error, 90) < tenth
+    least, _, most = known.transverse_force_interval[counted].T
+    true = (least <= transverse[counted]) & (transverse[counted] <= most)
+    assert true.mean() > 0.93
+    normal_width = np.ptp(known.force_interval[counted][:, [0, 2]], axis=-1) / contacts.normal_force[counted]
+    assert np.median((most - least) / transverse[counted]) < 0.75 * np.median(normal_width)
+    z = (contact.transverse_force - transverse)[counted] / contact.transverse_force_std[counted]
+    assert 0.2 < np.sqrt((z**2).mean()) < 1.2
