@@ -48,12 +48,10 @@ class TouchSensors:
             truth: TrueContact = station.diagram.GetSubsystemByName(TRUTH)
             objects = truth.objects
         self.links = [
-            _Touched(
-                *(str(body.scoped_name()) for body in (link, finger.links[0])),
-                *(number, i, float(finger.finger.link_ends[i])),
-            )
+            _Touched(name, names[0], number, i, float(finger.finger.link_ends[i]))
             for number, finger in enumerate(() if objects is None else station.fingers)
-            for i, link in enumerate(finger.links)
+            for names in [[str(link.scoped_name()) for link in finger.links]]
+            for i, name in enumerate(names)
         ]
         every = {each.get_value(): each for each in inspector.GetAllGeometryIds()}
         shapes = Counter((_body(station, every[geometry]), number) for geometry, number in (objects or {}).items())

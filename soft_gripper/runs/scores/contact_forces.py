@@ -116,6 +116,7 @@ def _estimated(
     given = samples_at(np.maximum(rows - 1, 0), *recorded_inputs(function, readings, driving, gravity, pull))
     contact, posterior = function(*given).contact, function.posterior(*given)
     assert contact is not None
+    assert contact.transverse_force is not None
     found = {
         "contact_force": contact.force,
         "contact_force_std": contact.force_std,

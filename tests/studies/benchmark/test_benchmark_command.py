@@ -174,7 +174,7 @@ def test_files_that_cannot_be_compared(tmp_path, capsys, text, said):
 
 def test_an_estimator_that_does_not_exist_is_named(tmp_path, capsys):
     assert main(["benchmark", "--data", str(tmp_path), "nothing:here"], STUDIES) == 2
-    assert "estimator = nothing:here" in capsys.readouterr().err
+    assert "estimator = 'nothing:here': cannot be imported" in capsys.readouterr().err
 
 
 @pytest.mark.slow
