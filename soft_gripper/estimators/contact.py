@@ -181,7 +181,8 @@ class SurfaceContact:
         length = self.mechanics.layout.finger.length
         nearest = self.mechanics.uncertainty.nearest_contact * length
         several = None if self.mechanics.only_bends else self._corners(cells)
-        transverse = Later(lambda: transverse_forces(explained.heaviest.value))
+        heaviest = explained.heaviest
+        transverse = Later(lambda: weighed(*transverse_forces(heaviest.value), heaviest.value.weights))
         return contact_posterior(
             found, posterior, transverse, left.read, length, self._possible, nearest, left.moving, several
         )
@@ -230,7 +231,7 @@ class SurfaceContact:
         left, _, _, posterior, _ = explained
         cells, force, z, of_z = heaviest.cells, heaviest.force, heaviest.z, heaviest.covariance
         vector, of_vector = _about_best(heaviest.weights, heaviest.vectors)
-        transverse = transverse_forces(heaviest)
+        sizes, deviations = transverse_forces(heaviest)
         T, best = surface.tangents, cells[..., 0]
         place = heaviest.arc_length[..., 0]
         across = -force[..., 0] * (surface.directions[best] * _and_one(z[..., 0, :T])[..., None]).sum(axis=-2)[..., 0]
@@ -244,8 +245,10 @@ class SurfaceContact:
             vector_std=_std(of_vector),
             direction_std=_direction_std(vector, of_vector),
             side=surface.angle[cells[..., 0]],
-            transverse_force=transverse.force[..., 0],
-            transverse_force_std=_distance(transverse, transverse.force[..., 0]),
+            transverse_force=sizes[..., 0],
+            transverse_force_std=np.sqrt(
+                (heaviest.weights * ((sizes - sizes[..., :1]) ** 2 + deviations**2)).sum(axis=-1)
+            ),
         )
         wrenches = surface.wrenches[cells[..., 0]]
         wrench = wrenches[..., 0, :] + (z[..., :1, : 2 * T] @ wrenches[..., 1:, :])[..., 0, :]
@@ -593,13 +596,16 @@ def _forces(directions: Array, force: Array, std: Array, z: Array, of_z: Array, 
     return np.concatenate([sizes * unit, sizes * rubbing, std[..., None, None] * by_size], axis=-2)
 
 
-def transverse_forces(heaviest: HeaviestCells) -> Believed:
-    """The part of the force at right angles to the line from the base to where it presses, in K cells."""
-    direction, size = _transverse(heaviest.vectors[..., 0, :], heaviest.points)
-    of_deviation, _ = _transverse(heaviest.vectors[..., -1, :], heaviest.points)
-    direction = np.where(size[..., None] > 0, direction, of_deviation)
+def transverse_forces(heaviest: HeaviestCells) -> tuple[Array, Array]:
+    """The part of the force at right angles to the line from the base to where it presses, and its deviation, N.
+
+    (..., K) each; where it is 0, the deviation is that of the size.
+    """
+    vectors = heaviest.vectors[..., [0, -1], :]
+    directions, sizes = _transverse(vectors, heaviest.points[..., None, :])
+    direction = np.where(sizes[..., :1] > 0, directions[..., 0, :], directions[..., 1, :])
     deviations = (heaviest.vectors[..., 1:, :] @ direction[..., None])[..., 0]
-    return weighed(size, np.linalg.norm(deviations, axis=-1), heaviest.weights)
+    return sizes[..., 0], np.linalg.norm(deviations, axis=-1)
 
 
 def _transverse(force: Array, point: Array) -> tuple[Array, Array]:
@@ -608,12 +614,6 @@ def _transverse(force: Array, point: Array) -> tuple[Array, Array]:
     across = force - along[..., None] * point
     size = np.linalg.norm(across, axis=-1)
     return across / (size + _TINY)[..., None], size
-
-
-def _distance(posterior: Believed, force: Array) -> Array:
-    """Root mean square distance of a posterior from a force, (...) N."""
-    squares = posterior.square - 2 * posterior.mean * force[..., None] + force[..., None] ** 2
-    return np.sqrt(np.maximum((posterior.weight * squares).sum(axis=-1), 0))
 
 
 def _and_one(z: Array) -> Array:
