@@ -19,7 +19,7 @@ QUICK = {
     "expand": ["package://soft_gripper/grippers/finger.urdf", "-o", "plain.urdf"],
     "sweep": ["mine.yaml", *short(), "--vary", "sensor.seed=1,2", "--jobs", "2", "--out", "swept"],
 }
-LONG = {"doctor": [], "evaluate": ["--jobs", "2"], "tune": ["--evaluations", "5"]}
+LONG = {"doctor": [], "tune": ["--evaluations", "5"]}
 
 
 @pytest.fixture

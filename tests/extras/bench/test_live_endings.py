@@ -160,6 +160,7 @@ def test_a_reader_that_stalls_holds_nothing_up(here, number):
         except BlockingIOError:
             os.set_blocking(write, True)
         live.feed(3.0)
+        time.sleep(0.2)
         live.process.send_signal(number)
         code = live.process.wait(LONG)
         said = live.process.stderr.read()

@@ -45,7 +45,6 @@ def test_from_a_study_to_files_of_the_best_design(tmp_path):
     assert [row["design"] for row in designs] == ["0", "1", "2", "3"]
     allowed = [row for row in designs[1:] if row["allowed"] == "True"]
     best = min(allowed, key=lambda row: float(row["normal_force_n"]))
-    assert f"{best['design']}, best" in done.out
 
     gripper = expand_urdf(out / "best/gripper.urdf")
     assert [finger.length for finger in gripper.fingers] == pytest.approx([float(best[LENGTH])] * 2, rel=1e-8)

@@ -26,6 +26,7 @@ from soft_gripper.extras.grasps.strength import (
     strength_figure,
     until_held,
 )
+from soft_gripper.models import DIRECTORY
 from soft_gripper.scenario.scenario_file import load_scenario, parse_scenario
 
 BAR = 0.05  # of the closed forms
@@ -38,10 +39,10 @@ PAD_MODULUS = 5.2e4  # Pa, of skin over the length of a finger, so that the pads
 PADS = """
 models:
 - name: gripper
-  file: package://soft_gripper/grippers/two_finger.urdf
+  file: {folder}/gripper.urdf
   X_PC: {{ translation: [0, 0, 0.177], rotation: !Rpy {{ deg: [180, 0, 0] }} }}
   segments: 1
-  fingers: {{ all: {{ friction: {friction}, hydroelastic_modulus: {modulus} }} }}
+  fingers: {{ all: {{ friction: {friction} }} }}
 - name: pad
   file: {folder}/pad.obj
   free: true
@@ -62,7 +63,10 @@ def pads(tmp_path_factory: pytest.TempPathFactory) -> Settled:
     mesh = trimesh.creation.cylinder(RADIUS, 0.03, sections=64)
     mesh.apply_transform(trimesh.transformations.rotation_matrix(np.pi / 2, [1, 0, 0]))
     mesh.export(folder / "pad.obj")
-    text = PADS.format(folder=folder, friction=PAD_FRICTION, modulus=PAD_MODULUS, pressure=PRESSURE, height=PAD_HEIGHT)
+    gripper = (DIRECTORY / "grippers" / "two_finger.urdf").read_text(encoding="utf-8")
+    soft = gripper.replace("</finger>", f'<contact hydroelastic_modulus="{PAD_MODULUS}"/></finger>')
+    (folder / "gripper.urdf").write_text(soft, encoding="utf-8")
+    text = PADS.format(folder=folder, friction=PAD_FRICTION, pressure=PRESSURE, height=PAD_HEIGHT)
     return Settled.of(parse_scenario(folder / "pads.yaml", text), "pad")
 
 
