@@ -27,7 +27,7 @@ def test_bash_completes_commands_scenarios_options_and_files(capsys, tmp_path, m
     with pytest.raises(SystemExit):
         command_parser().parse_args(["--print-completion", "bash"])
     script = capsys.readouterr().out
-    assert completed(script, "ev") == {"evaluate"}
+    assert completed(script, "ex") >= {"expand"}
     assert "box_grasp" in completed(script, "run", "box")
     assert completed(script, "run", "--mesh") == {"--meshcat"}
     assert completed(script, "run", "own") == {"own.yaml", "own_results"}

@@ -93,11 +93,7 @@ def test_run_in_a_browser_does_not_wait_where_nobody_is(monkeypatch: pytest.Monk
     assert "Open http://localhost:" in outcome.err
 
 
-@pytest.mark.parametrize(
-    "command",
-    [["evaluate"], ["run", "free_bending"]],
-    ids=" ".join,
-)
+@pytest.mark.parametrize("command", [["run", "free_bending"]], ids=" ".join)
 def test_a_folder_to_which_another_process_writes(command: list[str]) -> None:
     claim = "from pathlib import Path; from soft_gripper.files.output import lock_folder\n"
     claim += "lock_folder(Path('out')); print('claimed', flush=True); input()"

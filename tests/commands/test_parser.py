@@ -22,7 +22,7 @@ NAMES = [command.name for command in commands()]
 def test_help_lists_every_command_once_by_what_it_is_for():
     listed = re.findall(r"^  ([a-z][a-z -]*?)(?: {2,}|$)", HELP, re.MULTILINE)
     assert sorted(listed) == sorted(NAMES)
-    assert {"run", "evaluate", "sweep", "doctor"} <= set(NAMES)
+    assert {"run", "expand", "sweep", "doctor"} <= set(NAMES)
     titles = re.findall(r"^([a-z].*):$", HELP, re.MULTILINE)
     used = {command.group for command in commands()} - {Group.OTHER}
     assert titles == [*(group for group in Group if group in used), "options"], "each has its task"
@@ -92,16 +92,14 @@ def test_mistakes_name_the_option(line, field):
 
 
 def test_a_wrong_command_is_answered_with_the_right_one():
-    with pytest.raises(InputError, match="did you mean 'evaluate'"):
-        parsed(["evalute", "--jobs", "2"])
+    with pytest.raises(InputError, match="did you mean 'expand'"):
+        parsed(["expnd", "a.urdf"])
 
 
 BY_ARGPARSE = ["", "run", "run box_grasp --frob", "sweep x --sample few", "sweep x --out"]
 
 
-@pytest.mark.parametrize(
-    "line", [*BY_ARGPARSE, f"evaluate --trials {'y' * 50_000} \x1b[2J"], ids=lambda line: line[:20]
-)
+@pytest.mark.parametrize("line", [*BY_ARGPARSE, f"sweep x --method {'y' * 50_000} \x1b[2J"], ids=lambda line: line[:20])
 def test_mistakes_that_argparse_finds_are_one_line(line):
     said = complaint(line)
     assert len(said) < 2000
@@ -119,7 +117,7 @@ QUICK = [
     ["frob"],
     ["run", "nowhere"],
     ["run", "nowhere.yaml"],
-    ["evaluate", "--jobs", "0"],
+    ["tune", "--evaluations", "0"],
     ["sweep", "box_grasp", "--vary", "sensor.seed=1,2", "--method", "sobol", "--out", "x"],
 ]
 RUN_ALL = """
