@@ -26,7 +26,7 @@ def chosen_station(options: argparse.Namespace) -> Station:
     return station_of(options.scenario, chosen_scenario(options), is_private=True)
 
 
-def station_of(name: str, scenario: Scenario, meshcat: Meshcat | None = None, is_private: bool = False) -> Station:
+def station_of(name: str, scenario: Scenario, meshcat: Meshcat | None = None, *, is_private: bool = False) -> Station:
     """Builds the station of a scenario, or a private one; errors raised while building also name the scenario."""
     if len(scenario.models) > _MANY_MODELS:
         print(f"note: reading {len(scenario.models)} models, which may take minutes", file=sys.stderr, flush=True)

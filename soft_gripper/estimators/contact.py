@@ -116,6 +116,7 @@ class HeaviestCells(NamedTuple):
     force: Array  # (..., K) N
     z: Array  # (..., K, D), spreads of the cell's response, in standard deviations
     covariance: Array  # (..., K, D, D), of these
+    local: Array  # (..., 3) N, the force in the first cell in the frame of its link
     vectors: Array  # (..., K, 2 + T, 3) N in B: the force, and what friction and size add to it, one deviation each
     arc_length: Array  # (..., K) m, where it presses
     points: Array  # (..., K, 3) m in B, there on the axis of the finger
@@ -234,7 +235,7 @@ class SurfaceContact:
         sizes, deviations = transverse_forces(heaviest)
         T, best = surface.tangents, cells[..., 0]
         place = heaviest.arc_length[..., 0]
-        across = -force[..., 0] * (surface.directions[best] * _and_one(z[..., 0, :T])[..., None]).sum(axis=-2)[..., 0]
+        across = -heaviest.local[..., 0]
         across_std, place_std = self._deviations(posterior, across, place, of_z[..., 0, T, T])
         contact = ContactForce(
             force=across,
@@ -273,7 +274,8 @@ class SurfaceContact:
         arc_length = surface.arc_length[cells] + surface.extent[cells] * z[..., surface.tangents]
         arc_length = arc_length.clip(0, self.mechanics.layout.finger.length)
         points = self._on_axis(left.at.chain.frames, arc_length)
-        return HeaviestCells(cells, weights, force, z, of_z, local @ np.swapaxes(R, -1, -2), arc_length, points)
+        vectors = local @ np.swapaxes(R, -1, -2)
+        return HeaviestCells(cells, weights, force, z, of_z, local[..., 0, 0, :], vectors, arc_length, points)
 
     def _on_axis(self, frames: Array, arc_length: Array) -> Array:
         """Points on the axis of the finger, (..., K, 3) m in B, at arc lengths, (..., K); `frames` are the chain's."""
@@ -614,10 +616,6 @@ def _transverse(force: Array, point: Array) -> tuple[Array, Array]:
     across = force - along[..., None] * point
     size = np.linalg.norm(across, axis=-1)
     return across / (size + _TINY)[..., None], size
-
-
-def _and_one(z: Array) -> Array:
-    return np.concatenate([np.ones_like(z[..., :1]), z], axis=-1)
 
 
 def _about_best(weights: Array, forces: Array) -> tuple[Array, Array]:

@@ -167,11 +167,11 @@ def patch_table(
             continue
         for sign, link, touched in ((1.0, one, second), (-1.0, other, first)):
             if link is not None:
-                X_WL = X_WB[link.body].GetAsMatrix34().ravel()
+                X_WL = X_WB[link.body].GetAsMatrix34()
                 of_object = (numbers.get(touched, NO_OBJECT), patch.area, patch.pressure)
                 p_WB = X_WB[link.base].translation()
                 rows += [(link.finger, link.link, link.begin, sign), *patch[1:5], X_WL, of_object, p_WB]
-    return np.concatenate(rows).reshape(-1, COLUMNS) if rows else _UNTOUCHED
+    return np.concatenate(rows, axis=None).reshape(-1, COLUMNS) if rows else _UNTOUCHED
 
 
 class FingerContacts(NamedTuple):

@@ -37,7 +37,7 @@ def calls_per_sample(scenario, begin):
     ("name", "begin", "limit"),
     [
         ("free_bending", 0.5025, 18),
-        ("box_grasp", 10.0025, 84),  # six each for the area and the largest pressure of two patches
+        ("box_grasp", 10.0025, 80),  # six each for the area and the largest pressure of two patches
         ("pick_and_place_box", 0.5025, 660),
     ],
 )

@@ -47,12 +47,10 @@ class TouchSensors:
         if station.diagram.HasSubsystemNamed(TRUTH):
             truth: TrueContact = station.diagram.GetSubsystemByName(TRUTH)
             objects = truth.objects
-        self.links = [
-            _Touched(name, names[0], number, i, float(finger.finger.link_ends[i]))
-            for number, finger in enumerate(() if objects is None else station.fingers)
-            for names in [[str(link.scoped_name()) for link in finger.links]]
-            for i, name in enumerate(names)
-        ]
+        self.links: list[_Touched] = []
+        for number, finger in enumerate(() if objects is None else station.fingers):
+            names, begins = [str(link.scoped_name()) for link in finger.links], finger.finger.link_ends.tolist()
+            self.links += [_Touched(name, names[0], number, i, begins[i]) for i, name in enumerate(names)]
         every = {each.get_value(): each for each in inspector.GetAllGeometryIds()}
         shapes = Counter((_body(station, every[geometry]), number) for geometry, number in (objects or {}).items())
         self.objects = list(shapes)  # bodies of objects, and the numbers of these

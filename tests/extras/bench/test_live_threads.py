@@ -9,6 +9,8 @@ from waiting import LONG, wait_until
 from soft_gripper.extras.bench import threads
 from soft_gripper.extras.bench.threads import ROOM, Inbox, Outbox
 
+AT_ONCE = 3.0  # s, on a busy machine
+
 
 def test_all_is_taken_in_order():
     taken = []
@@ -27,7 +29,7 @@ def test_what_nobody_takes_is_dropped_but_the_newest(monkeypatch):
     began = time.monotonic()
     for i in range(1000):
         outbox.put(i)
-    assert time.monotonic() - began < LONG
+    assert time.monotonic() - began < AT_ONCE
     assert outbox.dropped >= 1000 - ROOM - 1
     goes_on.set()
     outbox.close()
@@ -42,7 +44,7 @@ def test_closing_leaves_what_is_never_taken(monkeypatch):
     outbox.put(2)
     began = time.monotonic()
     outbox.close()
-    assert time.monotonic() - began < LONG
+    assert time.monotonic() - began < AT_ONCE
     assert outbox.dropped == 2
 
 

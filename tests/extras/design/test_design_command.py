@@ -45,6 +45,7 @@ def test_from_a_study_to_files_of_the_best_design(tmp_path):
     assert [row["design"] for row in designs] == ["0", "1", "2", "3"]
     allowed = [row for row in designs[1:] if row["allowed"] == "True"]
     best = min(allowed, key=lambda row: float(row["normal_force_n"]))
+    assert f"by normal_force_n design {best['design']} is best" in done.out
 
     gripper = expand_urdf(out / "best/gripper.urdf")
     assert [finger.length for finger in gripper.fingers] == pytest.approx([float(best[LENGTH])] * 2, rel=1e-8)

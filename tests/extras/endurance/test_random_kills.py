@@ -69,8 +69,8 @@ class Place:
         return time.monotonic() - began
 
     def left_alive(self, session: int) -> list[Process]:
-        """What of a session still runs after half a minute."""
-        until = time.monotonic() + 30
+        """What of a session still runs after ten seconds."""
+        until = time.monotonic() + 10
         while (alive := [one for one in processes() if one.session == session]) and time.monotonic() < until:
             time.sleep(0.1)
         return alive

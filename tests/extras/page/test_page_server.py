@@ -366,7 +366,7 @@ def test_no_thread_and_no_port_is_left_whatever_clients_do(meshcat: Meshcat) -> 
                 client.sendall(sent)
             wait_until(lambda: feed._readers)
             began = time.monotonic()
-        assert time.monotonic() - began < SECOND, "no client is waited for"
+        assert time.monotonic() - began < 2.0, "no client is waited for"
         assert json.loads(sockets[0].recv(timeout=SECOND)) == {"end": True}
     wait_until(lambda: set(threading.enumerate()) <= before)
     with pytest.raises(ConnectionRefusedError):

@@ -12,6 +12,7 @@ from live_station import played
 from pydrake.geometry import Meshcat
 from websockets.sync.client import connect
 
+from soft_gripper.commands.parser import parsed
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
@@ -21,6 +22,7 @@ from soft_gripper.extras.page.panel import ALL_FINGERS, Button
 from soft_gripper.extras.page.session import Session
 from soft_gripper.extras.page.signal_feed import SignalFeed
 from soft_gripper.extras.play import simulation_driver
+from soft_gripper.extras.play.commands import play as play_command
 from soft_gripper.extras.play.open_scenario import open_scenario
 from soft_gripper.extras.play.pacer import Pacer
 from soft_gripper.extras.play.simulation_driver import SimulationDriver
@@ -99,7 +101,7 @@ def test_pressure_follows_the_slider_in_real_time(play: Play) -> None:
     assert sent[1][PRESSURE] == 0
     assert 45e3 < sent[-1][PRESSURE] < 50e3
     assert session.driver.pacer.played == pytest.approx(0.6)
-    assert session.driver.pacer.whole_factor <= 1.05  # less on a busy machine
+    assert 0.3 < session.driver.pacer.whole_factor <= 1.05
 
 
 def test_time_stands_still_in_a_pause_and_is_not_made_up_for(play: Play, monkeypatch) -> None:
@@ -278,3 +280,14 @@ def test_divergence_is_reported_and_reset_goes_on(play: Play, monkeypatch) -> No
     _, sent = play(_4=reset, _5=nothing)
     assert [each["note"] for each in sent] == ["", "", "the simulation diverged", "the simulation diverged", ""]
     assert [each["paused"] for each in sent] == [False, False, True, True, False]
+
+
+def test_the_command_shows_what_is_estimated(monkeypatch, tmp_path):
+    """Its station is the whole one, in the Meshcat of its page."""
+    sessions = []
+    monkeypatch.setattr(play_command, "run_on_page", lambda session, *_: sessions.append(session))
+    play_command.run(parsed(["play", "free_bending", "--out", str(tmp_path / "out")]))
+    (session,) = sessions
+    assert {PRESSURE, "left_finger.theta", "left_finger.external_torque"} <= set(session.driver.signals)
+    assert session.driver.scene.startswith("http")
+    session.driver.close()

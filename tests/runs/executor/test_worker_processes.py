@@ -153,7 +153,7 @@ def test_an_exception_ends_the_calls_at_once(tmp_path):
     begun = time.monotonic()
     with pytest.raises(KeyboardInterrupt):
         interrupted(tmp_path)
-    assert time.monotonic() - begun < LONG
+    assert time.monotonic() - begun < 30
     assert [is_alive(int(file.stem)) for file in tmp_path.iterdir()] == [False]
 
 
