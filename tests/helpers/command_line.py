@@ -12,11 +12,13 @@ from soft_gripper.commands import main
 from soft_gripper.commands.options import Program
 from soft_gripper.commands.parser import SOFT_GRIPPER, command_parser, parsed
 
-# The command line in a process of its own, which hears Ctrl-C even where the tests run in the background and do not.
+# The command line in a process of its own, which hears Ctrl-C and the end of a terminal even where the tests do not: in
+# the background of a shell, and under nohup.
 LISTENING = [
     sys.executable,
     "-c",
     "import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler);"
+    "signal.signal(signal.SIGHUP, signal.SIG_DFL);"
     "from soft_gripper.commands import main; sys.exit(main())",
 ]
 SHORT = ("pressure.steps.all=[0, 60e3]", "pressure.settle=0.2", "pressure.hold_samples=5")
