@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from loaded_fingers import Push, in_balance, torque_of, vector
 
-from soft_gripper.estimators.contact import ContactShape, SurfaceContact, Unexplained
+from soft_gripper.estimators.contact import ContactShape, SurfaceContact, Unexplained, _forces, _within
 from soft_gripper.estimators.gaussian import GaussianShape
 from soft_gripper.estimators.mechanics import Mechanics
 from soft_gripper.estimators.uncertainty import EXACT, Uncertainty
@@ -267,3 +267,23 @@ def test_a_contact_on_two_links_turns_the_joint_between_them(shipped_finger, sha
     contact = SurfaceContact(mechanics)
     found = contact.best(contact.explain(left))[1]
     np.testing.assert_allclose(found - torque, 0, atol=0.2e-3)
+
+
+def test_deviations_of_a_force_are_those_of_its_size_and_friction_together():
+    """By the joint information of the size and of the size times friction, which trade against each other."""
+    rng = np.random.default_rng(11)
+    c, s, force = rng.normal(size=3), rng.normal(size=3), 0.7
+    directions, r = rng.normal(size=(2, 3)), 0.7 * c + 0.1 * rng.normal(size=3)
+    joint = np.linalg.inv(np.stack([c, s]) @ np.stack([c, s]).T + np.diag([0.0, force**-2]))
+    covariance = np.eye(3) + force**2 * np.outer(s, s)
+    std = (c @ np.linalg.solve(covariance, c)) ** -0.5
+    z, of_z, turn = _within(r, np.array([force]), c[None], s[None, None])
+    rows = _forces(directions[None], np.array([force]), np.array([std]), z, of_z, turn)[0]
+    size, share = rows[0] @ np.linalg.pinv(directions)
+    assert size == pytest.approx(force)
+    assert share == pytest.approx(force * float(z[0, 0]))
+    # The deviation of the size times friction is that at a fixed size, and what it changes with it.
+    by_size = np.array([1.0, z[0, 0] + force * turn[0, 0]])
+    linear = np.array([1.0, force * turn[0, 0]])
+    expected = joint + std**2 * (np.outer(by_size, by_size) - np.outer(linear, linear))
+    np.testing.assert_allclose(rows[1:].T @ rows[1:], directions.T @ expected @ directions, rtol=1e-9)
