@@ -1,9 +1,11 @@
 """Ctrl-C and its like, held back while something must not be left half done."""
 
 import signal
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import Any
 
 ENDS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)  # the last as a terminal is closed
 _REPEAT_TIME = 0.5  # s within which several signals are one: `timeout` and terminals send them twice
@@ -38,11 +40,35 @@ def held_back() -> Iterator[Callable[[], bool]]:
             signal.raise_signal(number)
         came.append(time.monotonic())
 
+    with _handled_by(note):
+        yield lambda: bool(came)
+
+
+@contextmanager
+def delayed() -> Iterator[None]:
+    """Delays Ctrl-C, SIGTERM and SIGHUP until the block ends, so that what belongs together is done or not begun.
+
+    Unlike `waiting` it serves a process with threads, any of which may be the one that receives a signal. Outside the
+    main thread, where Python handles no signal, it does nothing.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    numbers: list[int] = []
+    with _handled_by(lambda number, _: numbers.append(number)):
+        yield
+    if numbers:
+        signal.raise_signal(numbers[0])
+
+
+@contextmanager
+def _handled_by(handle: Callable[[int, Any], Any]) -> Iterator[None]:
+    """Handles those of the signals that have a handler of Python."""
     handlers = {number: handler for number in ENDS if callable(handler := signal.getsignal(number))}
     for number in handlers:
-        signal.signal(number, note)
+        signal.signal(number, handle)
     try:
-        yield lambda: bool(came)
+        yield
     finally:
         for number, handler in handlers.items():
             signal.signal(number, handler)

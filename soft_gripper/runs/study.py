@@ -19,6 +19,7 @@ from soft_gripper.errors import InputError, SimulationDivergedError, WorkerDiedE
 from soft_gripper.files.output import atomic_file
 from soft_gripper.files.row_table import write_rows
 from soft_gripper.files.text import MAX_BYTES, read_text
+from soft_gripper.interrupts import delayed
 from soft_gripper.runs.executor import MainScriptError
 
 _LOGGER = logging.getLogger(__name__)
@@ -55,13 +56,14 @@ def run_study(
         key, error = key_of.pop(future), future.exception()
         if isinstance(error, MainScriptError):
             raise error
-        if error is None:
-            keep(key, future.result())
-        elif failed is not None:
-            keep(key, failed(key, describe(error)))
-        else:
-            errors.append(error)
-        ended(key)
+        with delayed():  # what is kept is also counted
+            if error is None:
+                keep(key, future.result())
+            elif failed is not None:
+                keep(key, failed(key, describe(error)))
+            else:
+                errors.append(error)
+            ended(key)
     if errors:
         raise errors[0]
 

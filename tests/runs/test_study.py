@@ -1,6 +1,7 @@
 """A study: its jobs, those that fail, and tables that are whole whenever they are looked at."""
 
 import resource
+import signal
 import subprocess
 import sys
 from itertools import product
@@ -53,6 +54,19 @@ def study(numbers, ended, failed=None):
 def test_results_are_kept_by_their_keys(ended):
     assert study([1, 2], ended) == {"job 1": 1.0, "job 2": 0.5}
     assert sorted(ended) == ["job 1", "job 2"]
+
+
+def test_what_is_kept_when_ctrl_c_comes_is_counted_too(ended):
+    kept = {}
+
+    def keep(key, result):
+        signal.raise_signal(signal.SIGINT)
+        kept[key] = result
+
+    with pytest.raises(KeyboardInterrupt):
+        run_study(HereExecutor(), invert, {"one": (1,), "two": (2,)}, keep, ended=ended.append)
+    assert len(kept) == 1
+    assert ended == list(kept)
 
 
 def test_a_failure_is_raised_when_the_others_have_ended_unless_something_stands_in(ended):
