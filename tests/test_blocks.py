@@ -35,7 +35,7 @@ STATIONS = (
     ("box_grasp", ["models.0.file={creeping}", "sensor.one_sided=true"]),
     ("pick_and_place_box", []),
 )
-SIZES = {"pressure": 5e4, "driving_torque": 0.05, "standard_normal": 1.0, "sampled_state": 0.1}
+SIZES = {"pressure": 5e4, "strain": 0.02, "driving_torque": 0.05, "standard_normal": 1.0, "sampled_state": 0.1}
 # What the name of an output says of its unit, the first that is found in it.
 UNITS = {
     r"force|contact_total": "N",

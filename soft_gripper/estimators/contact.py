@@ -78,7 +78,7 @@ from soft_gripper.estimators.force_posterior import (
 )
 from soft_gripper.estimators.free_motion import AT_REST, STILL, FreeMotion, Lag, may_exceed
 from soft_gripper.estimators.gaussian import GaussianShape, gain_of
-from soft_gripper.estimators.mechanics import BentFinger, Mechanics, outer
+from soft_gripper.estimators.mechanics import BentFinger, Mechanics
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.estimators.zeroing import Zeroing
 from soft_gripper.fingers.spatial_chain import Posture, vector_product
@@ -530,16 +530,17 @@ class ContactShape:
     ) -> tuple[Unexplained, Array]:
         """Linearized about joint positions `q`, and the joints without a load, q_0, (..., D).
 
-        The stiffness may be as wrong as the bend per driving torque: then a share of what is read is.
+        The stiffness may be as wrong as the bend per driving torque, and then a share of every bend is.
         """
         mechanics, away = self._gaussian.mechanics, self._gaussian.away(readings, driving, gravity)
         values, variance = self._gaussian.read(readings, std, away)
         at, (predicted, A) = mechanics.posture(q), self.layout.values_at(q)
         free = mechanics.unloaded(q, driving + mechanics.weight(at, gravity))
         residual = values - predicted - (A @ (free - q)[..., None])[..., 0]
-        stiffness = self.uncertainty.bend_per_pressure * values
+        of_stiffness = A @ np.swapaxes(mechanics.bend_changes * q[..., None, :], -1, -2)
         of_model = A @ mechanics.of_model(q, driving, away) @ np.swapaxes(A, -1, -2)
-        at_rest = of_model + outer(stiffness) + variance[..., None] * np.eye(A.shape[-2])
+        at_rest = of_model + of_stiffness @ np.swapaxes(of_stiffness, -1, -2)
+        at_rest = at_rest + variance[..., None] * np.eye(A.shape[-2])
         read, of_motion = (variance < UNKNOWN / 2).sum(axis=-1, dtype=float), lag.seen_by(A)
         moving = may_exceed(of_motion, at_rest, _most_of_noise(read))
         return Unexplained(q, at, A, read, residual, at_rest + of_motion, moving), free

@@ -3,10 +3,11 @@
 At every joint the elastic torque balances driving torque, weight and load,  k q = u + w + tau , so that the joints are
 Gaussian about those of the free finger, with the covariance
 
-    P = C T C + r^2 C u (C u)^T + d^2 C g (C g)^T + a^2 I ,   C = diag(1 / k) ,
+    P = C T C + sum of r_n^2 (C p_n u) (C p_n u)^T + d^2 C g (C g)^T + a^2 I ,   C = diag(1 / k) ,
 
-with T the covariance of the torques of a load, r the uncertainty of the bend that the driving torque leads to, as a
-share, d that of the pressure, whose gain is g, and a that of everything else.
+with T the covariance of the torques of a load, r_n the standard deviations of the bend that the driving torque leads
+to, as shares, p_n the Legendre polynomials of degree 0 to 2 along the finger, d the standard deviation of the pressure,
+whose gain is g, and a that of everything else.
 
 What is known of a load: its forces are white noise along the finger, and one more, independent, presses on the tip;
 they act in all directions on the bent chain, so that one force on a bent finger turns it sideways and twists it, and
@@ -51,6 +52,7 @@ from soft_gripper.sensors.calibrated_states import CalibratedStates, StateDistan
 from soft_gripper.sensors.measurement import MeasurementModel
 
 _MODES = 5  # of a load in each direction
+_DEGREE = 2  # of the polynomials by which the bend per pressure may vary along the finger
 TIP_SHARE = 0.3  # fraction of the variance at the base that is due to a force on the tip
 _NEGLIGIBLE = 1e-9  # share of a variance
 _GAUSS = np.array([-1.0, 1.0]) / np.sqrt(12)  # places on a link of length 1, from its middle
@@ -263,11 +265,12 @@ class Mechanics:
     def of_model(self, q: Array, driving: Array, away: "Away | None" = None) -> Array:
         """The part of P that is due to deviations of finger and pressure from the nominal model, (..., D, D)."""
         compliance = self.compliance(q)
-        of_driving = compliance * (self.uncertainty.bend_per_pressure * driving)
-        found = outer(of_driving) + (self._else_if_linear if self._is_linear else self._else(compliance))
+        of_driving = (compliance * driving)[..., None, :] * self.bend_changes
+        covariance = np.swapaxes(of_driving, -1, -2) @ of_driving
+        covariance = covariance + (self._else_if_linear if self._is_linear else self._else(compliance))
         if away is not None:
-            found = found + outer(compliance * (away.pressure[..., None] * self.pressure_gain))
-        return found
+            covariance = covariance + outer(compliance * (away.pressure[..., None] * self.pressure_gain))
+        return covariance
 
     def away(self, readings: Array, driving: Array, gravity: Array) -> "Away | None":
         """How much less is known away from the states in which the finger was calibrated; None: it was not."""
@@ -316,6 +319,18 @@ class Mechanics:
         finger, elastic = self.layout.finger, self.stiffness * q
         elastic[..., : finger.segments] = finger.elastic_torque(q[..., : finger.segments])
         return np.asarray(q + self.compliance(q) * (torque - elastic))
+
+    @cached_property
+    def bend_polynomials(self) -> Array:
+        """Legendre polynomials of degree 0 to 2 along the finger, from -1 at the base to 1 at the tip, (3, D)."""
+        finger = self.layout.finger
+        along = np.polynomial.legendre.legvander(2 * finger.joint_arc_lengths / finger.length - 1, _DEGREE).T
+        return np.tile(along, len(self.layout.ways))
+
+    @cached_property
+    def bend_changes(self) -> Array:
+        """Standard deviations of the bend at the joints, as fractions, (3, D)."""
+        return self.uncertainty.bend_stds[:, None] * self.bend_polynomials
 
     @property
     def usual_force(self) -> float:

@@ -18,6 +18,7 @@ from soft_gripper.quantity import quantity
 from soft_gripper.sensors.pressure_errors import PressureErrors
 from soft_gripper.sensors.strain_errors import MINUTE, StrainErrors
 
+_VARIATION, _QUADRATIC = 0.6, 0.6  # standard deviations of degree 1 over degree 0, and of degree 2 over degree 1
 EXACT = 0.005  # bend per pressure, as a share: that of a nominal model which is exact, but for the discretization
 
 
@@ -34,6 +35,9 @@ class Uncertainty:
     # Fraction of the bend due to pressure and to the memory of creep: that of a stiffness and a drive that are known to
     # some 10 %, as those of a finger that was built and not calibrated. 0.005 declares an exact model.
     bend_per_pressure: float = quantity(0.08, least=0)
+    # Fraction by which that changes from the middle to the tip, as where a wall is thicker toward one end; None: 0.6 of
+    # `bend_per_pressure`, without the 0.005 of an exact model. Both ends may differ from the middle by as much.
+    bend_variation: float | None = quantity(None, least=0)
     pressure: float = quantity(0.0, "Pa", least=0)  # of the pressure measurement
     gain: float = quantity(0.0, least=0)  # fraction of the strain, per sensor; estimated by `recursive`
     offset: float = quantity(0.0, least=0)  # of the extension ratio, per sensor; estimated by `recursive`
@@ -51,6 +55,14 @@ class Uncertainty:
 
     def __post_init__(self) -> None:
         check_config("uncertainty", self)
+
+    @property
+    def bend_stds(self) -> Array:
+        """Standard deviations of the bend per pressure, (3,), by the degree of its Legendre polynomial along it."""
+        common, variation = self.bend_per_pressure, self.bend_variation
+        if variation is None:
+            variation = _VARIATION * math.sqrt(max(common**2 - EXACT**2, 0.0))
+        return np.array([common, variation, _QUADRATIC * variation])
 
     def any_reading(self, age: Array | float = 0.0) -> Array | float:
         """Standard deviation of an extension ratio, (...), for estimators without lasting errors.

@@ -17,6 +17,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from soft_gripper.arrays import Array
 from soft_gripper.estimators.force_posterior import DETECTED
 from soft_gripper.files.output import lock_folder
 from soft_gripper.files.row_table import print_table
@@ -44,7 +45,7 @@ FEWEST = 20  # contacts of which a share is stated
 CONTACTS, RUNS, CARRIES = 500, 6, 1  # of a situation, by statics, with a peg and with an arm
 _TENTHS, _THIRDS = range(1, 10), (("near", 0.1, 0.4), ("middle", 0.4, 0.7), ("far", 0.7, 1.01))
 KEYS = "situation", "sections", "sensors", "model"
-_STATED = "interval", "bound", "bound_beyond", "bound_several", "place"
+_STATED = "interval", "transverse", "bound", "bound_beyond", "bound_several", "place"
 SHARES = (
     *("contacts", "detected_percent", "withheld_percent", "unbounded_percent", "unbounded_beyond_percent"),
     *(f"{stated}_{which}" for stated in _STATED for which in ("percent", "least_percent", "by_tenth")),
@@ -54,7 +55,12 @@ ERRORS = (
     *(f"{error}_{name}_{third[0]}" for error in _MEASURED for third in _THIRDS for name in _STATISTICS),
     "degrees_median",
 )
-COLUMNS = (*KEYS, *SHARES, *ERRORS)
+_BANDS = "interval", "transverse"
+WIDTHS = (
+    *(f"{band}_{kind}_{third[0]}" for band in _BANDS for third in _THIRDS for kind in ("width", "score")),
+    "transverse_rms_z",
+)
+COLUMNS = (*KEYS, *SHARES, *ERRORS, *WIDTHS)
 Row = dict[str, str]
 Job = tuple[str, Case]
 
@@ -69,15 +75,16 @@ def coverage_row(situation: str, case: Case, stated: Stated) -> Row:
 
     The interval counts where it is stated; bounds where they are below the largest force; the place where it is known.
     A share of each tenth of the length with FEWEST of these or more, and the least of them, are of contacts from 0.1 of
-    the length on.
+    the length on. Widths and scores of the intervals are medians over the force, see `interval_score`, of contacts that
+    are detected.
     """
     assumed, force = case.assumed, stated.force[:, None]
-    low, _, high = stated.interval.T
     bounded = stated.bounds < 0.999 * assumed.largest_force
     far = stated.place > assumed.nearest_contact
     least, most = stated.places.T
     true = {
-        "interval": ((low <= stated.force) & (stated.force <= high), np.isfinite(low)),
+        "interval": _encloses(stated.interval, stated.force),
+        "transverse": _encloses(stated.transverse_interval, stated.transverse),
         "bound": ((force <= stated.bounds)[:, 0], bounded[:, 0]),
         "bound_beyond": ((force <= stated.bounds)[:, 1], bounded[:, 1] & far),
         "bound_several": ((force <= stated.bounds)[:, 2], bounded[:, 2] & far),
@@ -86,7 +93,7 @@ def coverage_row(situation: str, case: Case, stated: Stated) -> Row:
     row = dict(zip(KEYS, key_of(situation, case), strict=True)) | {
         "contacts": str(len(force)),
         "detected_percent": _percent(stated.probability > DETECTED),
-        "withheld_percent": _percent(~np.isfinite(low)),
+        "withheld_percent": _percent(~np.isfinite(stated.interval[:, 0])),
         "unbounded_percent": _percent(~bounded[:, 0]),
         "unbounded_beyond_percent": _percent(~bounded[far, 1]),
     }
@@ -102,8 +109,43 @@ def coverage_row(situation: str, case: Case, stated: Stated) -> Row:
         for third, begin, end in _THIRDS:
             part = values[(begin <= stated.place) & (stated.place < end) & np.isfinite(values)]
             row |= {f"{name}_{each}_{third}": f"{value:.3g}" for each, value in statistics(part).items()}
-    directions = stated.degrees[np.isfinite(stated.degrees)]
-    return row | {"degrees_median": f"{np.median(directions) if len(directions) else np.nan:.2g}"}
+    row["degrees_median"] = f"{_median(stated.degrees[np.isfinite(stated.degrees)]):.2g}"
+    detected = (stated.probability > DETECTED) & np.isfinite(stated.interval[:, 0])
+    for band, interval, true_force in zip(
+        _BANDS, (stated.interval, stated.transverse_interval), (stated.force, stated.transverse), strict=True
+    ):
+        bands = {"width": interval[:, -1] - interval[:, 0], "score": interval_score(interval, true_force)}
+        for (third, begin, end), (kind, value) in product(_THIRDS, bands.items()):
+            part = (value / true_force)[detected & (begin <= stated.place) & (stated.place < end)]
+            row[f"{band}_{kind}_{third}"] = f"{_median(part):.3g}"
+    return row | {"transverse_rms_z": f"{rms_z(stated):.3g}"}
+
+
+def interval_score(interval: Array, true: Array) -> Array:
+    """Width of intervals of 95 %, (M, 3), plus 40 times the distance to a true value outside of them, (M).
+
+    The mean is least for the quantiles of what is known: Gneiting and Raftery (2007, doi 10.1198/016214506000001437).
+    """
+    low, high = interval[:, 0], interval[:, -1]
+    outside = np.maximum(low - true, 0) + np.maximum(true - high, 0)
+    return np.asarray(high - low + 2 / 0.05 * outside)
+
+
+def rms_z(stated: Stated) -> float:
+    """Error of the transverse force over its standard deviation, root mean square of the detected contacts."""
+    z = (stated.estimated_transverse - stated.transverse) / stated.transverse_std
+    z = z[(stated.probability > DETECTED) & np.isfinite(z)]
+    return float(np.sqrt((z**2).mean())) if len(z) else np.nan
+
+
+def _encloses(interval: Array, true: Array) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Whether intervals, (M, 3), hold true values, (M), and which intervals are stated."""
+    low, high = interval[:, 0], interval[:, -1]
+    return (low <= true) & (true <= high), np.isfinite(low)
+
+
+def _median(values: Array) -> float:
+    return float(np.median(values)) if len(values) else np.nan
 
 
 def _share(holds: NDArray[np.bool_], known: NDArray[np.bool_]) -> float:

@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
 
 import numpy as np
@@ -13,8 +13,10 @@ from soft_gripper.arrays import Array
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.spatial_chain import posture, spatial_chain, vector_product
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.scenario.model_files import model_path
+from soft_gripper.sensors.measurement import ways_in_space
 
 FINGER = "package://soft_gripper/grippers/finger.urdf"
 G = 9.81  # m/s^2
@@ -52,6 +54,21 @@ class Contacts:
     def is_inside(self) -> NDArray[np.bool_]:
         """Which of the contacts press on the inner side, (M,)."""
         return np.cos(self.side) > 0
+
+    @cached_property
+    def transverse_force(self) -> Array:
+        """Size of the part of the force at right angles to the line from the base to the contact on the axis, (M,) N.
+
+        By its moment about the base, over the distance of that place.
+        """
+        finger, chain = self.finger, spatial_chain(self.finger)
+        q = self.q[:, chain.places(ways_in_space(finger))]
+        link = np.searchsorted(finger.joint_arc_lengths, self.arc_length)
+        frames = posture(chain, q).frames[np.arange(len(link)), chain.beyond(link)]
+        height = self.arc_length - finger.link_ends[:-1][link]
+        point = frames[:, :3, 3] + height[:, None] * frames[:, :3, 2]
+        moment = vector_product(point, self.force)
+        return np.asarray(np.linalg.norm(moment, axis=-1) / np.linalg.norm(point, axis=-1))
 
 
 _ARRAYS: dict[str, tuple[str, float, float, str]] = {  # unit, range and last axis

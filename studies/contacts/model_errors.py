@@ -20,6 +20,7 @@ from soft_gripper.files.output import lock_folder
 from soft_gripper.files.row_table import print_rows, write_csv
 from soft_gripper.runs.executor import open_executor
 from soft_gripper.runs.study import results
+from studies.contacts.contact_coverage import rms_z
 from studies.contacts.situations import DIFFERENCES, NOMINAL, Case, drawn
 
 TABLE = "model_errors.csv"
@@ -36,6 +37,8 @@ class ModelErrorRow:
     sensors: str
     contacts: int
     interval_percent: Annotated[float, ".1f"]
+    transverse_percent: Annotated[float, ".1f"]  # of the intervals of the transverse force
+    transverse_rms_z: Annotated[float, ".2f"]
     place_percent: Annotated[float, ".1f"]
     detected_percent: Annotated[float, ".1f"]  # of the contacts
     touched_percent: Annotated[float, ".1f"]  # of as many free fingers, in which a contact is detected
@@ -50,10 +53,12 @@ def model_error_row(difference: str, case: Case, number: int, seed: int) -> Mode
     (low, _, high), (least, most) = stated.interval.T, stated.places.T
     covered = ((low <= stated.force) & (stated.force <= high))[np.isfinite(low)]
     placed = ((least <= stated.place) & (stated.place <= most))[np.isfinite(least)]
-    masks = covered, placed, stated.probability > DETECTED, free.probability > DETECTED
-    interval, place, detected, touched = (100 * float(mask.mean()) if len(mask) else np.nan for mask in masks)
-    count = len(stated.force)
-    return ModelErrorRow(difference, case.sections, case.sensors, count, interval, place, detected, touched, seed)
+    low, _, high = stated.transverse_interval.T
+    across = ((low <= stated.transverse) & (stated.transverse <= high))[np.isfinite(low)]
+    masks = covered, across, placed, stated.probability > DETECTED, free.probability > DETECTED
+    interval, transverse, place, detected, touched = (100 * float(m.mean()) if len(m) else np.nan for m in masks)
+    of_case = difference, case.sections, case.sensors, len(stated.force)
+    return ModelErrorRow(*of_case, interval, transverse, rms_z(stated), place, detected, touched, seed)
 
 
 def run_model_errors(

@@ -95,6 +95,10 @@ class Stated(NamedTuple):
     interval: Array  # (M, 3) N
     bounds: Array  # (M, 3) N
     places: Array  # (M, 2) shares of the length
+    transverse: Array  # (M) N, the true transverse force; of several, taken to press where their centre is
+    estimated_transverse: Array  # (M) N
+    transverse_std: Array  # (M) N
+    transverse_interval: Array  # (M, 3) N
 
     def at(self, rows: NDArray[np.bool_]) -> "Stated":
         """Some of them."""
@@ -230,6 +234,8 @@ def _stated_of(
     estimator = ContactShape(layout, assumed)
     given = readings, driving_torque(layout.finger, layout.ways, measured * contacts.pressure), contacts.gravity
     contact = estimator(*given).contact
+    assert contact is not None
+    across = contacts.transverse_force, contact.transverse_force, contact.transverse_force_std
     found = FoundContact.of(contact, contacts, layout.ways != ("bending",))
     return _stated(
         contacts.normal_force,
@@ -238,14 +244,22 @@ def _stated_of(
         found.arc_length,
         estimator.posterior(*given),
         found.degrees,
+        across,
     )
 
 
 def _stated(
-    force: Array, place: Array, estimated: Array, estimated_place: Array, known: ContactPosterior, degrees: Array
+    force: Array,
+    place: Array,
+    estimated: Array,
+    estimated_place: Array,
+    known: ContactPosterior,
+    degrees: Array,
+    transverse: tuple[Array | None, ...],
 ) -> Stated:
-    """From places in m; forces are absolute."""
+    """From places in m, and true, estimated and standard deviation of the transverse force; forces are absolute."""
     length = read_finger().length
+    true, found, std = (np.asarray(values) for values in transverse)
     return Stated(
         force=force,
         place=place / length,
@@ -256,6 +270,10 @@ def _stated(
         interval=known.force_interval,
         bounds=known.force_bounds,
         places=known.arc_length_set / length,
+        transverse=true,
+        estimated_transverse=found,
+        transverse_std=std,
+        transverse_interval=known.transverse_force_interval,
     )
 
 
@@ -331,4 +349,5 @@ def _recorded(recording: Recording, finger: str, rows: NDArray[np.int_]) -> Stat
     known = ContactPosterior(**fields)
     force = np.abs(of("true_contact_force"))
     found = of("contact_force"), of("contact_arc_length"), known, np.full(len(force), np.nan)
-    return _stated(force, of("true_contact_arc_length"), *found).at(force > _LEAST_FORCE)
+    transverse = of("true_transverse_force"), of("transverse_force"), of("transverse_force_std")
+    return _stated(force, of("true_contact_arc_length"), *found, transverse).at(force > _LEAST_FORCE)

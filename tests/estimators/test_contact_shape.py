@@ -84,8 +84,8 @@ def test_what_a_sensor_is_believed_to_err_is_not_taken_for_a_force(shipped_finge
     ratios = extension_ratios(layout, in_balance(shipped_finger, 80e3, 0j))
     ratios[-1] = 1 + wrong.get("gain", 1.0) * (ratios[-1] - 1) + wrong.get("offset", 0.0)
     given = layout.response.reading(ratios), shipped_finger.pressure_torque(80e3), np.zeros(3)
-    assert ContactShape(layout)(*given).contact.force != 0
-    assert ContactShape(layout, Uncertainty(**assumed))(*given).contact.force == 0
+    assert ContactShape(layout, Uncertainty(bend_per_pressure=EXACT))(*given).contact.force != 0
+    assert ContactShape(layout, Uncertainty(bend_per_pressure=EXACT, **assumed))(*given).contact.force == 0
 
 
 def test_noise_is_rarely_taken_for_a_force(shipped_finger):
@@ -240,7 +240,7 @@ def test_noise_hides_no_force_on_the_edge_of_the_tip(shipped_finger, along, fric
     layout, tip = SensorLayout(shipped_finger, **FOUR), shipped_finger.length
     q = in_balance(shipped_finger, 40e3, 9.81, [Push(tip, 1.0, along, face(shipped_finger, tip, 1))])
     read = readings(layout, np.tile(q, (200, 1)), 1e-3, np.random.default_rng(1))
-    shape = ContactShape(layout, Uncertainty(reading=1e-3, friction=friction))
+    shape = ContactShape(layout, Uncertainty(reading=1e-3, friction=friction, bend_per_pressure=EXACT))
     given = read, shipped_finger.pressure_torque(np.full(200, 40e3)), vector(9.81)
     contact = shape(*given).contact
     assert np.mean(np.abs(contact.force - 1) < 2 * contact.force_std) > 0.88

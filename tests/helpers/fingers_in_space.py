@@ -37,8 +37,8 @@ def bent_chain(finger, q):
 
 
 def driven(finger, pressure, drive=1.0):
-    """Torque of a pressure, times a share, (..., D)."""
-    torque = np.asarray(drive)[..., None] * finger.pressure_torque(np.asarray(pressure, dtype=float))
+    """Torque of a pressure, times shares, (..., N) or one for all, (..., D)."""
+    torque = drive * finger.pressure_torque(np.asarray(pressure, dtype=float))
     return np.concatenate([torque, np.zeros((*torque.shape[:-1], finger.segments * (len(finger.yields) - 1)))], axis=-1)
 
 
@@ -55,7 +55,7 @@ def pushed(finger, pressure, forces=(0, 0, 0), gravity=DOWN, drive=1.0):
 
 def balanced(finger, pressure, loads, drive=1.0):
     chain = spatial_chain(finger)
-    torque = np.asarray(drive)[..., None] * finger.pressure_torque(np.asarray(pressure, dtype=float))
+    torque = drive * finger.pressure_torque(np.asarray(pressure, dtype=float))
     stiffness = chain.spread({way: finger.stiffnesses[way] for way in finger.yields})
     return by_way(finger, resting_positions(chain, stiffness, chain.spread({"bending": torque}), loads))
 
@@ -97,3 +97,15 @@ def torque_covariance(finger, load_pressure):
     less, more = np.minimum.outer(u, u), np.maximum.outer(u, u)
     covariance = TIP_SHARE * np.outer(u, u) + (1 - TIP_SHARE) * less**2 * (3 * more - less) / 2
     return (load_pressure * finger.pressure_gain.max()) ** 2 * covariance
+
+
+def polynomials(finger):
+    """Along the finger, from -1 at the base to 1 at the tip: 1, x and (3 x^2 - 1) / 2, (3, N)."""
+    x = 2 * finger.joint_arc_lengths / finger.length - 1
+    return np.stack([x**0, x, 1.5 * x**2 - 0.5])
+
+
+def bend_stds(assumed):
+    """Default standard deviations of the bend per pressure, as fractions, one for each of these polynomials."""
+    linear = 0.6 * np.sqrt(max(assumed.bend_per_pressure**2 - 0.005**2, 0))
+    return np.array([assumed.bend_per_pressure, linear, 0.6 * linear])

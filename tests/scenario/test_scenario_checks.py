@@ -45,7 +45,8 @@ RANGES = {
         StrainErrorsConfig.low_frequency_noise StrainErrorsConfig.noise StrainErrorsConfig.delay
         PressureErrors.gain_error PressureErrors.offset PressureErrors.noise PressureErrors.delay
         UncertaintyConfig.angle UncertaintyConfig.bend_per_pressure UncertaintyConfig.pressure UncertaintyConfig.gain
-        UncertaintyConfig.offset UncertaintyConfig.drift UncertaintyConfig.creep UncertaintyConfig.free_pressure
+        UncertaintyConfig.bend_variation UncertaintyConfig.offset UncertaintyConfig.drift UncertaintyConfig.creep
+        UncertaintyConfig.free_pressure
         plant_config.time_step simulator_config.target_realtime_rate visualization.mouse_interaction_stiffness""",
     "at least 1": "ModelConfig.segments PressureConfig.hold_samples SensorConfig.sections",
     "above 0 and at most 1": "PhaseConfig.speed",

@@ -25,7 +25,20 @@ def stated(count, **changes):
     one, ends = np.ones(count), np.array([0.9, 1.0, 1.1])
     known = {"interval": ends * one[:, None], "bounds": np.array([1.1, 1.1, 1.2]) * one[:, None]}
     places = np.array([0.3, 0.4]) * one[:, None]
-    return Stated(one, 0.35 * one, one, 0.35 * one, np.nan * one, one, **known, places=places)._replace(**changes)
+    across = {"transverse": one, "estimated_transverse": one, "transverse_std": 0.1 * one}
+    found = Stated(
+        one,
+        0.35 * one,
+        one,
+        0.35 * one,
+        np.nan * one,
+        one,
+        **known,
+        places=places,
+        **across,
+        transverse_interval=ends * one[:, None],
+    )
+    return found._replace(**changes)
 
 
 def test_a_row_has_the_share_of_what_is_stated_that_is_true():
@@ -38,6 +51,20 @@ def test_a_row_has_the_share_of_what_is_stated_that_is_true():
     assert row["force_n_mean_middle"] == "nan"
     assert row["force_n_mean_near"] == row["force_n_90_near"] == "0.2"
     assert tuple(row) == COLUMNS
+
+
+def test_widths_scores_and_errors_of_the_transverse_force_are_relative():
+    """Of contacts that are detected; an interval that misses by 0.15 N scores 40 times that."""
+    true = np.where(np.arange(40) < 30, 1.25, 1.0)
+    changes = {"transverse": true, "estimated_transverse": true + 0.1, "transverse_std": np.full(40, 0.05)}
+    row = coverage_row("at rest", IDEAL, stated(40, **changes))
+    assert row["interval_width_near"] == row["interval_score_near"] == "0.2"
+    assert (row["transverse_percent"], row["transverse_width_near"]) == ("25.0", "0.16")
+    assert float(row["transverse_score_near"]) == pytest.approx((0.2 + 40 * 0.15) / 1.25)
+    assert row["transverse_rms_z"] == "2"
+    assert row["transverse_width_far"] == "nan"
+    unseen = coverage_row("at rest", IDEAL, stated(40, probability=np.full(40, 0.5)))
+    assert unseen["transverse_width_near"] == unseen["transverse_rms_z"] == "nan"
 
 
 def test_what_is_withheld_or_unbounded_is_counted_by_itself():
@@ -64,7 +91,7 @@ def test_forces_of_an_exact_model_are_found(situation):
 def test_a_wrong_model_errs_more():
     exact, wrong = (drawn(STATICS["at rest"], IDEAL._replace(model=model), 60, 4) for model in MODELS[:2])
     np.testing.assert_array_equal(np.sort(exact.force), np.sort(wrong.force))
-    errors = [np.median(np.abs(each.estimated_place - each.place)[each.place > 0.5]) for each in (exact, wrong)]
+    errors = [np.nanmedian(np.abs(each.estimated_place - each.place)[each.place > 0.5]) for each in (exact, wrong)]
     assert errors[1] > 1.2 * errors[0]
 
 

@@ -11,7 +11,7 @@ from soft_gripper.scenario.sensor_presets import sensor_layout
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 from studies.contacts.statics import contacts_in_space, finger_in_space
 
-ASSUMED = Uncertainty(reading=1.5e-3)
+ASSUMED = Uncertainty(reading=1.5e-3, bend_variation=0.0)
 
 
 def dense(found, usual, largest):

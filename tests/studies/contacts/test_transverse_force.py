@@ -5,7 +5,6 @@ import pytest
 
 from soft_gripper.estimators.contact import ContactShape
 from soft_gripper.estimators.force_posterior import DETECTED
-from soft_gripper.fingers.spatial_chain import posture, spatial_chain
 from soft_gripper.sensors.sensor_layout import SensorLayout
 from studies.contacts.contacts import read_finger
 from studies.contacts.found_contact import driving_torque
@@ -21,16 +20,6 @@ def contacts():
     return rubbing_contacts(200, FRICTION, np.random.default_rng(31).uniform(size=200), 31, (0.3, 1.0))
 
 
-@pytest.fixture(scope="module")
-def transverse(contacts):
-    """By the moment of the force about the base, over the distance of the place on the axis."""
-    finger, s = contacts.finger, contacts.arc_length
-    link = np.searchsorted(finger.joint_arc_lengths, s)
-    frames = posture(spatial_chain(finger), contacts.q).frames[np.arange(len(s)), link]
-    point = frames[:, :3, 3] + (s - finger.link_ends[:-1][link])[:, None] * frames[:, :3, 2]
-    return np.linalg.norm(np.cross(point, contacts.force), axis=-1) / np.linalg.norm(point, axis=-1)
-
-
 @pytest.mark.parametrize(
     ("sections", "borders", "realistic", "model", "median", "tenth"),
     [
@@ -40,11 +29,9 @@ def transverse(contacts):
         (4, None, True, NOMINAL, 0.06, 0.2),
     ],
 )
-def test_its_errors_are_small_and_its_interval_is_true(
-    contacts, transverse, sections, borders, realistic, model, median, tenth
-):
+def test_its_errors_are_small_and_its_interval_is_true(contacts, sections, borders, realistic, model, median, tenth):
     """Median and 90th percentile of its relative error; the normal force errs more, and its interval is wider."""
-    case = Case(sections, realistic, model)
+    case, transverse = Case(sections, realistic, model), contacts.transverse_force
     layout = SensorLayout(read_finger(), sections, borders=borders)
     shape, readings = ContactShape(layout, case.assumed), _read(layout, contacts.q, case, np.random.default_rng(1))
     given = readings, driving_torque(layout.finger, layout.ways, contacts.pressure), contacts.gravity

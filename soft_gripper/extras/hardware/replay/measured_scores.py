@@ -289,10 +289,10 @@ def _torque_std(signals: Recording, name: str, joint: NDArray[np.int_], mechanic
     if f"{name}.joint_angle_covariance" not in signals.data:
         return np.full(len(joint), np.nan)
     variance = np.diagonal(signals[f"{name}.joint_angle_covariance"].values, axis1=-2, axis2=-1)
-    finger, states, error = mechanics.layout.finger, mechanics.layout.calibrated, mechanics.uncertainty
+    finger, states = mechanics.layout.finger, mechanics.layout.calibrated
     elastic = finger.stiffness**2 * variance
     torque = finger.pressure_torque(signals["sampled_pressure"].values.reshape(len(joint)))
-    driving = (error.bend_per_pressure * torque) ** 2
+    driving = ((mechanics.bend_changes[:, : finger.segments] * torque[:, None]) ** 2).sum(axis=1)
     if states is not None:
         drive, sections = np.split(signals[f"{name}.{DISTANCE}"].values, [1], axis=-1)
         away = mechanics.away_by(states, StateDistances(drive[:, 0], sections, drive[:, 0]))
