@@ -225,20 +225,14 @@ def test_says_of_every_claim_what_it_is_and_fails_if_one_does(
     assert colored.replace("\033[31m", "").replace("\033[0m", "") == text
 
 
-def test_prints_means_over_the_steps(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_prints_means_over_the_steps_and_of_every_estimator(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Of 0, 1 and 5 mm divided by the number of sensors; at the tip twice that and 3 mm more."""
-    out = io.StringIO()
-    summarized([HOLDS], tmp_path, monkeypatch, out)
-    for scenario in SCENARIOS:
-        (line,) = (line for line in out.getvalue().splitlines() if line.startswith(f"{scenario} "))
-        assert line.split()[1:] == ["2.00", "1.00", "0.67", "0.50", "7.00", "5.00", "4.33", "4.00"]
-
-
-def test_prints_means_of_every_estimator(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     out = io.StringIO()
     summarized([HOLDS], tmp_path, monkeypatch, out)
     lines = [line.split() for line in out.getvalue().splitlines()]
     for scenario in SCENARIOS:
+        (means,) = (line[1:] for line in lines if line[:1] == [scenario])
+        assert means == ["2.00", "1.00", "0.67", "0.50", "7.00", "5.00", "4.33", "4.00"]
         begin = next(i for i, line in enumerate(lines) if line[:1] == [f"{scenario}:"])
         assert lines[begin + 2][:2] == ["arcs", "2.000"]
         assert lines[begin + 3] == ["gaussian", "0.200", "0.100", "0.067", "0.050", "3.400", "3.200", "3.133", "3.100"]
