@@ -1,4 +1,4 @@
-"""The box on the paper: its numbers are those of the tables and of the computation, and change with them."""
+"""The box on the paper and why: its numbers are those of the tables, and of chains whose joints lie elsewhere."""
 
 from dataclasses import replace
 from itertools import product
@@ -6,7 +6,8 @@ from itertools import product
 import numpy as np
 import pytest
 
-from soft_gripper.extras.paper.differences import TipErrors, differences
+from soft_gripper.extras.paper.differences import TipErrors, chain_with_joints_at_starts, differences, tip_errors
+from soft_gripper.fingers.statics import free_bending_angles
 from soft_gripper.runs.scores.poses import PoseRow
 
 FREE, CONTACT = "free_bending", ("obstructed_inside", "box_grasp")
@@ -76,3 +77,68 @@ def test_another_computation_changes_the_reason() -> None:
     other = replace(ERRORS, starts=STARTS + 1e-4)
     assert [i for i in range(3) if box(POSES)[i] != box(POSES, other)[i]] == [0]
     assert "give 4.10, 4.85, 4.60 and 3.85 mm" in box(POSES, other)[0]
+
+
+BENDS = np.radians([20.0, 60.0, 120.0])
+PRESSURES = np.array([30e3, 120e3, 240e3])  # Pa
+
+
+@pytest.fixture
+def even_bends(shipped_finger):
+    """Joint angles of even bends, (3, N) rad."""
+    return np.repeat(BENDS[:, None] / shipped_finger.segments, shipped_finger.segments, axis=1)
+
+
+def test_half_of_the_first_angle_is_not_measured(shipped_finger, even_bends):
+    spacing = shipped_finger.sensor_spacing
+    offsets = np.array([0.5, -0.5])[:, None, None] * spacing
+    (inner, outer), _ = chain_with_joints_at_starts(even_bends, shipped_finger.segment_length, offsets)
+    measured = (outer - inner).sum(axis=-1) / spacing
+    np.testing.assert_allclose(measured, BENDS - even_bends[:, 0] / 2, rtol=3e-3)
+
+
+def test_the_tip_is_that_of_the_links(shipped_finger, bent):
+    q, ds = bent(5, 12), shipped_finger.segment_length
+    _, tip = chain_with_joints_at_starts(q, ds, np.zeros((1, 1, 1)))
+    heading, expected = np.zeros(5), np.zeros(5, dtype=complex)
+    for angle in q.T:
+        heading = heading + angle
+        expected = expected + ds * np.exp(1j * heading)
+    np.testing.assert_allclose(tip, expected, atol=1e-15)
+
+
+def test_with_joints_at_the_starts_more_sensors_gain_little(shipped_finger):
+    """The error falls from three quarters of the first angle, times the lever, to no less than half, by 1/2 + 1/4 S.
+
+    Half of the angle is not measured; the rest is that the first section begins too late.
+    """
+    q = free_bending_angles(shipped_finger, PRESSURES)
+    errors = tip_errors(shipped_finger, q)
+    lever = shipped_finger.length * np.sinc(q.sum(axis=-1) / 2 / np.pi)
+    shares = 1 / 2 + 1 / 4 / np.array(errors.sections)[:, None]
+    np.testing.assert_allclose(errors.starts, lever * q[:, 0] * shares, rtol=0.06)
+
+
+def test_with_joints_in_the_middles_they_gain_much(shipped_finger):
+    """Of segments so short that the kinks of the paths do not hide it."""
+    finger = replace(shipped_finger, segments=24)
+    errors = tip_errors(finger, free_bending_angles(finger, PRESSURES))
+    assert (errors.middles[1] < 0.3 * errors.middles[0]).all()
+
+
+def test_noise_does_not_hide_the_gain(shipped_finger, bent):
+    """Of an uneven bend; and without noise the errors are those of the chain alone."""
+    q = np.linspace(0.02, 0.15, 12)[None, :]
+    errors, clean = tip_errors(shipped_finger, q, noise=1e-3), tip_errors(shipped_finger, q, noise=0.0)
+    assert errors.noisy[0] > 3 * errors.noisy[3]
+    np.testing.assert_allclose(clean.noisy, clean.middles, rtol=1e-12)
+
+
+@pytest.mark.parametrize(("sections", "levers"), [(1, [0.5]), (4, [7 / 8, 5 / 8, 3 / 8, 1 / 8])])
+def test_noise_moves_the_tip_of_a_straight_finger_as_levers_have_it(shipped_finger, sections, levers):
+    """Root mean square: noise of two paths of a section is a bend, whose lever is the way to the tip."""
+    length, spacing, noise = shipped_finger.length, shipped_finger.sensor_spacing, 1e-3
+    bend = np.sqrt(2) * noise * length / sections / spacing
+    across = bend * length * np.linalg.norm(levers)
+    found = tip_errors(shipped_finger, np.zeros((30, 12)), (sections,), noise).noisy
+    assert np.sqrt(np.mean(found**2)) == pytest.approx(across, rel=0.05)

@@ -1,4 +1,4 @@
-"""The figures: every number of sensors has its line in every panel, and files are the same for the same rows."""
+"""The figures: the truth is black, each number of sensors has a line, errors are means; equal rows give equal files."""
 
 from dataclasses import replace
 from itertools import product
@@ -9,8 +9,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from soft_gripper.extras.paper.figures import contact_figure, free_bending_figure
+from soft_gripper.extras.paper.figures import contact_figure, contact_force_figure, force_figure, free_bending_figure
+from soft_gripper.extras.paper.forces import ContactForceRow
 from soft_gripper.pictures.style import save_figure
+from soft_gripper.runs.scores.external_torques import ForceRow
 from soft_gripper.runs.scores.poses import PoseRow
 
 UP_AND_DOWN = (0.0, 100.0, 200.0, 100.0, 0.0)  # kPa
@@ -97,3 +99,95 @@ def test_files_are_the_same_for_the_same_rows(figure: Figure, tmp_path: Path) ->
         assert one == two
     assert (tmp_path / "one.png").read_bytes().startswith(b"\x89PNG")
     assert b"<svg" in (tmp_path / "one.svg").read_bytes()
+
+
+SCENARIOS = {"obstructed_inside": (0.0, 60.0, 180.0), "obstructed_outside": (0.0, -30.0, -90.0)}  # kPa
+JOINTS = (0, 1, 2)
+
+
+def true(pressure: float, joint: int) -> float:
+    """External torque, N m; it falls to zero toward the tip."""
+    return -1e-3 * pressure * (2 - joint)
+
+
+def error(sections: int, pressure: float, joint: int, finger: str) -> float:
+    """Of the estimate, N m; joints and fingers differ."""
+    return 1e-5 * abs(pressure) / sections * (1 + 3 * joint) * (-1 if finger == "left" else 2)
+
+
+ROWS = [
+    ForceRow(scenario, finger, "arcs", "as simulated", n, p, joint, true(p, joint) + error(n, p, joint, finger), value)
+    for scenario, steps in SCENARIOS.items()
+    for finger, n, p, joint in product(("left", "right"), (1, 2, 3, 4), steps, JOINTS)
+    for value in (true(p, joint),)
+]
+
+
+def panels() -> tuple[list[Axes], list[Axes]]:
+    axes = force_figure(ROWS, tuple(SCENARIOS)).axes
+    return axes[: len(SCENARIOS)], axes[len(SCENARIOS) :]
+
+
+def lines_by_label(axes: Axes) -> dict[str, Line2D]:
+    return {str(line.get_label()): line for line in axes.lines}
+
+
+def test_lines_along_the_finger_are_the_truth_and_the_estimates() -> None:
+    """Of the first finger at the last step, mN m; only the truth is black."""
+    for axes, (name, steps) in zip(panels()[0], SCENARIOS.items(), strict=True):
+        drawn, last = lines_by_label(axes), steps[-1]
+        assert axes.get_title() == name.replace("_", " ").capitalize()
+        assert [label for label, line in drawn.items() if line.get_color() == "black"] == ["truth"]
+        assert list(drawn["truth"].get_ydata()) == pytest.approx([1e3 * true(last, joint) for joint in JOINTS])
+        for n in (1, 2, 3, 4):
+            expected = [1e3 * (true(last, joint) + error(n, last, joint, "left")) for joint in JOINTS]
+            assert list(drawn[str(n)].get_ydata()) == pytest.approx(expected)
+
+
+def test_every_torque_is_inside_its_panel() -> None:
+    """Also where the errors of a later panel are the largest."""
+    rows = [replace(row, estimated_nm=5 * row.estimated_nm) if "outside" in row.scenario else row for row in ROWS]
+    for axes in force_figure(rows, tuple(SCENARIOS)).axes:
+        for line in axes.lines:
+            low, high = axes.get_ylim()
+            assert low <= min(line.get_ydata()) <= max(line.get_ydata()) <= high
+    assert axes.get_ylim()[0] == 0
+
+
+def test_errors_are_means_over_joints_and_fingers() -> None:
+    for axes, steps in zip(panels()[1], SCENARIOS.values(), strict=True):
+        for n in (1, 2, 3, 4):
+            line = lines_by_label(axes)[str(n)]
+            mean = [1e-2 * abs(p) / n * (1 + 4 + 7) / 3 * (1 + 2) / 2 for p in line.get_xdata()]
+            assert sorted(line.get_xdata()) == sorted(steps)
+            assert list(line.get_ydata()) == pytest.approx(mean)
+
+
+def test_pressure_runs_as_in_the_scenario() -> None:
+    for axes, steps in zip(panels()[1], SCENARIOS.values(), strict=True):
+        left, right = axes.get_xlim()
+        assert abs(left) < abs(0.1 * steps[-1])
+        assert right == pytest.approx(steps[-1], rel=0.1)
+
+
+PRESSING = [
+    ContactForceRow(
+        scenario, finger, "contact", "as simulated", n, p, borders, p / n, p / 100, 9.0, 9.0, 80.0 - n, 80.0
+    )
+    for scenario, steps in SCENARIOS.items()
+    for finger, (n, borders), p in product(("left", "right"), ((2, "60"), (2, "40"), (4, "30 60 90")), steps)
+]
+
+
+def test_force_and_place_are_drawn_beside_the_true_ones() -> None:
+    """A line for every layout, in a look of its own, of the first finger; only the truth is black."""
+    axes = contact_force_figure(PRESSING, tuple(SCENARIOS)).axes
+    for force, place, steps in zip(axes[:2], axes[2:], SCENARIOS.values(), strict=True):
+        for panel, truth in ((force, [p / 100 for p in steps]), (place, [80.0] * 3)):
+            drawn = {label: line for label, line in lines_by_label(panel).items() if not label.startswith("_")}
+            assert list(drawn) == ["2: 60 mm", "2: 40 mm", "4: 30 60 90 mm", "truth"]
+            assert [label for label, line in drawn.items() if line.get_color() == "black"] == ["truth"]
+            assert len({line.get_color() for line in drawn.values()}) == 4
+            assert list(drawn["truth"].get_ydata()) == truth
+        assert list(lines_by_label(force)["4: 30 60 90 mm"].get_ydata()) == [p / 4 for p in steps]
+        assert list(lines_by_label(place)["2: 40 mm"].get_ydata()) == [78.0] * 3

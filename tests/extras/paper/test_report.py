@@ -1,18 +1,28 @@
-"""The report: what it says of each claim is what the claim says, in red where it fails; its table holds means."""
+"""The report: its claims, in red where they fail, tables and figures are those of the rows of the evaluation."""
 
 import base64
 import re
 from dataclasses import replace
 from html import escape
+from itertools import product
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from soft_gripper.extras.paper.claims import Claim
 from soft_gripper.extras.paper.contact_table import ContactRow
-from soft_gripper.extras.paper.differences import Difference
+from soft_gripper.extras.paper.differences import Difference, TipErrors
 from soft_gripper.extras.paper.evaluate import CAPTIONS
-from soft_gripper.extras.paper.page import TEMPLATE, Evaluation, write_report
+from soft_gripper.extras.paper.page import (
+    LEAST,
+    PAPER,
+    TEMPLATE,
+    Evaluation,
+    difference_figure,
+    estimators_figure,
+    write_report,
+)
 from soft_gripper.runs.scores.poses import PoseRow
 from soft_gripper.runs.scores.steps import PhaseRow
 from soft_gripper.scenario.scenario_file import load_scenario
@@ -133,3 +143,65 @@ def test_every_number_of_the_page_comes_from_a_run() -> None:
     body = TEMPLATE.read_text(encoding="utf-8").partition("<body>")[2].partition("<script>")[0]
     words = re.sub(r"<[^>]*>|\$\w+", " ", body)
     assert set(re.findall(r"\d+\S*", words)) <= {"1", "2", "3", "4"} | set(re.findall(r"3-D", words))
+
+
+SCENARIOS = ("free_bending", "box_grasp", "irregular_grasp")
+SCALE = {"arcs": 1.0, "gaussian": 0.1}  # mm
+
+
+def estimator_error(scenario: str, estimator: str, sections: int) -> float:
+    return (1 + SCENARIOS.index(scenario)) * SCALE[estimator] / sections
+
+
+ESTIMATOR_ROWS = [
+    PoseRow(s, "finger", name, "as simulated", n, p, 0.0, estimator_error(s, name, n) * p, 99.0)
+    for name, s, n, p in product(SCALE, SCENARIOS, (1, 2, 3), (0.5, 1.5))
+]
+
+
+def test_a_line_an_estimator_and_a_panel_a_scenario() -> None:
+    figure = estimators_figure(ESTIMATOR_ROWS, SCENARIOS)
+    for axes, scenario in zip(figure.axes, SCENARIOS, strict=False):
+        assert axes.get_title() == scenario.replace("_", " ").capitalize()
+        assert axes.get_yscale() == "log"
+        for name in SCALE:
+            (line,) = (line for line in axes.lines if line.get_label() == name)
+            assert list(line.get_xdata()) == [1, 2, 3]
+            assert list(line.get_ydata()) == pytest.approx([estimator_error(scenario, name, n) for n in (1, 2, 3)])
+        assert any(list(line.get_ydata()) == [PAPER, PAPER] for line in axes.lines)
+
+
+def test_no_error_is_drawn_at_the_least_one() -> None:
+    exact = [PoseRow("free_bending", "finger", "arcs", "as simulated", n, 0.0, 0.0, 0.0, 0.0) for n in (1, 2)]
+    line = estimators_figure(exact, ["free_bending"]).axes[0].lines[0]
+    assert list(line.get_ydata()) == [LEAST, LEAST]
+
+
+BEND = np.radians([0.0, 30.0, 60.0, 30.0])
+SIZES = np.arange(16.0).reshape(4, 4) * 1e-3  # m, (sections, steps)
+ERRORS = TipErrors((1, 2, 3, 4), SIZES, SIZES + 0.02, SIZES + 0.04)
+
+
+@pytest.mark.parametrize(
+    ("panel", "words", "errors"),
+    [
+        (0, "joints in the middles of the segments (here)", ERRORS.middles),
+        (1, "joints where the segments begin", ERRORS.starts),
+        (2, "joints in the middles, readings with 0.1 % noise", ERRORS.noisy),
+    ],
+)
+def test_a_panel_shows_the_errors_of_its_chain(panel: int, words: str, errors: np.ndarray) -> None:
+    """In mm against degrees; the second step of the same bend is left out."""
+    axes = difference_figure(BEND, ERRORS).axes[panel]
+    assert axes.get_title().replace("\n", " ") == words
+    assert axes.get_xlabel() == "bend angle [degrees]"
+    for n, line in enumerate(axes.lines):
+        assert line.get_label() == str(n + 1)
+        np.testing.assert_allclose(line.get_xdata(), [0, 30, 60])
+        np.testing.assert_allclose(line.get_ydata(), 1e3 * errors[n, :3])
+
+
+def test_panels_share_one_scale_and_name_the_fingertip() -> None:
+    figure = difference_figure(BEND, ERRORS)
+    assert len({axes.get_ylim() for axes in figure.axes}) == 1
+    assert figure.axes[0].get_ylabel() == "fingertip error [mm]"
