@@ -11,13 +11,7 @@ from gymnasium.vector import SyncVectorEnv
 from gentle_grasp import learn as module
 from gentle_grasp.episodes import Episode, mean, run_episodes, saved_force, share, summary
 from gentle_grasp.learn import FAILURE, LARGEST, cost, learn, load_learned, save_learned, training_seeds
-from gentle_grasp.policies import (
-    LATEST_LIFT,
-    STEP,
-    GentleGrasp,
-    GentleParameters,
-    HandTuned,
-)
+from gentle_grasp.policies import LATEST_LIFT, STEP, GentleGrasp, GentleParameters, HandTuned
 from soft_gripper.extras.learning.config import load_environment
 
 

@@ -96,16 +96,7 @@ def test_a_joint_that_is_not_there_is_refused():
     builder = DiagramBuilder()
     desired = builder.AddSystem(PassThrough(2)).get_input_port()
     with refused("joints", "z"):
-        add_action(
-            builder,
-            CONFIG,
-            [],
-            desired,
-            {
-                "y": 0.0,
-            },
-            0.01,
-        )
+        add_action(builder, CONFIG, [], desired, {"y": 0.0}, 0.01)
 
 
 def test_a_home_beyond_what_actions_reach_rests_at_the_limit():

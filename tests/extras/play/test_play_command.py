@@ -226,10 +226,7 @@ ALONE = "models=[{name: f, file: package://soft_gripper/grippers/finger.urdf}]"
 
 @pytest.mark.parametrize(
     ("options", "complaint"),
-    [
-        (("--set", ALONE, "--grip", "opening"), "control: fingers = ['f']"),
-        (("--host", "192.0.2.1"), "192.0.2.1"),
-    ],
+    [(("--set", ALONE, "--grip", "opening"), "control: fingers = ['f']"), (("--host", "192.0.2.1"), "192.0.2.1")],
 )
 def test_what_cannot_be_played_is_refused(options: tuple[str, ...], complaint: str, tmp_path: Path) -> None:
     found = soft_gripper("play", "free_bending", "--out", tmp_path / "out", *options)

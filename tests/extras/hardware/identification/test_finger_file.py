@@ -7,11 +7,7 @@ from types import SimpleNamespace
 import pytest
 from identified import HOLLOW, finger_of
 
-from soft_gripper.extras.hardware.identification.identified_finger import (
-    _of_recordings,
-    read_finger,
-    with_finger,
-)
+from soft_gripper.extras.hardware.identification.identified_finger import _of_recordings, read_finger, with_finger
 from soft_gripper.extras.hardware.identification.simulated_motion import Setup
 from soft_gripper.fingers.finger_parts import CreepBranch, PressureLaw
 

@@ -30,7 +30,4 @@ def test_recordings_that_test_change_nothing_but_their_events(beam, pool):
     assert [score.role for score in found.scores] == ["fit", "test"]
     assert found.motions[1].events == pytest.approx((RELEASE, LET_GO), abs=2e-3)
     assert found.scores[1].motion_error_mm < 0.05
-    assert [axes.get_title() for axes in identify_figure(found).axes[:2]] == [
-        "released\nfitted",
-        "other\nheld out",
-    ]
+    assert [axes.get_title() for axes in identify_figure(found).axes[:2]] == ["released\nfitted", "other\nheld out"]

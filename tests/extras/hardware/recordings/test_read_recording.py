@@ -2,9 +2,8 @@
 
 import numpy as np
 import pytest
-from hardware_files import MARKERS, published, swinging, whys, write_csv
+from hardware_files import MARKERS, swinging, whys, write_csv
 
-from soft_gripper.extras.hardware.recording_schema import load_description
 from soft_gripper.extras.hardware.recordings import read_recording
 
 
@@ -113,12 +112,3 @@ def test_a_pressure_against_vacuum_becomes_relative(tmp_path, describe, how):
     path = write_csv(tmp_path / "a.csv", swinging() | {"kPa": 101.325 + above})
     found = read_recording(path, describe(f"pressures: {{ columns: [kPa], unit: kPa, {how} }}")).pressures[:, 0]
     np.testing.assert_allclose(found, 1e3 * above, atol=1e-6)
-
-
-@pytest.mark.parametrize("name", ["clamped_beam", "pneumatic_segment", "two_segment_arm"])
-def test_published_recordings_are_read_without_gaps(name):
-    files = sorted(path for path in published(name).iterdir() if path.suffix in (".csv", ".txt"))
-    for path in files:
-        recording = read_recording(path, load_description(name))
-        assert recording.notes == ()
-        assert len(recording.time) > 400

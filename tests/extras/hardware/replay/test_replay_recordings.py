@@ -10,12 +10,7 @@ from refusals import refused
 from soft_gripper.errors import InputError
 from soft_gripper.extras.hardware.recordings import find_recordings
 from soft_gripper.extras.hardware.replay.arm_estimation import arm_recording, stretched_arm
-from soft_gripper.extras.hardware.replay.held_out import (
-    ALL,
-    estimator_rows,
-    replay_recordings,
-    replay_table,
-)
+from soft_gripper.extras.hardware.replay.held_out import ALL, estimator_rows, replay_recordings, replay_table
 from soft_gripper.fingers.kinematics import as_points
 
 DOWN = np.array([0.0, 0.0, 9.81])
