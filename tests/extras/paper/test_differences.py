@@ -36,22 +36,14 @@ def mutated(scenario: str, sections: int, error: str, change: float) -> list[Pos
     ]
 
 
-def test_says_the_means_of_free_bending_and_of_the_other_chain() -> None:
-    fingertip, _, _ = box(POSES)
-    assert "2.00, 0.60, 0.40 and 0.20 mm with 1 to 4 sensors" in fingertip
-    assert "give 4.00, 4.75, 4.50 and 3.75 mm" in fingertip
-
-
-def test_says_the_largest_gains_of_any_step_beside_the_papers() -> None:
-    _, gain, _ = differences(POSES, FREE, CONTACT, ERRORS)
+def test_says_means_of_both_chains_largest_gains_beside_the_papers_and_those_of_every_further_sensor() -> None:
+    fingertip, gain, flattening = differences(POSES, FREE, CONTACT, ERRORS)
+    assert "2.00, 0.60, 0.40 and 0.20 mm with 1 to 4 sensors" in fingertip.here
+    assert "give 4.00, 4.75, 4.50 and 3.75 mm" in fingertip.reason
     assert gain.paper == "4 mm (pose) and 6 mm (fingertip)."
     assert "Up to 1.9 mm (pose) and 3.8 mm (fingertip)" in gain.here  # 1.5 (1.75 - 0.5), and twice that
     assert "1.75 mm at most" in gain.reason
-
-
-def test_says_what_every_further_sensor_gains_at_most() -> None:
-    *_, flattening = box(POSES)
-    assert "5.25, 0.95 and 0.30 mm" in flattening
+    assert "5.25, 0.95 and 0.30 mm" in f"{flattening.here} {flattening.reason}"
 
 
 @pytest.mark.parametrize(
