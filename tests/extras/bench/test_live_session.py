@@ -339,8 +339,7 @@ def test_a_file_with_a_line_without_end_is_refused_by_its_line(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "address",
-    ["udp://127.0.0.1", "udp://127.0.0.1:99999", "file:/no/such/file.csv", "nowhere", "tcp://:5"],
+    "address", ["udp://127.0.0.1", "udp://127.0.0.1:99999", "file:/no/such/file.csv", "nowhere", "tcp://:5"]
 )
 def test_addresses_that_cannot_be_opened(address):
     with Endpoints("bench.yaml") as endpoints, refused("source", address):
@@ -360,10 +359,7 @@ def test_contacts_are_told_apart_by_whether_the_drive_rested(pressures, said):
     """The drive rests if it changes by a hundredth of the range of its supply at most; three readings are a contact."""
     supply = SimpleNamespace(minimum=0.0, maximum=100e3)
     bench = SimpleNamespace(
-        quantities=["finger"],
-        inputs=["finger.pressure"],
-        scenario=SimpleNamespace(pressure=supply),
-        period=0.02,
+        quantities=["finger"], inputs=["finger.pressure"], scenario=SimpleNamespace(pressure=supply), period=0.02
     )
     tally, forces = Tally(bench), np.zeros(60)
     forces[10:12] = 2.0  # in too few readings

@@ -1,7 +1,6 @@
 """Documents print what was written, to the last digit; and how a number that is not would be found.
 
-`make release-check` runs this with the folder of an evaluation; tests/commands/test_evaluate_command.py does the same
-with the evaluation that it runs.
+`make release-check` runs this with the folder of an evaluation.
 """
 
 import os

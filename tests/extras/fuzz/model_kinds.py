@@ -506,17 +506,7 @@ def _msh(mesh: trimesh.Trimesh) -> bytes:
 KINDS: dict[str, Callable[[Rng], Model]] = {
     kind.__name__.replace("_", " "): kind
     for kind in (
-        *(
-            plain,
-            fixed_axes,
-            other_programs,
-            meshes,
-            inertias,
-            massless_ends,
-            massless_joints,
-            seams,
-            inside_out,
-        ),
+        *(plain, fixed_axes, other_programs, meshes, inertias, massless_ends, massless_joints, seams, inside_out),
         *(world_joints, couplings, no_limits, friction, colors),
         *(shapes_without_size, absurd_limits, transmissions, not_in_sdf),
         *(nested, included_whole, bad_includes, frames, mjcf_arms, mjcf_files),

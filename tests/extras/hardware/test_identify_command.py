@@ -6,18 +6,7 @@ import numpy as np
 import pytest
 from command_line import soft_gripper
 from csv_rows import csv_rows
-from identified import (
-    BEAM,
-    CLOSES,
-    HOLLOW,
-    OPENS,
-    RELEASED,
-    STEPPED,
-    finger_of,
-    recorded,
-    release,
-    write_motion,
-)
+from identified import BEAM, CLOSES, HOLLOW, OPENS, RELEASED, STEPPED, finger_of, recorded, release, write_motion
 from refusals import refusal
 
 from soft_gripper.errors import InputError

@@ -11,11 +11,7 @@ from refusals import refused
 from soft_gripper.extras.hardware.identification.confidence import confidence_of
 from soft_gripper.extras.hardware.identification.free_parameters import Model, free_parameters
 from soft_gripper.extras.hardware.identification.identified_finger import read_finger
-from soft_gripper.extras.hardware.identification.kept_confidence import (
-    CONFIDENCE,
-    ConfidenceConfig,
-    kept_confidence,
-)
+from soft_gripper.extras.hardware.identification.kept_confidence import CONFIDENCE, ConfidenceConfig, kept_confidence
 from soft_gripper.extras.hardware.identification.model_band import learned_band
 from soft_gripper.extras.hardware.identification.settled_states import (
     IdentifiedStates,

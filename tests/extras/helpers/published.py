@@ -119,10 +119,7 @@ SENTENCES: dict[tuple[str, str], Callable[[Written], Numbers]] = {
     (
         "README.md",
         r"mean error # mm in the worst scenario; constant-curvature arcs from four sensors: # mm",
-    ): lambda w: [
-        _worst(w, 2)[0],
-        max(w.mean(s, 4) for s in SCENARIOS),
-    ],
+    ): lambda w: [_worst(w, 2)[0], max(w.mean(s, 4) for s in SCENARIOS)],
     (
         "docs/evaluation.md",
         r"within # mm \(mean of the worst scenario; # mm at the worst step\), where `arcs` with four have # mm",

@@ -11,11 +11,7 @@ from soft_gripper.errors import InputError  # noqa: E402
 from soft_gripper.extras.learning import SoftGripperEnv  # noqa: E402
 from soft_gripper.extras.learning.vector_environment import SoftGripperVectorEnv  # noqa: E402
 
-PLAIN = {
-    "variation": {"grippers": 1},
-    "scenario.sensor.errors": None,
-    "duration": 1.5,
-}
+PLAIN = {"variation": {"grippers": 1}, "scenario.sensor.errors": None, "duration": 1.5}
 CLOSE, LIFT = [0.7, -1.0], [0.7, 0.6]
 
 

@@ -30,13 +30,10 @@ def test_mixed_units_stay_as_they_are() -> None:
     assert plots["a.pose"] == {"unit": "m, rad", "scale": 1.0, "axes": "pose", "signals": entries}
 
 
-def test_entries_are_named_by_their_axes() -> None:
-    plots = plots_of({"a.b": port(4, "m", path=("inner", "outer"), section=(0, 1))}, [])
+def test_entries_are_named_by_their_axes_and_a_scalar_is_one_line() -> None:
+    plots = plots_of({"a.b": port(4, "m", path=("inner", "outer"), section=(0, 1)), "a.c": port()}, [])
     assert plots["a.b"]["signals"]["a.b"] == ["inner 0", "inner 1", "outer 0", "outer 1"]
-
-
-def test_a_scalar_is_one_line() -> None:
-    assert plots_of({"a.b": port()}, [])["a.b"]["signals"]["a.b"] == [""]
+    assert plots["a.c"]["signals"]["a.c"] == [""]
 
 
 def test_what_would_be_a_thicket_is_no_plot() -> None:

@@ -14,16 +14,13 @@ import xarray as xr
 from browser import open_offline
 from command_line import Outcome, Terminal, soft_gripper
 from PIL import Image
-from printed_numbers import sentence_problems, table_problems
-from published import ROOT, SENTENCES, TABLES, Written
 
 from soft_gripper.commands import main
 from soft_gripper.estimators.named_estimators import SHAPE_FUNCTIONS
 from soft_gripper.extras.paper.claims import Claim
 from soft_gripper.extras.paper.contact_table import ContactRow, contact_summary
-from soft_gripper.extras.paper.evaluate import CAPTIONS, CONTACT, FREE, RUNS, SCENARIOS, TASK
+from soft_gripper.extras.paper.evaluate import CAPTIONS, RUNS, SCENARIOS, TASK
 from soft_gripper.extras.paper.page import Evaluation
-from soft_gripper.extras.paper.pose_rows import of_estimator
 from soft_gripper.extras.paper.scenario_run import evaluated_scenario
 from soft_gripper.files.output import atomic_folder
 from soft_gripper.files.row_table import read_csv
@@ -57,17 +54,6 @@ class Evaluated(NamedTuple):
 
     outcome: Outcome
     folder: Path
-
-    @property
-    def rows(self) -> list[PoseRow]:
-        return read_csv(self.folder / "metrics.csv", PoseRow)
-
-    def errors(self, sections: int, scenarios: Sequence[str] = SCENARIOS) -> list[float]:
-        """Of all fingers in free bending, and of those that touch something in the others, mm."""
-        contact = read_csv(self.folder / "contact.csv", ContactRow)
-        bent = {(row.scenario, row.finger) for row in contact if row.touching_links or row.scenario == FREE}
-        rows = [row for row in self.rows if row.sections == sections and row.scenario in scenarios]
-        return [row.pose_error_mm for row in of_estimator(rows, "arcs") if (row.scenario, row.finger) in bent]
 
 
 @pytest.fixture(scope="module")
@@ -146,39 +132,6 @@ def test_prints_every_claim_and_all_hold(evaluated: Evaluated) -> None:
     assert all(scenario in out for scenario in SCENARIOS)
 
 
-@pytest.mark.published
-def test_documents_print_what_was_written(evaluated: Evaluated) -> None:
-    """Every table and sentence, to the last digit that is printed."""
-    written, problems = Written(evaluated.folder), []
-    for compare, published in ((table_problems, TABLES), (sentence_problems, SENTENCES)):
-        for (document, place), expected in published.items():
-            text = (ROOT / document).read_text(encoding="utf-8")
-            problems += [f"{document}: {problem}" for problem in compare(text, place, expected(written))]
-    assert problems == []
-
-
-@pytest.mark.published
-def test_one_sensor_is_enough_for_free_bending(evaluated: Evaluated) -> None:
-    assert max(evaluated.errors(1, [FREE])) < 3
-    assert max(evaluated.errors(4, [FREE])) < 0.25
-    assert max(row.bend_angle_deg for row in evaluated.rows if row.scenario == FREE) >= 125
-
-
-@pytest.mark.published
-def test_more_sensors_are_never_worse_than_one(evaluated: Evaluated) -> None:
-    same = 5e-3  # mm; as long as nothing is touched, one sensor is as good as four
-    for sections in SECTIONS[1:]:
-        for more, one in zip(evaluated.errors(sections), evaluated.errors(1), strict=True):
-            assert more <= one + same
-
-
-@pytest.mark.published
-def test_one_sensor_is_not_enough_in_contact(evaluated: Evaluated) -> None:
-    of_free_bending = np.mean(evaluated.errors(1, [FREE]))
-    assert min(np.mean(evaluated.errors(1, [scenario])) for scenario in CONTACT) >= 2.5 * of_free_bending
-    assert max(evaluated.errors(4, CONTACT)) <= 0.75
-
-
 POSES = [
     PoseRow(scenario, "finger", name, "as simulated", n, pressure, 0.0, part * scale / n, 2 * part * scale / n + 3)
     for (name, part), scenario, n in product((("arcs", 1.0), ("gaussian", 0.1)), SCENARIOS, SECTIONS)
@@ -225,20 +178,14 @@ def test_says_of_every_claim_what_it_is_and_fails_if_one_does(
     assert colored.replace("\033[31m", "").replace("\033[0m", "") == text
 
 
-def test_prints_means_over_the_steps(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_prints_means_over_the_steps_and_of_every_estimator(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Of 0, 1 and 5 mm divided by the number of sensors; at the tip twice that and 3 mm more."""
-    out = io.StringIO()
-    summarized([HOLDS], tmp_path, monkeypatch, out)
-    for scenario in SCENARIOS:
-        (line,) = (line for line in out.getvalue().splitlines() if line.startswith(f"{scenario} "))
-        assert line.split()[1:] == ["2.00", "1.00", "0.67", "0.50", "7.00", "5.00", "4.33", "4.00"]
-
-
-def test_prints_means_of_every_estimator(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     out = io.StringIO()
     summarized([HOLDS], tmp_path, monkeypatch, out)
     lines = [line.split() for line in out.getvalue().splitlines()]
     for scenario in SCENARIOS:
+        (means,) = (line[1:] for line in lines if line[:1] == [scenario])
+        assert means == ["2.00", "1.00", "0.67", "0.50", "7.00", "5.00", "4.33", "4.00"]
         begin = next(i for i, line in enumerate(lines) if line[:1] == [f"{scenario}:"])
         assert lines[begin + 2][:2] == ["arcs", "2.000"]
         assert lines[begin + 3] == ["gaussian", "0.200", "0.100", "0.067", "0.050", "3.400", "3.200", "3.133", "3.100"]

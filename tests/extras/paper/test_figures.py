@@ -1,4 +1,4 @@
-"""The figures: every number of sensors has its line in every panel, and files are the same for the same rows."""
+"""The figures: the truth is black, each number of sensors has a line, errors are means; equal rows give equal files."""
 
 from dataclasses import replace
 from itertools import product
@@ -9,8 +9,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from soft_gripper.extras.paper.figures import contact_figure, free_bending_figure
+from soft_gripper.extras.paper.figures import contact_figure, contact_force_figure, force_figure, free_bending_figure
+from soft_gripper.extras.paper.forces import ContactForceRow
 from soft_gripper.pictures.style import save_figure
+from soft_gripper.runs.scores.external_torques import ForceRow
 from soft_gripper.runs.scores.poses import PoseRow
 
 UP_AND_DOWN = (0.0, 100.0, 200.0, 100.0, 0.0)  # kPa
@@ -37,77 +39,37 @@ def figure() -> Figure:
     return free_bending_figure(rows_of("free_bending"))
 
 
-def test_free_bending_has_two_panels_of_four_lines(figure: Figure) -> None:
-    assert len(figure.axes) == 2
-    for axes in figure.axes:
-        assert [line.get_label() for line in lines(axes)] == ["1", "2", "3", "4"]
-        assert axes.get_ylim()[0] == 0
-        assert axes.get_yscale() == "linear"
-    assert len({axes.get_ylim() for axes in figure.axes}) == 1
-    assert [axes.get_title() for axes in figure.axes] == ["Mean pose error", "Fingertip error"]
-
-
-def test_every_point_is_inside_its_panel(figure: Figure) -> None:
-    rows = [row for name in CONTACT for row in rows_of(name)]
-    for axes in (*figure.axes, *contact_figure(rows, CONTACT, "tip_error_mm").axes):
-        for line in lines(axes):
-            for values, (low, high) in ((line.get_xdata(), axes.get_xlim()), (line.get_ydata(), axes.get_ylim())):
-                assert low <= min(values) <= max(values) <= high
-
-
-def test_lines_differ_in_more_than_color(figure: Figure) -> None:
-    for axes in figure.axes:
-        assert len({line.get_marker() for line in lines(axes)}) == 4
-        assert len({line.get_color() for line in lines(axes)}) == 4
-
-
-def test_points_average_the_fingers_and_both_ways(figure: Figure) -> None:
+def test_free_bending_has_means_over_the_fingers_and_both_ways_on_one_scale(figure: Figure) -> None:
     """Pose error on the left, fingertip error on the right, against the bend angle in degrees."""
+    assert [axes.get_title() for axes in figure.axes] == ["Mean pose error", "Fingertip error"]
+    assert len({axes.get_ylim() for axes in figure.axes}) == 1
+    assert [axes.get_ylabel() for axes in figure.axes] == ["error [mm]", ""]
     for axes, more in zip(figure.axes, (0.1, 0.3), strict=True):
+        assert [line.get_label() for line in lines(axes)] == ["1", "2", "3", "4"]
+        assert len({line.get_marker() for line in lines(axes)}) == len({line.get_color() for line in lines(axes)}) == 4
+        assert (axes.get_ylim()[0], axes.get_yscale()) == (0, "linear")
         for n, line in enumerate(lines(axes), start=1):
             assert list(line.get_xdata()) == pytest.approx([0.0, 50.0, 100.0])
             assert list(line.get_ydata()) == pytest.approx([p / n + more for p in (0.0, 100.0, 200.0)])
 
 
-def test_axes_name_their_units(figure: Figure) -> None:
-    assert all("[degrees]" in axes.get_xlabel() for axes in figure.axes)
-    assert "[mm]" in figure.axes[0].get_ylabel()
-
-
 @pytest.mark.parametrize(
-    ("error", "label"), [("pose_error_mm", "mean pose error [mm]"), ("tip_error_mm", "fingertip error [mm]")]
+    ("error", "label", "more"),
+    [("pose_error_mm", "mean pose error [mm]", 0.1), ("tip_error_mm", "fingertip error [mm]", 0.3)],
 )
-def test_contact_figure_names_the_error_the_pressure_and_the_sensors(error: str, label: str) -> None:
-    figure = contact_figure([row for name in CONTACT for row in rows_of(name)], CONTACT, error)
-    assert [axes.get_ylabel() for axes in figure.axes] == [label, "", label, ""]
-    assert {axes.get_xlabel() for axes in figure.axes} == {"pressure [kPa]"}
-    legend = figure.axes[0].get_legend()
-    assert legend is not None
-    assert legend.get_title().get_text() == "sensors per side"
-    for handle, text, line in zip(legend.get_lines(), legend.get_texts(), lines(figure.axes[0]), strict=True):
-        assert text.get_text() == line.get_label()
-        assert (handle.get_color(), handle.get_marker()) == (line.get_color(), line.get_marker())
-
-
-def test_contact_scenarios_share_one_scale() -> None:
+def test_contact_scenarios_have_means_of_the_error_that_is_asked_for_on_one_scale(
+    error: str, label: str, more: float
+) -> None:
     rows = [row for i, name in enumerate(CONTACT) for row in rows_of(name, scale=i + 1)]
-    figure = contact_figure(rows, CONTACT, "pose_error_mm")
-    assert len(figure.axes) == len(CONTACT)
+    figure = contact_figure(rows, CONTACT, error)
+    assert [axes.get_ylabel() for axes in figure.axes] == [label, "", label, ""]
     assert len({axes.get_ylim() for axes in figure.axes}) == 1
     for i, axes in enumerate(figure.axes):
-        assert "[kPa]" in axes.get_xlabel()
-        assert len(lines(axes)) == 4
         assert axes.get_title() == CONTACT[i].replace("_", " ").capitalize()
-        assert lines(axes)[0].get_ydata()[-1] == pytest.approx(200 * (i + 1) + 0.1)
-
-
-@pytest.mark.parametrize(("error", "more"), [("pose_error_mm", 0.1), ("tip_error_mm", 0.3)])
-def test_contact_figure_shows_means_of_the_error_that_is_asked_for(error: str, more: float) -> None:
-    figure = contact_figure([row for name in CONTACT for row in rows_of(name)], CONTACT, error)
-    for axes in figure.axes:
         for n, line in enumerate(lines(axes), start=1):
             assert line.get_label() == str(n)
-            assert list(line.get_ydata()) == pytest.approx([p / n + more for p in (0.0, 100.0, 200.0)])
+            assert list(line.get_ydata()) == pytest.approx([(i + 1) * p / n + more for p in (0.0, 100.0, 200.0)])
+            assert axes.get_ylim()[0] < min(line.get_ydata()) <= max(line.get_ydata()) < axes.get_ylim()[1]
 
 
 def test_errors_of_contact_are_on_a_logarithmic_axis_without_what_is_zero() -> None:
@@ -139,8 +101,93 @@ def test_files_are_the_same_for_the_same_rows(figure: Figure, tmp_path: Path) ->
     assert b"<svg" in (tmp_path / "one.svg").read_bytes()
 
 
-@pytest.mark.slow
-def test_other_rows_make_another_file(figure: Figure, tmp_path: Path) -> None:
-    save_figure(figure, tmp_path / "one")
-    save_figure(free_bending_figure(rows_of("free_bending", scale=2.0)), tmp_path / "two")
-    assert (tmp_path / "one.svg").read_bytes() != (tmp_path / "two.svg").read_bytes()
+SCENARIOS = {"obstructed_inside": (0.0, 60.0, 180.0), "obstructed_outside": (0.0, -30.0, -90.0)}  # kPa
+JOINTS = (0, 1, 2)
+
+
+def true(pressure: float, joint: int) -> float:
+    """External torque, N m; it falls to zero toward the tip."""
+    return -1e-3 * pressure * (2 - joint)
+
+
+def error(sections: int, pressure: float, joint: int, finger: str) -> float:
+    """Of the estimate, N m; joints and fingers differ."""
+    return 1e-5 * abs(pressure) / sections * (1 + 3 * joint) * (-1 if finger == "left" else 2)
+
+
+ROWS = [
+    ForceRow(scenario, finger, "arcs", "as simulated", n, p, joint, true(p, joint) + error(n, p, joint, finger), value)
+    for scenario, steps in SCENARIOS.items()
+    for finger, n, p, joint in product(("left", "right"), (1, 2, 3, 4), steps, JOINTS)
+    for value in (true(p, joint),)
+]
+
+
+def panels() -> tuple[list[Axes], list[Axes]]:
+    axes = force_figure(ROWS, tuple(SCENARIOS)).axes
+    return axes[: len(SCENARIOS)], axes[len(SCENARIOS) :]
+
+
+def lines_by_label(axes: Axes) -> dict[str, Line2D]:
+    return {str(line.get_label()): line for line in axes.lines}
+
+
+def test_lines_along_the_finger_are_the_truth_and_the_estimates() -> None:
+    """Of the first finger at the last step, mN m; only the truth is black."""
+    for axes, (name, steps) in zip(panels()[0], SCENARIOS.items(), strict=True):
+        drawn, last = lines_by_label(axes), steps[-1]
+        assert axes.get_title() == name.replace("_", " ").capitalize()
+        assert [label for label, line in drawn.items() if line.get_color() == "black"] == ["truth"]
+        assert list(drawn["truth"].get_ydata()) == pytest.approx([1e3 * true(last, joint) for joint in JOINTS])
+        for n in (1, 2, 3, 4):
+            expected = [1e3 * (true(last, joint) + error(n, last, joint, "left")) for joint in JOINTS]
+            assert list(drawn[str(n)].get_ydata()) == pytest.approx(expected)
+
+
+def test_every_torque_is_inside_its_panel() -> None:
+    """Also where the errors of a later panel are the largest."""
+    rows = [replace(row, estimated_nm=5 * row.estimated_nm) if "outside" in row.scenario else row for row in ROWS]
+    for axes in force_figure(rows, tuple(SCENARIOS)).axes:
+        for line in axes.lines:
+            low, high = axes.get_ylim()
+            assert low <= min(line.get_ydata()) <= max(line.get_ydata()) <= high
+    assert axes.get_ylim()[0] == 0
+
+
+def test_errors_are_means_over_joints_and_fingers() -> None:
+    for axes, steps in zip(panels()[1], SCENARIOS.values(), strict=True):
+        for n in (1, 2, 3, 4):
+            line = lines_by_label(axes)[str(n)]
+            mean = [1e-2 * abs(p) / n * (1 + 4 + 7) / 3 * (1 + 2) / 2 for p in line.get_xdata()]
+            assert sorted(line.get_xdata()) == sorted(steps)
+            assert list(line.get_ydata()) == pytest.approx(mean)
+
+
+def test_pressure_runs_as_in_the_scenario() -> None:
+    for axes, steps in zip(panels()[1], SCENARIOS.values(), strict=True):
+        left, right = axes.get_xlim()
+        assert abs(left) < abs(0.1 * steps[-1])
+        assert right == pytest.approx(steps[-1], rel=0.1)
+
+
+PRESSING = [
+    ContactForceRow(
+        scenario, finger, "contact", "as simulated", n, p, borders, p / n, p / 100, 9.0, 9.0, 80.0 - n, 80.0
+    )
+    for scenario, steps in SCENARIOS.items()
+    for finger, (n, borders), p in product(("left", "right"), ((2, "60"), (2, "40"), (4, "30 60 90")), steps)
+]
+
+
+def test_force_and_place_are_drawn_beside_the_true_ones() -> None:
+    """A line for every layout, in a look of its own, of the first finger; only the truth is black."""
+    axes = contact_force_figure(PRESSING, tuple(SCENARIOS)).axes
+    for force, place, steps in zip(axes[:2], axes[2:], SCENARIOS.values(), strict=True):
+        for panel, truth in ((force, [p / 100 for p in steps]), (place, [80.0] * 3)):
+            drawn = {label: line for label, line in lines_by_label(panel).items() if not label.startswith("_")}
+            assert list(drawn) == ["2: 60 mm", "2: 40 mm", "4: 30 60 90 mm", "truth"]
+            assert [label for label, line in drawn.items() if line.get_color() == "black"] == ["truth"]
+            assert len({line.get_color() for line in drawn.values()}) == 4
+            assert list(drawn["truth"].get_ydata()) == truth
+        assert list(lines_by_label(force)["4: 30 60 90 mm"].get_ydata()) == [p / 4 for p in steps]
+        assert list(lines_by_label(place)["2: 40 mm"].get_ydata()) == [78.0] * 3

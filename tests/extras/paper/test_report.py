@@ -1,18 +1,28 @@
-"""The report: what it says of each claim is what the claim says, in red where it fails; its table holds means."""
+"""The report: its claims, in red where they fail, tables and figures are those of the rows of the evaluation."""
 
 import base64
 import re
 from dataclasses import replace
 from html import escape
+from itertools import product
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from soft_gripper.extras.paper.claims import Claim
 from soft_gripper.extras.paper.contact_table import ContactRow
-from soft_gripper.extras.paper.differences import Difference
+from soft_gripper.extras.paper.differences import Difference, TipErrors
 from soft_gripper.extras.paper.evaluate import CAPTIONS
-from soft_gripper.extras.paper.page import TEMPLATE, Evaluation, write_report
+from soft_gripper.extras.paper.page import (
+    LEAST,
+    PAPER,
+    TEMPLATE,
+    Evaluation,
+    difference_figure,
+    estimators_figure,
+    write_report,
+)
 from soft_gripper.runs.scores.poses import PoseRow
 from soft_gripper.runs.scores.steps import PhaseRow
 from soft_gripper.scenario.scenario_file import load_scenario
@@ -80,6 +90,7 @@ def test_a_claim_is_reported_as_it_is(tmp_path: Path) -> None:
         ["one sensor is within 3 mm", "paper", "holds", "2.42 mm"],
         ["four sensors are within 1 mm &amp; less", "ours", "fails", "nan mm"],
     ]
+    assert '<p class="fails">1 of 2 claims failed.</p>' in page
     assert page.count('<td class="text holds">holds</td>') == page.count('<td class="text fails">fails</td>') == 1
 
 
@@ -93,31 +104,27 @@ def test_what_fails_is_red(tmp_path: Path) -> None:
     assert red > 2 * max(green, blue)
 
 
-@pytest.mark.parametrize(
-    ("claims", "words"),
-    [
-        ([HOLDS, HOLDS], '<p class="holds">All 2 claims hold.</p>'),
-        ([HOLDS, FAILS, FAILS], '<p class="fails">2 of 3 claims failed.</p>'),
-    ],
-)
-def test_says_how_many_failed(claims: list[Claim], words: str, tmp_path: Path) -> None:
-    assert words in page_of(tmp_path, claims)
-
-
-def test_errors_are_means_over_the_steps(tmp_path: Path) -> None:
-    """Of 0, 1 and 5 mm divided by the number of sensors; at the tip twice that and 3 mm more."""
+def test_tables_have_means_over_the_steps_the_most_of_contact_and_phases(tmp_path: Path) -> None:
+    """Errors of 0, 1 and 5 mm divided by the number of sensors; at the tip twice that and 3 mm more."""
     means = ["2.00", "1.00", "0.67", "0.50", "7.00", "5.00", "4.33", "4.00"]
-    assert ["Free bending", *means] in rows_of(page_of(tmp_path, [HOLDS]))
-
-
-def test_every_estimator_has_a_row_of_its_own(tmp_path: Path) -> None:
-    rows = rows_of(page_of(tmp_path, [HOLDS]))
-    assert ["Free bending: arcs", "2.00", "1.00", "0.67", "0.50", "7.00", "5.00", "4.33", "4.00"] in rows
-    assert ["gaussian", "0.20", "0.10", "0.07", "0.05", "3.40", "3.20", "3.13", "3.10"] in rows
+    page = page_of(tmp_path, [HOLDS])
+    rows = rows_of(page)
+    for expected in (
+        ["Free bending", *means],
+        ["Free bending: arcs", *means],
+        ["gaussian", "0.20", "0.10", "0.07", "0.05", "3.40", "3.20", "3.13", "3.10"],
+        ["Free bending", "0", "0", "no"],
+        ["Box grasp", "2", "15", "yes"],
+        ["close", "1.35", "1.11", "55.7", "139.4", "150.0"],
+        ["lift", "2.00", "1.00", "55.0", "0.0", "-9.0"],
+    ):
+        assert expected in rows
+    assert "Outcome, as estimated: <b>done &amp; well</b>" in page
 
 
 def test_pictures_are_inside(tmp_path: Path) -> None:
     page = page_of(tmp_path, [HOLDS])
+    assert '<p class="holds">All 1 claims hold.</p>' in page
     for name in ("scene.png", "../phases.png", *(f"../{figure}.svg" for figure in CAPTIONS)):
         assert base64.b64encode(name.encode()).decode() in page
     assert not re.search(r'(src|href)="(?!data:)', page)
@@ -131,21 +138,70 @@ def test_a_difference_from_the_paper_is_told_in_the_box(tmp_path: Path) -> None:
     assert base64.b64encode(b"../difference.svg").decode() in box
 
 
-def test_contact_is_the_most_of_every_scenario(tmp_path: Path) -> None:
-    rows = rows_of(page_of(tmp_path, [HOLDS]))
-    assert ["Free bending", "0", "0", "no"] in rows
-    assert ["Box grasp", "2", "15", "yes"] in rows
-
-
-def test_phases_and_outcome_are_shown(tmp_path: Path) -> None:
-    page = page_of(tmp_path, [HOLDS])
-    assert ["close", "1.35", "1.11", "55.7", "139.4", "150.0"] in rows_of(page)
-    assert ["lift", "2.00", "1.00", "55.0", "0.0", "-9.0"] in rows_of(page)
-    assert "Outcome, as estimated: <b>done &amp; well</b>" in page
-
-
 def test_every_number_of_the_page_comes_from_a_run() -> None:
     """The body of the template holds none, but for those of sensors."""
     body = TEMPLATE.read_text(encoding="utf-8").partition("<body>")[2].partition("<script>")[0]
     words = re.sub(r"<[^>]*>|\$\w+", " ", body)
     assert set(re.findall(r"\d+\S*", words)) <= {"1", "2", "3", "4"} | set(re.findall(r"3-D", words))
+
+
+SCENARIOS = ("free_bending", "box_grasp", "irregular_grasp")
+SCALE = {"arcs": 1.0, "gaussian": 0.1}  # mm
+
+
+def estimator_error(scenario: str, estimator: str, sections: int) -> float:
+    return (1 + SCENARIOS.index(scenario)) * SCALE[estimator] / sections
+
+
+ESTIMATOR_ROWS = [
+    PoseRow(s, "finger", name, "as simulated", n, p, 0.0, estimator_error(s, name, n) * p, 99.0)
+    for name, s, n, p in product(SCALE, SCENARIOS, (1, 2, 3), (0.5, 1.5))
+]
+
+
+def test_a_line_an_estimator_and_a_panel_a_scenario() -> None:
+    figure = estimators_figure(ESTIMATOR_ROWS, SCENARIOS)
+    for axes, scenario in zip(figure.axes, SCENARIOS, strict=False):
+        assert axes.get_title() == scenario.replace("_", " ").capitalize()
+        assert axes.get_yscale() == "log"
+        for name in SCALE:
+            (line,) = (line for line in axes.lines if line.get_label() == name)
+            assert list(line.get_xdata()) == [1, 2, 3]
+            assert list(line.get_ydata()) == pytest.approx([estimator_error(scenario, name, n) for n in (1, 2, 3)])
+        assert any(list(line.get_ydata()) == [PAPER, PAPER] for line in axes.lines)
+
+
+def test_no_error_is_drawn_at_the_least_one() -> None:
+    exact = [PoseRow("free_bending", "finger", "arcs", "as simulated", n, 0.0, 0.0, 0.0, 0.0) for n in (1, 2)]
+    line = estimators_figure(exact, ["free_bending"]).axes[0].lines[0]
+    assert list(line.get_ydata()) == [LEAST, LEAST]
+
+
+BEND = np.radians([0.0, 30.0, 60.0, 30.0])
+SIZES = np.arange(16.0).reshape(4, 4) * 1e-3  # m, (sections, steps)
+ERRORS = TipErrors((1, 2, 3, 4), SIZES, SIZES + 0.02, SIZES + 0.04)
+
+
+@pytest.mark.parametrize(
+    ("panel", "words", "errors"),
+    [
+        (0, "joints in the middles of the segments (here)", ERRORS.middles),
+        (1, "joints where the segments begin", ERRORS.starts),
+        (2, "joints in the middles, readings with 0.1 % noise", ERRORS.noisy),
+    ],
+)
+def test_a_panel_shows_the_errors_of_its_chain(panel: int, words: str, errors: np.ndarray) -> None:
+    """In mm against degrees; the second step of the same bend is left out."""
+    axes = difference_figure(BEND, ERRORS).axes[panel]
+    assert axes.get_title().replace("\n", " ") == words
+    assert axes.get_xlabel() == "bend angle [degrees]"
+    for n, line in enumerate(axes.lines):
+        assert line.get_label() == str(n + 1)
+        np.testing.assert_allclose(line.get_xdata(), [0, 30, 60])
+        np.testing.assert_allclose(line.get_ydata(), 1e3 * errors[n, :3])
+
+
+def test_panels_share_one_scale_and_name_the_fingertip() -> None:
+    figure = difference_figure(BEND, ERRORS)
+    assert len({axes.get_ylim() for axes in figure.axes}) == 1
+    assert figure.axes[0].get_ylabel() == "fingertip error [mm]"

@@ -224,14 +224,7 @@ def test_junk_to_meshcat_itself_is_no_end(played: Played) -> None:
 ALONE = "models=[{name: f, file: package://soft_gripper/grippers/finger.urdf}]"
 
 
-@pytest.mark.parametrize(
-    ("options", "complaint"),
-    [
-        (("--set", ALONE, "--grip", "opening"), "control: fingers = ['f']"),
-        (("--host", "192.0.2.1"), "192.0.2.1"),
-    ],
-)
-def test_what_cannot_be_played_is_refused(options: tuple[str, ...], complaint: str, tmp_path: Path) -> None:
-    found = soft_gripper("play", "free_bending", "--out", tmp_path / "out", *options)
+def test_a_finger_alone_has_no_opening(tmp_path: Path) -> None:
+    found = soft_gripper("play", "free_bending", "--out", tmp_path / "out", "--set", ALONE, "--grip", "opening")
     assert (found.code, found.err.count("\n")) == (2, 1)
-    assert complaint in found.err
+    assert "control: fingers = ['f']" in found.err

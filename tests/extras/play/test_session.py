@@ -143,14 +143,6 @@ def test_a_recording_that_cannot_be_written_is_no_end(play: Play, monkeypatch, e
 
 
 @pytest.mark.slow
-def test_a_recording_goes_from_click_to_click(play: Play, tmp_path: Path) -> None:
-    _, sent = play(_2=record, _6=record, _8=nothing)
-    assert [each["recording"] for each in sent] == [False] * 2 + [True] * 4 + [False] * 2
-    assert sent[-1]["note"] == f"written: {tmp_path / '1'}"
-    assert Recording.load(tmp_path / "1" / "recording.nc")["time"][-1] == pytest.approx(0.2)
-
-
-@pytest.mark.slow
 def test_every_recording_has_a_folder_of_its_own(play: Play, tmp_path: Path) -> None:
     _, sent = play(_1=record, _2=record, _3=record, _5=record, _6=nothing)
     assert sent[-1]["note"] == f"written: {tmp_path / '2'}"

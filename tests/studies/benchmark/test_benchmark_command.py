@@ -172,11 +172,6 @@ def test_files_that_cannot_be_compared(tmp_path, capsys, text, said):
     assert said in capsys.readouterr().err
 
 
-def test_an_estimator_that_does_not_exist_is_named(tmp_path, capsys):
-    assert main(["benchmark", "--data", str(tmp_path), "nothing:here"], STUDIES) == 2
-    assert "estimator = 'nothing:here': cannot be imported" in capsys.readouterr().err
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["linear", "with_memory"])
 def test_the_example_is_scored_beside_the_baselines(tmp_path, monkeypatch, name):

@@ -14,14 +14,7 @@ from study_line import study_line
 
 from soft_gripper.errors import InputError
 from studies.benchmark import tasks, user_estimator
-from studies.benchmark.benchmark_task import (
-    Channel,
-    Question,
-    Recorded,
-    read_tests,
-    read_training,
-    recorded_folders,
-)
+from studies.benchmark.benchmark_task import Channel, Question, Recorded, read_tests, read_training, recorded_folders
 from studies.benchmark.measured_force import force_tasks
 from studies.commands import benchmark
 
@@ -175,10 +168,7 @@ def test_ctrl_c_ends_it_with_all_that_it_has_started(tmp_path):
         f"others = os.getpid(), subprocess.Popen(['sleep', '60']).pid\nopen({str(tmp_path / 'pids')!r}, 'w').write("
         "' '.join(map(str, others)))\ndef estimator(task, train): pass\n"
     )
-    with (
-        pytest.raises(KeyboardInterrupt),
-        user_estimator.user_estimator(f"{tmp_path / 'mine.py'}:estimator", []),
-    ):
+    with pytest.raises(KeyboardInterrupt), user_estimator.user_estimator(f"{tmp_path / 'mine.py'}:estimator", []):
         raise KeyboardInterrupt
     for pid in map(int, (tmp_path / "pids").read_text().split()):
         assert has_ended(pid)

@@ -39,8 +39,9 @@ def test_a_missing_file_is_named(tmp_path):
         published_recordings(tmp_path)
 
 
-def test_reads_all_published_recordings():
+def test_reads_all_published_recordings_without_gaps():
     found = published_recordings(published("clamped_beam").parent)
+    assert all(recording.notes == () for recordings in found.values() for recording in recordings.values())
     assert {name: len(recordings) for name, recordings in found.items()} == {
         "clamped_beam": 3,
         "pneumatic_segment": 7,

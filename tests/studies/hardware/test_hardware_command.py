@@ -11,12 +11,7 @@ from command_line import Outcome
 from csv_rows import csv_rows
 from here_executor import HereExecutor
 from study_line import study_line
-from synthetic_hardware import (
-    SEGMENT,
-    write_arm,
-    write_beam,
-    write_segment,
-)
+from synthetic_hardware import SEGMENT, write_arm, write_beam, write_segment
 
 from soft_gripper.extras.hardware.identification.simulated_motion import Setup
 from soft_gripper.extras.hardware.replay import held_out

@@ -9,12 +9,7 @@ from refusals import refused
 
 from soft_gripper.extras.paper.scenario_run import SCENARIOS, SECTIONS
 from studies.robustness import jobs as module
-from studies.robustness.jobs import (
-    FOLDER,
-    NOISE_JOBS,
-    PLANT_JOBS,
-    run_robustness,
-)
+from studies.robustness.jobs import FOLDER, NOISE_JOBS, PLANT_JOBS, run_robustness
 from studies.robustness.rows import NOMINAL_ERRORS, PlantRow, RobustnessRow
 
 NUMBERS = 1.0, 2.0, 3.0

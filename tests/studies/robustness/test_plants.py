@@ -1,10 +1,18 @@
-"""Other plants: what their files say, that they can be moulded, and that they bend about as far."""
+"""Other plants: their files, rubber by closed forms, and held fingers: samples, readings, and points along them."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.station import make_station
-from studies.robustness.plants import FINE, PLANTS, RUBBER, TAPERED, rubber_moment
+from soft_gripper.fingers.kinematics import forward_kinematics, in_space
+from soft_gripper.runs.scores.poses import held_samples
+from soft_gripper.runs.scores.readings import read_again
+from soft_gripper.sensors.strain_errors import StrainErrors
+from soft_gripper.truth.poses import corners
+from studies.robustness.plants import EVERY, FINE, PLANTS, RUBBER, TAPERED, points_along, rubber_moment, touched_fingers
 
 
 def test_files_say_what_is_different(shipped_finger) -> None:
@@ -28,12 +36,6 @@ def test_rubber_is_as_stiff_as_believed_at_60_degrees_and_softer_beyond(shipped_
     assert curved[2] < 1.1 * linear[2] < 0
 
 
-def test_rubber_that_hardly_bends_is_as_stiff_as_its_cross_section(tapered_finger) -> None:
-    for section in (tapered_finger.base, tapered_finger.tip):
-        more, less = rubber_moment(section, np.array([1e-3, -1e-3]))
-        assert (more - less) / 2e-3 == pytest.approx(section.bending_stiffness, rel=5e-3)  # by strips
-
-
 def test_a_tapered_finger_bends_about_as_far_at_its_pressures(shipped_finger) -> None:
     tapered = TAPERED.finger()
     shipped, other = (
@@ -50,3 +52,97 @@ def test_stations_have_these_fingers(tmp_path, plant) -> None:
     assert {finger.finger.segments for finger in station.fingers} == {plant.segments}
     assert station.scenario.pressure.steps["all"][-1] == pytest.approx(-50e3 * plant.pressure)
     assert station.scenario.plant_config.time_step == plant.time_step
+
+
+@pytest.mark.parametrize("end", ["base", "tip"])
+def test_small_curvatures_meet_the_bending_stiffness(tapered_finger, end) -> None:
+    section = getattr(tapered_finger, end)
+    curvature = np.array([-1e-3, 1e-3])
+    np.testing.assert_allclose(rubber_moment(section, curvature), section.bending_stiffness * curvature, rtol=2e-3)
+
+
+def test_a_solid_strip_meets_the_series(shipped_finger) -> None:
+    """Without layer and chamber the even terms cancel: M = E I k (1 + (4/3) k^2 <x^4> / <x^2>)."""
+    solid = dict.fromkeys(("chamber_width", "chamber_thickness", "layer_thickness", "layer_modulus"), 0.0)
+    section = replace(shipped_finger.base, **solid)
+    curvature, h = np.array([2.0, 6.0]), section.thickness
+    expected = section.bending_stiffness * curvature * (1 + 4 / 3 * curvature**2 * (h**4 / 80) / (h**2 / 12))
+    np.testing.assert_allclose(rubber_moment(section, curvature), expected, rtol=5e-5)
+
+
+def test_closing_softens_and_opening_stiffens(shipped_finger) -> None:
+    curvature = np.array([-10.0, -5.0, 5.0, 10.0, 20.0])
+    secant = rubber_moment(shipped_finger.base, curvature) / curvature
+    assert (np.diff(secant) < 0).all()
+    assert secant[1] > shipped_finger.base.bending_stiffness > secant[2]
+
+
+def test_samples_are_those_of_the_held_steps(held) -> None:
+    q = held.recording[f"{held.finger.name}.sampled_joint_angles"].values
+    expected = held_samples(held.station.scenario, held.recording, q)[:, ::EVERY]
+    np.testing.assert_array_equal(q[1:][held.samples], expected.reshape(-1, q.shape[-1]))
+    assert len(held.samples) == 2 * 20 // EVERY
+
+
+def test_true_points_are_those_of_the_samples_that_are_read(held) -> None:
+    """The first sample of a recording is there twice."""
+    finger = held.simulated
+    q = held.recording[f"{held.finger.name}.sampled_joint_angles"].values[held.samples + 1]
+    tips = forward_kinematics(q, finger.segment_length).tip
+    np.testing.assert_allclose(held.points(np.array([finger.length]))[:, 0], in_space(tips), rtol=0, atol=1e-15)
+
+
+def test_without_errors_all_seeds_read_the_truth(held) -> None:
+    truth = read_again(held.station, held.recording, held.finger, 3)
+    readings = held.readings(3, None, 2)
+    assert readings.shape == (len(truth.readings) - 1, 2, 6)
+    np.testing.assert_allclose(readings[:, 0], truth.readings[1:], atol=1e-15)
+    np.testing.assert_array_equal(readings[:, 0], readings[:, 1])
+    np.testing.assert_array_equal(held.pressure, truth.pressure[1:])
+    np.testing.assert_array_equal(held.gravity, truth.gravity[1:])
+
+
+def test_seeds_err_differently_and_every_time_alike(held) -> None:
+    errors, truth = StrainErrors(noise=1e-3), held.readings(2, None, 3)
+    read = held.readings(2, errors, 3)
+    np.testing.assert_array_equal(read, held.readings(2, errors, 3))
+    assert (read - truth).std(axis=0) == pytest.approx(1e-3, rel=0.4)
+    assert np.abs(read[:, 0] - read[:, 1]).min() > 0
+
+
+def test_points_of_a_chain_are_its_joints_and_its_tip(shipped_finger, bent) -> None:
+    q = bent(4, 12)
+    chain = forward_kinematics(q, shipped_finger.segment_length)
+    s = np.append(shipped_finger.joint_arc_lengths, shipped_finger.length)
+    ends = corners(in_space(chain.joints), in_space(chain.tip))
+    np.testing.assert_allclose(points_along(shipped_finger, ends, s), in_space(chain.points), atol=1e-15)
+    between = 0.3 * s + 0.02
+    np.testing.assert_allclose(
+        points_along(shipped_finger, ends, between), in_space(chain.at(between).points), atol=1e-15
+    )
+
+
+def test_points_of_finer_chains_converge_to_an_arc(shipped_finger) -> None:
+    """With the square of the length of the segments: joints lie in their middles."""
+    bend, s = 1.5, np.linspace(0.013, 0.12, 7)
+    arc = (np.exp(1j * bend * s / 0.12) - 1) / (1j * bend / 0.12)
+    errors = []
+    for segments in (12, 24, 48):
+        finger = replace(shipped_finger, segments=segments)
+        chain = forward_kinematics(np.full(segments, bend / segments), finger.segment_length)
+        errors.append(np.abs(chain.at(s).points - arc).max())
+    assert errors[0] / errors[1] == pytest.approx(4, rel=0.25)
+    assert errors[1] / errors[2] == pytest.approx(4, rel=0.25)
+
+
+def test_fingers_that_touch_nothing_all_count(held) -> None:
+    found = touched_fingers("free_bending", held.station, held.recording)
+    assert [each.finger.name for each in found] == [finger.name for finger in held.station.fingers]
+
+
+def test_pegs_are_touched_by_a_single_finger(held, monkeypatch) -> None:
+    name = held.station.fingers[1].name
+    force = f"{name}.link_contact_force"
+    pressed = held.recording.data.assign({force: held.recording[force] + 1.0})
+    (found,) = touched_fingers("free_bending", held.station, Recording(pressed))
+    assert found.finger.name == name

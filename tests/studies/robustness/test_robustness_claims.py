@@ -1,14 +1,15 @@
-"""Claims of robustness: each is broken by one row, and by no other number."""
+"""Claims of robustness: each is broken by one row, and by no other number; the map shows the worst scenario."""
 
 from dataclasses import replace
 from itertools import product
 from math import nan
 
+import numpy as np
 import pytest
 
 from soft_gripper.extras.paper.bars import BARS
 from soft_gripper.extras.paper.scenario_run import SCENARIOS
-from studies.robustness.claims import realistic, robustness_claims
+from studies.robustness.claims import map_figure, realistic, robustness_claims
 from studies.robustness.plants import PLANTS
 from studies.robustness.rows import NOMINAL_ERRORS, PlantRow, RobustnessRow
 
@@ -99,3 +100,25 @@ def test_the_worst_scenario_and_nominal_model_are_named() -> None:
     where = {"estimator": "arcs", "sections": 4, "noise": 1.0, "scenario": "box_grasp", "nominal": "E +10 %, p -1 %"}
     claim = robustness_claims(changed(ROWS, {"mean_mm": 0.7}, **where), PLANT_ROWS)[1]
     assert claim.number.endswith("worst: box_grasp, E +10 %, p -1 %")
+
+
+ESTIMATORS, NOISES, MAPPED = ("arcs", "gaussian"), (0.0, 1.0, 4.0), ("free_bending", "box_grasp")
+
+
+def error(scenario, estimator, nominal, noise, sections):
+    scale = (1 + MAPPED.index(scenario)) * (2 - ESTIMATORS.index(estimator))
+    return scale * (0.1 + noise) / sections * (2 if nominal == "wrong" else 1)
+
+
+def test_every_cell_is_the_worst_scenario() -> None:
+    nominals = ("as simulated", "wrong")
+    rows = [
+        RobustnessRow(s, name, b, noise, n, error(s, name, b, noise, n), 1.0, 1.0, 1.0, 20)
+        for s, name, b, noise, n in product(MAPPED, ESTIMATORS, nominals, NOISES, (1, 2))
+    ]
+    figure = map_figure(rows)
+    for axes, (nominal, sections) in zip(figure.axes, product(nominals, (1, 2)), strict=False):
+        expected = [[error("box_grasp", e, nominal, noise, sections) for noise in NOISES] for e in ESTIMATORS]
+        np.testing.assert_allclose(axes.images[0].get_array(), expected)
+        assert [text.get_text() for text in axes.texts] == [f"{value:.2f}" for value in np.ravel(expected)]
+    assert [label.get_text() for label in figure.axes[0].get_yticklabels()] == list(ESTIMATORS)

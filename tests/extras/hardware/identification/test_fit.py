@@ -8,7 +8,7 @@ from identified import LET_GO, RELEASE, recorded, release, step
 from refusals import refused
 
 from soft_gripper.extras.hardware.identification import fit as fit_module
-from soft_gripper.extras.hardware.identification.fit import _Problem, fit, fit_unknowns, marker_residuals
+from soft_gripper.extras.hardware.identification.fit import _Problem, fit, marker_residuals
 from soft_gripper.extras.hardware.identification.free_parameters import Model, free_parameters
 from soft_gripper.extras.hardware.identification.simulated_motion import Setup
 from soft_gripper.fingers.finger_parts import CreepBranch
@@ -76,12 +76,6 @@ def test_markers_that_are_not_seen_count_nothing(beam, motion):
     residuals = marker_residuals(Model(beam), replace(motion, markers=hidden)).reshape(len(hidden), 3, 2)
     assert np.all(residuals[10:60, 1] == 0)
     assert np.all(residuals[10:60, 0] != 0)
-
-
-@pytest.mark.slow
-def test_event_of_a_test_is_found_without_changing_the_model(beam, motion):
-    late = motion.with_unknowns(np.array([RELEASE, LET_GO]) - 0.03)
-    assert fit_unknowns(Model(beam), late).events == pytest.approx((RELEASE, LET_GO), abs=2e-3)
 
 
 def test_fit_that_does_not_converge(beam, motion, pool, monkeypatch):

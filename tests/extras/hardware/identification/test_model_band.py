@@ -9,12 +9,7 @@ import yaml
 from refusals import refused
 
 from soft_gripper.extras.hardware.identification.free_parameters import Model
-from soft_gripper.extras.hardware.identification.model_band import (
-    STATES,
-    band_rows,
-    extrapolations,
-    learned_band,
-)
+from soft_gripper.extras.hardware.identification.model_band import STATES, band_rows, extrapolations, learned_band
 from soft_gripper.extras.hardware.identification.settled_states import IdentifiedStates, SettledStates, StateScore
 from soft_gripper.extras.hardware.identification.settled_states import TestedStates as Compared
 from soft_gripper.fingers.paths import Tendon

@@ -12,11 +12,7 @@ from soft_gripper.errors import InputError
 from soft_gripper.extras.hardware.commands.printing import print_identified_states
 from soft_gripper.extras.hardware.identification import settled_states as module
 from soft_gripper.extras.hardware.identification.free_parameters import Model, free_parameters
-from soft_gripper.extras.hardware.identification.identified_finger import (
-    doubts_of_states,
-    read_finger,
-    with_finger,
-)
+from soft_gripper.extras.hardware.identification.identified_finger import doubts_of_states, read_finger, with_finger
 from soft_gripper.extras.hardware.identification.model_band import learned_band
 from soft_gripper.extras.hardware.identification.settled_states import (
     SettledStates,

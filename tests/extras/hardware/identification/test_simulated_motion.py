@@ -77,15 +77,9 @@ def test_mounting_moves_markers_rigidly(beam):
     motion, setup = release(1.0), Setup(mounting_x=0.004, mounting_z=-0.003, mounting_angle=0.2)
     place = (setup.mounting_z + 1j * setup.mounting_x, np.exp(0.2j))
     weight = 9.81j * place[1]
-    along = replace(
-        motion,
-        reference=place[0] + place[1] * REFERENCE,
-        gravity=np.array([weight.imag, 0, weight.real]),
-    )
+    along = replace(motion, reference=place[0] + place[1] * REFERENCE, gravity=np.array([weight.imag, 0, weight.real]))
     np.testing.assert_allclose(
-        simulated_markers(beam, setup, along),
-        place[0] + place[1] * simulated_markers(beam, Setup(), motion),
-        atol=1e-9,
+        simulated_markers(beam, setup, along), place[0] + place[1] * simulated_markers(beam, Setup(), motion), atol=1e-9
     )
 
 

@@ -4,12 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from synthetic_hardware import (
-    BEAM,
-    BEAM_LOADS,
-    beam_motion,
-    write_beam,
-)
+from synthetic_hardware import BEAM, BEAM_LOADS, beam_motion, write_beam
 
 from soft_gripper.extras.hardware.identification.fit import score
 from soft_gripper.extras.hardware.identification.free_parameters import Model

@@ -3,26 +3,11 @@
 import numpy as np
 import pytest
 
-from soft_gripper.extras.hardware.replay.arm_estimation import PERIOD, ArmRecording, RigidParts, stretched_arm
-from soft_gripper.extras.hardware.replay.geometry_fit import ArmGeometry, bend_under, fit_drive, fit_geometry, measured
+from soft_gripper.extras.hardware.replay.arm_estimation import PERIOD, ArmRecording, RigidParts
+from soft_gripper.extras.hardware.replay.geometry_fit import ArmGeometry, bend_under, fit_drive, measured
 from soft_gripper.extras.hardware.replay.wire_lengths import WireGeometry
 from soft_gripper.fingers.finger_parts import CreepBranch
 from soft_gripper.fingers.statics import gravity_torque
-
-
-@pytest.fixture(scope="module")
-def geometry(arms, arm_finger):
-    return fit_geometry(arms[:3], arm_finger)
-
-
-def test_geometry_holds_on_a_recording_that_it_never_saw(arms, arm_finger, geometry):
-    theta, length = geometry.wires.sections(arms[3].inner, arms[3].outer)
-    q = np.repeat(theta / 6, 6, axis=-1)
-    _, bodies, headings = stretched_arm(geometry.parts, q, length, arm_finger.section_ends(2))
-    places, turns = measured(arms[3], geometry.delay)
-    assert np.abs(bodies - places).mean() < 1e-3
-    assert np.abs(headings - turns).mean() < 5e-3
-    assert abs(geometry.delay) < 0.01
 
 
 def test_a_delay_shows_bodies_where_they_were_before(arms):

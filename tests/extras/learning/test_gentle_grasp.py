@@ -1,0 +1,221 @@
+"""The example of a gentle grasp: episodes, intervals, policies on made-up observations, and learning on a formula."""
+
+from itertools import islice
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.spaces import Box
+from gymnasium.vector import SyncVectorEnv
+
+from gentle_grasp import learn as module
+from gentle_grasp.episodes import Episode, mean, run_episodes, saved_force, share, summary
+from gentle_grasp.learn import FAILURE, LARGEST, cost, learn, load_learned, save_learned, training_seeds
+from gentle_grasp.policies import LATEST_LIFT, STEP, GentleGrasp, GentleParameters, HandTuned
+from soft_gripper.extras.learning.config import load_environment
+
+
+class Counting:
+    """A policy that acts by how often it has acted."""
+
+    acted = 0
+
+    def act(self, observation):
+        self.acted += 1
+        return np.array([self.acted, observation[0]])
+
+
+class Short(gymnasium.Env):
+    """An environment whose episodes end after two steps and those of the seed, and remember the actions."""
+
+    observation_space, action_space = Box(-99, 99, (1,)), Box(-99, 99, (2,))
+
+    def __init__(self, end):
+        self.end, self.actions = end, []
+
+    def reset(self, *, seed=None, options=None):
+        if seed is not None:
+            self.seed = seed
+        self.steps = 0
+        return np.array([self.seed], np.float32), {"mass": 0.03}
+
+    def step(self, action):
+        self.steps += 1
+        self.actions.append(action.tolist())
+        over = self.steps == 2 + self.seed
+        info = {"success": over and self.seed > 1, "peak_force": 0.1 * self.steps}
+        if self.end == "diverged":
+            return np.array([0.0], np.float32), 0.0, False, True, {"diverged": "no convergence"}
+        observation = np.array([self.seed + self.steps], np.float32)
+        return observation, 0.0, over and self.end == "over", over and self.end == "late", info
+
+
+@pytest.mark.parametrize("end", ["over", "late"])
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_episodes_end_when_they_are_over_or_late_and_are_what_their_last_step_says(end, count):
+    environments = [Short(end) for _ in range(count)]
+    found = run_episodes(SyncVectorEnv([lambda env=env: env for env in environments]), [Counting(), Counting()], [1, 2])
+    assert found == [Episode(1, False, pytest.approx(0.3)), Episode(2, True, pytest.approx(0.4))]
+    first = [[1, 1], [2, 2], [3, 3]]
+    assert environments[0].actions[:3] == first
+    assert environments[1 % count].actions[-4:][:2] == [[1, 2], [2, 3]]
+
+
+def test_an_episode_that_diverges_is_no_success():
+    (found,) = run_episodes(SyncVectorEnv([lambda: Short("diverged")]), [Counting()], [1])
+    assert not found.success
+    assert np.isnan(found.peak_force)
+
+
+@pytest.mark.parametrize(
+    ("successes", "number", "low", "high"),
+    [  # Newcombe, Stat. Med. 17, 1998, 857-872, table I, method 3
+        (81, 263, 0.2553, 0.3662),
+        (15, 148, 0.0624, 0.1605),
+        (0, 20, 0.0, 0.1611),
+        (1, 29, 0.0061, 0.1718),
+    ],
+)
+def test_shares_have_the_score_interval_of_wilson(successes, number, low, high):
+    found = share(successes, number)
+    assert found.value == pytest.approx(successes / number)
+    assert (found.low, found.high) == pytest.approx((low, high), abs=6e-5)
+
+
+def test_all_successes_leave_room_for_failures():
+    found = share(100, 100)
+    assert found.high == pytest.approx(1.0)
+    assert found.low == pytest.approx(0.963, abs=5e-4)
+
+
+def test_the_bootstrap_agrees_with_the_normal_approximation_where_that_holds():
+    values = np.random.default_rng(0).normal(2.0, 0.5, 400)
+    found, error = mean(values), values.std() / 20
+    assert found.value == values.mean()
+    assert found.low == pytest.approx(found.value - 1.96 * error, abs=0.1 * error)
+    assert found.high == pytest.approx(found.value + 1.96 * error, abs=0.1 * error)
+
+
+def test_the_bootstrap_is_the_same_every_time():
+    values = np.random.default_rng(0).gamma(2.0, size=30)
+    assert mean(values) == mean(values)
+
+
+KNOWN = GentleParameters()
+
+
+def observed(torque):
+    """An observation of SoftGrasp-v0 with a grip torque, N m."""
+    observation = np.zeros(10, np.float32)
+    observation[4:6] = -10 * torque
+    return observation
+
+
+def pressure(action):
+    return float(np.interp(action[0], [-1, 1], [-20e3, 130e3]))
+
+
+def height(action):
+    return float(np.interp(action[1], [-1, 1], [0.0, 0.08]))
+
+
+def test_the_learned_policy_approaches_squeezes_holds_and_lifts():
+    policy, pressures, torque = GentleGrasp(KNOWN), [], 0.0
+    for _ in range(60):
+        action = policy.act(observed(torque))
+        pressures.append(pressure(action))
+        torque = 1.5e-6 * max(pressures[-1] - 30e3, 0.0)  # an object that is touched at 30 kPa
+    rates = np.diff(pressures) / STEP
+    assert rates[0] == pytest.approx(KNOWN.approach, rel=1e-4)
+    assert rates[15] == pytest.approx(KNOWN.squeeze, rel=1e-4)
+    assert torque == pytest.approx(KNOWN.target, rel=0.05)
+    assert height(action) == pytest.approx(0.08)
+
+
+def test_what_was_touched_once_is_squeezed_slowly_even_if_the_touch_is_lost():
+    policy = GentleGrasp(KNOWN)
+    pressures = [pressure(policy.act(observed(torque))) for torque in (0.0, 0.0, 1.1 * KNOWN.touch, 0.0, 0.0)]
+    np.testing.assert_allclose(np.diff(pressures)[0] / STEP, KNOWN.approach, rtol=1e-4)
+    assert (np.diff(pressures)[1:] / STEP < KNOWN.squeeze * 1.001).all()
+
+
+def test_the_lift_waits_for_the_grip_but_not_for_ever():
+    policy = GentleGrasp(KNOWN)
+    heights = [height(policy.act(observed(0.0))) for _ in range(60)]
+    assert np.flatnonzero(heights)[0] == pytest.approx(LATEST_LIFT / STEP, abs=1.1)
+
+
+def test_the_hand_tuned_grasp_lifts_when_the_fingers_rest_with_a_grip():
+    def first_lift(openings, torque):
+        policy = HandTuned()
+        heights = [height(policy.act(np.array([10 * o, 10 * torque], np.float32))) for o in openings]
+        return int(np.argmax(np.array(heights) > 0))
+
+    closing = np.concatenate([np.linspace(0.07, 0.04, 10), np.full(20, 0.04)])
+    assert first_lift(closing, 0.05) == 11  # two tenths of a second after the last motion beyond the band
+    assert first_lift(closing, 0.01) == 0  # not yet: nothing is gripped
+
+
+VARIATION = load_environment("soft_grasp").config.variation
+
+
+def needed(seed):
+    return module.needed(seed, VARIATION)
+
+
+def formula(environments, policies, seeds):
+    """Force is in proportion to the torque that is held, and holds what is not too heavy for it."""
+    forces = [policy._parameters.target / 0.11 for policy in policies]
+    pairs = zip(seeds, forces, strict=True)
+    return [Episode(seed, force > needed(seed) * 9.81 / 2, force) for seed, force in pairs]
+
+
+@pytest.fixture
+def learned(monkeypatch):
+    monkeypatch.setattr(module, "run_episodes", formula)
+    return [*islice(learn(None, 8, 8, 1), 25)]
+
+
+def test_the_least_force_that_holds_is_found(learned):
+    heaviest = max(map(needed, training_seeds(8)))
+    assert learned[-1][0].target / 0.11 == pytest.approx(heaviest * 9.81 / 2, rel=0.05)
+    assert learned[-1][1].cost < learned[0][1].cost
+    assert [generation.episodes for _, generation in learned[:3]] == [64, 128, 192]
+
+
+def test_the_same_seed_learns_the_same(learned):
+    assert [*islice(learn(None, 8, 8, 1), 3)] == learned[:3]
+
+
+def test_how_hard_an_object_is_to_hold_is_known_from_its_seed(one_gripper):
+    info = one_gripper.reset(seed=7)[1]
+    assert module.needed(7, one_gripper.environment.config.variation) == pytest.approx(info["mass"] / info["friction"])
+
+
+def test_failures_cost_more_than_any_force():
+    assert cost([Episode(0, True, 0.5), Episode(1, True, 0.7)]) == pytest.approx(0.6)
+    assert cost([Episode(0, False, 100.0)]) == FAILURE + LARGEST
+    assert cost([Episode(0, False, float("nan"))]) == FAILURE + LARGEST  # one that diverged
+
+
+def test_what_was_learned_is_read_as_it_was_written(learned, tmp_path):
+    parameters, curve = learned[-1][0], [generation for _, generation in learned]
+    save_learned(tmp_path / "learned.yaml", parameters, curve)
+    assert load_learned(tmp_path / "learned.yaml") == (parameters, curve)
+
+
+def test_what_is_shipped_is_there():
+    parameters, curve = load_learned()
+    assert parameters.target > 0
+    assert curve
+
+
+def test_policies_are_compared_over_the_same_objects():
+    hand = [Episode(seed, True, 0.6 + 0.01 * (seed % 3)) for seed in range(30)]
+    gentle = [Episode(seed, seed != 0, 0.4 + 0.01 * (seed % 3)) for seed in range(30)]
+    found = summary("learned", gentle)
+    assert found.success.value == pytest.approx(29 / 30)
+    assert "0.967" in str(found)
+    assert saved_force(hand, gentle) == pytest.approx((0.2, 0.2, 0.2))
+    with pytest.raises(ValueError, match="same objects"):
+        saved_force(hand, gentle[1:])
