@@ -29,11 +29,6 @@ from soft_gripper.models import DIRECTORY
 from soft_gripper.scenario.schema import ArmConfig, ModelConfig
 
 
-@pytest.fixture(autouse=True)
-def _cache(tmp_path, monkeypatch):
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-
-
 def test_joints_have_actuators_that_hold_them_within_the_effort_limits_of_the_file(tmp_path):
     loaded = load(write_urdf(tmp_path, ARM))
     assert [(a.joint().name(), a.effort_limit()) for a in loaded.actuators] == [("shoulder", 40), ("elbow", 40)]

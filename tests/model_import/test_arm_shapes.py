@@ -9,11 +9,6 @@ from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.systems.sensors import CameraInfo
 
 
-@pytest.fixture(autouse=True)
-def _cache(tmp_path, monkeypatch):
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-
-
 def extents(loaded, geometry):
     """Size along x, y, z of a geometry, m, as Drake sees it."""
     bounds = loaded.query().ComputeObbInWorld(geometry)

@@ -17,9 +17,7 @@ RADIUS = 0.008  # m, of a ball that fits between the tines of the fork
 
 
 @pytest.fixture(autouse=True)
-def _folder(tmp_path, monkeypatch):
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    monkeypatch.chdir(tmp_path)
+def _files(cache):
     fork().export("fork.obj")
     (inverted := fork()).invert()
     inverted.export("inverted.stl")

@@ -54,11 +54,6 @@ def loaded(suffix, limits=(0, 1, 1), config=None):
     return ends, said, plant, arm, model.mimics
 
 
-@pytest.fixture(autouse=True)
-def _folder(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-
-
 @pytest.mark.parametrize("suffix", FORMS)
 def test_limits_that_contradict_a_leader_are_left_out(suffix):
     ends, (note,), plant, arm, mimics = loaded(suffix)

@@ -24,11 +24,6 @@ IN_SDF = "<inertial><mass>1</mass><inertia><ixx>.01</ixx><iyy>.01</iyy><izz>.01<
 SDF_LIMIT = "<limit><lower>-1</lower><upper>1</upper><velocity>1</velocity><effort>9</effort></limit>"
 
 
-@pytest.fixture(autouse=True)
-def _cache(tmp_path, monkeypatch):
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-
-
 def urdf(*inside):
     return f"<robot name='m'>{''.join(inside)}</robot>"
 

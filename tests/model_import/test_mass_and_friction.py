@@ -45,9 +45,7 @@ FILES = {
 
 
 @pytest.fixture(autouse=True)
-def _folder(tmp_path, monkeypatch):
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    monkeypatch.chdir(tmp_path)
+def _files(cache):
     for name, text in FILES.items():
         Path(name).write_text(text, encoding="utf-8")
     trimesh.creation.box([0.04, 0.03, 0.05]).export("mesh.obj")

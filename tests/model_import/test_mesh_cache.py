@@ -20,13 +20,6 @@ CENTER = np.array([0.5, -0.3, 1.0])
 BOX = np.array([CENTER - SIZE / 2, CENTER + SIZE / 2])
 
 
-@pytest.fixture(autouse=True)
-def cache(tmp_path, monkeypatch) -> Path:
-    """Where converted meshes are kept."""
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    return tmp_path / "cache" / "soft-gripper" / "meshes"
-
-
 def a_box(color=None):
     box = trimesh.creation.box(SIZE)
     box.apply_translation(CENTER)

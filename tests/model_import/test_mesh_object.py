@@ -26,13 +26,6 @@ def mesh_to_sdf(path, config, name="thing", **more):
     return read_model(ModelFile(path), ImportOptions(name=name, **config, **more)).text
 
 
-@pytest.fixture(autouse=True)
-def cache(tmp_path, monkeypatch) -> Path:
-    """Where scaled meshes are kept."""
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    return tmp_path / "cache" / "soft-gripper" / "meshes"
-
-
 @pytest.fixture
 def box_file(tmp_path):
     """Writes a box, in millimetres, of the name that is asked for."""

@@ -15,9 +15,7 @@ from soft_gripper.scenario.schema import ArmConfig, ModelConfig
 
 
 @pytest.fixture(autouse=True)
-def _folder(tmp_path, monkeypatch):
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    monkeypatch.chdir(tmp_path)
+def _files(cache):
     for suffix in ("stl", "obj"):
         trimesh.creation.box([300.0, 50.0, 40.0]).export(f"link_mm.{suffix}")
 

@@ -61,11 +61,6 @@ def loaded(suffix, *without):
     return bodies, {plant.get_joint(index).name() for index in plant.GetJointIndices(model)}
 
 
-@pytest.fixture(autouse=True)
-def _folder(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-
-
 @pytest.mark.parametrize("suffix", FORMS)
 def test_links_and_what_hangs_on_them_are_left_out(suffix):
     bodies, joints = loaded(suffix, "jaw")
