@@ -30,7 +30,8 @@ from soft_gripper.extras.hardware.recording_schema import LENGTH, AnyInstrument,
 from soft_gripper.extras.page.session import Driver
 
 SENT = (  # signals of a finger, and of a grip, that are sent unless the bench names others
-    *("tip_pose", "position_std", "external_torque", "contact", "contact_force", "contact_force_std"),
+    *("tip_pose", "position_std", "external_torque", "contact", "transverse_force", "transverse_force_std"),
+    *("contact_force", "contact_force_std"),
     *("contact_arc_length", "contact_arc_length_std", "contact_probability", "contact_force_bounds"),
     *("opening", "torque", "force", "object_width"),
     *(DISTANCE, FAR),
@@ -39,6 +40,7 @@ COMMANDS = ("pressure_command", "tension_command", "pull_command")
 _BANDS = {  # what a band is of, by its name
     "position_std": ("joint_positions", "tip_pose"),
     "contact_force_std": ("contact_force",),
+    "transverse_force_std": ("transverse_force",),
     "contact_arc_length_std": ("contact_arc_length",),
 }
 _MOST_SKIPPED = 1.0  # s of lost readings that the estimators are told of; no memory of theirs is longer

@@ -35,7 +35,10 @@ _ROWS: dict[str, tuple[tuple[str, ...], Callable[..., str] | None]] = {
     "tip x, z [mm]": (("tip_pose",), lambda tip: _millimetres(*tip[:2])),
     "tip ± [mm]": (("position_std",), lambda std: f"{1e3 * std[-1]:.2f}"),
     "contact": (("contact_answer",), None),
-    "force [N]": (("contact_force", "contact_force_std"), lambda force, std: _with_std(force[0], std[0])),
+    "transverse force [N]": (
+        ("transverse_force", "transverse_force_std"),
+        lambda force, std: _with_std(force[0], std[0]),
+    ),
     "at most [N]": (("contact_probability", "contact_force_bounds"), lambda _, bounds: _bounded(bounds[2])),
     "contact at [mm]": (("contact_arc_length",), lambda place: _millimetres(place[0])),
     "health": (("fault",), None),

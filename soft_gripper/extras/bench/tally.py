@@ -26,7 +26,8 @@ class _FingerTally:
     """Contacts of one finger while what drives it rested, and while that moved."""
 
     def __init__(self, name: str, bench: Bench):
-        self._force, self._std, self._place = (f"{name}.contact_{own}" for own in ("force", "force_std", "arc_length"))
+        signals = "transverse_force", "transverse_force_std", "contact_arc_length"
+        self._force, self._std, self._place = (f"{name}.{signal}" for signal in signals)
         self._driving = [f"{name}.{kind}" for kind in ("pressure", "tension") if f"{name}.{kind}" in bench.inputs]
         supply = bench.scenario.pressure
         has_pressure = self._driving[:1] == [f"{name}.pressure"]
@@ -158,8 +159,8 @@ class StatusLine:
         self._fingers, self._width = list(bench.quantities), width
         self._parts: dict[str, Callable[..., str]] = {  # by the signals that they are made of
             "tip_pose": lambda tip: f"tip {1e3 * tip[0]:.1f}, {1e3 * tip[1]:.1f} mm",
-            "contact_force": lambda force: f"{force[0]:.2f} N",
-            "contact_force_std": lambda std: f"± {std[0]:.2f}",
+            "transverse_force": lambda force: f"{force[0]:.2f} N",
+            "transverse_force_std": lambda std: f"± {std[0]:.2f}",
             "pressure_command": lambda u: f"command {' '.join(f'{each:.4g}' for each in u)} {pressure_unit}",
             FAR: lambda far: "FAR from its calibration" if far[0] else "",
         }

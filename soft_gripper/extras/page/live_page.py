@@ -65,8 +65,8 @@ class SessionPage:
 
 
 MOST_LINES = 16  # of a signal
-# Shown at first, of those that there are: the contact force, estimated if it is, and then others.
-_FORCES = ("contact_force", "normal_force")
+# Shown at first, of those that there are: the force of a contact, estimated if it is, and then others.
+_FORCES = ("transverse_force", "normal_force")
 SHOWN = ("pressure", "tension", "grip.opening", "external_torque", "theta", "strain")
 _SHOWN_AT_FIRST = 3
 _SIGNS = {"ArrowUp": "\N{UPWARDS ARROW}", "ArrowDown": "\N{DOWNWARDS ARROW}", "Comma": ",", "Period": "."}

@@ -365,7 +365,7 @@ def test_contacts_are_told_apart_by_whether_the_drive_rested(pressures, said):
     forces[10:12] = 2.0  # in too few readings
     forces[40:] = np.linspace(0.2, 0.6, 20)
     for pressure, force in zip(pressures, forces, strict=True):
-        found = {"contact_force": force, "contact_force_std": 0.1, "contact_arc_length": 0.08}
+        found = {"transverse_force": force, "transverse_force_std": 0.1, "contact_arc_length": 0.08}
         sent = {f"finger.{name}": np.array([value]) for name, value in found.items()}
         tally.note({"finger.pressure": np.array([pressure])}, sent)
     (line,) = tally.lines()

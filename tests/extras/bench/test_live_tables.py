@@ -15,8 +15,8 @@ def port(size=1, meanings=()):
 KNOWN = {
     "left.tip_pose": port(3),
     "left.position_std": port(2),
-    "left.contact_force": port(),
-    "left.contact_force_std": port(),
+    "left.transverse_force": port(),
+    "left.transverse_force_std": port(),
     "left.contact_answer": port(meanings=("nothing touches", "touched here")),
     "left.contact_probability": port(),
     "left.contact_force_bounds": port(3),
@@ -28,8 +28,8 @@ KNOWN = {
 VALUES = {
     "left.tip_pose": [0.0123, 0.11, 0.2],
     "left.position_std": [0.0, 0.00042],
-    "left.contact_force": [0.5],
-    "left.contact_force_std": [0.04],
+    "left.transverse_force": [0.5],
+    "left.transverse_force_std": [0.04],
     "left.contact_answer": [1.0],
     "left.contact_probability": [0.1],
     "left.contact_force_bounds": [1.0, 2.0, 0.42],
@@ -37,7 +37,7 @@ VALUES = {
     "left.state_distance": [0.1, 2.3, 0.0],
     "right.fault": [0.0],
 }
-OTHERS = {"left.contact_force_std": [NAN], "left.contact_force_bounds": [1.0, 2.0, NAN], "left.is_far": [1.0]}
+OTHERS = {"left.transverse_force_std": [NAN], "left.contact_force_bounds": [1.0, 2.0, NAN], "left.is_far": [1.0]}
 
 
 def cells(values, disagreeing=()):
@@ -56,14 +56,14 @@ def test_what_is_estimated_of_any_finger_has_a_row():
         "tip x, z [mm]": ("12.3, 110.0", "-"),
         "tip ± [mm]": ("0.42", "-"),
         "contact": ("touched here", "-"),
-        "force [N]": ("0.50 ± 0.04", "-"),
+        "transverse force [N]": ("0.50 ± 0.04", "-"),
         "at most [N]": ("0.42", "-"),
         "health": ("-", "healthy"),
         "calibration": ("within, 2.3 spreads away", "-"),
     }
     others = cells(VALUES | OTHERS | {"right.fault": [1.0]}, ["right"])
     assert others == found | {
-        "force [N]": ("0.50", "-"),
+        "transverse force [N]": ("0.50", "-"),
         "at most [N]": ("not known", "-"),
         "health": ("-", ("dead", "bad")),
         "calibration": (("far, 2.3 spreads away", "bad"), "-"),

@@ -12,8 +12,8 @@ RESULTS = {
     "stale": 0.0,
     "lost": 3.0,
     "left.tip_pose": np.array([0.0123, 0.11, 0.2]),
-    "left.contact_force": np.array([0.5]),
-    "left.contact_force_std": np.array([np.nan]),
+    "left.transverse_force": np.array([0.5]),
+    "left.transverse_force_std": np.array([np.nan]),
     "left.is_far": np.array([1.0]),
     "left.pressure_command": np.array([12.5]),
 }

@@ -44,5 +44,5 @@ def test_what_would_be_a_thicket_is_no_plot() -> None:
 def test_the_first_plots_are_there() -> None:
     assert first_plots(["strain", "x", "pressure"]) == ["pressure", "strain"]
     assert first_plots(["pressure", "normal_force", "strain"]) == ["normal_force", "pressure", "strain"]
-    assert first_plots(["pressure", "normal_force", "contact_force"]) == ["contact_force", "pressure"]
+    assert first_plots(["pressure", "normal_force", "transverse_force"]) == ["transverse_force", "pressure"]
     assert first_plots(["external_torque", "strain", "tension", "theta"]) == ["tension", "external_torque", "theta"]
