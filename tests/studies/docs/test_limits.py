@@ -46,8 +46,9 @@ def row_of(difference, sections=4, sensors="ideal"):
     return row
 
 
-def intervals(difference):
-    return [row.interval_percent for row in ROWS if row.difference == difference]
+def span_of(difference, share):
+    shares = [getattr(row, share) for row in ROWS if row.difference == difference]
+    return [min(shares), max(shares)]
 
 
 def preset(name):
@@ -84,9 +85,9 @@ LIMITS = {
         for field in ("tip_error_mm", "end_angle_covered_percent")
         for name in ("textile", REALISTIC)
     ],
-    r"a force of 2 to 5 N before a third of the length # to # % of the intervals": [
-        min(intervals(STRONG)),
-        max(intervals(STRONG)),
+    r"a force of 2 to 5 N before a third of the length # to # % of the intervals, # to # % of those": [
+        *span_of(STRONG, "interval_percent"),
+        *span_of(STRONG, "transverse_percent"),
     ],
 }
 
