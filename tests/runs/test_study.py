@@ -57,14 +57,17 @@ def test_results_are_kept_by_their_keys(ended):
 
 
 def test_what_is_kept_when_ctrl_c_comes_is_counted_too(ended):
-    kept = {}
+    kept, before = {}, signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background ignores it
 
     def keep(key, result):
         signal.raise_signal(signal.SIGINT)
         kept[key] = result
 
-    with pytest.raises(KeyboardInterrupt):
-        run_study(HereExecutor(), invert, {"one": (1,), "two": (2,)}, keep, ended=ended.append)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            run_study(HereExecutor(), invert, {"one": (1,), "two": (2,)}, keep, ended=ended.append)
+    finally:
+        signal.signal(signal.SIGINT, before)
     assert len(kept) == 1
     assert ended == list(kept)
 
