@@ -298,7 +298,6 @@ def test_presets_still_err_as_much(row):
 HELD = r"`recursive`(?: \| [\d./]+){3} \| # \|"  # the first of a table: free bending, covered with two sensors
 REPEATED = [  # what a page repeats, and where it is measured
     ("limitations.md", r"bands cover # % in free bending with two sensors", "studies/robustness.md", HELD),
-    ("estimators.md", r"bands cover # % in free bending with two sensors", "studies/robustness.md", HELD),
     (
         "limitations.md",
         r"shape: # % right with two realistic sensors per side, # % only with ideal",
