@@ -40,30 +40,30 @@ def held_back() -> Iterator[Callable[[], bool]]:
             signal.raise_signal(number)
         came.append(time.monotonic())
 
-    with _handled_by(note):
+    with _signal_handler(note):
         yield lambda: bool(came)
 
 
 @contextmanager
-def delayed() -> Iterator[None]:
-    """Delays Ctrl-C, SIGTERM and SIGHUP until the block ends, so that what belongs together is done or not begun.
+def delayed_signals() -> Iterator[None]:
+    """Delays Ctrl-C, SIGTERM and SIGHUP until the block ends, so that what the block does is done whole or not at all.
 
-    Unlike `waiting` it serves a process with threads, any of which may be the one that receives a signal. Outside the
-    main thread, where Python handles no signal, it does nothing.
+    Unlike `waiting`, it serves a process with threads, any of which may receive a signal. Outside the main thread,
+    where Python handles no signal, it does nothing. If the block raises an exception, that alone is raised.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
         return
     numbers: list[int] = []
-    with _handled_by(lambda number, _: numbers.append(number)):
+    with _signal_handler(lambda number, _: numbers.append(number)):
         yield
     if numbers:
         signal.raise_signal(numbers[0])
 
 
 @contextmanager
-def _handled_by(handle: Callable[[int, Any], Any]) -> Iterator[None]:
-    """Handles those of the signals that have a handler of Python."""
+def _signal_handler(handle: Callable[[int, Any], Any]) -> Iterator[None]:
+    """Replaces the handlers of the signals within the block; a signal that the process ignores stays ignored."""
     handlers = {number: handler for number in ENDS if callable(handler := signal.getsignal(number))}
     for number in handlers:
         signal.signal(number, handle)

@@ -52,7 +52,6 @@ from soft_gripper.sensors.calibrated_states import CalibratedStates, StateDistan
 from soft_gripper.sensors.measurement import MeasurementModel
 
 _MODES = 5  # of a load in each direction
-_DEGREE = 2  # of the polynomials by which the bend per pressure may vary along the finger
 TIP_SHARE = 0.3  # fraction of the variance at the base that is due to a force on the tip
 _NEGLIGIBLE = 1e-9  # share of a variance
 _GAUSS = np.array([-1.0, 1.0]) / np.sqrt(12)  # places on a link of length 1, from its middle
@@ -321,16 +320,14 @@ class Mechanics:
         return np.asarray(q + self.compliance(q) * (torque - elastic))
 
     @cached_property
-    def bend_polynomials(self) -> Array:
-        """Legendre polynomials of degree 0 to 2 along the finger, from -1 at the base to 1 at the tip, (3, D)."""
-        finger = self.layout.finger
-        along = np.polynomial.legendre.legvander(2 * finger.joint_arc_lengths / finger.length - 1, _DEGREE).T
-        return np.tile(along, len(self.layout.ways))
-
-    @cached_property
     def bend_changes(self) -> Array:
-        """Standard deviations of the bend at the joints, as fractions, (3, D)."""
-        return self.uncertainty.bend_stds[:, None] * self.bend_polynomials
+        """Changes of the bend at the joints as fractions, (3, D): independent, of one standard deviation each.
+
+        They are Legendre polynomials of degree 0 to 2 along the finger, from -1 at the base to 1 at the tip.
+        """
+        finger, stds = self.layout.finger, self.uncertainty.bend_stds
+        polynomials = np.polynomial.legendre.legvander(2 * finger.joint_arc_lengths / finger.length - 1, len(stds) - 1)
+        return np.tile(stds[:, None] * polynomials.T, len(self.layout.ways))
 
     @property
     def usual_force(self) -> float:

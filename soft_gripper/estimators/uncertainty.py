@@ -35,8 +35,9 @@ class Uncertainty:
     # Fraction of the bend due to pressure and to the memory of creep: that of a stiffness and a drive that are known to
     # some 10 %, as those of a finger that was built and not calibrated. 0.005 declares an exact model.
     bend_per_pressure: float = quantity(0.08, least=0)
-    # Fraction by which that changes from the middle to the tip, as where a wall is thicker toward one end; None: 0.6 of
-    # `bend_per_pressure`, without the 0.005 of an exact model. Both ends may differ from the middle by as much.
+    # Fraction by which that changes linearly from the middle to the tip, as where a wall is thicker toward one end.
+    # Both ends may differ from the middle by 0.9 of it as well.
+    # None: 0.6 of `bend_per_pressure`, and 0 of an exact model.
     bend_variation: float | None = quantity(None, least=0)
     pressure: float = quantity(0.0, "Pa", least=0)  # of the pressure measurement
     gain: float = quantity(0.0, least=0)  # fraction of the strain, per sensor; estimated by `recursive`
@@ -58,7 +59,7 @@ class Uncertainty:
 
     @property
     def bend_stds(self) -> Array:
-        """Standard deviations of the bend per pressure, (3,), by the degree of its Legendre polynomial along it."""
+        """Standard deviations of the bend per pressure by degree of the Legendre polynomial along the finger, (3,)."""
         common, variation = self.bend_per_pressure, self.bend_variation
         if variation is None:
             variation = _VARIATION * math.sqrt(max(common**2 - EXACT**2, 0.0))

@@ -19,7 +19,7 @@ from soft_gripper.errors import InputError, SimulationDivergedError, WorkerDiedE
 from soft_gripper.files.output import atomic_file
 from soft_gripper.files.row_table import write_rows
 from soft_gripper.files.text import MAX_BYTES, read_text
-from soft_gripper.interrupts import delayed
+from soft_gripper.interrupts import delayed_signals
 from soft_gripper.runs.executor import MainScriptError
 
 _LOGGER = logging.getLogger(__name__)
@@ -56,7 +56,7 @@ def run_study(
         key, error = key_of.pop(future), future.exception()
         if isinstance(error, MainScriptError):
             raise error
-        with delayed():  # what is kept is also counted
+        with delayed_signals():  # a result that is kept is counted as well
             if error is None:
                 keep(key, future.result())
             elif failed is not None:

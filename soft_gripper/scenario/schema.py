@@ -393,7 +393,7 @@ class UncertaintyConfig:
     angle: float | None = like(Uncertainty, "angle")  # of a joint's angle where the finger differs from the nominal one
     # Fraction of the bend due to pressure and to the memory of creep: how wrong the nominal stiffness and drive may be.
     bend_per_pressure: float | None = like(Uncertainty, "bend_per_pressure")
-    bend_variation: float | None = like(Uncertainty, "bend_variation")  # of that along the finger
+    bend_variation: float | None = like(Uncertainty, "bend_variation")  # its linear change along the finger
     pressure: float | None = like(Uncertainty, "pressure")  # of the pressure measurement
     gain: float | None = like(Uncertainty, "gain")  # fraction of the strain, per sensor
     offset: float | None = like(Uncertainty, "offset")  # of the extension ratio, per sensor

@@ -75,20 +75,19 @@ def coverage_row(situation: str, case: Case, stated: Stated) -> Row:
 
     The interval counts where it is stated; bounds where they are below the largest force; the place where it is known.
     A share of each tenth of the length with FEWEST of these or more, and the least of them, are of contacts from 0.1 of
-    the length on. Widths and scores of the intervals are medians over the force, see `interval_score`, of contacts that
-    are detected.
+    the length on. Widths of the intervals over the force are medians, scores means, see `interval_score`, of contacts
+    that are detected.
     """
     assumed, force = case.assumed, stated.force[:, None]
     bounded = stated.bounds < 0.999 * assumed.largest_force
     far = stated.place > assumed.nearest_contact
-    least, most = stated.places.T
     true = {
-        "interval": _encloses(stated.interval, stated.force),
-        "transverse": _encloses(stated.transverse_interval, stated.transverse),
+        "interval": encloses(stated.interval, stated.force),
+        "transverse": encloses(stated.transverse_interval, stated.transverse),
         "bound": ((force <= stated.bounds)[:, 0], bounded[:, 0]),
         "bound_beyond": ((force <= stated.bounds)[:, 1], bounded[:, 1] & far),
         "bound_several": ((force <= stated.bounds)[:, 2], bounded[:, 2] & far),
-        "place": ((least <= stated.place) & (stated.place <= most), np.isfinite(least)),
+        "place": encloses(stated.places, stated.place),
     }
     row = dict(zip(KEYS, key_of(situation, case), strict=True)) | {
         "contacts": str(len(force)),
@@ -109,15 +108,16 @@ def coverage_row(situation: str, case: Case, stated: Stated) -> Row:
         for third, begin, end in _THIRDS:
             part = values[(begin <= stated.place) & (stated.place < end) & np.isfinite(values)]
             row |= {f"{name}_{each}_{third}": f"{value:.3g}" for each, value in statistics(part).items()}
-    row["degrees_median"] = f"{_median(stated.degrees[np.isfinite(stated.degrees)]):.2g}"
+    row["degrees_median"] = f"{_average(np.median, stated.degrees[np.isfinite(stated.degrees)]):.2g}"
     detected = (stated.probability > DETECTED) & np.isfinite(stated.interval[:, 0])
     for band, interval, true_force in zip(
         _BANDS, (stated.interval, stated.transverse_interval), (stated.force, stated.transverse), strict=True
     ):
-        bands = {"width": interval[:, -1] - interval[:, 0], "score": interval_score(interval, true_force)}
-        for (third, begin, end), (kind, value) in product(_THIRDS, bands.items()):
-            part = (value / true_force)[detected & (begin <= stated.place) & (stated.place < end)]
-            row[f"{band}_{kind}_{third}"] = f"{_median(part):.3g}"
+        widths, scores = interval[:, -1] - interval[:, 0], interval_score(interval, true_force)
+        for third, begin, end in _THIRDS:
+            part = detected & (begin <= stated.place) & (stated.place < end)
+            row[f"{band}_width_{third}"] = f"{_average(np.median, (widths / true_force)[part]):.3g}"
+            row[f"{band}_score_{third}"] = f"{_average(np.mean, (scores / true_force)[part]):.3g}"
     return row | {"transverse_rms_z": f"{rms_z(stated):.3g}"}
 
 
@@ -138,14 +138,15 @@ def rms_z(stated: Stated) -> float:
     return float(np.sqrt((z**2).mean())) if len(z) else np.nan
 
 
-def _encloses(interval: Array, true: Array) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Whether intervals, (M, 3), hold true values, (M), and which intervals are stated."""
+def encloses(interval: Array, true: Array) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Whether intervals, (M, 2 or 3), hold true values, (M), and which intervals are stated."""
     low, high = interval[:, 0], interval[:, -1]
     return (low <= true) & (true <= high), np.isfinite(low)
 
 
-def _median(values: Array) -> float:
-    return float(np.median(values)) if len(values) else np.nan
+def _average(function: Callable[[Array], Any], values: Array) -> float:
+    """Mean or median; NaN of no values."""
+    return float(function(values)) if len(values) else np.nan
 
 
 def _share(holds: NDArray[np.bool_], known: NDArray[np.bool_]) -> float:

@@ -20,7 +20,7 @@ from soft_gripper.files.output import lock_folder
 from soft_gripper.files.row_table import print_rows, write_csv
 from soft_gripper.runs.executor import open_executor
 from soft_gripper.runs.study import results
-from studies.contacts.contact_coverage import rms_z
+from studies.contacts.contact_coverage import encloses, rms_z
 from studies.contacts.situations import DIFFERENCES, NOMINAL, Case, drawn
 
 TABLE = "model_errors.csv"
@@ -50,12 +50,13 @@ def model_error_row(difference: str, case: Case, number: int, seed: int) -> Mode
     situation = DIFFERENCES[difference]
     stated = drawn(situation, case, number, seed)
     free = drawn(situation._replace(contacts=partial(situation.contacts, forces=_FREE)), case, number, seed)
-    (low, _, high), (least, most) = stated.interval.T, stated.places.T
-    covered = ((low <= stated.force) & (stated.force <= high))[np.isfinite(low)]
-    placed = ((least <= stated.place) & (stated.place <= most))[np.isfinite(least)]
-    low, _, high = stated.transverse_interval.T
-    across = ((low <= stated.transverse) & (stated.transverse <= high))[np.isfinite(low)]
-    masks = covered, across, placed, stated.probability > DETECTED, free.probability > DETECTED
+    pairs = (
+        (stated.interval, stated.force),
+        (stated.transverse_interval, stated.transverse),
+        (stated.places, stated.place),
+    )
+    covered = [holds[known] for holds, known in (encloses(*pair) for pair in pairs)]
+    masks = *covered, stated.probability > DETECTED, free.probability > DETECTED
     interval, transverse, place, detected, touched = (100 * float(m.mean()) if len(m) else np.nan for m in masks)
     of_case = difference, case.sections, case.sensors, len(stated.force)
     return ModelErrorRow(*of_case, interval, transverse, rms_z(stated), place, detected, touched, seed)

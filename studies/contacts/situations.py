@@ -235,7 +235,7 @@ def _stated_of(
     given = readings, driving_torque(layout.finger, layout.ways, measured * contacts.pressure), contacts.gravity
     contact = estimator(*given).contact
     assert contact is not None
-    across = contacts.transverse_force, contact.transverse_force, contact.transverse_force_std
+    transverse = contacts.transverse_force, contact.transverse_force, contact.transverse_force_std
     found = FoundContact.of(contact, contacts, layout.ways != ("bending",))
     return _stated(
         contacts.normal_force,
@@ -244,7 +244,7 @@ def _stated_of(
         found.arc_length,
         estimator.posterior(*given),
         found.degrees,
-        across,
+        transverse,
     )
 
 
@@ -259,7 +259,7 @@ def _stated(
 ) -> Stated:
     """From places in m, and true, estimated and standard deviation of the transverse force; forces are absolute."""
     length = read_finger().length
-    true, found, std = (np.asarray(values) for values in transverse)
+    true, estimate, std = (np.asarray(values) for values in transverse)
     return Stated(
         force=force,
         place=place / length,
@@ -271,7 +271,7 @@ def _stated(
         bounds=known.force_bounds,
         places=known.arc_length_set / length,
         transverse=true,
-        estimated_transverse=found,
+        estimated_transverse=estimate,
         transverse_std=std,
         transverse_interval=known.transverse_force_interval,
     )

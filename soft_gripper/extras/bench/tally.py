@@ -36,7 +36,7 @@ class _FingerTally:
         self._touched = 0
         self.name, self.is_known = name, False
         self.contacts = {True: 0, False: 0}  # by whether it rested
-        self.largest: dict[bool, tuple[float, float, float]] = {}  # force, its standard deviation and place
+        self.largest: dict[bool, tuple[float, float, float]] = {}  # transverse force, its standard deviation and place
 
     def note(self, measured: Mapping[str, Array], found: Mapping[str, Array]) -> None:
         if self._driving:
@@ -50,9 +50,9 @@ class _FingerTally:
             return
         rested = self._rested
         self.contacts[rested] += self._touched == _CONTACT_READINGS
-        if abs(force) > self.largest.get(rested, (0.0,))[0]:
+        if force > self.largest.get(rested, (0.0,))[0]:
             std, place = (float(found[name][0]) if name in found else math.nan for name in (self._std, self._place))
-            self.largest[rested] = abs(force), std, place
+            self.largest[rested] = force, std, place
 
     @property
     def _rested(self) -> bool:

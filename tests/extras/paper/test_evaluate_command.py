@@ -19,8 +19,9 @@ from soft_gripper.commands import main
 from soft_gripper.estimators.named_estimators import SHAPE_FUNCTIONS
 from soft_gripper.extras.paper.claims import Claim
 from soft_gripper.extras.paper.contact_table import ContactRow, contact_summary
-from soft_gripper.extras.paper.evaluate import CAPTIONS, RUNS, SCENARIOS, TASK
+from soft_gripper.extras.paper.evaluate import CAPTIONS, FREE, RUNS, SCENARIOS, TASK
 from soft_gripper.extras.paper.page import Evaluation
+from soft_gripper.extras.paper.pose_rows import of_estimator
 from soft_gripper.extras.paper.scenario_run import evaluated_scenario
 from soft_gripper.files.output import atomic_folder
 from soft_gripper.files.row_table import read_csv
@@ -54,6 +55,13 @@ class Evaluated(NamedTuple):
 
     outcome: Outcome
     folder: Path
+
+    def errors(self, sections: int) -> list[float]:
+        """Of all fingers in free bending, and of those that touch something in the others, mm."""
+        contact = read_csv(self.folder / "contact.csv", ContactRow)
+        bent = {(row.scenario, row.finger) for row in contact if row.touching_links or row.scenario == FREE}
+        rows = [row for row in read_csv(self.folder / "metrics.csv", PoseRow) if row.sections == sections]
+        return [row.pose_error_mm for row in of_estimator(rows, "arcs") if (row.scenario, row.finger) in bent]
 
 
 @pytest.fixture(scope="module")
@@ -130,6 +138,14 @@ def test_prints_every_claim_and_all_hold(evaluated: Evaluated) -> None:
     assert "FAILS" not in out
     assert f"all {out.count(' holds: ')} claims hold" in out
     assert all(scenario in out for scenario in SCENARIOS)
+
+
+@pytest.mark.published
+def test_more_sensors_are_never_worse_than_one(evaluated: Evaluated) -> None:
+    same = 5e-3  # mm; as long as nothing is touched, one sensor is as good as four
+    for sections in SECTIONS[1:]:
+        for more, one in zip(evaluated.errors(sections), evaluated.errors(1), strict=True):
+            assert more <= one + same
 
 
 POSES = [

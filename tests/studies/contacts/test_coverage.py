@@ -54,13 +54,13 @@ def test_a_row_has_the_share_of_what_is_stated_that_is_true():
 
 
 def test_widths_scores_and_errors_of_the_transverse_force_are_relative():
-    """Of contacts that are detected; an interval that misses by 0.15 N scores 40 times that."""
+    """Of contacts that are detected; an interval that misses by 0.15 N scores 40 times that, in the mean of all."""
     true = np.where(np.arange(40) < 30, 1.25, 1.0)
     changes = {"transverse": true, "estimated_transverse": true + 0.1, "transverse_std": np.full(40, 0.05)}
     row = coverage_row("at rest", IDEAL, stated(40, **changes))
     assert row["interval_width_near"] == row["interval_score_near"] == "0.2"
     assert (row["transverse_percent"], row["transverse_width_near"]) == ("25.0", "0.16")
-    assert float(row["transverse_score_near"]) == pytest.approx((0.2 + 40 * 0.15) / 1.25)
+    assert float(row["transverse_score_near"]) == pytest.approx(0.75 * (0.2 + 40 * 0.15) / 1.25 + 0.25 * 0.2, abs=0.01)
     assert row["transverse_rms_z"] == "2"
     assert row["transverse_width_far"] == "nan"
     unseen = coverage_row("at rest", IDEAL, stated(40, probability=np.full(40, 0.5)))
