@@ -15,7 +15,7 @@ from waiting import LONG
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.extras.bench.bench import Bench
-from soft_gripper.extras.bench.bench_driver import BenchDriver, Pace
+from soft_gripper.extras.bench.bench_driver import BenchDriver, Pace, _Spread
 from soft_gripper.extras.bench.endpoints import Endpoints, LineSource
 from soft_gripper.extras.bench.messages import MalformedError, decoded, encoded
 from soft_gripper.extras.bench.plausible import check_plausible
@@ -370,6 +370,25 @@ def test_contacts_are_told_apart_by_whether_the_drive_rested(pressures, said):
         tally.note({"finger.pressure": np.array([pressure])}, sent)
     (line,) = tally.lines()
     assert said in line
+
+
+def test_a_band_widens_by_how_far_its_own_estimate_moved_of_late():
+    """By 0.3 N from sample to sample of the one force; the other rests."""
+    values = iter([0.0, 0.3, 0.3])
+    bench = SimpleNamespace(period=0.1, signals={"f.transverse_force": None, "f.contact_force": None})
+
+    def read(names):
+        force = next(values) if "f.transverse_force" in names else 0.5
+        return {name: np.array([force]) for name in names}
+
+    bench.read = read
+    stds = {"f.transverse_force_std": np.array([0.4]), "f.contact_force_std": np.array([0.1])}
+    spread = _Spread(bench, list(stds))
+    for _ in range(3):
+        spread.note()
+    wider = spread.widened(stds, 0.1)
+    assert wider["f.transverse_force_std"] == pytest.approx(0.5)
+    assert wider["f.contact_force_std"] == pytest.approx(0.1)
 
 
 def test_a_pose_that_is_no_rotation_is_malformed():

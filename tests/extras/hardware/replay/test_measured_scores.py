@@ -2,15 +2,19 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 from command_line import soft_gripper
 from csv_rows import csv_rows
 from refusals import refusal
 from scale_files import DRIFT, FORCES, GRAM, LATE, PERIOD, RAMP, ZERO, write_log
 
 from soft_gripper.diagrams.recording import Recording
+from soft_gripper.estimators.mechanics import Mechanics
+from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.extras.hardware.finger_logs import given_log, read_finger_logs
-from soft_gripper.extras.hardware.replay.measured_scores import replay_measured
+from soft_gripper.extras.hardware.replay.measured_scores import _torque_std, replay_measured
 from soft_gripper.load.force_estimator import DELAY
+from soft_gripper.sensors.sensor_layout import SensorLayout
 
 PRESSED = [force for forces in FORCES.values() for force in forces]
 PLACES = [1e3 * place for place, forces in FORCES.items() for _ in forces]
@@ -49,6 +53,20 @@ def test_each_press_is_compared(found):
     for row in forces:
         assert row.least <= row.estimated <= row.most
         assert row.within_band_percent == 100
+
+
+def test_the_band_of_a_torque_counts_a_drive_that_varies_along_the_finger(shipped_finger):
+    """Of joints that are known exactly, by shares of the driving torque: common, linear and quadratic."""
+    data = {
+        "finger.joint_angle_covariance": (("time", "joint", "joint2"), np.zeros((2, 12, 12))),
+        "sampled_pressure": (("time",), np.full(2, 80e3)),
+    }
+    mechanics = Mechanics(SensorLayout(shipped_finger, 2), Uncertainty(bend_per_pressure=0.05, bend_variation=0.1))
+    joint = np.array([0, 11])
+    found = _torque_std(Recording(xr.Dataset(data)), "finger", joint, mechanics)
+    x = 2 * shipped_finger.joint_arc_lengths[joint] / shipped_finger.length - 1
+    shares = np.sqrt(0.05**2 + (0.1 * x) ** 2 + (0.06 * (1.5 * x**2 - 0.5)) ** 2)
+    np.testing.assert_allclose(found, shares * shipped_finger.pressure_torque(80e3)[joint], rtol=1e-12)
 
 
 def test_a_finger_rests_half_a_second_after_its_pressure_is_steady(found):
