@@ -3,7 +3,8 @@
 It is the transverse force: the part at right angles to the line from the base of the finger to the contact, which bends
 the finger. A force along that line has no lever about the base, so that friction along the finger, which is unknown,
 trades against the force along the normal, which is given as well: its median error is about twice as large with
-realistic sensors, and up to ten times with ideal ones.
+realistic sensors, and up to ten times with ideal ones. The closing force is the component against the direction in
+which the finger closes; those of two fingers that hold an object are equal.
 """
 
 import math
@@ -16,7 +17,9 @@ import xarray as xr
 
 from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
+from soft_gripper.estimators.estimate import CLOSING
 from soft_gripper.estimators.force_posterior import INTERVAL, NOTHING
+from soft_gripper.estimators.plane import in_base
 from soft_gripper.files.row_table import UNKNOWN, table_text
 
 _TRUE, _ESTIMATED = "true_transverse_force", "transverse_force"
@@ -30,6 +33,7 @@ class FingerForce:
 
     true_transverse_n, transverse_n: size of the force at right angles to the line from the base to the contact.
     least_n, most_n: the band of its estimate, which holds the true one with a probability of 95 %.
+    true_closing_n, closing_n: along -x of the base of the finger.
     true_normal_n, normal_n: across the finger in its bending plane, positive on the inner side.
     true_mm, estimated_mm: contact location along the finger, from its base.
     """
@@ -40,6 +44,8 @@ class FingerForce:
     transverse_n: float
     least_n: float
     most_n: float
+    true_closing_n: float
+    closing_n: float
     true_normal_n: float
     normal_n: float
     true_mm: float
@@ -70,6 +76,7 @@ class ContactForces:
 
         data    true_transverse, transverse  (T, F) N, at right angles to the line from the base to the contact
                 least, most                  (T, F) N, ends of its band, which holds the true one with 95 %
+                true_closing, closing        (T, F) N, along -x of the base of the finger
                 true_normal, normal          (T, F) N, across the finger in its plane, positive on the inner side
                 true_location, location      (T, F) m along the finger from its base; NaN without contact
 
@@ -130,7 +137,8 @@ def contact_forces(data: xr.Dataset) -> ContactForces:
     return ContactForces(xr.Dataset(variables, {"time": data["time"], "finger": fingers}))
 
 
-_UNITS = dict.fromkeys(("true_transverse", "transverse", "least", "most", "true_normal", "normal"), "N")
+_FORCES = "true_transverse", "transverse", "least", "most", "true_closing", "closing", "true_normal", "normal"
+_UNITS = dict.fromkeys(_FORCES, "N")
 _UNITS |= dict.fromkeys(("true_location", "location"), "m")
 
 
@@ -150,8 +158,14 @@ def _of_finger(data: xr.Dataset, finger: str) -> dict[str, Array]:
     band = ForceBand(unknown, unknown)
     if interval in data:
         band = force_band(data[interval].values, signal("contact_answer"))
+    closing = unknown, unknown
+    if f"{finger}.true_contact_force_world" in data and f"{finger}.X_WB" in data:
+        in_finger = in_base(signal("X_WB"), signal("true_contact_force_world"))
+        closing = in_finger @ CLOSING, closing[1]
+    if f"{finger}.contact_force_vector" in data:
+        closing = closing[0], signal("contact_force_vector") @ CLOSING
     others = "true_contact_force", "contact_force", "true_contact_arc_length", "contact_arc_length"
-    return dict(zip(_UNITS, (signal(_TRUE), signal(_ESTIMATED), *band, *map(signal, others)), strict=True))
+    return dict(zip(_UNITS, (signal(_TRUE), signal(_ESTIMATED), *band, *closing, *map(signal, others)), strict=True))
 
 
 def forces_text(rows: Sequence[FingerForce], estimator: str = "") -> str:

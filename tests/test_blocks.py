@@ -38,6 +38,7 @@ STATIONS = (
 SIZES = {"pressure": 5e4, "strain": 0.02, "driving_torque": 0.05, "standard_normal": 1.0, "sampled_state": 0.1}
 # What the name of an output says of its unit, the first that is found in it.
 UNITS = {
+    r"force.*covariance": "N^2",
     r"force|contact_total": "N",
     r"torque|residual": "N m",
     r"pressure": "Pa",

@@ -243,7 +243,7 @@ class SurfaceContact:
             force_std=across_std,
             arc_length_std=place_std,
             vector=vector,
-            vector_std=_std(of_vector),
+            vector_covariance=of_vector,
             direction_std=_direction_std(vector, of_vector),
             side=surface.angle[cells[..., 0]],
             transverse_force=sizes[..., 0],
@@ -368,7 +368,7 @@ class SurfaceContact:
             "force_std": float(_std_of_sum(after, directions[:, 0])),
             "arc_length_std": float(_std_of_sum(after, (s - center) / pressing)),
             "vector": vector,
-            "vector_std": _std(of_vector),
+            "vector_covariance": of_vector,
             "transverse_force": transverse,
             "transverse_force_std": np.sqrt(across @ of_vector @ across),
         }
@@ -628,11 +628,6 @@ def _about_best(weights: Array, forces: Array) -> tuple[Array, Array]:
     return best, np.swapaxes(rows, -1, -2) @ rows
 
 
-def _std(covariance: Array) -> Array:
-    """Standard deviations, (..., M, M) -> (..., M)."""
-    return np.sqrt(np.diagonal(covariance, axis1=-2, axis2=-1))
-
-
 def _direction_std(vector: Array, covariance: Array) -> Array:
     """Root mean square of the angle between a vector, (..., 3), and what it may be, rad, (...)."""
     square = np.maximum((vector**2).sum(axis=-1), _TINY)
@@ -665,7 +660,18 @@ def _stated(contact: ContactForce, free: NDArray[np.bool_], unknown: NDArray[np.
         more = (..., *[None] * (value.ndim - free.ndim))
         return np.where(unknown[more], nan, np.where(free[more], without, value))
 
-    without = 0.0, nan, contact.force_std, nan, 0.0, contact.vector_std, nan, nan, 0.0, contact.transverse_force_std
+    without = (
+        0.0,
+        nan,
+        contact.force_std,
+        nan,
+        0.0,
+        contact.vector_covariance,
+        nan,
+        nan,
+        0.0,
+        contact.transverse_force_std,
+    )
     return ContactForce(*(of(np.asarray(value), nothing) for value, nothing in zip(contact, without, strict=True)))
 
 

@@ -14,6 +14,9 @@ from soft_gripper.estimators.arcs import ArcCurve
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import forward_kinematics
 
+# In B, the direction in which an object that a gripper holds pushes its finger: against the direction of closing.
+CLOSING = np.array([-1.0, 0.0, 0.0])
+
 
 class ContactForce(NamedTuple):
     """The contact on a finger as one force; None for what an estimator does not know that sees the bending plane."""
@@ -23,7 +26,7 @@ class ContactForce(NamedTuple):
     force_std: Array  # (...) N, standard deviation
     arc_length_std: Array  # (...) m, standard deviation
     vector: Array | None = None  # (..., 3) N in B, 0 without contact
-    vector_std: Array | None = None  # (..., 3) N, along x, y and z of B
+    vector_covariance: Array | None = None  # (..., 3, 3) N^2
     direction_std: Array | None = (
         None  # (...) rad, root mean square of the angle to the true force, NaN without contact
     )
@@ -36,6 +39,18 @@ class ContactForce(NamedTuple):
     def at(self, rows: NDArray[np.int_]) -> "ContactForce":
         """The contacts of some samples, by their numbers along the first axis."""
         return ContactForce(*(None if values is None else values[rows] for values in self))  # type: ignore[arg-type]
+
+
+def force_along(vector: Array, covariance: Array, direction: Array) -> tuple[Array, Array]:
+    """The component of a force along a direction, and its standard deviation, (...) N.
+
+    Args:
+        vector: the force, (..., 3) N.
+        covariance: of it, (..., 3, 3) N^2.
+        direction: of length 1, (..., 3), in the same frame.
+    """
+    variance = np.einsum("...i,...ij,...j->...", direction, covariance, direction)
+    return np.asarray((vector * direction).sum(axis=-1)), np.sqrt(np.maximum(variance, 0.0))
 
 
 class ShapeEstimate(NamedTuple):

@@ -29,7 +29,7 @@ CONTACT: dict[str, tuple[str, dict[str, Any]]] = {  # unit and axes of the field
     "force_std": ("N", {}),
     "arc_length_std": ("m", {}),
     "vector": ("N", {"xyz": XYZ}),
-    "vector_std": ("N", {"xyz": XYZ}),
+    "vector_covariance": ("N^2", {"xyz": XYZ, "other_xyz": XYZ}),
     "direction_std": ("rad", {}),
     "side": ("rad", {}),
     "transverse_force": ("N", {}),
@@ -90,7 +90,7 @@ class ShapeEstimator(ArrayBlock):
                                     |                | ---> contact_force_std           (1) N
                                     |                | ---> contact_arc_length_std      (1) m
                                     |                | ---> contact_force_vector        (3) N in B
-                                    |                | ---> contact_force_vector_std    (3) N, along x, y and z of B
+                                    |                | ---> contact_force_vector_covariance  (3 x 3) N^2
                                     |                | ---> contact_force_world         (3) N in the world
                                     |                | ---> contact_direction_std       (1) rad, of the force
                                     |                | ---> contact_side                (1) rad around the section:

@@ -35,12 +35,12 @@ class FoundContact:
             found = signed, contact.force_std, contact.arc_length, contact.arc_length_std
             return cls(*found, np.full(signed.shape, np.nan))
         assert contact.vector is not None
-        assert contact.vector_std is not None
+        assert contact.vector_covariance is not None
         size, true = (np.linalg.norm(force, axis=-1) for force in (contact.vector, contacts.force))
         cosine = (contacts.force * contact.vector).sum(axis=-1) / (true * size + 1e-30)
         degrees = np.where(size > 0, np.degrees(np.arccos(np.clip(cosine, -1, 1))), np.nan)
         of_normal = np.divide(contacts.normal_force, true, out=np.ones(true.shape), where=true > 0)
-        std = np.linalg.norm(contact.vector_std, axis=-1)
+        std = np.sqrt(np.trace(contact.vector_covariance, axis1=-2, axis2=-1))
         return cls(size * of_normal, std, contact.arc_length, contact.arc_length_std, degrees)
 
 

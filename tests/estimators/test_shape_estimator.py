@@ -77,7 +77,7 @@ def test_ports_have_what_the_function_gives(kind, layout, strain, driving):
         variance = Places(layout.finger, ["bending"]).variance(shape.q, shape.covariance)
         expected["tip_position_std"] = np.sqrt(variance[-1])
     if shape.contact is not None:
-        expected |= {contact_port(name): np.atleast_1d(value) for name, value in shape.contact._asdict().items()}
+        expected |= {contact_port(name): np.ravel(value) for name, value in shape.contact._asdict().items()}
         expected["contact_force_world"] = X_WB.rotation() @ shape.contact.vector
         posterior = function.posterior(strain, driving, IN_BASE)
         expected |= {contact_port(name): np.atleast_1d(getattr(posterior, name)) for name in POSTERIOR}

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from soft_gripper.diagrams.simulation import simulate
+from soft_gripper.estimators.estimate import force_along
 from soft_gripper.estimators.finger_shape import Places
 from soft_gripper.estimators.gaussian import GaussianShape
 from soft_gripper.estimators.recursive import RecursiveShape
@@ -140,7 +141,8 @@ def test_a_finger_that_bends_more_than_its_model_is_learnt_and_then_found_under_
     alone = GaussianShape(layout, UNCERTAIN)(readings[rows], driving[rows], GRAVITY)
     errors = [np.linalg.norm((tip(q[late])[0] - tip(true[rows[late]])[0])[:, -1], axis=-1) for q in (found.q, alone.q)]
     assert errors[0].mean() < 0.7 * errors[1].mean()
-    force, std = found.contact.vector[late, 1], found.contact.vector_std[late, 1]
+    contact = found.contact.at(late)
+    force, std = force_along(contact.vector, contact.vector_covariance, np.array([0.0, 1.0, 0.0]))
     assert np.mean(np.abs(force - 0.3) < 2 * std) > 0.9
     assert np.median(force) == pytest.approx(0.3, rel=0.15)
     assert not np.any(found.contact.vector[:20]), "free"

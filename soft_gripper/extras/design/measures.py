@@ -20,7 +20,7 @@ from soft_gripper.scenario.sensor_presets import sensor_layout
 
 
 def force_error_n(station: Station, recording: Recording) -> float:
-    """Mean size of the error of the estimated contact force, N, over all fingers and the last half second.
+    """Mean size of the error of the estimated transverse force, N, over all fingers and the last half second.
 
     Samples in which no force is known, as of a finger that moves, are left out; NaN if there is no other.
 
@@ -30,11 +30,11 @@ def force_error_n(station: Station, recording: Recording) -> float:
     window = last(recording["time"].values)
     errors = []
     for finger in station.fingers:
-        if f"{finger.name}.contact_force" not in recording.data:
+        if f"{finger.name}.transverse_force" not in recording.data:
             expected = 'reports no contact force, for force_error_n: give "contact"'
             raise InputError("design", "estimator.type", station.scenario.estimator.type, expected)
         estimated, true = (
-            recording[f"{finger.name}.{name}"].values for name in ("contact_force", "true_contact_force")
+            recording[f"{finger.name}.{name}"].values for name in ("transverse_force", "true_transverse_force")
         )
         errors.append(np.abs(estimated - true)[window & np.isfinite(true + estimated)])  # not every one has the truth
     known = np.concatenate(errors)

@@ -44,7 +44,7 @@ _MOST_NUMBERS = 100  # of a signal in a sample
 _PLOTTED = (  # signals of a finger, a plot of each group
     ("strain", "curvature", "orientation"),
     ("pressure", "sampled_pressure", "pressure_command"),
-    ("contact_force", "true_contact_force"),
+    ("transverse_force", "true_transverse_force"),
     ("contact_arc_length", "true_contact_arc_length"),
 )
 

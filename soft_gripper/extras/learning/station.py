@@ -140,8 +140,15 @@ LARGEST = 10.0  # largest observed value
 OBSERVABLE = (
     *("strain", "extension_ratio", "sampled_pressure", "theta", "kappa", "arcs", "estimated_joint_angles"),
     *("joint_positions", "tip_pose", "free_bending_angles", "driving_torque", "external_torque", "position_std"),
-    *("contact", "contact_force", "contact_arc_length", "contact_force_std", "pressure_command", "desired_state"),
-    *("opening", "torque", "force", "object_width", "set_point", "target", "goal"),
+    *(
+        "contact",
+        "contact_force",
+        "contact_arc_length",
+        "contact_force_std",
+        "transverse_force",
+        "transverse_force_std",
+    ),
+    *("pressure_command", "desired_state", "opening", "torque", "force", "object_width", "set_point", "target", "goal"),
 )
 
 

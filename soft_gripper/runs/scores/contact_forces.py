@@ -117,13 +117,17 @@ def _estimated(
     contact, posterior = function(*given).contact, function.posterior(*given)
     assert contact is not None
     assert contact.transverse_force is not None
+    assert contact.vector is not None
     found = {
         "contact_force": contact.force,
         "contact_force_std": contact.force_std,
         "contact_arc_length": contact.arc_length,
+        "contact_force_vector": contact.vector,
         "transverse_force": contact.transverse_force,
         "transverse_force_interval": posterior.transverse_force_interval,
         "contact_answer": posterior.answer,
     }
-    axes = {1: ["time"], 2: ["time", "end_of_interval"]}
-    return {f"{finger.name}.{name}": xr.Variable(axes[values.ndim], values) for name, values in found.items()}
+    return {
+        f"{finger.name}.{name}": xr.Variable(["time", f"{name}_entry"][: values.ndim], values)
+        for name, values in found.items()
+    }

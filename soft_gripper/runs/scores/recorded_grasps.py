@@ -13,6 +13,7 @@ from soft_gripper.control.task import Phase
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.scene import first_body
 from soft_gripper.diagrams.station_parts import Station
+from soft_gripper.estimators.estimate import CLOSING
 from soft_gripper.files.notes import READ, note
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.runs.scores.grasp import (
@@ -230,10 +231,10 @@ def _static_friction(station: Station, geometries: Sequence[GeometryId]) -> floa
 def _sizes(station: Station, recording: Recording, samples: NDArray[np.int_]) -> Sizes:
     """True width at the end, and stiffness as estimated, as far as they are recorded."""
     true, estimated = (_width(recording, f"grip.{name}", samples) for name in ("true_object_width", "object_width"))
-    forces = [f"{finger.name}.contact_force" for finger in station.fingers]
+    forces = [f"{finger.name}.contact_force_vector" for finger in station.fingers]
     if not all(name in recording for name in forces):
         return Sizes(true[-1])
-    force = np.mean([recording.values(name)[samples].ravel() for name in forces], axis=0)
+    force = np.mean([recording.values(name)[samples] @ CLOSING for name in forces], axis=0)
     return Sizes(true[-1], stiffness(estimated, force))
 
 

@@ -50,7 +50,15 @@ def test_the_band_of_a_grasp_holds_the_true_force_of_the_recording(grasp):
         assert row.true_transverse_n == pytest.approx(pressing, rel=0.1)
         assert 0.5 < row.least_n < row.true_transverse_n < row.most_n < 1.2
         assert row.transverse_n == pytest.approx(row.true_transverse_n, rel=0.03)
+        assert row.closing_n == pytest.approx(row.true_closing_n, rel=0.05)
         assert row.true_mm == pytest.approx(row.estimated_mm, abs=3)
+
+
+def test_the_closing_forces_of_two_fingers_balance(grasp):
+    """The box rests: what pushes it sideways cancels."""
+    left, right = contact_rows(*grasp)[2:]
+    assert left.true_closing_n == pytest.approx(right.true_closing_n, rel=0.01)
+    assert left.closing_n == pytest.approx(right.closing_n, rel=0.05)
 
 
 def test_contact_estimates_what_it_would_have_during_the_run(grasp):

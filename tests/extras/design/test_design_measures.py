@@ -33,10 +33,10 @@ def test_force_error_is_that_of_the_end_over_all_fingers():
     errors = {"left_finger": 0.2, "right_finger": -0.4}
     signals = {"time": time}
     for name, error in errors.items():
-        signals[f"{name}.true_contact_force"] = np.where(
+        signals[f"{name}.true_transverse_force"] = np.where(
             np.arange(len(time)) % 10, np.nan, 1.0
         )  # at every tenth sample
-        signals[f"{name}.contact_force"] = np.where(time > 2.0, 1.0 + error, 9.0)
+        signals[f"{name}.transverse_force"] = np.where(time > 2.0, 1.0 + error, 9.0)
     recording = FakeRecording({name: SimpleNamespace(values=values) for name, values in signals.items()})
     assert force_error_n(station(), recording) == pytest.approx(0.3)
 

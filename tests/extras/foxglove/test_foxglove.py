@@ -32,6 +32,7 @@ def recording():
         "f.true_joint_positions": (["time", "joint", "xyz"], JOINTS),
         "f.true_tip_position": (["time", "xyz"], np.array([0, 0, 0.08])),
         "f.contact_force": (["time"], np.array(2.0)),
+        "f.transverse_force": (["time"], np.array(2.0)),
         "f.contact_arc_length": (["time"], np.array(0.04)),
         "box.pose": (["time", "entry"], np.array([1.0, 0, 0, 0, 0.4, 0.5, 0.6])),
         "f.matrix": (["time", "i", "k"], np.zeros((11, 11))),
@@ -109,7 +110,7 @@ def test_the_layout_names_what_is_there(saved):
     written = json.loads(saved.with_name("a.layout.json").read_text())
     assert written == layout(recording().data)
     panels = set(re.findall(r'"((?:3D|Plot)![a-z_]+)"', json.dumps(written["layout"])))
-    assert panels == set(written["configById"]) >= {"3D!space", "Plot!strain", "Plot!contact_force"}
+    assert panels == set(written["configById"]) >= {"3D!space", "Plot!strain", "Plot!transverse_force"}
     assert set(written["configById"]["3D!space"]["topics"]) <= set(found)
     paths = [line["value"] for panel in written["configById"].values() for line in panel.get("paths", [])]
     assert len(paths) == 4 + 1 + 1

@@ -120,7 +120,8 @@ def test_stated_deviations_cover_the_vector():
     contacts, found = contacts_in_space(120, 0.3, 12), estimator(4, reading=1e-3)
     contact = found(*read(found, contacts, 1e-3)).contact
     touched = np.linalg.norm(contact.vector, axis=-1) > 0
-    error = np.abs(contact.vector - contacts.force)[touched] < 2 * contact.vector_std[touched]
+    std = np.sqrt(np.diagonal(contact.vector_covariance[touched], axis1=-2, axis2=-1))
+    error = np.abs(contact.vector - contacts.force)[touched] < 2 * std
     assert (error.mean(axis=0) > 0.85).all()
 
 

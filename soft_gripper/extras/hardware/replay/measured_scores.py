@@ -5,8 +5,8 @@ samples are compared. In a press nothing moves, so that neither the delay of an 
 
 A force F that is measured at a place s is compared with
 
-- `contact_force`, or the part of its vector along the instrument's axis; its band is `contact_force_interval`, scaled
-  by the same share;
+- the component of `contact_force_vector` along the instrument's axis, or `contact_force` without one; the band is two
+  standard deviations of it;
 - `external_torque` at the first joint, where a force F across the finger at s has the moment that its lever on the
   estimated shape gives it. The band is two standard deviations of the elastic torque and of the driving torque there.
 
@@ -27,6 +27,7 @@ from tqdm import tqdm
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.estimators.calibration_range import DISAGREEMENT, DISTANCE, FAR
+from soft_gripper.estimators.estimate import force_along
 from soft_gripper.estimators.finger_shape import ANGLES
 from soft_gripper.estimators.mechanics import Mechanics
 from soft_gripper.extras.hardware.finger_logs import FingerLog, nominal_layout, steady
@@ -249,14 +250,14 @@ def _compared(
         yield _Compared("angle", "rad", np.ones(len(q)), turn, turn - NORMAL_95 * std, turn + NORMAL_95 * std)
         return
     joint = np.zeros(len(q), dtype=int) if kind == "force" else np.minimum(chain.link_at(place)[:, 0], q.shape[-1] - 1)
-    share, lever = _lever(site, measured)
+    lever = _lever(site, measured)
     at_joint = torque[:, 0] if kind == "force" else _at_place(torque, place[:, 0] / finger.segment_length)
     std = _torque_std(signals, name, joint, mechanics)
     scale = lever if kind == "force" else np.ones(len(q))
     label = "base torque" if kind == "force" else "torque"
     yield _Compared(label, "N m", scale, at_joint, at_joint - NORMAL_95 * std, at_joint + NORMAL_95 * std)
-    if kind == "force" and f"{name}.contact_force" in signals.data:
-        yield _contact(signals, name, measured, share)
+    if kind == "force" and f"{name}.contact_force_vector_covariance" in signals.data:
+        yield _contact(signals, name, measured, len(q))
 
 
 def _at_place(torque: Array, segments: Array) -> Array:
@@ -268,17 +269,14 @@ def _at_place(torque: Array, segments: Array) -> Array:
     return found
 
 
-def _lever(site: Sites, measured: Measured) -> tuple[Array, Array]:
-    """The lever of a force across the finger.
-
-    Returns its share along the instrument's axis, and its moment at the first joint per N.
-    """
+def _lever(site: Sites, measured: Measured) -> Array:
+    """The moment at the first joint, per N along the instrument's axis, of a force across the finger, (T,) m."""
     share = np.ones(len(site.points))
     if measured.along is not None:
         axis = complex(measured.along[1], measured.along[0]) / np.hypot(*measured.along)
         share = (-site.normals * np.conj(axis)).real[:, 0]
-    share = np.where(np.abs(share) > _LEAST_SHARE, share, np.nan)
-    return share, site.torques(-site.normals)[:, 0, 0] / share
+    lever = site.torques(-site.normals)[:, 0, 0]
+    return np.asarray(lever / np.where(np.abs(share) > _LEAST_SHARE, share, np.nan))
 
 
 _LEAST_SHARE = 0.2  # along an instrument's axis, of a force across the finger; of less nothing can be said
@@ -301,21 +299,18 @@ def _torque_std(signals: Recording, name: str, joint: NDArray[np.int_], mechanic
     return std
 
 
-def _contact(signals: Recording, name: str, measured: Measured, share: Array) -> _Compared:
-    """The contact force along the axis of an instrument."""
-    force = signals[f"{name}.contact_force"].values.reshape(len(share))
-    estimate, ends = force, np.full((len(share), 2), np.nan)
-    if measured.along is not None:
+def _contact(signals: Recording, name: str, measured: Measured, samples: int) -> _Compared:
+    """The contact force along the axis of an instrument, or across the finger without one."""
+    if measured.along is None:
+        estimate, std = (signals[f"{name}.{signal}"].values for signal in ("contact_force", "contact_force_std"))
+    else:
         x, z = np.array(measured.along) / np.hypot(*measured.along)
-        vector = signals[f"{name}.contact_force_vector"].values
-        estimate = vector[:, 0] * x + vector[:, 2] * z
-    if f"{name}.contact_force_interval" in signals.data:
-        found = (force != 0) & np.isfinite(force)
-        part = np.where(found, estimate, share) / np.where(found, np.abs(force), 1.0)
-        interval = np.abs(signals[f"{name}.contact_force_interval"].values[:, [0, 2]])
-        ends = np.sort(interval * part[:, None], axis=-1)
-        ends[np.isnan(estimate)] = np.nan
-    return _Compared("contact force", "N", np.ones(len(share)), estimate, *ends.T)
+        vector, covariance = (
+            signals[f"{name}.{signal}"].values for signal in ("contact_force_vector", "contact_force_vector_covariance")
+        )
+        estimate, std = force_along(vector, covariance.reshape(samples, 3, 3), np.array([x, 0.0, z]))
+    estimate, half = estimate.reshape(samples), NORMAL_95 * std.reshape(samples)
+    return _Compared("contact force", "N", np.ones(samples), estimate, estimate - half, estimate + half)
 
 
 def _instrument_run(run: MeasuredRun, kind: str) -> InstrumentRun:
