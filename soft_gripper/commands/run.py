@@ -32,6 +32,7 @@ from soft_gripper.pictures.video import check_video, write_video
 from soft_gripper.registry import registered
 from soft_gripper.runs.scores.contact_forces import (
     DRAWN_FORCES,
+    band_widths,
     contact_rows,
     drawn_forces,
     end_of_hold,
@@ -40,6 +41,7 @@ from soft_gripper.runs.scores.contact_forces import (
 )
 from soft_gripper.runs.scores.external_torques import recorded_force_table
 from soft_gripper.runs.scores.grasp import DROPPED, NEVER_TOUCHED, SLIPPING
+from soft_gripper.runs.scores.narrower_bands import WIDE, narrower_text
 from soft_gripper.runs.scores.poses import recorded_pose_table
 from soft_gripper.runs.scores.recorded_grasps import (
     ObjectGrasp,
@@ -190,6 +192,9 @@ def _write_forces(out: Path, station: Station, recording: Recording, console: Co
     until = end_of_hold(rows, station, recording)
     held = [row for row in rows if row.time_s == until]
     print(f"\n{forces_text(held, estimator_of_forces(station, recording))}")
+    for row in held:
+        if row.most_n - row.least_n > WIDE * row.transverse_n:
+            print(narrower_text(row.finger, band_widths(station, recording, row)), end="")
     return ["contact_forces.csv"]
 
 

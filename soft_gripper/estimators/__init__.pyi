@@ -9,6 +9,7 @@ from .contact import ContactShape as ContactShape
 from .driving_torque import DrivingTorque as DrivingTorque
 from .estimate import ContactForce as ContactForce
 from .estimate import ShapeEstimate as ShapeEstimate
+from .estimate import force_along as force_along
 from .finger_shape import FingerShape as FingerShape
 from .finger_shape import position_std as position_std
 from .gaussian import GaussianShape as GaussianShape

@@ -4,6 +4,8 @@ Where the estimator of the scenario gives no contact force, `contact` estimates 
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -21,6 +23,7 @@ from soft_gripper.estimators.named_estimators import estimator_function
 from soft_gripper.estimators.plane import in_base
 from soft_gripper.estimators.recorded_inputs import recorded_inputs
 from soft_gripper.fingers.plant_finger import PlantFinger
+from soft_gripper.runs.scores.narrower_bands import narrower_bands
 from soft_gripper.runs.scores.recorded_grasps import before_put_down
 from soft_gripper.scenario.nominal_model import read_nominal_model
 from soft_gripper.scenario.sensor_presets import uncertainty
@@ -94,30 +97,14 @@ def _estimated(
 
     None if sensors of the user's own give no readings as the scenario's sensors would.
     """
-    scenario, known = station.scenario, recording.data
-
-    def signal(name: str) -> Array:
-        values: Array = known[f"{finger.name}.{name}"].values[1:]
-        return values  # the first sample is recorded twice: a log at a time still shows the sample before
-
-    layout = read_nominal_model(scenario.nominal).layout(finger.finger, scenario.sensor)
-    if known.get(f"{finger.name}.{layout.quantity}", known["time"]).size != layout.readings * known.sizes["time"]:
+    inputs = _contact_inputs(station, recording, finger, rows)
+    if inputs is None:
         return {}
-    period, uncertain = scenario.sensor.period, uncertainty(scenario.estimator, scenario.sensor)
-    function = estimator_function(ESTIMATOR, layout, uncertain, period)
-    assert isinstance(function, ContactShape)
-    X_WB, joints = signal("X_WB"), np.zeros(finger.finger.segments)
-    driven = [driving_port(way) for way in layout.ways]
-    torques = [signal(port) if f"{finger.name}.{port}" in known else np.tile(joints, (len(X_WB), 1)) for port in driven]
-    gravity_W = np.array(scenario.gravity) * scenario.estimator.compensate_gravity
-    gravity, driving = in_base(X_WB, gravity_W), np.concatenate(torques, axis=-1)
-    pull = in_base(X_WB, gravity_W - base_acceleration(X_WB, finger.finger.length, period))
-    readings = signal(layout.quantity).reshape(len(driving), -1)
-    given = samples_at(np.maximum(rows - 1, 0), *recorded_inputs(function, readings, driving, gravity, pull))
+    function, given = inputs
     contact, posterior = function(*given).contact, function.posterior(*given)
     assert contact is not None
-    assert contact.transverse_force is not None
     assert contact.vector is not None
+    assert contact.transverse_force is not None
     found = {
         "contact_force": contact.force,
         "contact_force_std": contact.force_std,
@@ -131,3 +118,54 @@ def _estimated(
         f"{finger.name}.{name}": xr.Variable(["time", f"{name}_entry"][: values.ndim], values)
         for name, values in found.items()
     }
+
+
+def _contact_inputs(
+    station: Station, recording: Recording, finger: PlantFinger, rows: NDArray[np.int_]
+) -> tuple[ContactShape, tuple[Any, ...]] | None:
+    """`contact` for a finger, and what it is given at some samples (M) of a recording; None as above."""
+    scenario, known = station.scenario, recording.data
+
+    def signal(name: str) -> Array:
+        values: Array = known[f"{finger.name}.{name}"].values[1:]
+        return values  # the first sample is recorded twice: a log at a time still shows the sample before
+
+    layout = read_nominal_model(scenario.nominal).layout(finger.finger, scenario.sensor)
+    if known.get(f"{finger.name}.{layout.quantity}", known["time"]).size != layout.readings * known.sizes["time"]:
+        return None
+    period, uncertain = scenario.sensor.period, uncertainty(scenario.estimator, scenario.sensor)
+    function = estimator_function(ESTIMATOR, layout, uncertain, period)
+    assert isinstance(function, ContactShape)
+    X_WB, joints = signal("X_WB"), np.zeros(finger.finger.segments)
+    driven = [driving_port(way) for way in layout.ways]
+    torques = [signal(port) if f"{finger.name}.{port}" in known else np.tile(joints, (len(X_WB), 1)) for port in driven]
+    gravity_W = np.array(scenario.gravity) * scenario.estimator.compensate_gravity
+    gravity, driving = in_base(X_WB, gravity_W), np.concatenate(torques, axis=-1)
+    pull = in_base(X_WB, gravity_W - base_acceleration(X_WB, finger.finger.length, period))
+    readings = signal(layout.quantity).reshape(len(driving), -1)
+    return function, samples_at(np.maximum(rows - 1, 0), *recorded_inputs(function, readings, driving, gravity, pull))
+
+
+def band_widths(station: Station, recording: Recording, row: FingerForce) -> dict[str, float]:
+    """Widths of a band over the force, and with what would narrow it, see `narrower_bands`.
+
+    Empty where no contact is detected, or another estimator than `contact` or sensors of the user's own are in use.
+    """
+    scenario, finger = station.scenario, next(each for each in station.fingers if each.name == row.finger)
+    sample = np.array([np.abs(recording["time"].values - row.time_s).argmin()])
+    inputs = None
+    if estimator_of_forces(station, recording) == ESTIMATOR and row.least_n > 0:
+        inputs = _contact_inputs(station, recording, finger, sample)
+    if inputs is None:
+        return {}
+    sensor, nominal = scenario.sensor, read_nominal_model(scenario.nominal)
+    changes: dict[str, dict[str, Any]] = {}
+    if scenario.nominal.calibration is None and not sensor.paths:
+        changes[f"{sensor.sections + 1} sections"] = {"sections": sensor.sections + 1, "borders": None}
+        if sensor.sections == 2 and sensor.borders is None:
+            changes["its border at a third"] = {"borders": [1 / 3]}
+    others = {name: nominal.layout(finger.finger, replace(sensor, **change)) for name, change in changes.items()}
+    function, (_, driving, gravity, *_) = inputs
+    q = function(*inputs[1]).q[0]
+    assumed = uncertainty(scenario.estimator, sensor)
+    return narrower_bands(function.layout, assumed, sensor.period, q, driving[0], gravity[0], others)

@@ -1,0 +1,70 @@
+"""What would narrow the band of a contact force that is wider than half of the force.
+
+The finger is taken to be as it is estimated, so that its readings by other sensors are known, and one thing at a time
+is changed: what the estimator assumes, or where the sensors are. The widths are those of `contact`.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+
+from soft_gripper.arrays import Array
+from soft_gripper.estimators.contact import ContactShape
+from soft_gripper.estimators.uncertainty import EXACT, Uncertainty
+from soft_gripper.sensors.measurement import MeasurementModel
+
+WIDE = 0.5  # width of a band over the force, above which it is asked what would narrow it
+_WORTH = 0.8  # of the width: a change that leaves more is not worth a word
+_CALIBRATED = {"bend_per_pressure": 0.01, "bend_variation": EXACT}
+_GAIN = 0.01
+_AVERAGE = 0.2  # s
+
+
+def narrower_bands(
+    layout: MeasurementModel,
+    assumed: Uncertainty,
+    period: float,
+    q: Array,
+    driving: Array,
+    gravity: Array,
+    others: Mapping[str, MeasurementModel],
+) -> dict[str, float]:
+    """Widths of the band over the transverse force, as it is (the first, "") and with one thing changed.
+
+    Args:
+        layout: the nominal sensors.
+        assumed: uncertainty.
+        period: of the sensors, s.
+        q: estimated joint positions, (D), with the contact.
+        driving: torque at the joints, (D) N m.
+        gravity: in B, (3) m/s^2.
+        others: other sensors on the same finger, by what they are called.
+    """
+    averaged = math.sqrt(period / max(_AVERAGE, period))
+    assumptions = {
+        "": assumed,
+        "a calibration": replace(assumed, **_CALIBRATED, gain=min(assumed.gain, _GAIN)),
+        f"a mean over {_AVERAGE:g} s": replace(assumed, reading=assumed.reading * averaged),
+    }
+    cases = [(name, layout, each) for name, each in assumptions.items()]
+    cases += [(name, other, assumed) for name, other in others.items()]
+    return {name: _width(ContactShape(sensors, each), q, driving, gravity) for name, sensors, each in cases}
+
+
+def _width(shape: ContactShape, q: Array, driving: Array, gravity: Array) -> float:
+    given = shape.layout.read(q)[None], driving[None], gravity[None]
+    contact = shape(*given).contact
+    assert contact is not None
+    assert contact.transverse_force is not None
+    least, _, most = shape.posterior(*given).transverse_force_interval[0]
+    return float((most - least) / contact.transverse_force[0])
+
+
+def narrower_text(finger: str, widths: Mapping[str, float]) -> str:
+    """What would narrow the band of a finger, as a line; nothing without widths."""
+    if not widths:
+        return ""
+    (_, now), *others = widths.items()
+    narrower = [f"with {name} {width:.2f}" for name, width in others if width < _WORTH * now]
+    changes = ", ".join(narrower) if narrower else f"no narrower with {', '.join(name for name, _ in others)}"
+    return f"{finger}: the band is {now:.2f} of the force wide; {changes}\n"
