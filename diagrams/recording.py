@@ -32,7 +32,7 @@ from pydrake.systems.primitives import Multiplexer, VectorLogSink
 from xarray.backends import BackendArray
 from xarray.core import indexing
 
-from soft_gripper.array_block import TIME, ArrayBlock
+from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array
 from soft_gripper.cached import Cached
 from soft_gripper.control.task import Phase
@@ -47,6 +47,7 @@ from soft_gripper.registry import registered
 from soft_gripper.scenario.scenario_file import dump_scenario
 from soft_gripper.scenario.schema import Scenario
 from soft_gripper.signals import Signal, signal_of
+from soft_gripper.steps import TIME
 
 
 class Logged(NamedTuple):
@@ -185,7 +186,7 @@ class _KnownSteps(dict[str, Any]):
     """The steps of a block that have been computed at all samples; leaves are read when a step takes them."""
 
     def __init__(self, samples: Samples, leaves: Mapping[str, Source]):
-        super().__init__({TIME: samples.time})
+        super().__init__({TIME: samples.time[:, None]})
         self._samples, self._leaves = samples, leaves
 
     def __missing__(self, leaf: str) -> Any:

@@ -5,9 +5,7 @@ diagram, several blocks are composed into one, for equal fingers at once (`diagr
 functions.
 """
 
-from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property, partial
 from inspect import signature
 from typing import Any
@@ -21,75 +19,9 @@ from soft_gripper.arrays import Array
 from soft_gripper.cached import Cached, weakly
 from soft_gripper.errors import InputError
 from soft_gripper.signals import describe
+from soft_gripper.steps import TIME, Memory, Output, Step, Steps, constant, same, sampled
 
-TIME = "time"  # source of a `sample` that takes the time, s
 _OVERFLOWS = 1e150  # the square of a larger number is infinite
-
-
-@dataclass(frozen=True, eq=False)
-class Step:
-    """A quantity that is known at every sample; a plain one is an input, or passed to a log of its own by `show`."""
-
-
-@dataclass(frozen=True, eq=False)
-class Value(Step):
-    """An abstract input, known only during a run."""
-
-    model: AbstractValue
-
-
-@dataclass(frozen=True, eq=False)
-class Constant(Step):
-    """Never changes."""
-
-    value: Array
-
-
-@dataclass(frozen=True, eq=False)
-class Function(Step):
-    """Follows from other steps of the same sample."""
-
-    of: Callable[..., Any]
-    sources: tuple[str, ...]
-    over_time: Callable[..., Any]  # the same, from the sources at all samples of a recording
-
-
-@dataclass(frozen=True, eq=False)
-class Sample(Step):
-    """An earlier step, or the time, at the last sample; all samples are taken together, before any update.
-
-    A random source draws once when a run is initialized and again at the first sample, where the other inputs are
-    unchanged.
-    """
-
-    source: str
-    begin: Array  # before the first sample
-    at_initialization: bool = True
-    at_first: bool = True  # again at the first sample, which is at the same time if a run begins at a sample
-
-    def over_time(self, values: Array) -> Array:
-        """Values of a port at all samples of a recording, from the source at these times: that of the sample before.
-
-        Raises:
-            ValueError: if nothing is taken at the first sample: what is taken before is not in the recording.
-        """
-        if not self.at_first:
-            raise ValueError("known only during a run")
-        first = values[:1] if self.at_initialization else np.broadcast_to(self.begin, (1, *np.shape(values)[1:]))
-        return np.concatenate([first, values[:-1]])
-
-
-@dataclass(frozen=True, eq=False)
-class Memory(Step):
-    """Follows from other steps, and from what is remembered of the sample before."""
-
-    of: Callable[..., Any]  # of what is remembered and the sources
-    sources: tuple[str, ...]
-    begin: Array  # what is remembered before the first sample
-    keep: Callable[..., Array]  # from this step and others to what is remembered at the next sample
-    kept: tuple[str, ...]  # the other steps
-    begin_of: tuple[Callable[[Array], Array], str] | None = None  # instead of `begin`, from an input at initialization
-    over_time: Callable[..., Any] | None = None  # from the sources at all samples; None: known only during a run
 
 
 def check_finite(block: LeafSystem, inputs: Mapping[str, Any]) -> None:
@@ -127,62 +59,53 @@ class ArrayBlock(LeafSystem):
     def __init__(self, period: float | None = None):
         """`period` of its samples, s; None if it neither samples nor remembers anything."""
         super().__init__()
-        self.steps: dict[str, Step] = {}
-        self.outputs: dict[str, tuple[Callable[..., Any], tuple[str, ...]]] = {}  # functions and their steps
-        self.period = period
-        self._read: dict[str, Callable[[Context], Any]] = {}  # the steps
-        self._tickets: dict[str, set[Any]] = {}  # of each step
+        self.steps, self.period = Steps(), period
+        # What reads each step, and its tickets.
+        self._read: dict[str, Callable[[Context], Any]] = {TIME: lambda context: np.array([context.get_time()])}
+        self._tickets: dict[str, set[Any]] = {TIME: {self.time_ticket()}}
         self._calcs: dict[str, Callable[[Context], Any]] = {}  # of the steps that are cached
-        # Samples and memories, by name, with their discrete state.
-        self._samples: dict[str, tuple[Sample, int]] = {}
-        self._memories: dict[str, tuple[Memory, int]] = {}
+        self._groups: dict[str, int] = {}  # of the discrete state, by the steps that remember
         if period is not None:
             self._last = int(self.DeclareDiscreteState([np.inf]))  # time of the last sample, s; infinite before any
             self.DeclareInitializationDiscreteUpdateEvent(weakly(self._begin))
             self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, weakly(self._advance))
 
+    @property
+    def outputs(self) -> dict[str, Output]:
+        """Functions of the vector outputs and the steps that these take, by name."""
+        return self.steps.outputs
+
     def take(self, name: str, size: int, random: RandomDistribution | None = None) -> InputPort:
         """Declares a vector input, which may be random, and the step of its name."""
         port = self.DeclareVectorInputPort(name, size, random)
-        self.steps[name], self._read[name], self._tickets[name] = Step(), port.Eval, {port.ticket()}
+        self._add_leaf(name, Step(), port.Eval, {port.ticket()})
         return port
 
     def take_value(self, name: str, model: AbstractValue) -> InputPort:
         """Declares an abstract input, known only during a run, and the step of its name; `model` is of its type."""
         port = self.DeclareAbstractInputPort(name, model)
-        self.steps[name], self._read[name], self._tickets[name] = Value(model), port.Eval, {port.ticket()}
+        self._add_leaf(name, Step(over_time=None), port.Eval, {port.ticket()})
         return port
 
     def constant(self, name: str, value: Array) -> None:
         """Declares a step that never changes."""
-        self.steps[name], self._read[name] = Constant(value), lambda _: value
-        self._tickets[name] = {self.nothing_ticket()}
+        self.add(name, constant(value), kept=False)
 
     def derive(
-        self,
-        name: str,
-        function: Callable[..., Any],
-        *sources: str,
-        over_time: Callable[..., Any] | None = None,
-        kept: bool = True,
+        self, name: str, function: Callable[..., Any], *sources: str, over_time: Callable[..., Any] | None = None
     ) -> None:
-        """Declares a step that several others use, computed once per sample; or by the only one, if it is not `kept`.
+        """Declares a step that several others use, computed once per sample.
 
         `over_time` replaces the function for a whole recording, if the function handles a single sample only.
         """
-        self.steps[name] = Function(function, sources, over_time or function)
-        read, tickets = _of_all(function, [self._read[source] for source in sources]), self._tickets_of(sources)
-        if kept:
-            self._keep(name, read, tickets)
-        else:
-            self._read[name], self._tickets[name] = read, tickets
+        self.add(name, Step(function, sources, None, over_time or function, sources))
 
     def show(self, name: str, function: Callable[[Context], Any], tickets: set[Any]) -> None:
         """Declares a step that is not an array, and an output that holds it; over all samples it is a list."""
         self._calcs[name] = function
         calc = partial(weakly(self._calc_step), name)
         port = self.DeclareAbstractOutputPort(name, lambda: AbstractValue.Make(object()), calc, tickets)
-        self.steps[name], self._read[name], self._tickets[name] = Step(), port.Eval, tickets
+        self._add_leaf(name, Step(), port.Eval, tickets)
 
     def sample(
         self,
@@ -193,15 +116,12 @@ class ArrayBlock(LeafSystem):
         at_initialization: bool = True,
         at_first: bool = True,
     ) -> None:
-        """Declares a step that is an earlier step, or the time, at the last sample; see `Sample`.
+        """Declares a step that is an earlier step, or the time, at the last sample; see `steps.sampled`.
 
         `begin` has the size of the step, unless that is a vector input.
         """
         shape = (self.GetInputPort(source).size(),) if self.HasInputPort(source) else np.atleast_1d(begin).shape
-        step = Sample(source, np.broadcast_to(begin, shape).astype(float), at_initialization, at_first)
-        self.steps[name], self._tickets[name] = step, {self.xd_ticket()}
-        group, self._read[name] = self._declare_state(name, step.begin)
-        self._samples[name] = step, group
+        self.add(name, sampled(source, np.broadcast_to(begin, shape).astype(float), at_initialization, at_first))
 
     def remember(
         self,
@@ -228,12 +148,22 @@ class ArrayBlock(LeafSystem):
             over_time: computes the step at all samples of a recording from the sources, at whose first sample nothing
                 is remembered; None: the memory is known only during a run.
         """
-        begin = np.asarray(begin, dtype=float)
-        self.steps[name] = step = Memory(function, sources, begin, keep, tuple(kept), begin_of, over_time)
-        group, held = self._declare_state(name, begin)
-        self._memories[name] = step, group
-        reads = [held, *(self._read[source] for source in sources)]
-        self._keep(name, _of_all(function, reads), self._tickets_of(sources) | {self.xd_ticket()})
+        memory = Memory(np.asarray(begin, dtype=float), keep, (name, *kept), at_first=False, begin_of=begin_of)
+        self.add(name, Step(function, sources, memory, over_time, sources))
+
+    def add(self, name: str, step: Step, kept: bool = True) -> None:
+        """Adds any step but an input; where it has one reader, it need not be `kept` for others."""
+        self.steps[name] = step
+        reads, tickets = [self._read[source] for source in step.sources], self._tickets_of(step.sources)
+        if step.memory is not None:
+            reads, tickets = [self._declare_state(name, step.memory.begin), *reads], tickets | {self.xd_ticket()}
+        assert step.function is not None
+        if step.function is same:
+            (self._read[name],), self._tickets[name] = reads, tickets
+        elif kept:
+            self._keep(name, _of_all(step.function, reads), tickets)
+        else:
+            self._read[name], self._tickets[name] = _of_all(step.function, reads), tickets or {self.nothing_ticket()}
 
     def put_out(
         self,
@@ -258,15 +188,15 @@ class ArrayBlock(LeafSystem):
 
         port = self.DeclareVectorOutputPort(name, size, calc, self._tickets_of(sources))
         describe(port, unit, meanings, **axes)
-        self.outputs[name] = function, sources
+        self.steps.outputs[name] = function, sources
 
     def follows(self, output: str, period: float) -> bool:
         """Whether `leaves` determine an output at all samples of a recording, `period` s apart."""
-        return output in self.outputs and all(self._follows(step, period) for step in self.outputs[output][1])
+        return self.steps.follows(output, remembers=self.period == period)
 
     def leaves(self, output: str) -> list[str]:
         """Names of the inputs, and of the outputs declared by `show`, that determine an output."""
-        return list(dict.fromkeys(leaf for step in self.outputs[output][1] for leaf in self._leaves(step)))
+        return self.steps.leaves(output)
 
     def over_time(self, time: Array, leaves: Mapping[str, Any], outputs: Iterable[str]) -> dict[str, Array]:
         """Outputs at all T samples, (T, size) each.
@@ -276,7 +206,7 @@ class ArrayBlock(LeafSystem):
             leaves: values at these times, (T, size) each, or a list of T, by port name.
             outputs: names of ports.
         """
-        known: dict[str, Any] = {TIME: time, **leaves}
+        known: dict[str, Any] = {TIME: np.reshape(time, (-1, 1)), **leaves}
         return {name: self.output_over_time(name, known) for name in outputs}
 
     def output_over_time(self, output: str, known: dict[str, Any]) -> Array:
@@ -284,83 +214,48 @@ class ArrayBlock(LeafSystem):
 
         Args:
             output: name of the port.
-            known: time and leaves as of `over_time`; steps that are computed and have several readers are added.
+            known: time, (T, 1) s, and leaves as of `over_time`; steps that are computed and have several readers are
+                added.
         """
-        function, sources = self.outputs[output]
         try:
-            values = function(*[self._at_all(source, known) for source in sources])
+            values = self.steps.recorded.output(output, known)
         except ValueError:
             check_finite(self, {name: known[name] for name in self.leaves(output)})
             raise
         return np.reshape(values, (len(known[TIME]), -1))
 
-    def _at_all(self, name: str, known: dict[str, Any]) -> Any:
-        step = self.steps.get(name)
-        if name in known or step is None or is_leaf(step):
-            return known[name]
-        values = self._step_over_time(step, known)
-        if self._readers[name] > 1:
-            known[name] = values
-        return values
+    def _add_leaf(self, name: str, step: Step, read: Callable[[Context], Any], tickets: set[Any]) -> None:
+        self.steps[name], self._read[name], self._tickets[name] = step, read, tickets
 
-    def _step_over_time(self, step: Step, known: dict[str, Any]) -> Any:
-        if isinstance(step, Constant):
-            return np.broadcast_to(step.value, (*known[TIME].shape, *step.value.shape))
-        if isinstance(step, Sample):
-            values = self._at_all(step.source, known)
-            return step.over_time(values[:, None] if step.source == TIME else values)
-        assert isinstance(step, Function | Memory)
-        assert step.over_time is not None
-        return step.over_time(*[self._at_all(source, known) for source in step.sources])
-
-    @cached_property
-    def _readers(self) -> Counter[str]:
-        """How many steps and outputs of the same sample take each step."""
-        sources = (*map(sources_of, self.steps.values()), *(names for _, names in self.outputs.values()))
-        return Counter(name for names in sources for name in names)
-
-    def _follows(self, name: str, period: float) -> bool:
-        step = self.steps[name]
-        if isinstance(step, Value) or (isinstance(step, Sample) and not (step.at_first and self.period == period)):
-            return False
-        if isinstance(step, Memory) and (step.over_time is None or self.period != period):
-            return False
-        return all(self._follows(source, period) for source in sources_of(step))
-
-    def _leaves(self, name: str) -> list[str]:
-        step = self.steps[name]
-        if not is_leaf(step):
-            return [leaf for source in sources_of(step) for leaf in self._leaves(source)]
-        return [name]
-
-    def _declare_state(self, name: str, begin: Array) -> tuple[int, Callable[[Context], Array]]:
-        """Declares the state of a step; returns its number, and what reads it."""
+    def _declare_state(self, name: str, begin: Array) -> Callable[[Context], Array]:
+        """Declares the state of a step; returns what reads it."""
         if self.period is None:
             raise ValueError(f"step '{name}' samples or remembers: give the block a period")
-        group = int(self.DeclareDiscreteState(begin.ravel()))
+        group = self._groups[name] = int(self.DeclareDiscreteState(begin.ravel()))
 
         def flat(context: Context) -> Array:
             state: Array = context.get_discrete_state(group).value()
             return state
 
-        return group, flat if begin.ndim == 1 else lambda context: flat(context).reshape(begin.shape)
+        return flat if begin.ndim == 1 else lambda context: flat(context).reshape(begin.shape)
+
+    @cached_property
+    def _memories(self) -> list[tuple[int, Memory, list[Callable[[Context], Any]]]]:
+        """Groups of the discrete state, what they remember, and what reads the sources of that."""
+        memories = [(group, self.steps[name].memory) for name, group in self._groups.items()]
+        return [(g, each, [self._read[source] for source in each.sources]) for g, each in memories if each is not None]
 
     def _begin(self, context: Context, values: DiscreteValues) -> None:
-        """Takes the samples at the initialization of a run, unless it goes on with the context of another."""
+        """Prepares the memories at the initialization of a run, unless it goes on with the context of another."""
         if self._last_sample(context) <= context.get_time():
             return
         values.set_value(self._last, [np.inf])
-        for sample, group in self._samples.values():
-            first = self._source(sample, context) if sample.at_initialization else sample.begin
-            values.set_value(group, first.ravel())
-        for memory, group in self._memories.values():
-            values.set_value(group, self._remembered_first(memory, context).ravel())
-
-    def _remembered_first(self, step: Memory, context: Context) -> Array:
-        if step.begin_of is None:
-            return step.begin
-        function, source = step.begin_of
-        return function(self._read[source](context))
+        for group, memory, _ in self._memories:
+            begin = memory.begin
+            if memory.begin_of is not None:
+                function, source = memory.begin_of
+                begin = function(self._read[source](context))
+            values.set_value(group, begin.ravel())
 
     def _advance(self, context: Context, values: DiscreteValues) -> None:
         """Takes samples, and remembers what belongs to the sample before; at the first there is none.
@@ -369,18 +264,12 @@ class ArrayBlock(LeafSystem):
         """
         is_later = self._last_sample(context) < context.get_time()
         values.set_value(self._last, [context.get_time()])
-        for sample, group in self._samples.values():
-            if is_later or sample.at_first:
-                values.set_value(group, self._source(sample, context).ravel())
-        for name, (memory, group) in self._memories.items() if is_later else ():
-            known = [self._read[source](context) for source in (name, *memory.kept)]
-            values.set_value(group, memory.keep(*known).ravel())
+        for group, memory, reads in self._memories:
+            if is_later or memory.at_first:
+                values.set_value(group, memory.keep(*[read(context) for read in reads]).ravel())
 
     def _last_sample(self, context: Context) -> float:
         return float(context.get_discrete_state(self._last).value()[0])
-
-    def _source(self, step: Sample, context: Context) -> Any:
-        return np.array([context.get_time()]) if step.source == TIME else self._read[step.source](context)
 
     def _keep(self, name: str, read: Callable[[Context], Any], tickets: set[Any]) -> None:
         """Adds the cache entry of a step."""
@@ -405,15 +294,3 @@ class ArrayBlock(LeafSystem):
 
 def _of_all(function: Callable[..., Any], reads: Sequence[Callable[[Context], Any]]) -> Callable[[Context], Any]:
     return lambda context: function(*[read(context) for read in reads])
-
-
-def is_leaf(step: Step) -> bool:
-    """Whether a step comes from a port."""
-    return type(step) in (Step, Value)
-
-
-def sources_of(step: Step) -> tuple[str, ...]:
-    """The steps from which a step of the same sample follows."""
-    if isinstance(step, Sample):
-        return () if step.source == TIME else (step.source,)
-    return step.sources if isinstance(step, Function | Memory) else ()

@@ -9,10 +9,11 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput, TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 
-from soft_gripper.array_block import TIME, ArrayBlock
+from soft_gripper.array_block import ArrayBlock
 from soft_gripper.diagrams.recording import Derived, Logged, Output, Samples
 from soft_gripper.errors import InputError
 from soft_gripper.signals import signal_of
+from soft_gripper.steps import TIME
 
 PERIOD = 0.5
 

@@ -6,19 +6,20 @@ it for several equal fingers. Both call the functions of the blocks (ArrayBlock)
 Parts with a block of the user's own stay as they are: it may do more than its functions say, and is named if it fails.
 """
 
-from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
 from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 from pydrake.systems.framework import Diagram, DiagramBuilder, InputPort, OutputPort, System
 
-from soft_gripper.array_block import TIME, ArrayBlock, Constant, Function, Memory, Sample, Step, is_leaf, sources_of
+from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.wiring.named_wires import Ports, inputs, vector_outputs
 from soft_gripper.signals import signal_of
+from soft_gripper.steps import TIME, Output, Step, Steps, same
+
+_TIMES = "time of all"
 
 
 class Composed(ArrayBlock):
@@ -31,10 +32,9 @@ class Composed(ArrayBlock):
         for name, port in inputs(diagram).items():
             self.take(name, port.size())
         fed = _fed(diagram)
-        steps = {name: step for block in blocks for name, step in _steps(block, fed)}
         ports = {name: _inner(diagram, port) for name, port in vector_outputs(diagram).items()}
         outputs = {name: _output(port, fed) for name, port in ports.items()}
-        _declare(self, steps, outputs)
+        _add_all(self, Steps({name: step for block in blocks for name, step in _steps(block, fed)}, outputs))
         for name, port in ports.items():
             function, sources = outputs[name]
             self.put_out(name, function, *sources, **_described(port))
@@ -59,8 +59,10 @@ class Abreast(ArrayBlock):
             for port in each:
                 self.take(port, one.GetInputPort(name).size())
             self.derive(name, _stacked, *each)
-        steps = {name: _abreast(step, number) for name, step in one.steps.items() if not is_leaf(step)}
-        _declare(self, steps, one.outputs)
+        self.add(_TIMES, Step(lambda time: np.broadcast_to(time, (number, 1)), (TIME,)), kept=False)
+        steps = one.steps.stacked(number)
+        own = {name: step.renamed(_of_all) for name, step in steps.items() if step.function is not None}
+        _add_all(self, Steps(own, one.outputs))
         for name, (function, sources) in one.outputs.items():
             port, together = one.GetOutputPort(name), f"{name} of all"
             self.derive(together, _reshaped(function, (number, port.size())), *sources)
@@ -96,36 +98,13 @@ class _StepsOfFinger(dict[str, Any]):
         return self[leaf]
 
 
-_Output = tuple[Callable[..., Any], Sequence[str]]  # a function and its steps
+def _add_all(block: ArrayBlock, steps: Steps) -> None:
+    """Adds steps to a block that follow from each other and from its inputs; their outputs will be put out.
 
-
-def _declare(block: ArrayBlock, steps: Mapping[str, Step], outputs: Mapping[str, _Output]) -> None:
-    """Declares steps of a block that follow from each other and from its inputs; `outputs` will be put out.
-
-    What is read in one place only is not kept in a cache.
+    Steps with one reader are not cached.
     """
-    others = (step.kept if isinstance(step, Memory) else () for step in steps.values())
-    sources = (*map(sources_of, steps.values()), *others, *(names for _, names in outputs.values()))
-    readers = Counter(name for names in sources for name in names)
     for name, step in steps.items():
-        if isinstance(step, Constant):
-            block.constant(name, step.value)
-        elif isinstance(step, Function):
-            block.derive(name, step.of, *step.sources, over_time=step.over_time, kept=readers[name] > 1)
-        elif isinstance(step, Sample):
-            options = {"at_initialization": step.at_initialization, "at_first": step.at_first}
-            block.sample(name, step.source, step.begin, **options)
-        elif isinstance(step, Memory):
-            block.remember(
-                name,
-                step.of,
-                *step.sources,
-                begin=step.begin,
-                keep=step.keep,
-                kept=step.kept,
-                begin_of=step.begin_of,
-                over_time=step.over_time,
-            )
+        block.add(name, step, kept=steps.readers[name] > 1)
 
 
 def _fed(diagram: Diagram) -> dict[tuple[System, str], str]:
@@ -143,19 +122,19 @@ def _steps(block: ArrayBlock, fed: Mapping[tuple[System, str], str]) -> Iterator
     """The steps of a block among others, with one for each of its outputs that feeds another block."""
     name_of = partial(_name_of, block, fed)
     for name, step in block.steps.items():
-        if not is_leaf(step):
-            yield name_of(name), _renamed(step, name_of)
+        if step.function is not None:
+            yield name_of(name), step.renamed(name_of)
     for name, (function, sources) in block.outputs.items():
         port = block.GetOutputPort(name)
         if _wire(port) in fed.values():
             size, steps = port.size(), tuple(map(name_of, sources))
-            yield _wire(port), Function(_flat(function, size), steps, _reshaped(function, (-1, size)))
+            yield _wire(port), Step(_flat(function, size), steps, None, _reshaped(function, (-1, size)), steps)
 
 
-def _output(port: OutputPort, fed: Mapping[tuple[System, str], str]) -> _Output:
+def _output(port: OutputPort, fed: Mapping[tuple[System, str], str]) -> Output:
     """The function and the steps of an output of a block."""
     if _wire(port) in fed.values():
-        return _same, [_wire(port)]
+        return same, [_wire(port)]
     function, sources = port.get_system().outputs[port.get_name()]
     return function, [_name_of(port.get_system(), fed, source) for source in sources]
 
@@ -167,30 +146,9 @@ def _name_of(block: ArrayBlock, fed: Mapping[tuple[System, str], str], name: str
     return fed[block, name] if block.HasInputPort(name) else f"{block.get_name()}/{name}"
 
 
-def _renamed(step: Step, name_of: Callable[[str], str]) -> Step:
-    """A step whose sources have other names."""
-    if isinstance(step, Sample):
-        return replace(step, source=name_of(step.source))
-    if isinstance(step, Function):
-        return replace(step, sources=tuple(map(name_of, step.sources)))
-    if isinstance(step, Memory):
-        begin_of = None if step.begin_of is None else (step.begin_of[0], name_of(step.begin_of[1]))
-        sources, kept = tuple(map(name_of, step.sources)), tuple(map(name_of, step.kept))
-        return replace(step, sources=sources, kept=kept, begin_of=begin_of)
-    return step
-
-
-def _abreast(step: Step, number: int) -> Step:
-    """A step of one finger with a leading axis of several; they have one time."""
-
-    def repeated(value: Array) -> Array:
-        return np.broadcast_to(value, (number, *value.shape))
-
-    if isinstance(step, Constant):
-        return replace(step, value=repeated(step.value))
-    if isinstance(step, Memory) or (isinstance(step, Sample) and step.source != TIME):
-        return replace(step, begin=repeated(step.begin))
-    return step
+def _of_all(name: str) -> str:
+    """Name of a step among those of several fingers, which have one time."""
+    return _TIMES if name == TIME else name
 
 
 def _wire(port: OutputPort) -> str:
@@ -207,10 +165,6 @@ def _inner(diagram: Diagram, port: OutputPort) -> OutputPort:
 def _described(port: OutputPort) -> dict[str, Any]:
     signal = signal_of(port)
     return {"unit": signal.unit, "meanings": signal.meanings, **signal.axes}
-
-
-def _same(value: Any) -> Any:
-    return value
 
 
 def _row(i: int, values: Array) -> Array:

@@ -9,8 +9,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from soft_gripper.array_block import TIME, ArrayBlock
+from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array
+from soft_gripper.steps import TIME
 
 THRESHOLD = 2.5e-3  # N m
 _RELEASE = 0.5  # of the threshold, below which contact ends

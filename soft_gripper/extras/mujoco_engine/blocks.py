@@ -23,14 +23,16 @@ from pydrake.systems.primitives import (
     Saturation,
 )
 
-from soft_gripper.array_block import TIME, ArrayBlock, Constant, Function, Memory, Sample, check_finite
+from soft_gripper.array_block import ArrayBlock, check_finite
 from soft_gripper.arrays import Array
 from soft_gripper.control.grip import GripForce, GripForceBound, LowSelector
-from soft_gripper.control.pid_controller import PidController, Step
+from soft_gripper.control.pid_controller import PidController
+from soft_gripper.control.pid_controller import Step as PidStep
 from soft_gripper.control.task import GripObservation, Progress, TaskMachine
 from soft_gripper.fingers.path_drive import BentChambers, TendonDrive
 from soft_gripper.fingers.pressure_drive import Leak
 from soft_gripper.load.opening import GripperOpening
+from soft_gripper.steps import TIME, Step
 
 Read = Callable[[int], Array]  # the value of an input, by its number
 
@@ -147,24 +149,19 @@ class Affine:
 
 
 class Functions:
-    """An ArrayBlock, whose functions take the environments as leading axis; E = None: one without that axis."""
+    """An ArrayBlock, whose steps have the environments as leading axis."""
 
-    def __init__(
-        self, block: ArrayBlock, count: int | None, given: Mapping[str, Callable[[], Array]] = MappingProxyType({})
-    ):
+    def __init__(self, block: ArrayBlock, count: int, given: Mapping[str, Callable[[], Array]] = MappingProxyType({})):
         """`given` computes steps otherwise than the block does."""
-        self.period = block.period
-        self._block, self._shape, self._given = block, () if count is None else (count,), given
-        self._numbers = {block.get_input_port(i).get_name(): i for i in range(block.num_input_ports())}
+        self.period, self._block = block.period, block
+        numbers = {block.get_input_port(i).get_name(): i for i in range(block.num_input_ports())}
         self._names = [block.get_output_port(i).get_name() for i in range(block.num_output_ports())]
-        remembering = ((name, step) for name, step in block.steps.items() if isinstance(step, Sample | Memory))
-        self._begin = {name: step.begin for name, step in remembering}
-        self._state = {name: self._repeated(begin) for name, begin in self._begin.items()}
-        self._next, self._is_later = dict(self._state), np.zeros(self._shape, bool)
-        self._known: dict[str, Any] = {}
-
-    def _repeated(self, value: Array) -> Array:
-        return np.broadcast_to(value, (*self._shape, *np.shape(value)))
+        self._steps = block.steps.stacked(count) if block.takes_axes else block.steps.row_by_row(count)
+        self._steps |= {name: Step(function) for name, function in given.items()}
+        self._memories = {name: step.memory for name, step in self._steps.items() if step.memory is not None}
+        self._state = {name: memory.begin for name, memory in self._memories.items()}
+        self._next, self._is_later = dict(self._state), np.zeros(count, bool)
+        self._known = _Known(numbers, count)
 
     def forget(self) -> None:
         """Forgets what followed from the inputs."""
@@ -174,136 +171,73 @@ class Functions:
         """See Block."""
         for name, state in self._state.items():
             self._state[name] = np.array(state)
-            self._state[name][rows] = self._begin[name]
+            self._state[name][rows] = self._memories[name].begin[rows]
         self._next = {name: state.copy() for name, state in self._state.items()}
         self._is_later[rows] = False
         self.forget()
 
     def begin(self, read: Read, rows: Rows) -> None:
         """See Block."""
-        for name in self._state:
-            step = self._block.steps[name]
-            if isinstance(step, Sample) and step.at_initialization:
-                self._next[name][rows] = self._value(step.source, read, 0.0)[rows]
-            elif isinstance(step, Memory) and step.begin_of is not None:
-                function, source = step.begin_of
-                self._next[name][rows] = function(self._value(source, read, 0.0))[rows]
+        self._known.take(read, 0.0)
+        for name, memory in self._memories.items():
+            if memory.begin_of is not None:
+                function, source = memory.begin_of
+                self._next[name][rows] = self._value(function, [source])[rows]
 
     def output(self, number: int, read: Read, time: float) -> Array:
         """See Block."""
-        function, sources = self._block.outputs[self._names[number]]
-        try:
-            found = function(*[self._value(source, read, time) for source in sources])
-        except ValueError:
-            self._check_inputs(read)
-            raise
-        return np.reshape(found, (*self._shape, -1))
-
-    def _check_inputs(self, read: Read) -> None:
-        check_finite(self._block, {name: read(number) for name, number in self._numbers.items()})
+        self._known.take(read, time)
+        return np.reshape(self._value(*self._steps.outputs[self._names[number]]), (len(self._is_later), -1))
 
     def advance(self, read: Read, time: float, active: Rows) -> None:
         """See Block; at the first sample nothing is remembered."""
-        for name in self._state:
-            step = self._block.steps[name]
-            if isinstance(step, Sample):
-                taken = self._value(step.source, read, time)
-                self._next[name] = taken if step.at_first else self._if_later(name, taken)
-            elif isinstance(step, Memory) and self._is_later.any():
-                kept = step.keep(*[self._value(source, read, time) for source in (name, *step.kept)])
-                self._next[name] = self._if_later(name, kept)
-        self._is_later = np.ones(self._shape, bool)
+        self._known.take(read, time)
+        for name, memory in self._memories.items():
+            if memory.at_first:
+                self._next[name] = self._value(memory.keep, memory.sources)
+            elif self._is_later.any():
+                self._next[name] = self._if_later(name, self._value(memory.keep, memory.sources))
+        self._is_later = np.ones_like(self._is_later)
 
     def _if_later(self, name: str, value: Array) -> Array:
         """A state, in those environments of which it is not the first sample."""
         if self._is_later.all():
             return value
-        is_later = self._is_later.reshape(*self._shape, *[1] * (value.ndim - len(self._shape)))
-        return np.where(is_later, value, self._state[name])
+        return np.where(self._is_later.reshape(-1, *[1] * (value.ndim - 1)), value, self._state[name])
 
     def commit(self) -> None:
         """See Block."""
         self._state = dict(self._next)
         self.forget()
 
-    def _value(self, name: str, read: Read, time: float) -> Any:
+    def _value(self, function: Callable[..., Any], sources: Sequence[str]) -> Any:
+        """A function of steps."""
+        try:
+            return function(*[self._steps.value(source, self._known, self._state) for source in sources])
+        except ValueError:
+            check_finite(self._block, {name: self._known[name] for name in self._known.numbers})
+            raise
+
+
+class _Known(dict[str, Any]):
+    """Steps that are known in E environments; inputs are read when a step takes them."""
+
+    def __init__(self, numbers: Mapping[str, int], count: int):
+        """`numbers` of the inputs, by name."""
+        super().__init__()
+        self.numbers, self._count = numbers, count
+
+    def take(self, read: Read, time: float) -> None:
+        """Takes the inputs and the time, s, from now on."""
+        self._inputs, self._time = read, time
+
+    def __missing__(self, name: str) -> Array:
         if name == TIME:
-            return self._repeated(np.array([time]))
-        step = self._block.steps[name]
-        if isinstance(step, Sample):
-            return self._state[name]
-        if name not in self._known:
-            try:
-                self._known[name] = self._computed(name, read, time)
-            except ValueError:
-                self._check_inputs(read)
-                raise
-        return self._known[name]
-
-    def _computed(self, name: str, read: Read, time: float) -> Any:
-        if name in self._given:
-            return self._given[name]()
-        step = self._block.steps[name]
-        if isinstance(step, Constant):
-            return self._repeated(step.value)
-        if isinstance(step, Function):
-            return step.of(*[self._value(source, read, time) for source in step.sources])
-        if isinstance(step, Memory):
-            return step.of(self._state[name], *[self._value(source, read, time) for source in step.sources])
-        value = read(self._numbers[name])
-        return value if value.shape[:-1] == self._shape else np.broadcast_to(value, (*self._shape, value.shape[-1]))
-
-
-_ALL: Any = ...  # rows of what has no axis of environments
-
-
-class OneByOne:
-    """An ArrayBlock whose functions do not take leading axes: one for each environment."""
-
-    def __init__(self, block: ArrayBlock, count: int):
-        self.period, self._block = block.period, block
-        self._each = [Functions(block, None) for _ in range(count)]
-
-    def forget(self) -> None:
-        """Forgets what followed from the inputs."""
-        for one in self._each:
-            one.forget()
-
-    def clear(self, rows: Rows) -> None:
-        """See Block."""
-        for i in rows:
-            self._each[i] = Functions(self._block, None)
-            self._each[i].clear(_ALL)
-
-    def begin(self, read: Read, rows: Rows) -> None:
-        """See Block."""
-        for i in rows:
-            self._each[i].begin(_of(read, int(i)), _ALL)
-
-    def output(self, number: int, read: Read, time: float) -> Array:
-        """See Block."""
-        return np.array([one.output(number, _of(read, i), time) for i, one in enumerate(self._each)])
-
-    def advance(self, read: Read, time: float, active: Rows) -> None:
-        """See Block."""
-        for i in active:
-            self._each[i].advance(_of(read, int(i)), time, active)
-
-    def commit(self) -> None:
-        """See Block."""
-        for one in self._each:
-            one.commit()
-
-
-def _of(read: Read, environment: int) -> Read:
-    """The inputs of one environment."""
-
-    def one(number: int) -> Array:
-        value = read(number)
-        found: Array = value[min(environment, len(value) - 1)]
+            return np.full((self._count, 1), self._time)
+        value = self._inputs(self.numbers[name])
+        self[name] = np.broadcast_to(value, (self._count, value.shape[-1])) if len(value) < self._count else value
+        found: Array = self[name]
         return found
-
-    return one
 
 
 class Several:
@@ -317,7 +251,7 @@ class Several:
     def forget(self) -> None:
         """Forgets what followed from the inputs."""
         for block, _ in self._parts:
-            if isinstance(block, Functions | OneByOne):
+            if isinstance(block, Functions):
                 block.forget()
 
     def clear(self, rows: Rows) -> None:
@@ -372,7 +306,7 @@ class Controllers:
         """`is_overridden`: another block may choose what is applied, the input `applied`."""
         self.period, self._block, self._is_overridden = block.period, block, is_overridden
         self._memory = [block.first_memory] * count
-        self._next, self._steps = self._memory, list[Step]()
+        self._next, self._steps = self._memory, list[PidStep]()
 
     def forget(self) -> None:
         """Forgets what followed from the inputs."""
@@ -389,7 +323,7 @@ class Controllers:
     def begin(self, read: Read, rows: Rows) -> None:
         """It begins with its first memory."""
 
-    def _stepped(self, read: Read) -> list[Step]:
+    def _stepped(self, read: Read) -> list[PidStep]:
         if not self._steps:
             given = [np.broadcast_to(read(i), (len(self._memory), 1))[:, 0].tolist() for i in range(2)]
             self._steps = [*map(self._block.step, self._memory, *given)]

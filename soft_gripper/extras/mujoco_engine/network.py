@@ -36,7 +36,6 @@ from soft_gripper.extras.mujoco_engine.blocks import (
     Given,
     InTurn,
     Leaking,
-    OneByOne,
     Parts,
     Rows,
     Several,
@@ -160,7 +159,7 @@ class Network:
         self._by_step = [leaf for leaf, block in self._blocks.items() if self._is_by_step(block)]
         with_state = [leaf for leaf, block in self._blocks.items() if block.period is not None]
         self._by_sample = [leaf for leaf in with_state if leaf not in self._by_step]
-        keeping = (Functions, OneByOne, Controllers, Several)
+        keeping = (Functions, Controllers, Several)
         self._keeping = [leaf for leaf, block in self._blocks.items() if isinstance(block, keeping)]
         self._reading_plants = [leaf for leaf in self._keeping if self._reads_steps(leaf)]
         drives = [each for _, *given in self._driven for each in given]
@@ -233,7 +232,7 @@ class Network:
         if isinstance(leaf, BasePoseSensor):
             return Functions(leaf, count, {"pose": lambda: self.plants.pose(leaf.body).reshape(count, -1)})
         if isinstance(leaf, ArrayBlock):
-            return (Functions if leaf.takes_axes else OneByOne)(leaf, count)
+            return Functions(leaf, count)
         if isinstance(leaf, AffineSystem):
             return Affine(leaf, count)
         if isinstance(leaf, Demultiplexer):
@@ -441,7 +440,7 @@ class Network:
         """Blocks of functions keep what they have computed until they are told to forget it."""
         for leaf in leaves:
             block = self._blocks[leaf]
-            assert isinstance(block, Functions | OneByOne | Controllers | Several)
+            assert isinstance(block, Functions | Controllers | Several)
             block.forget()
 
     def _advance(self, leaves: Sequence[Key]) -> None:

@@ -8,7 +8,7 @@ pytest.importorskip("mujoco")
 
 from soft_gripper.array_block import ArrayBlock
 from soft_gripper.errors import InputError
-from soft_gripper.extras.mujoco_engine.blocks import Contexts, Functions, OneByOne
+from soft_gripper.extras.mujoco_engine.blocks import Contexts, Functions
 
 
 class Solving(ArrayBlock):
@@ -45,7 +45,9 @@ class Counting(ArrayBlock):
         self.put_out("y", lambda total: total, "sum")
 
 
-@pytest.mark.parametrize("make", [lambda: Contexts(DiscreteTimeIntegrator(1, 0.1), 2), lambda: OneByOne(Counting(), 2)])
+@pytest.mark.parametrize(
+    "make", [lambda: Contexts(DiscreteTimeIntegrator(1, 0.1), 2), lambda: Functions(Counting(), 2)]
+)
 def test_a_state_begins_anew_in_one_of_two_environments(make):
     both, values, found = make(), np.array([[1.0], [2.0]]), []
     for rows in (np.array([0, 1]), np.array([0])):

@@ -1,0 +1,196 @@
+"""Steps: the quantities of one sample, each a function of others and of what it remembers.
+
+The functions take arrays whose leading axes are free. So one graph of steps is computed for one sample, for several
+equal fingers or environments at once (`stacked`), and for all samples of a recording (`recorded`).
+"""
+
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from soft_gripper.arrays import Array
+
+TIME = "time"  # a source of any step, (..., 1) s
+Output = tuple[Callable[..., Any], Sequence[str]]  # a function, and the steps that it takes
+Rename = Callable[[str], str]
+_NOTHING: Mapping[str, Any] = MappingProxyType({})
+
+
+def same(value: Any) -> Any:
+    """The value itself."""
+    return value
+
+
+@dataclass(frozen=True, eq=False)
+class Memory:
+    """What a step remembers from one sample to the next; all memories are taken together, before any update."""
+
+    begin: Array  # before the first sample
+    keep: Callable[..., Array]  # from the sources to what is remembered at the next sample
+    sources: tuple[str, ...]
+    at_first: bool  # is kept at the first sample too
+    begin_of: tuple[Callable[[Any], Array], str] | None = None  # instead of `begin`, from a step at initialization
+
+
+@dataclass(frozen=True, eq=False)
+class Step:
+    """A quantity of one sample."""
+
+    function: Callable[..., Any] | None = None  # of what is remembered, if anything is, and the sources; None: an input
+    sources: tuple[str, ...] = ()
+    memory: Memory | None = None
+    over_time: Callable[..., Any] | None = same  # the function over a recording; None: known only during a run
+    sources_over_time: tuple[str, ...] = ()
+
+    def renamed(self, rename: Rename) -> "Step":
+        """A copy whose sources have other names."""
+        memory = self.memory
+        if memory is not None:
+            begin_of = None if memory.begin_of is None else (memory.begin_of[0], rename(memory.begin_of[1]))
+            memory = replace(memory, sources=tuple(map(rename, memory.sources)), begin_of=begin_of)
+        sources, recorded = (tuple(map(rename, names)) for names in (self.sources, self.sources_over_time))
+        return replace(self, sources=sources, memory=memory, sources_over_time=recorded)
+
+
+def constant(value: Array) -> Step:
+    """A step that never changes."""
+    return Step(lambda: value, (), None, lambda time: np.broadcast_to(value, (len(time), *np.shape(value))), (TIME,))
+
+
+def sampled(source: str, begin: Array, at_initialization: bool = True, at_first: bool = True) -> Step:
+    """An earlier step, or the time, at the last sample.
+
+    Over a recording it is that of the sample before.
+
+    Args:
+        source: the step.
+        begin: before the first sample.
+        at_initialization: it is also taken when a run is initialized.
+        at_first: it is taken again at the first sample, which is at the same time if a run begins at a sample. Else it
+            is known only during a run: what is taken before the first sample is not in the recording.
+    """
+
+    def before(values: Array) -> Array:
+        first = values[:1] if at_initialization else np.broadcast_to(begin, (1, *np.shape(values)[1:]))
+        return np.concatenate([first, values[:-1]])
+
+    memory = Memory(begin, same, (source,), at_first, (same, source) if at_initialization else None)
+    return Step(same, (), memory, before if at_first else None, (source,))
+
+
+class Steps(dict[str, Step]):
+    """Steps by name, in an order in which each follows from those before it, and what is put out of them."""
+
+    def __init__(self, steps: Mapping[str, Step] = _NOTHING, outputs: Mapping[str, Output] = _NOTHING):
+        super().__init__(steps)
+        self.outputs = dict(outputs)
+
+    @cached_property
+    def readers(self) -> Counter[str]:
+        """Number of steps, memories and outputs that take each step."""
+        memories = (step.memory.sources for step in self.values() if step.memory is not None)
+        outputs = (sources for _, sources in self.outputs.values())
+        return Counter(name for names in (*map(_sources, self.values()), *memories, *outputs) for name in names)
+
+    def value(self, name: str, known: dict[str, Any], remembered: Mapping[str, Array] = _NOTHING) -> Any:
+        """A step.
+
+        Args:
+            name: of the step.
+            known: the inputs and the time; steps that are computed and have several readers are added.
+            remembered: of the steps that remember.
+        """
+        step = self.get(name)
+        if step is None or step.function is None or name in known:
+            return known[name]
+        own = () if step.memory is None else (remembered[name],)
+        value = step.function(*own, *[self.value(source, known, remembered) for source in step.sources])
+        if self.readers[name] > 1:
+            known[name] = value
+        return value
+
+    def output(self, name: str, known: dict[str, Any], remembered: Mapping[str, Array] = _NOTHING) -> Any:
+        """An output, see `value`."""
+        function, sources = self.outputs[name]
+        return function(*[self.value(source, known, remembered) for source in sources])
+
+    def stacked(self, count: int) -> "Steps":
+        """A copy with a leading axis of `count`, for inputs and a time that have it."""
+        return Steps({name: _stacked(step, count) for name, step in self.items()}, self.outputs)
+
+    def row_by_row(self, count: int) -> "Steps":
+        """A copy with a leading axis of `count`, whose functions are called for each row, as they take one sample."""
+        rows = {name: _row_by_row(step, count) for name, step in self.items()}
+        outputs = {name: (_each(function, count), sources) for name, (function, sources) in self.outputs.items()}
+        return Steps(rows, outputs)
+
+    @cached_property
+    def recorded(self) -> "Steps":
+        """The steps at all samples of a recording, (T, ...), without memories."""
+        computed = {name: step for name, step in self.items() if step.function is not None and step.over_time}
+        steps = {name: Step(step.over_time, step.sources_over_time) for name, step in computed.items()}
+        return Steps(steps, self.outputs)
+
+    def follows(self, output: str, remembers: bool) -> bool:
+        """Whether the leaves of an output determine it at all samples of a recording.
+
+        `remembers`: what is remembered changes with the samples of the recording.
+        """
+        return output in self.outputs and all(self._follows(name, remembers) for name in self.outputs[output][1])
+
+    def _follows(self, name: str, remembers: bool) -> bool:
+        step = self.get(name, Step())
+        is_known = step.over_time is not None and (step.memory is None or remembers)
+        return is_known and all(self._follows(source, remembers) for source in step.sources_over_time)
+
+    def leaves(self, output: str) -> list[str]:
+        """Names of the inputs that determine an output over a recording."""
+        return list(dict.fromkeys(leaf for name in self.outputs[output][1] for leaf in self._leaves(name)))
+
+    def _leaves(self, name: str) -> Iterator[str]:
+        if name in self and self[name].function is None:
+            yield name
+        for source in self.get(name, Step()).sources_over_time:
+            yield from self._leaves(source)
+
+
+def _sources(step: Step) -> tuple[str, ...]:
+    return step.sources
+
+
+def _stacked(step: Step, count: int) -> Step:
+    def repeated(value: Array) -> Array:
+        return np.broadcast_to(value, (count, *np.shape(value)))
+
+    if step.memory is not None:
+        return replace(step, memory=replace(step.memory, begin=repeated(step.memory.begin)))
+    if step.function is None or step.sources:
+        return step
+    value = repeated(step.function())
+    return replace(step, function=lambda: value)
+
+
+def _row_by_row(one: Step, count: int) -> Step:
+    many = _stacked(one, count)
+    memory = many.memory
+    if memory is not None:
+        begin_of = memory.begin_of and (_each(memory.begin_of[0], count, np.array), memory.begin_of[1])
+        memory = replace(memory, keep=_each(memory.keep, count, np.array), begin_of=begin_of)
+    elif not one.sources:
+        return many
+    assert one.function is not None
+    return replace(many, function=_each(one.function, count), memory=memory)
+
+
+def _each(function: Callable[..., Any], count: int, collect: Callable[[list[Any]], Any] = same) -> Callable[..., Any]:
+    """A function that is called for each of `count` rows of its arguments."""
+
+    def called(*values: Any) -> Any:
+        return collect([function(*row) for row in zip(*values, strict=True)])
+
+    return called
