@@ -131,6 +131,7 @@ class ArrayBlock(LeafSystem):
         begin: Array,
         keep: Callable[..., Array],
         kept: Sequence[str] = (),
+        at_first: bool = False,
         begin_of: tuple[Callable[[Array], Array], str] | None = None,
         over_time: Callable[..., Any] | None = None,
     ) -> None:
@@ -141,14 +142,14 @@ class ArrayBlock(LeafSystem):
             function: of what is remembered and the sources.
             sources: steps.
             begin: remembered before the first sample.
-            keep: what is remembered at the next sample, from this step and those named in `kept`; at the first sample
-                nothing is.
+            keep: what is remembered at the next sample, from this step and those named in `kept`.
             kept: further steps, which may be declared later.
+            at_first: it is also kept at the first sample, of the inputs before, as where a run begins.
             begin_of: a function and the input from which it finds `begin` when a run is initialized.
             over_time: computes the step at all samples of a recording from the sources, at whose first sample nothing
                 is remembered; None: the memory is known only during a run.
         """
-        memory = Memory(np.asarray(begin, dtype=float), keep, (name, *kept), at_first=False, begin_of=begin_of)
+        memory = Memory(np.asarray(begin, dtype=float), keep, (name, *kept), at_first, begin_of)
         self.add(name, Step(function, sources, memory, over_time, sources))
 
     def add(self, name: str, step: Step, kept: bool = True) -> None:

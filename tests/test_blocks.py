@@ -13,6 +13,7 @@ from pydrake.systems.framework import Diagram, PortDataType
 
 import soft_gripper
 from soft_gripper.array_block import ArrayBlock
+from soft_gripper.control.grip import GripForce, LowSelector
 from soft_gripper.diagrams.station import make_private_station, make_station
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.calibration_range import CalibrationRange
@@ -34,6 +35,8 @@ STATIONS = (
     ("box_grasp", [*SPACE, "estimator.type=gaussian", "estimator.alongside=[contact, recursive]"]),
     ("box_grasp", ["models.0.file={creeping}", "sensor.one_sided=true"]),
     ("pick_and_place_box", []),
+    ("tendon_grasp", []),
+    ("three_chambers", ["models.0.fingers.all.yields=bending sideways twist"]),
 )
 SIZES = {"pressure": 5e4, "strain": 0.02, "driving_torque": 0.05, "standard_normal": 1.0, "sampled_state": 0.1}
 # What the name of an output says of its unit, the first that is found in it.
@@ -66,7 +69,8 @@ def block_classes():
             for module in walk_packages(import_module(part.name).__path__, f"{part.name}."):
                 import_module(module.name)
     own = (each for each in subclasses(ArrayBlock) - {ArrayBlock} if each.__module__.startswith("soft_gripper."))
-    return sorted((each for each in own if ".extras." not in each.__module__), key=lambda each: each.__name__)
+    core = (each for each in own if ".extras." not in each.__module__ and not each.__name__.startswith("_"))
+    return sorted(core, key=lambda each: each.__name__)
 
 
 def blocks(system):
@@ -96,6 +100,7 @@ def examples(tmp_path_factory):
     states = FittedStates(np.zeros((1, 7)), np.full(7, 0.02))
     calibrated = CalibratedStates(states, Widths(np.array([1e-3]), 1e-3), 2.0, sections=2)
     found.append(CalibrationRange(SensorLayout(finger, 2), calibrated, np.array([0.0, 0.0, -9.81])))
+    found += [LowSelector(), GripForce(["left", "right"])]
     distinct = {(type(block), block.period, *block.outputs, *ports(block).items()): block for block in found}
     yield {kind: [block for block in distinct.values() if type(block) is kind] for kind in map(type, found)}
     del stations

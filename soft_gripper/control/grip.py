@@ -1,8 +1,8 @@
 """Grip control: set-point steps, mean torque and force of a grip or its bound, and selection of the lower command."""
 
-import math
 from collections.abc import Iterable, Mapping, Sequence
 
+import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
 from soft_gripper.array_block import ArrayBlock
@@ -12,7 +12,7 @@ from soft_gripper.run_begin import since_begin
 from soft_gripper.signals import describe
 
 
-class LowSelector(LeafSystem):
+class LowSelector(ArrayBlock):
     """Override control: outputs the smaller of two inputs.
 
     ::
@@ -24,11 +24,13 @@ class LowSelector(LeafSystem):
 
     def __init__(self) -> None:
         super().__init__()
-        self._ports = [self.DeclareVectorInputPort(name, 1) for name in ("first", "second")]
-        self.DeclareVectorOutputPort("selected", 1, self._select, {self.all_input_ports_ticket()})
+        for name in ("first", "second"):
+            self.take(name, 1)
+        self.put_out("selected", _lower, "first", "second")
 
-    def _select(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector([min(port.Eval(context)[0] for port in self._ports)])
+
+def _lower(first: Array, second: Array) -> Array:
+    return np.where(second < first, second, first)
 
 
 class GripTorque(ArrayBlock):
@@ -56,7 +58,7 @@ def _mean_opening(*torques: Array) -> Array:
     return -total / len(torques)
 
 
-class GripForce(LeafSystem):
+class GripForce(ArrayBlock):
     """The mean estimated contact force of the fingers of a gripper.
 
     ::
@@ -69,13 +71,17 @@ class GripForce(LeafSystem):
     def __init__(self, fingers: Iterable[str]):
         """`fingers` are their names."""
         super().__init__()
-        self._forces = [self.DeclareVectorInputPort(f"{name}.contact_force", 1) for name in fingers]
-        port = self.DeclareVectorOutputPort("force", 1, self._calc_force, {self.all_input_ports_ticket()})
-        describe(port, "N")
+        ports = [f"{name}.contact_force" for name in fingers]
+        for port in ports:
+            self.take(port, 1)
+        self.put_out("force", _mean, *ports, unit="N")
 
-    def _calc_force(self, context: Context, output: BasicVector) -> None:
-        forces = [float(port.Eval(context)[0]) for port in self._forces]
-        output.SetAtIndex(0, math.fsum(forces) / len(forces))
+
+def _mean(*forces: Array) -> Array:
+    total = forces[0]
+    for others in forces[1:]:
+        total = total + others
+    return total / len(forces)
 
 
 class GripForceBound(LeafSystem):
@@ -89,7 +95,8 @@ class GripForceBound(LeafSystem):
 
     The bound of a finger is the upper end of its interval, which the force exceeds with a probability of at most 2.5 %.
     A finger without a detected contact counts as 0: the posterior takes the inertia of a free finger on an accelerated
-    arm for a contact, the detector does not. An unknown bound, NaN, makes the mean NaN.
+    arm for a contact, the detector does not. An unknown bound, NaN, makes the mean NaN. The interval of such a finger
+    is not read, because the posterior costs half a run; so this is no ArrayBlock, which reads all that it takes.
     """
 
     def __init__(self, fingers: Iterable[str]):
@@ -107,7 +114,7 @@ class GripForceBound(LeafSystem):
 
     def _calc_force(self, context: Context, output: BasicVector) -> None:
         bounds = [float(force.Eval(context)[-1]) if touch.Eval(context)[0] else 0.0 for force, touch in self._ports]
-        output.SetAtIndex(0, math.fsum(bounds) / len(bounds))
+        output.SetAtIndex(0, sum(bounds) / len(bounds))
 
 
 class SampledSteps(LeafSystem):

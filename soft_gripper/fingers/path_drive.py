@@ -17,13 +17,13 @@ a short travel of the tendon, so that a joint that stands still keeps its fricti
 from collections.abc import Mapping
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
+from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.paths import Joints, length_gradients, path_lengths
 from soft_gripper.fingers.plant_finger import PlantFinger
-from soft_gripper.signals import describe
+from soft_gripper.steps import same
 
 TENSION, PULL = "tension", "pull"
 _PERIOD = 5e-3  # s, between changes of friction in a plant without steps
@@ -76,16 +76,16 @@ class Tendons:
         return np.asarray(toward + (sliding - toward) * kept)
 
 
-class _OnPaths(LeafSystem):
+class _OnPaths(ArrayBlock):
     """Reads the joints of a finger from the state of its plant, and drives its actuators."""
 
-    def __init__(self, finger: PlantFinger):
-        super().__init__()
+    def __init__(self, finger: PlantFinger, period: float | None = None):
+        super().__init__(period)
         ways = finger.finger.yields
         self._ways = {way: np.argmax(finger.position_selector(way), axis=-1) for way in ways}
         self._actuators = {way: np.argmax(finger.actuator_selector(way), axis=-1) for way in ways}
         self._finger, self._size = finger.finger, len(finger.actuator_names)
-        self.DeclareVectorInputPort("state", finger.plant.num_multibody_states())
+        self.take("state", finger.plant.num_multibody_states())
 
     def _joints(self, state: Array) -> dict[str, Array]:
         """Joint positions in a state of the plant, (..., nq + nv), by the way in which they yield."""
@@ -114,18 +114,25 @@ class TendonDrive(_OnPaths):
 
     def __init__(self, finger: PlantFinger, command: str):
         """`command` is "tension" or "pull"."""
-        super().__init__(finger)
-        self._tendons, self._is_pulled = Tendons(self._finger), command == PULL
+        tendons = Tendons(finger.finger)
+        super().__init__(finger, (finger.plant.time_step() or _PERIOD) if tendons.slide else None)
+        self._tendons, self._is_pulled = tendons, command == PULL
         count = self._count = len(self._finger.tendons)
-        self.period = finger.plant.time_step() or _PERIOD  # s, between changes of the friction
-        self._commanded = self.DeclareVectorInputPort(f"{command}_command", count)
-        tension = self.DeclareVectorOutputPort(TENSION, count, self._put_tension)
-        self.DeclareVectorOutputPort("actuation", self._size, self._put_actuation)
-        if self._tendons.slide:
-            self.DeclareDiscreteState(2 * count)
-            self.DeclareInitializationDiscreteUpdateEvent(self._begin)
-            self.DeclarePeriodicDiscreteUpdateEvent(self.period, 0.0, self._travel)
-        describe(tension, "N", **self._finger.tendon_axis)
+        commanded = f"{command}_command"
+        self.take(commanded, count)
+        self.put_out(TENSION, self.tension, "state", commanded, unit="N", **self._finger.tendon_axis)
+        if tendons.slide:
+            self.remember(
+                *("friction", same),
+                begin=np.zeros(2 * count),
+                begin_of=(self.at_rest, "state"),
+                keep=self.travelled,
+                kept=("state",),
+                at_first=True,
+            )
+        friction = ["friction"] if tendons.slide else []
+        actuators = finger.actuator_names
+        self.put_out("actuation", self.actuation, "state", commanded, *friction, unit="N m", actuator=actuators)
 
     def tension(self, state: Array, commanded: Array) -> Array:
         """At the pulled ends, (..., T) N, in a state of the plant, (..., nq + nv), from the command, (..., T)."""
@@ -133,15 +140,10 @@ class TendonDrive(_OnPaths):
             return self._tendons.tensions(self._joints(state), commanded)
         return np.maximum(commanded, 0.0)
 
-    def actuation(self, state: Array, commanded: Array, travelled: Array | None) -> Array:
+    def actuation(self, state: Array, commanded: Array, travelled: Array | None = None) -> Array:
         """Torques on the joints, (..., nu) N m; `travelled` is the state of the friction, (..., 2 T), if any."""
         sliding = None if travelled is None else travelled[..., : self._count]
         return self._actuation(self._tendons.torques(self._joints(state), self.tension(state, commanded), sliding))
-
-    @property
-    def slides(self) -> bool:
-        """Whether there is friction, and so a state."""
-        return self._tendons.slide
 
     def at_rest(self, state: Array) -> Array:
         """The state of the friction where a run begins, (..., 2 T)."""
@@ -154,23 +156,6 @@ class TendonDrive(_OnPaths):
         sliding, was = np.split(before, 2, axis=-1)
         after = np.concatenate([self._tendons.turned(sliding, was - lengths), lengths], axis=-1)
         return np.where(np.isfinite(after), after, before)
-
-    def _inputs(self, context: Context) -> tuple[Array, Array]:
-        return self.get_input_port(0).Eval(context), self._commanded.Eval(context)
-
-    def _put_tension(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(self.tension(*self._inputs(context)))
-
-    def _put_actuation(self, context: Context, output: BasicVector) -> None:
-        travelled = context.get_discrete_state_vector().value() if self.slides else None
-        output.SetFromVector(self.actuation(*self._inputs(context), travelled))
-
-    def _begin(self, context: Context, state: DiscreteValues) -> None:
-        state.set_value(self.at_rest(self.get_input_port(0).Eval(context)))
-
-    def _travel(self, context: Context, state: DiscreteValues) -> None:
-        before = context.get_discrete_state_vector().value()
-        state.set_value(self.travelled(before, self.get_input_port(0).Eval(context)))
 
 
 class BentChambers(_OnPaths):
@@ -185,15 +170,13 @@ class BentChambers(_OnPaths):
 
     def __init__(self, finger: PlantFinger):
         super().__init__(finger)
-        self._pressure = self.DeclareVectorInputPort("pressure", self._finger.pressures)
-        self.DeclareVectorOutputPort("actuation", self._size, self._put_actuation)
+        self.take("pressure", self._finger.pressures)
+        actuators = finger.actuator_names
+        self.put_out("actuation", self._torque, "state", "pressure", unit="N m", actuator=actuators)
 
-    def actuation(self, state: Array, pressure: Array) -> Array:
+    def _torque(self, state: Array, pressure: Array) -> Array:
         """Torques on the joints, (..., nu) N m, in states of the plant, (..., nq + nv), from pressures, (..., C) Pa."""
         finger, straight = self._finger, self._finger.pressure_gains
         effective = finger.effective_pressure(pressure)[..., None, :]
         gains = finger.chamber_gains(self._joints(state))
         return self._actuation({way: (effective @ (gain - straight[way]))[..., 0, :] for way, gain in gains.items()})
-
-    def _put_actuation(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(self.actuation(self.get_input_port(0).Eval(context), self._pressure.Eval(context)))

@@ -12,14 +12,12 @@ from functools import cached_property
 
 import numpy as np
 from pydrake.math import RigidTransform
-from pydrake.systems.framework import BasicVector, Context, LeafSystem
 
 from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.estimators.finger_shape import ANGLES
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import in_plane, in_space, link_directions
-from soft_gripper.signals import describe
 
 _IN_SPACE = np.array([[1.0, 0, 0], [0, 0, 1.0], [0, 0, 0]])  # (x, z, heading) @ this is (x, y, z)
 
@@ -88,7 +86,7 @@ class Gripper:
         return opening
 
 
-class GripperOpening(LeafSystem):
+class GripperOpening(ArrayBlock):
     """Measures the opening between the tips of two or more fingers on one palm.
 
     ::
@@ -103,17 +101,10 @@ class GripperOpening(LeafSystem):
     def __init__(self, gripper: Gripper, fingers: Sequence[str]):
         """`fingers` are the names of the gripper's fingers, in its order."""
         super().__init__()
-        self._gripper = gripper
-        self._tips = [self.DeclareVectorInputPort(f"{finger}.tip_pose", 3) for finger in fingers]
-        port = self.DeclareVectorOutputPort("opening", 1, self._calc_opening, {self.all_input_ports_ticket()})
-        describe(port, "m")
-
-    def _calc_opening(self, context: Context, output: BasicVector) -> None:
-        output.SetAtIndex(0, float(self.opening(np.array([port.Eval(context) for port in self._tips]))))
-
-    def opening(self, tips: Array) -> Array:
-        """The opening, (...) m, from the poses of the tips, (..., F, 3)."""
-        return self._gripper.opening(tips @ _IN_SPACE)
+        ports = [f"{finger}.tip_pose" for finger in fingers]
+        for port in ports:
+            self.take(port, 3)
+        self.put_out("opening", lambda *tips: gripper.opening(np.stack(tips, axis=-2) @ _IN_SPACE), *ports, unit="m")
 
 
 _POINTS = 4  # on the inner surface, for every segment

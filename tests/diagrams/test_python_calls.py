@@ -121,7 +121,7 @@ CALLBACKS = {  # calls in a second, for both fingers at once
     "load.contact_detector._touch": 100,  # remembered by the block of both fingers, whoever reads it
     "load.opening._width": 0,  # nothing reads it: it is computed after the run
     "truth.contact._collect": 100,
-    "load.opening._calc_opening": 100,
+    "load.opening.opening": 100,
     "control.pid_controller._remember": 100,
     "control.pid_controller._calc_output": 100,
     "control.task._update": 100,

@@ -25,13 +25,11 @@ from pydrake.systems.primitives import (
 
 from soft_gripper.array_block import ArrayBlock, check_finite
 from soft_gripper.arrays import Array
-from soft_gripper.control.grip import GripForce, GripForceBound, LowSelector
+from soft_gripper.control.grip import GripForceBound
 from soft_gripper.control.pid_controller import PidController
 from soft_gripper.control.pid_controller import Step as PidStep
 from soft_gripper.control.task import GripObservation, Progress, TaskMachine
-from soft_gripper.fingers.path_drive import BentChambers, TendonDrive
 from soft_gripper.fingers.pressure_drive import Leak
-from soft_gripper.load.opening import GripperOpening
 from soft_gripper.steps import TIME, Step
 
 Read = Callable[[int], Array]  # the value of an input, by its number
@@ -416,41 +414,6 @@ class Streams(Stateless):
         return found
 
 
-class Sliding:
-    """A TendonDrive."""
-
-    def __init__(self, block: TendonDrive):
-        self.period = block.period if block.slides else None
-        self._block = block
-        self._state: Array | None = None
-        self._next: Array | None = None
-
-    def clear(self, rows: Rows) -> None:
-        """It begins at rest."""
-
-    def begin(self, read: Read, rows: Rows) -> None:
-        """See Block."""
-        if self._block.slides:
-            at_rest = self._block.at_rest(read(0))
-            self._next = at_rest if self._state is None else self._state.copy()
-            self._next[rows] = at_rest[rows]
-
-    def output(self, number: int, read: Read, time: float) -> Array:
-        """See Block."""
-        if number == 0:
-            return self._block.tension(read(0), read(1))
-        return self._block.actuation(read(0), read(1), self._state)
-
-    def advance(self, read: Read, time: float, active: Rows) -> None:
-        """See Block."""
-        assert self._state is not None
-        self._next = self._block.travelled(self._state, read(0))
-
-    def commit(self) -> None:
-        """See Block."""
-        self._state = self._next
-
-
 class Leaking(Stateless):
     """A Leak."""
 
@@ -592,35 +555,19 @@ def _added(*values: Array) -> Array:
     return total
 
 
-def _lower(first: Array, second: Array) -> Array:
-    return np.where(second < first, second, first)
-
-
-def _mean(*forces: Array) -> Array:
-    return _added(*forces) / len(forces)
-
-
 def _mean_bound(*given: Array) -> Array:
     """Intervals and contacts take turns."""
     bounds = [
         np.where(touch != 0, interval[:, -1:], 0.0) for interval, touch in zip(given[::2], given[1::2], strict=True)
     ]
-    return _mean(*bounds)
-
-
-def _opening(block: GripperOpening) -> Callable[..., Array]:
-    return lambda *tips: block.opening(np.stack(tips, axis=1))[:, None]
+    return _added(*bounds) / len(bounds)
 
 
 Functional = Mapping[type[LeafSystem], Callable[[Any], Callable[..., Array]]]
 FUNCTIONS: Functional = {
     Adder: lambda block: _added,
-    BentChambers: lambda block: block.actuation,
     ConstantVectorSource: _constant,
-    GripForce: lambda block: _mean,
     GripForceBound: lambda block: _mean_bound,
-    GripperOpening: _opening,
-    LowSelector: lambda block: _lower,
     MatrixGain: _gain,
     Multiplexer: lambda block: together,
     PassThrough: lambda block: lambda value: value,

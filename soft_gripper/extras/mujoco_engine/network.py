@@ -39,13 +39,11 @@ from soft_gripper.extras.mujoco_engine.blocks import (
     Parts,
     Rows,
     Several,
-    Sliding,
     Stateless,
     Streams,
     Tasks,
     gains,
 )
-from soft_gripper.fingers.path_drive import TendonDrive
 from soft_gripper.fingers.pressure_drive import Leak
 from soft_gripper.scenario.schema import Scenario
 from soft_gripper.sensors.base_pose import BasePoseSensor
@@ -242,8 +240,6 @@ class Network:
         if isinstance(leaf, TaskMachine):
             tasks = [each.task for each in self._wired]
             return Tasks([task for task in tasks if task is not None], self._feeds[leaf][0] is not None)
-        if isinstance(leaf, TendonDrive):
-            return Sliding(leaf)
         if isinstance(leaf, Leak):
             return Leaking(leaf)
         if isinstance(leaf, RandomSource):
@@ -313,11 +309,9 @@ class Network:
         return _STEP if changes else _SAMPLE
 
     def _is_by_step(self, block: Block) -> bool:
-        return (
-            block.period is not None
-            and block.period == self._first.plant.time_step()
-            and isinstance(block, Affine | Sliding)
-        )
+        step = self._first.plant.time_step()
+        is_sampled = step == self._first.scenario.sensor.period  # each step is a sample
+        return isinstance(block, Affine | Functions) and block.period == step and not is_sampled
 
     def _reads_steps(self, leaf: Key) -> bool:
         """Whether a block reads what changes with every step of the plant."""
