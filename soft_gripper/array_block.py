@@ -75,10 +75,16 @@ class ArrayBlock(LeafSystem):
         """Functions of the vector outputs and the steps that these take, by name."""
         return self.steps.outputs
 
-    def take(self, name: str, size: int, random: RandomDistribution | None = None) -> InputPort:
-        """Declares a vector input, which may be random, and the step of its name."""
+    def take(
+        self, name: str, size: int, random: RandomDistribution | None = None, *, optional: bool = False
+    ) -> InputPort:
+        """Declares a vector input, which may be random, and the step of its name; None if it is `optional` and open."""
         port = self.DeclareVectorInputPort(name, size, random)
-        self._add_leaf(name, Step(), port.Eval, {port.ticket()})
+
+        def read(context: Context) -> Array | None:
+            return port.Eval(context) if port.HasValue(context) else None
+
+        self._add_leaf(name, Step(), read if optional else port.Eval, {port.ticket()})
         return port
 
     def take_value(self, name: str, model: AbstractValue) -> InputPort:

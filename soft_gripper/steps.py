@@ -8,6 +8,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import repeat
 from types import MappingProxyType
 from typing import Any
 
@@ -188,9 +189,10 @@ def _row_by_row(one: Step, count: int) -> Step:
 
 
 def _each(function: Callable[..., Any], count: int, collect: Callable[[list[Any]], Any] = same) -> Callable[..., Any]:
-    """A function that is called for each of `count` rows of its arguments."""
+    """A function that is called for each of `count` rows of its arguments, of which some may be None."""
 
     def called(*values: Any) -> Any:
-        return collect([function(*row) for row in zip(*values, strict=True)])
+        rows = zip(*(repeat(None, count) if value is None else value for value in values), strict=True)
+        return collect([function(*row) for row in rows])
 
     return called

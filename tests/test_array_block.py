@@ -331,3 +331,19 @@ def test_a_function_that_fails_on_finite_inputs_says_why_itself():
     block.GetInputPort("y").FixValue(context, [1.0])
     with pytest.raises(np.linalg.LinAlgError):
         block.GetOutputPort("root").Eval(context)
+
+
+def test_an_optional_input_is_none_while_it_is_open():
+    class Scaling(ArrayBlock):
+        def __init__(self):
+            super().__init__()
+            self.take("x", 1)
+            self.take("factor", 1, optional=True)
+            self.put_out("y", lambda x, factor: x if factor is None else factor * x, "x", "factor")
+
+    block = Scaling()
+    context = block.CreateDefaultContext()
+    block.GetInputPort("x").FixValue(context, [3.0])
+    assert block.get_output_port().Eval(context) == 3
+    block.GetInputPort("factor").FixValue(context, [2.0])
+    assert block.get_output_port().Eval(context) == 6

@@ -4,10 +4,10 @@ from dataclasses import dataclass, field
 from math import inf, isfinite, isnan, nan
 from typing import NamedTuple
 
-from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+import numpy as np
 
-from soft_gripper.cached import Cached, weakly
+from soft_gripper.array_block import ArrayBlock
+from soft_gripper.arrays import Array
 from soft_gripper.files.document import check_config
 from soft_gripper.quantity import quantity, valid
 
@@ -43,7 +43,7 @@ def _is_sizeable(value: float) -> bool:
     return isfinite(value * value)
 
 
-class PidController(LeafSystem):
+class PidController(ArrayBlock):
     """PID with output limits, back-calculation, and a filtered derivative on the measurement.
 
     ::
@@ -70,31 +70,37 @@ class PidController(LeafSystem):
     overflows, the output is held, and so is the memory; while `applied` is like that, nothing unwinds.
     """
 
+    takes_axes = False  # Python's numbers are faster for one
+
     def __init__(self, gains: PidGains, period: float, minimum: float, maximum: float, initial_output: float = 0.0):
         """Limits and `initial_output` in units of the output; `period` of the samples in s.
 
         Raises:
             InputError: if a gain is not a finite number, the period not above 0, or the limits run backwards.
         """
-        super().__init__()
         check_config("gains", gains)
         check_config("controller", _Output(period, (minimum, maximum)))
-        self.period, self._gains, self._limits = period, gains, (minimum, maximum)
-        self._set_point = self.DeclareVectorInputPort("set_point", 1)
-        self._measurement = self.DeclareVectorInputPort("measurement", 1)
-        self._applied = self.DeclareVectorInputPort("applied", 1)
-        self.first_memory = [0.0, 0.0, nan, initial_output]  # I, d, y, u
-        self.DeclareDiscreteState(self.first_memory)
-        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._remember)
-        followed = {self._set_point.ticket(), self._measurement.ticket(), self.xd_ticket()}
-        self._step = Cached(self, "step", weakly(self._calc_step), followed)
-        self.DeclareVectorOutputPort("output", 1, self._calc_output, {self._step.ticket})
+        super().__init__(period)
+        self._period, self._gains, self._limits = period, gains, (minimum, maximum)
+        self.take("set_point", 1)
+        self.take("measurement", 1)
+        self.take("applied", 1, optional=True)
+        self.remember(
+            *("step", self.step, "set_point", "measurement"),
+            begin=np.array([0.0, 0.0, nan, initial_output]),  # I, d, y, u
+            keep=self._remembered,
+            kept=("applied",),
+            at_first=True,
+        )
+        self.put_out("output", lambda step: step.memory[3], "step")
 
-    def step(self, memory: list[float], set_point: float, measurement: float) -> Step:
-        """The result of a sample, from the memory of the one before."""
+    def step(self, before: Array, set_points: Array, measurements: Array) -> Step:
+        """The result of a sample, from the memory of the one before, (4,), and both inputs, (1,)."""
+        memory = before.tolist()
         integral, derivative, last, held = memory
+        (set_point,), (measurement,) = set_points.tolist(), measurements.tolist()
         error = set_point - measurement
-        gains, period = self._gains, self.period
+        gains, period = self._gains, self._period
         if isnan(last):  # the first measurement
             integral, last = held - gains.kp * error, measurement
         smoothing = gains.derivative_filter + period
@@ -106,22 +112,9 @@ class PidController(LeafSystem):
         given = min(max(unlimited, self._limits[0]), self._limits[1])
         return Step([integral, derivative, measurement, given], unlimited)
 
-    def remembered(self, step: Step, applied: float) -> list[float]:
+    def _remembered(self, step: Step, applied: Array | None) -> Array:
         """The memory after a sample, by back-calculation from the output that was applied."""
         integral, derivative, measurement, given = step.memory
-        unwound = integral + self.period * (applied - step.unlimited) / self._gains.tracking_time
-        return [unwound if _is_sizeable(unwound) else integral, derivative, measurement, given]
-
-    def _remember(self, context: Context, values: DiscreteValues) -> None:
-        step = self._step.Eval(context)
-        is_overridden = self._applied.HasValue(context)
-        values.set_value(
-            self.remembered(step, float(self._applied.Eval(context)[0]) if is_overridden else step.memory[3])
-        )
-
-    def _calc_output(self, context: Context, output: BasicVector) -> None:
-        output.SetAtIndex(0, self._step.Eval(context).memory[3])
-
-    def _calc_step(self, context: Context, value: AbstractValue) -> None:
-        set_point, measurement = (float(port.Eval(context)[0]) for port in (self._set_point, self._measurement))
-        value.set_value(self.step(context.get_discrete_state_vector().value().tolist(), set_point, measurement))
+        chosen = given if applied is None else float(applied[0])
+        unwound = integral + self._period * (chosen - step.unlimited) / self._gains.tracking_time
+        return np.array([unwound if _is_sizeable(unwound) else integral, derivative, measurement, given])

@@ -26,13 +26,11 @@ from pydrake.systems.primitives import (
 from soft_gripper.array_block import ArrayBlock, check_finite
 from soft_gripper.arrays import Array
 from soft_gripper.control.grip import GripForceBound
-from soft_gripper.control.pid_controller import PidController
-from soft_gripper.control.pid_controller import Step as PidStep
 from soft_gripper.control.task import GripObservation, Progress, TaskMachine
 from soft_gripper.fingers.pressure_drive import Leak
 from soft_gripper.steps import TIME, Step
 
-Read = Callable[[int], Array]  # the value of an input, by its number
+Read = Callable[[int], Any]  # the value of an input, by its number; None: it is open
 
 
 Rows = NDArray[np.int_]  # numbers of environments
@@ -229,10 +227,12 @@ class _Known(dict[str, Any]):
         """Takes the inputs and the time, s, from now on."""
         self._inputs, self._time = read, time
 
-    def __missing__(self, name: str) -> Array:
+    def __missing__(self, name: str) -> Array | None:
         if name == TIME:
             return np.full((self._count, 1), self._time)
         value = self._inputs(self.numbers[name])
+        if value is None:
+            return value
         self[name] = np.broadcast_to(value, (self._count, value.shape[-1])) if len(value) < self._count else value
         found: Array = self[name]
         return found
@@ -290,57 +290,11 @@ class Several:
 def _among(read: Read, own: Rows) -> Read:
     """The inputs of some environments."""
 
-    def some(number: int) -> Array:
+    def some(number: int) -> Any:
         value = read(number)
-        return value if len(value) == 1 else value[own]
+        return value if value is None or len(value) == 1 else value[own]
 
     return some
-
-
-class Controllers:
-    """A PidController for each environment."""
-
-    def __init__(self, block: PidController, count: int, is_overridden: bool):
-        """`is_overridden`: another block may choose what is applied, the input `applied`."""
-        self.period, self._block, self._is_overridden = block.period, block, is_overridden
-        self._memory = [block.first_memory] * count
-        self._next, self._steps = self._memory, list[PidStep]()
-
-    def forget(self) -> None:
-        """Forgets what followed from the inputs."""
-        self._steps = []
-
-    def clear(self, rows: Rows) -> None:
-        """It begins with its first memory."""
-        self._memory = [*self._memory]
-        for i in rows:
-            self._memory[i] = self._block.first_memory
-        self._next = self._memory
-        self.forget()
-
-    def begin(self, read: Read, rows: Rows) -> None:
-        """It begins with its first memory."""
-
-    def _stepped(self, read: Read) -> list[PidStep]:
-        if not self._steps:
-            given = [np.broadcast_to(read(i), (len(self._memory), 1))[:, 0].tolist() for i in range(2)]
-            self._steps = [*map(self._block.step, self._memory, *given)]
-        return self._steps
-
-    def output(self, number: int, read: Read, time: float) -> Array:
-        """See Block."""
-        return np.array([[step.memory[3]] for step in self._stepped(read)])
-
-    def advance(self, read: Read, time: float, active: Rows) -> None:
-        """See Block."""
-        steps = self._stepped(read)
-        applied = read(2)[:, 0].tolist() if self._is_overridden else [step.memory[3] for step in steps]
-        self._next = [*map(self._block.remembered, steps, applied)]
-
-    def commit(self) -> None:
-        """See Block."""
-        self._memory = self._next
-        self.forget()
 
 
 class Tasks:

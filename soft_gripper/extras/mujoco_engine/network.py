@@ -20,7 +20,6 @@ from pydrake.systems.primitives import AffineSystem, Demultiplexer, MatrixGain, 
 
 from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array
-from soft_gripper.control.pid_controller import PidController
 from soft_gripper.control.task import TaskMachine
 from soft_gripper.diagrams.recording import SignalLogs
 from soft_gripper.diagrams.simulation import seed_random_sources
@@ -30,7 +29,6 @@ from soft_gripper.extras.mujoco_engine.blocks import (
     Affine,
     Block,
     Contexts,
-    Controllers,
     Functional,
     Functions,
     Given,
@@ -157,7 +155,7 @@ class Network:
         self._by_step = [leaf for leaf, block in self._blocks.items() if self._is_by_step(block)]
         with_state = [leaf for leaf, block in self._blocks.items() if block.period is not None]
         self._by_sample = [leaf for leaf in with_state if leaf not in self._by_step]
-        keeping = (Functions, Controllers, Several)
+        keeping = (Functions, Several)
         self._keeping = [leaf for leaf, block in self._blocks.items() if isinstance(block, keeping)]
         self._reading_plants = [leaf for leaf in self._keeping if self._reads_steps(leaf)]
         drives = [each for _, *given in self._driven for each in given]
@@ -235,8 +233,6 @@ class Network:
             return Affine(leaf, count)
         if isinstance(leaf, Demultiplexer):
             return Parts(leaf)
-        if isinstance(leaf, PidController):
-            return Controllers(leaf, count, self._feeds[leaf][2] is not None)
         if isinstance(leaf, TaskMachine):
             tasks = [each.task for each in self._wired]
             return Tasks([task for task in tasks if task is not None], self._feeds[leaf][0] is not None)
@@ -283,11 +279,10 @@ class Network:
             known[output] = self._blocks[leaf].output(number, self._reader(leaf), self._time)
         return known[output]
 
-    def _reader(self, leaf: Key) -> Callable[[int], Array]:
-        def read(number: int) -> Array:
+    def _reader(self, leaf: Key) -> Callable[[int], Array | None]:
+        def read(number: int) -> Array | None:
             fed = self._feeds[leaf][number]
-            assert fed is not None, f"input {number} of {leaf} is not connected"
-            return self._value(fed)
+            return None if fed is None else self._value(fed)
 
         return read
 
@@ -434,7 +429,7 @@ class Network:
         """Blocks of functions keep what they have computed until they are told to forget it."""
         for leaf in leaves:
             block = self._blocks[leaf]
-            assert isinstance(block, Functions | Controllers | Several)
+            assert isinstance(block, Functions | Several)
             block.forget()
 
     def _advance(self, leaves: Sequence[Key]) -> None:

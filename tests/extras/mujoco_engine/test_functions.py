@@ -7,6 +7,7 @@ from pydrake.systems.primitives import DiscreteTimeIntegrator
 pytest.importorskip("mujoco")
 
 from soft_gripper.array_block import ArrayBlock
+from soft_gripper.control.pid_controller import PidController, PidGains
 from soft_gripper.errors import InputError
 from soft_gripper.extras.mujoco_engine.blocks import Contexts, Functions
 
@@ -57,3 +58,20 @@ def test_a_state_begins_anew_in_one_of_two_environments(make):
             both.commit()
         found.append(both.output(0, lambda _: values, 0.0)[:, 0])
     assert found[1] == pytest.approx(found[0] + np.array([0.0, 4 * 2 * 0.1]))
+
+
+@pytest.mark.parametrize("applied", [None, np.array([[0.5], [-3.0], [0.0]])])
+def test_controllers_of_many_environments_do_what_one_does_alone(applied):
+    """Also while nothing feeds back what is applied."""
+    pid, found = PidController(PidGains(2.0, 5.0, 0.3), 0.1, -1.0, 1.0), []
+    inputs = np.random.default_rng(1).uniform(-1, 1, (6, 2, 3, 1))
+    for rows in (slice(None), *([row] for row in range(3))):
+        many, outputs = Functions(pid, len(np.arange(3)[rows])), []
+        for given in inputs:
+            ports = [*given[:, rows], None if applied is None else applied[rows]]
+            outputs.append(many.output(0, ports.__getitem__, 0.0)[:, 0])
+            many.advance(ports.__getitem__, 0.0, np.arange(3)[rows])
+            many.commit()
+        found.append(np.array(outputs))
+    np.testing.assert_array_equal(found[0], np.hstack(found[1:]))
+    assert len(np.unique(found[0])) > 6
