@@ -124,12 +124,6 @@ class Steps(dict[str, Step]):
         """A copy with a leading axis of `count`, for inputs and a time that have it."""
         return Steps({name: _stacked(step, count) for name, step in self.items()}, self.outputs)
 
-    def row_by_row(self, count: int) -> "Steps":
-        """A copy with a leading axis of `count`, whose functions are called for each row, as they take one sample."""
-        rows = {name: _row_by_row(step, count) for name, step in self.items()}
-        outputs = {name: (_each(function, count), sources) for name, (function, sources) in self.outputs.items()}
-        return Steps(rows, outputs)
-
     @cached_property
     def recorded(self) -> "Steps":
         """The steps at all samples of a recording, (T, ...), without memories."""
@@ -148,6 +142,13 @@ class Steps(dict[str, Step]):
         step = self.get(name, Step())
         is_known = step.over_time is not None and (step.memory is None or remembers)
         return is_known and all(self._follows(source, remembers) for source in step.sources_over_time)
+
+    def takes_time(self, output: str) -> bool:
+        """Whether an output changes with the time between samples."""
+        return any(map(self._takes_time, self.outputs[output][1]))
+
+    def _takes_time(self, name: str) -> bool:
+        return name == TIME or any(map(self._takes_time, self.get(name, Step()).sources))
 
     def leaves(self, output: str) -> list[str]:
         """Names of the inputs that determine an output over a recording."""
@@ -176,23 +177,43 @@ def _stacked(step: Step, count: int) -> Step:
     return replace(step, function=lambda: value)
 
 
-def _row_by_row(one: Step, count: int) -> Step:
-    many = _stacked(one, count)
-    memory = many.memory
-    if memory is not None:
-        begin_of = memory.begin_of and (_each(memory.begin_of[0], count, np.array), memory.begin_of[1])
-        memory = replace(memory, keep=_each(memory.keep, count, np.array), begin_of=begin_of)
-    elif not one.sources:
-        return many
-    assert one.function is not None
-    return replace(many, function=_each(one.function, count), memory=memory)
+def row_by_row(graphs: Sequence[Steps]) -> Steps:
+    """One graph of equal ones, of which each computes its row of a leading axis, as functions take one sample."""
+    first = graphs[0]
+    steps = {name: _row_step([graph[name] for graph in graphs]) for name in first}
+    outputs = {
+        name: (_each([graph.outputs[name][0] for graph in graphs]), sources)
+        for name, (_, sources) in first.outputs.items()
+    }
+    return Steps(steps, outputs)
 
 
-def _each(function: Callable[..., Any], count: int, collect: Callable[[list[Any]], Any] = same) -> Callable[..., Any]:
-    """A function that is called for each of `count` rows of its arguments, of which some may be None."""
+def _row_step(rows: Sequence[Step]) -> Step:
+    """A step whose functions are called for each row."""
+    first = rows[0]
+    if first.function is None:
+        return first
+    memories = [row.memory for row in rows if row.memory is not None]
+    functions = [row.function for row in rows if row.function is not None]
+    if not memories and not first.sources:
+        value = np.array([function() for function in functions])
+        return replace(first, function=lambda: value)
+    function = same if first.function is same else _each(functions)
+    return replace(first, function=function, memory=_row_memory(memories) if memories else None)
+
+
+def _row_memory(rows: Sequence[Memory]) -> Memory:
+    begins = [row.begin_of for row in rows if row.begin_of is not None]
+    begin_of = (_each([function for function, _ in begins], np.array), begins[0][1]) if begins else None
+    keep = _each([row.keep for row in rows], np.array)
+    return replace(rows[0], begin=np.array([row.begin for row in rows]), keep=keep, begin_of=begin_of)
+
+
+def _each(functions: Sequence[Callable[..., Any]], collect: Callable[[list[Any]], Any] = same) -> Callable[..., Any]:
+    """One function for each row of its arguments, of which some may be None."""
 
     def called(*values: Any) -> Any:
-        rows = zip(*(repeat(None, count) if value is None else value for value in values), strict=True)
-        return collect([function(*row) for row in rows])
+        columns = (repeat(None, len(functions)) if value is None else value for value in values)
+        return collect([function(*row) for function, *row in zip(functions, *columns, strict=True)])
 
     return called

@@ -18,6 +18,7 @@ from soft_gripper.diagrams.station import make_private_station, make_station
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.calibration_range import CalibrationRange
 from soft_gripper.estimators.finger_shape import FingerShape
+from soft_gripper.fingers.pressure_drive import Leak
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.sensors.calibrated_states import CalibratedStates
 from soft_gripper.sensors.fitted_states import FittedStates, Widths
@@ -100,7 +101,7 @@ def examples(tmp_path_factory):
     states = FittedStates(np.zeros((1, 7)), np.full(7, 0.02))
     calibrated = CalibratedStates(states, Widths(np.array([1e-3]), 1e-3), 2.0, sections=2)
     found.append(CalibrationRange(SensorLayout(finger, 2), calibrated, np.array([0.0, 0.0, -9.81])))
-    found += [LowSelector(), GripForce(["left", "right"])]
+    found += [LowSelector(), GripForce(["left", "right"]), Leak(np.array([0.3, 0.0]), 0.05)]
     distinct = {(type(block), block.period, *block.outputs, *ports(block).items()): block for block in found}
     yield {kind: [block for block in distinct.values() if type(block) is kind] for kind in map(type, found)}
     del stations

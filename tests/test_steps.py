@@ -6,7 +6,7 @@ import sys
 import numpy as np
 import pytest
 
-from soft_gripper.steps import TIME, Memory, Step, Steps, constant, sampled
+from soft_gripper.steps import TIME, Memory, Step, Steps, constant, row_by_row, sampled
 
 SAMPLES = 5
 X = np.arange(2.0 * SAMPLES).reshape(SAMPLES, 2) ** 2
@@ -70,13 +70,36 @@ def test_one_sample_after_the_other():
     np.testing.assert_array_equal(sample_by_sample(graph(), X), EXPECTED)
 
 
-@pytest.mark.parametrize("many", [Steps.stacked, Steps.row_by_row])
+@pytest.mark.parametrize("many", [Steps.stacked, lambda steps, count: row_by_row([steps] * count)])
 def test_several_at_once(many):
     """Each of three does what it does alone, also where functions take one sample only."""
     factors = np.array([1.0, 2.0, -1.0])
     found = sample_by_sample(many(graph(), 3), factors[:, None] * X[:, None])
     for i, factor in enumerate(factors):
         np.testing.assert_array_equal(found[:, i], sample_by_sample(graph(), factor * X))
+
+
+def test_rows_have_functions_constants_and_beginnings_of_their_own():
+    graphs = []
+    for factor in (1.0, 3.0):
+        memory = Memory(np.full(2, factor), lambda total, factor=factor: factor * total, ("total",), at_first=True)
+        steps = {
+            "x": Step(),
+            "offset": constant(factor * OFFSET),
+            "total": Step(lambda before, x, offset: before + x + offset, ("x", "offset"), memory),
+        }
+        graphs.append(Steps(steps, {"all": (lambda total, factor=factor: factor + total, ("total",))}))
+    found = sample_by_sample(row_by_row(graphs), np.stack([X, X], axis=1))
+    for i, graph in enumerate(graphs):
+        np.testing.assert_array_equal(found[:, i], sample_by_sample(graph, X))
+
+
+def test_which_outputs_change_with_the_time_between_samples():
+    steps = Steps(
+        {"x": Step(), "now": sampled(TIME, np.zeros(1)), "late": Step(joined, ("x", TIME))},
+        {"x": (joined, ["x"]), "now": (joined, ["now"]), "late": (joined, ["late"])},
+    )
+    assert [name for name in steps.outputs if steps.takes_time(name)] == ["late"]
 
 
 def test_a_recording_is_all_samples():

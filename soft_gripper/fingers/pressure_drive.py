@@ -7,7 +7,7 @@ generalized forces.
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, Context, Diagram, DiagramBuilder, LeafSystem, System
+from pydrake.systems.framework import Diagram, DiagramBuilder, System
 from pydrake.systems.primitives import (
     Demultiplexer,
     FirstOrderLowPassFilter,
@@ -17,38 +17,40 @@ from pydrake.systems.primitives import (
     Saturation,
 )
 
+from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array
-from soft_gripper.cached import weakly
 from soft_gripper.fingers.finger_parts import PressureLaw
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.piecewise_linear import PiecewiseLinear, PiecewiseLinearBlock
-from soft_gripper.run_begin import since_begin
+from soft_gripper.run_begin import RunBegin
 from soft_gripper.signals import describe
+from soft_gripper.steps import TIME
 
 
-class Leak(LeafSystem):
+class Leak(ArrayBlock):
     """Pressure that is left behind a leak.
 
     ::
 
-        pressure (C) Pa ---> Leak ---> pressure_left (C) Pa
+        pressure (C) Pa ---> +------+
+        offset (1) s ------> | Leak | ---> pressure_left  (C) Pa
+                             +------+
+
+    `offset` is that of a RunBegin.
     """
 
     def __init__(self, shares: Array, time: float):
         """Loses the `shares`, (C), from `time` s after the beginning of a run on."""
         super().__init__()
-        self._since_begin = since_begin(self)
         self._left, self._time = 1 - shares, time
-        port = self.DeclareVectorInputPort("pressure", len(shares))
-        tickets = {port.ticket(), self.time_ticket(), self.xd_ticket()}
-        self.DeclareVectorOutputPort("pressure_left", len(shares), weakly(self._calc), tickets)
+        self.take("pressure", len(shares))
+        self.take("offset", 1)
+        chambers = range(len(shares))
+        self.put_out("pressure_left", self.left, "pressure", TIME, "offset", unit="Pa", chamber=chambers)
 
-    def _calc(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(self.left(self.GetInputPort("pressure").Eval(context), self._since_begin(context)))
-
-    def left(self, pressure: Array, time: float) -> Array:
-        """Pressures behind the leak, (..., C) Pa, `time` s after the beginning of a run."""
-        return pressure * self._left if time >= self._time else pressure
+    def left(self, pressure: Array, time: Array, offset: Array) -> Array:
+        """Pressures behind the leak, (..., C) Pa, at times and offsets, (..., 1) s."""
+        return np.where(time + offset >= self._time, pressure * self._left, pressure)
 
 
 class PressureDrive(Diagram):
@@ -100,12 +102,14 @@ class PressureDrive(Diagram):
         if leaks:
             lost = np.repeat([leaks.get(name, 0.0) for name in torque_maps], sizes)
             chain.append(builder.AddNamedSystem("leak", Leak(lost, leak_time)))
+            begin = builder.AddNamedSystem("begin", RunBegin())
+            builder.Connect(begin.get_output_port(), chain[-1].GetInputPort("offset"))
         in_chambers = [law for name in torque_maps for law in (laws or {}).get(name, ())]
         if any(in_chambers):
             chain.append(builder.AddNamedSystem("laws", _effective(in_chambers)))
         chambers = builder.AddNamedSystem("chambers", MatrixGain(np.hstack(columns)))
         for upstream, downstream in zip([commands, *chain], [*chain, chambers], strict=True):
-            builder.Connect(upstream.get_output_port(), downstream.get_input_port())
+            builder.Connect(upstream.get_output_port(), downstream.get_input_port(0))
         for i, finger in enumerate(torque_maps):
             builder.ExportInput(commands.get_input_port(i), f"{finger}.pressure_command")
             builder.ExportOutput(pressures.get_output_port(i), f"{finger}.pressure")

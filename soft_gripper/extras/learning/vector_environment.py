@@ -39,7 +39,7 @@ from soft_gripper.extras.learning.station import (
     resting_action,
 )
 from soft_gripper.extras.learning.tasks import Judgement, grasp_judgement, pick_place_judgement
-from soft_gripper.extras.mujoco_engine.blocks import Rows, together
+from soft_gripper.extras.mujoco_engine.blocks import Rows, direct, together
 from soft_gripper.extras.mujoco_engine.engine import LONGEST_STEP, dividing_step
 from soft_gripper.extras.mujoco_engine.network import Network
 from soft_gripper.extras.mujoco_engine.normal_forces import NormalForces
@@ -172,11 +172,11 @@ class _Stations:
         begins = np.tile(begin(self._station.plant, Variation()), (count, 1))
         models = [each.model for each in self._exported]
         self._plants = Plants(self._station, exported[0].touching, models, begins, threads)
-        functions = {Observation: lambda block: lambda *signals: block.observe(together(*signals))}
+        graphs = {Observation: lambda block: direct(block, lambda *signals: block.observe(together(*signals)))}
         # The neutral axis of a finger, and so what drives and strains it, depends on its modulus.
         differing = (MatrixGain, SensorBlock) if len(stations) > 1 else ()
         wired = [stations[i] for i in turns]
-        self._network = Network(wired, self._plants, None, ["observation"], functions, differing)
+        self._network = Network(wired, self._plants, None, ["observation"], graphs, differing)
         self.resting = resting_action(config.action, home(self._learning.parts))
         self._actions = np.tile(self.resting, (count, 1))
         self._network.give("action", self._actions)

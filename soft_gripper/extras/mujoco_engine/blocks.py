@@ -1,17 +1,18 @@
 """The blocks of a station for E environments at once: values of ports are arrays (E, size).
 
-A block made of functions (ArrayBlock) calls them once for all environments, and so do Drake's blocks of linear algebra.
-A block that is one Python object per run, such as the state machine of a task, is asked once for each environment.
+A block whose outputs follow from its inputs and from what it remembers is one graph of steps, computed once for all
+environments: an ArrayBlock brings its own, `GRAPHS` makes those of Drake's blocks.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from types import MappingProxyType
+from functools import partial
+from itertools import pairwise
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import LeafSystem, OutputPort
+from pydrake.systems.framework import Context, InputPort, LeafSystem, OutputPort
 from pydrake.systems.primitives import (
     Adder,
     AffineSystem,
@@ -27,12 +28,9 @@ from soft_gripper.array_block import ArrayBlock, check_finite
 from soft_gripper.arrays import Array
 from soft_gripper.control.grip import GripForceBound
 from soft_gripper.control.task import GripObservation, Progress, TaskMachine
-from soft_gripper.fingers.pressure_drive import Leak
-from soft_gripper.steps import TIME, Step
+from soft_gripper.steps import TIME, Memory, Step, Steps, same
 
 Read = Callable[[int], Any]  # the value of an input, by its number; None: it is open
-
-
 Rows = NDArray[np.int_]  # numbers of environments
 
 
@@ -58,119 +56,35 @@ class Block(Protocol):
     def commit(self) -> None:
         """Takes on the state that was prepared."""
 
-
-class Stateless:
-    """A block whose outputs follow from its inputs at once."""
-
-    period: float | None = None
-
-    def __init__(self, function: Callable[..., Array], inputs: int):
-        """`function` takes the inputs, and returns its only output."""
-        self._function, self._inputs = function, inputs
-
-    def clear(self, rows: Rows) -> None:
-        """It has no state."""
-
-    def begin(self, read: Read, rows: Rows) -> None:
-        """It has no state."""
-
-    def output(self, number: int, read: Read, time: float) -> Array:
-        """See Block."""
-        return self._function(*map(read, range(self._inputs)))
-
-    def advance(self, read: Read, time: float, active: Rows) -> None:
-        """It has no state."""
-
-    def commit(self) -> None:
-        """It has no state."""
-
-
-class Given(Stateless):
-    """An input of the whole diagram."""
-
-    def __init__(self, value: Array):
-        """`value`, (E, size)."""
-        self._value = value
-
-    def output(self, number: int, read: Read, time: float) -> Array:
-        """See Block."""
-        return self._value
-
-
-class Parts(Stateless):
-    """A Demultiplexer."""
-
-    def __init__(self, block: Demultiplexer):
-        sizes = [block.get_output_port(i).size() for i in range(block.num_output_ports())]
-        self._ends = np.cumsum([0, *sizes])
-
-    def output(self, number: int, read: Read, time: float) -> Array:
-        """See Block."""
-        return read(0)[:, self._ends[number] : self._ends[number + 1]]
-
-
-class Affine:
-    """An AffineSystem in discrete steps, or one without a state."""
-
-    def __init__(self, block: AffineSystem, count: int):
-        self.period = block.time_period() or None
-        matrices = block.A(), block.B(), block.C(), block.D()
-        self._A, self._B, self._C, self._D = (np.array(matrix).T for matrix in matrices)
-        self._f0, self._y0 = (np.array(each, dtype=float) for each in (block.f0(), block.y0()))
-        self._x: Array = np.zeros((count, len(self._A)))
-        self._through = bool(self._D.any())
-        self._next: Array = self._x
-
-    def clear(self, rows: Rows) -> None:
-        """It begins at zero."""
-        self._x = self._x.copy()
-        self._x[rows] = 0.0
-        self._next = self._x
-
-    def begin(self, read: Read, rows: Rows) -> None:
-        """It begins at zero."""
-
-    def output(self, number: int, read: Read, time: float) -> Array:
-        """See Block."""
-        found: Array = self._x @ self._C + self._y0
-        return found + read(0) @ self._D if self._through else found
-
-    def advance(self, read: Read, time: float, active: Rows) -> None:
-        """See Block."""
-        self._next = self._x @ self._A + read(0) @ self._B + self._f0
-
-    def commit(self) -> None:
-        """See Block."""
-        self._x = self._next
+    def forget(self) -> None:
+        """Forgets what followed from the inputs, which have changed."""
 
 
 class Functions:
-    """An ArrayBlock, whose steps have the environments as leading axis."""
+    """Steps with the environments as leading axis."""
 
-    def __init__(self, block: ArrayBlock, count: int, given: Mapping[str, Callable[[], Array]] = MappingProxyType({})):
-        """`given` computes steps otherwise than the block does."""
-        self.period, self._block = block.period, block
-        numbers = {block.get_input_port(i).get_name(): i for i in range(block.num_input_ports())}
-        self._names = [block.get_output_port(i).get_name() for i in range(block.num_output_ports())]
-        self._steps = block.steps.stacked(count) if block.takes_axes else block.steps.row_by_row(count)
-        self._steps |= {name: Step(function) for name, function in given.items()}
-        self._memories = {name: step.memory for name, step in self._steps.items() if step.memory is not None}
+    def __init__(self, block: LeafSystem, steps: Steps, count: int):
+        """`steps` of the block, for `count` environments, or for one if they do the same in all."""
+        self.period, self._block, self._steps, self._count = _period(block), block, steps, count
+        self._names = [port.get_name() for port in _outputs(block)]
+        self._memories = {name: step.memory for name, step in steps.items() if step.memory is not None}
         self._state = {name: memory.begin for name, memory in self._memories.items()}
         self._next, self._is_later = dict(self._state), np.zeros(count, bool)
-        self._known = _Known(numbers, count)
+        self._known = _Known({port.get_name(): i for i, port in enumerate(_inputs(block))}, count)
 
-    def forget(self) -> None:
-        """Forgets what followed from the inputs."""
-        self._known.clear()
+    def takes_time(self, number: int) -> bool:
+        """Whether an output changes with the time between samples."""
+        return self._steps.takes_time(self._names[number])
 
     def clear(self, rows: Rows) -> None:
         """See Block."""
+        self.forget()
         for name, state in self._state.items():
             self._state[name] = np.array(state)
             self._state[name][rows] = self._memories[name].begin[rows]
         self._next = {name: state.copy() for name, state in self._state.items()}
-        self._is_later[rows] = False
-        self.forget()
+        if self.period is not None:
+            self._is_later[rows] = False
 
     def begin(self, read: Read, rows: Rows) -> None:
         """See Block."""
@@ -183,7 +97,8 @@ class Functions:
     def output(self, number: int, read: Read, time: float) -> Array:
         """See Block."""
         self._known.take(read, time)
-        return np.reshape(self._value(*self._steps.outputs[self._names[number]]), (len(self._is_later), -1))
+        value = np.asarray(self._value(*self._steps.outputs[self._names[number]]))
+        return value if value.ndim == 2 else value.reshape(self._count, -1)
 
     def advance(self, read: Read, time: float, active: Rows) -> None:
         """See Block; at the first sample nothing is remembered."""
@@ -205,6 +120,10 @@ class Functions:
         """See Block."""
         self._state = dict(self._next)
         self.forget()
+
+    def forget(self) -> None:
+        """See Block."""
+        self._known.clear()
 
     def _value(self, function: Callable[..., Any], sources: Sequence[str]) -> Any:
         """A function of steps."""
@@ -246,12 +165,6 @@ class Several:
         self.period, self._parts = parts[0][0].period, parts
         self._count = sum(len(own) for _, own in parts)
 
-    def forget(self) -> None:
-        """Forgets what followed from the inputs."""
-        for block, _ in self._parts:
-            if isinstance(block, Functions):
-                block.forget()
-
     def clear(self, rows: Rows) -> None:
         """See Block."""
         for block, own in self._parts:
@@ -279,6 +192,11 @@ class Several:
         """See Block."""
         for block, _ in self._parts:
             block.commit()
+
+    def forget(self) -> None:
+        """See Block."""
+        for block, _ in self._parts:
+            block.forget()
 
     def _places(self, rows: Rows, own: Rows) -> Rows:
         """The places of some environments among those of a part."""
@@ -343,70 +261,49 @@ class Tasks:
         """See Block."""
         self._progress, self._put_out = ([*each] for each in zip(*self._next, strict=True))
 
+    def forget(self) -> None:
+        """It reads its inputs when it is updated."""
 
-class Streams(Stateless):
-    """Draws of random sources, known before the run.
+
+class Streams:
+    """Values known before the run: draws of a random source, or inputs of the whole diagram.
 
     Sources draw before other blocks take their samples, as in Drake.
     """
 
-    def __init__(self, drawn: Array):
-        """`drawn` at every sample, (T, E, size)."""
-        self._drawn, self._number = drawn, np.zeros(drawn.shape[1], int)
+    period: float | None = None
 
-    def give(self, drawn: Array, rows: Rows) -> None:
-        """Lets some environments begin anew, with other draws, (T, rows, size)."""
-        self._drawn[:, rows], self._number[rows] = drawn, 0
+    def __init__(self, values: Array):
+        """`values` at every sample, (T, E, size); the last ones stay."""
+        self._values, self._number = values, np.zeros(values.shape[1], int)
+
+    def give(self, values: Array, rows: Rows) -> None:
+        """Lets some environments begin anew, with other values, (T, rows, size)."""
+        self._values[:, rows], self._number[rows] = values, 0
 
     def draw(self) -> None:
-        """Draws for the next sample."""
-        self._number = np.minimum(self._number + 1, len(self._drawn) - 1)
+        """Goes on to the next sample."""
+        self._number = np.minimum(self._number + 1, len(self._values) - 1)
+
+    def clear(self, rows: Rows) -> None:
+        """See `give`."""
+
+    def begin(self, read: Read, rows: Rows) -> None:
+        """See `give`."""
 
     def output(self, number: int, read: Read, time: float) -> Array:
         """See Block."""
-        found: Array = self._drawn[self._number, np.arange(len(self._number))]
-        return found
+        value: Array = self._values[self._number, np.arange(len(self._number))]
+        return value
 
+    def advance(self, read: Read, time: float, active: Rows) -> None:
+        """See `draw`."""
 
-class Leaking(Stateless):
-    """A Leak."""
+    def commit(self) -> None:
+        """See `draw`."""
 
-    def __init__(self, block: Leak):
-        self._block = block
-
-    def output(self, number: int, read: Read, time: float) -> Array:
-        """See Block."""
-        return self._block.left(read(0), time)
-
-
-class InTurn(Stateless):
-    """Any other leaf system without a state: one context, in which environments take turns."""
-
-    def __init__(self, block: LeafSystem):
-        self._context, self._outputs = block.CreateDefaultContext(), block.get_output_port
-        self._ports = [block.get_input_port(i) for i in range(block.num_input_ports())]
-
-    def output(self, number: int, read: Read, time: float) -> Array:
-        """See Block."""
-        port, context = self._outputs(number), self._context
-        context.SetTime(time)
-        given = [read(i) for i in range(len(self._ports))]
-        found = []
-        for environment in range(max(map(len, given), default=1)):
-            for each, values in zip(self._ports, given, strict=True):
-                each.FixValue(context, values[min(environment, len(values) - 1)])
-            found.append(self._evaluated(port))
-        return np.array(found)
-
-    def _evaluated(self, port: OutputPort) -> Array:
-        """The value of an output; unknown if it cannot be found since an environment has diverged."""
-        try:
-            found: Array = port.Eval(self._context)
-        except (RuntimeError, SystemExit):  # the latter comes from failed conditions of Drake
-            if all(np.isfinite(each.Eval(self._context)).all() for each in self._ports):
-                raise
-            found = np.full(port.size(), np.nan)
-        return found
+    def forget(self) -> None:
+        """It has no inputs."""
 
 
 class Contexts:
@@ -415,7 +312,7 @@ class Contexts:
     def __init__(self, block: LeafSystem, count: int):
         self._block, self._inputs = block, range(block.num_input_ports())
         self._runs = [Simulator(block) for _ in range(count)]
-        self.period = _period(block)
+        self.period = _period(block) or 0.0
         self._updates = [_UNBEGUN] * count  # made so far
 
     def clear(self, rows: Rows) -> None:
@@ -453,56 +350,125 @@ class Contexts:
             elif self.period:
                 run.AdvanceTo(self._updates[i] * self.period)  # a sum of periods would drift off the updates
 
+    def forget(self) -> None:
+        """It takes its inputs whenever it puts out."""
+
 
 _UNBEGUN = -1
 
 
-def _period(block: LeafSystem) -> float:
+def _inputs(block: LeafSystem) -> list[InputPort]:
+    return [block.get_input_port(i) for i in range(block.num_input_ports())]
+
+
+def _outputs(block: LeafSystem) -> list[OutputPort]:
+    return [block.get_output_port(i) for i in range(block.num_output_ports())]
+
+
+def _period(block: LeafSystem) -> float | None:
+    """Time between the updates of a block, s; None: it makes none."""
     timing = block.GetUniquePeriodicDiscreteUpdateAttribute()
-    return float(timing.period_sec()) if timing is not None else 0.0
+    return None if timing is None else float(timing.period_sec())
 
 
-def _limits(block: Saturation) -> Callable[[Array], Array]:
-    """A Saturation as a function; its limits are what it makes of the largest numbers."""
+def direct(block: LeafSystem, *functions: Callable[..., Array], sources: Sequence[str] = ()) -> Steps:
+    """Steps of a block whose outputs follow at once from its inputs.
+
+    Args:
+        block: without a state.
+        functions: of `sources` and all inputs, one for each output.
+        sources: further ones, such as the time.
+    """
+    inputs = [port.get_name() for port in _inputs(block)]
+    names = [port.get_name() for port in _outputs(block)]
+    outputs = {name: (function, [*sources, *inputs]) for name, function in zip(names, functions, strict=True)}
+    return Steps({name: Step() for name in inputs}, outputs)
+
+
+def in_turn(block: LeafSystem) -> Steps:
+    """Steps of any block without a state: one context, in which environments take turns."""
+    context = block.CreateDefaultContext()
+    functions = [partial(_evaluated, port, _inputs(block), context) for port in _outputs(block)]
+    return direct(block, *functions, sources=[TIME])
+
+
+def _evaluated(port: OutputPort, inputs: Sequence[InputPort], context: Context, times: Array, *given: Array) -> Array:
+    """An output in every environment; unknown where it cannot be found since an environment has diverged."""
+    context.SetTime(float(times[0, 0]))
+    rows = []
+    for values in zip(*given, strict=True) if given else [()]:
+        for fed, value in zip(inputs, values, strict=True):
+            fed.FixValue(context, value)
+        try:
+            rows.append(np.array(port.Eval(context)))
+        except (RuntimeError, SystemExit):  # the latter comes from failed conditions of Drake
+            if all(np.isfinite(value).all() for value in values):
+                raise
+            rows.append(np.full(port.size(), np.nan))
+    return np.array(rows)
+
+
+def _affine(block: AffineSystem) -> Steps:
+    """Steps of a block in discrete steps, or without a state."""
+    A, B, C, D = (np.array(matrix).T for matrix in (block.A(), block.B(), block.C(), block.D()))
+    f0, y0 = (np.array(vector, dtype=float) for vector in (block.f0(), block.y0()))
+    u, y = block.get_input_port().get_name(), block.get_output_port().get_name()
+    memory = Memory(np.zeros(len(A)), lambda x, u: x @ A + u @ B + f0, ("x", u), at_first=True)
+    steps = {u: Step(), "x": Step(same, (), memory, None)}
+    if D.any():
+        return Steps(steps, {y: (lambda x, u: x @ C + y0 + u @ D, ["x", u])})
+    return Steps(steps, {y: (lambda x: x @ C + y0, ["x"])})
+
+
+def _saturation(block: Saturation) -> Steps:
+    """Steps of a block whose limits are what it makes of the largest numbers."""
     size, context = block.get_input_port().size(), block.CreateDefaultContext()
 
-    def of(value: float) -> Array:
+    def limited(value: float) -> Array:
         block.get_input_port().FixValue(context, np.full(size, value))
         return np.array(block.get_output_port().Eval(context))
 
     huge = np.finfo(float).max
-    least, most = of(-huge), of(huge)
-    return lambda u: np.minimum(np.maximum(u, least), most)
+    low, high = limited(-huge), limited(huge)
+    return direct(block, lambda u: np.minimum(np.maximum(u, low), high))
 
 
-def _constant(block: ConstantVectorSource) -> Callable[[], Array]:
+def _constant(block: ConstantVectorSource) -> Steps:
     value = np.array(block.get_output_port().Eval(block.CreateDefaultContext()))[None]
-    return lambda: value
+    return direct(block, lambda: value)
 
 
-def _gain(block: MatrixGain) -> Callable[[Array], Array]:
+def _parts(block: Demultiplexer) -> Steps:
+    ends = np.cumsum([0, *(port.size() for port in _outputs(block))])
+    return direct(block, *(partial(_columns, slice(first, last)) for first, last in pairwise(ends)))
+
+
+def _columns(columns: slice, values: Array) -> Array:
+    return values[:, columns]
+
+
+def _gain(block: MatrixGain) -> Steps:
     gain = np.array(block.D()).T
-    return lambda u: np.asarray(u @ gain)
+    return direct(block, lambda u: u @ gain)
 
 
-def gains(parts: Mapping[MatrixGain, Rows]) -> Callable[[Array], Array]:
-    """Gains of environments that differ, of which each has those given."""
+def gains(parts: Mapping[MatrixGain, Rows]) -> Steps:
+    """Steps of gains that differ between environments, of which each has those given."""
     first, count = next(iter(parts)), sum(map(len, parts.values()))
-    if all(np.array_equal(first.D(), each.D()) for each in parts):
+    if all(np.array_equal(first.D(), block.D()) for block in parts):
         return _gain(first)
-    of_each = np.empty((count, *np.shape(first.D())[::-1]))
-    for each, own in parts.items():
-        of_each[own] = np.transpose(each.D())
-    return lambda u: np.asarray((u[:, None] @ of_each)[:, 0])
+    matrices = np.empty((count, *np.shape(first.D())[::-1]))
+    for block, rows in parts.items():
+        matrices[rows] = np.transpose(block.D())
+    return direct(first, lambda u: (u[:, None] @ matrices)[:, 0])
 
 
 def together(*values: Array) -> Array:
-    """Values side by side, (E, size), of which some may be the same in all environments, (1, size)."""
-    count = max(map(len, values))
-    return np.concatenate([np.broadcast_to(value, (count, value.shape[1])) for value in values], axis=1)
+    """Values side by side, (E, size)."""
+    return np.concatenate(values, axis=1)
 
 
-def _added(*values: Array) -> Array:
+def _sum(*values: Array) -> Array:
     total = values[0]
     for value in values[1:]:
         total = total + value
@@ -514,16 +480,19 @@ def _mean_bound(*given: Array) -> Array:
     bounds = [
         np.where(touch != 0, interval[:, -1:], 0.0) for interval, touch in zip(given[::2], given[1::2], strict=True)
     ]
-    return _added(*bounds) / len(bounds)
+    return _sum(*bounds) / len(bounds)
 
 
-Functional = Mapping[type[LeafSystem], Callable[[Any], Callable[..., Array]]]
-FUNCTIONS: Functional = {
-    Adder: lambda block: _added,
+Graphs = Mapping[type[LeafSystem], Callable[[Any], Steps]]
+GRAPHS: Graphs = {  # of the steps of a block, by its class
+    Adder: lambda block: direct(block, _sum),
+    AffineSystem: _affine,
+    ArrayBlock: lambda block: block.steps,
     ConstantVectorSource: _constant,
-    GripForceBound: lambda block: _mean_bound,
+    Demultiplexer: _parts,
+    GripForceBound: lambda block: direct(block, _mean_bound),
     MatrixGain: _gain,
-    Multiplexer: lambda block: together,
-    PassThrough: lambda block: lambda value: value,
-    Saturation: _limits,
+    Multiplexer: lambda block: direct(block, together),
+    PassThrough: lambda block: direct(block, same),
+    Saturation: _saturation,
 }

@@ -16,7 +16,7 @@ from pydrake.common import RandomDistribution
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import BodyIndex, ModelInstanceIndex
 from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem, System
-from pydrake.systems.primitives import AffineSystem, Demultiplexer, MatrixGain, RandomSource, TrajectorySource
+from pydrake.systems.primitives import MatrixGain, RandomSource
 
 from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array
@@ -25,26 +25,21 @@ from soft_gripper.diagrams.recording import SignalLogs
 from soft_gripper.diagrams.simulation import seed_random_sources
 from soft_gripper.diagrams.wires import Level, leaf_systems
 from soft_gripper.extras.mujoco_engine.blocks import (
-    FUNCTIONS,
-    Affine,
+    GRAPHS,
     Block,
     Contexts,
-    Functional,
     Functions,
-    Given,
-    InTurn,
-    Leaking,
-    Parts,
+    Graphs,
     Rows,
     Several,
-    Stateless,
     Streams,
     Tasks,
     gains,
+    in_turn,
 )
-from soft_gripper.fingers.pressure_drive import Leak
 from soft_gripper.scenario.schema import Scenario
 from soft_gripper.sensors.base_pose import BasePoseSensor
+from soft_gripper.steps import Step, Steps, row_by_row
 from soft_gripper.truth.contact import TrueContact
 
 Key: TypeAlias = LeafSystem | str  # of a block; of an input of the whole diagram, its name
@@ -120,7 +115,7 @@ class Network:
         plants: Plants,
         logs: SignalLogs | None = None,
         outputs: Collection[str] = (),
-        functions: Functional = MappingProxyType({}),
+        graphs: Graphs = MappingProxyType({}),
         differing: tuple[type[LeafSystem], ...] = (),
     ):
         """
@@ -129,10 +124,10 @@ class Network:
             plants: of all environments.
             logs: of the first diagram; None: nothing is logged.
             outputs: of the diagram, which are read.
-            functions: what further kinds of blocks without a state compute, as of `FUNCTIONS`.
+            graphs: steps of further kinds of blocks, as of `GRAPHS`.
             differing: kinds of blocks, other than tasks, of which each diagram has its own.
         """
-        self._functions = {**FUNCTIONS, **functions}
+        self._graphs = {**GRAPHS, **graphs}
         self._first, self.plants, self.count, self._wired = wired[0], plants, len(wired), wired
         diagram = self._first.diagram
         self._root = Level(diagram.connection_map())
@@ -155,9 +150,7 @@ class Network:
         self._by_step = [leaf for leaf, block in self._blocks.items() if self._is_by_step(block)]
         with_state = [leaf for leaf, block in self._blocks.items() if block.period is not None]
         self._by_sample = [leaf for leaf in with_state if leaf not in self._by_step]
-        keeping = (Functions, Several)
-        self._keeping = [leaf for leaf, block in self._blocks.items() if isinstance(block, keeping)]
-        self._reading_plants = [leaf for leaf in self._keeping if self._reads_steps(leaf)]
+        self._changing = [leaf for leaf in self._blocks if self._changes(leaf)]
         drives = [each for _, *given in self._driven for each in given]
         drives += [each for leaf in self._by_step for each in self._feeds[leaf]]
         self._is_foreseen = not any(each is not None and self._is_unforeseen(each) for each in drives)
@@ -192,13 +185,13 @@ class Network:
                 continue
             if isinstance(leaf, str):
                 size = self._first.diagram.GetInputPort(leaf).size()
-                self._feeds[leaf], self._blocks[leaf] = [], Given(np.zeros((self.count, size)))
+                self._feeds[leaf], self._blocks[leaf] = [], Streams(np.zeros((1, self.count, size)))
                 continue
             inputs = range(leaf.num_input_ports())
             self._feeds[leaf] = [self._source(leaf, i, self._levels[leaf]) for i in inputs]
             alike = self._alike(leaf) if isinstance(leaf, self._differing) else {}
             if alike and isinstance(leaf, MatrixGain):
-                self._blocks[leaf] = Stateless(gains(alike), 1)
+                self._blocks[leaf] = Functions(leaf, gains(alike), self.count)
             elif alike:
                 self._blocks[leaf] = Several([(self._made(each, len(own)), own) for each, own in alike.items()])
             else:
@@ -220,29 +213,29 @@ class Network:
             found.setdefault(each.diagram, []).append(row)
         return {[*_levels(diagram)][number]: np.array(rows) for diagram, rows in found.items()}
 
+    def _graph_of(self, leaf: LeafSystem) -> Callable[[Any], Steps] | None:
+        """Makes the steps of a block; None: it is asked for each environment."""
+        return next((self._graphs[kind] for kind in type(leaf).__mro__ if kind in self._graphs), None)
+
     def _made(self, leaf: LeafSystem, count: int) -> Block:
-        functions = self._functions
-        function = next((functions[kind] for kind in type(leaf).__mro__ if kind in functions), None)
-        if function is not None:
-            return Stateless(function(leaf), leaf.num_input_ports())
-        if isinstance(leaf, BasePoseSensor):
-            return Functions(leaf, count, {"pose": lambda: self.plants.pose(leaf.body).reshape(count, -1)})
-        if isinstance(leaf, ArrayBlock):
-            return Functions(leaf, count)
-        if isinstance(leaf, AffineSystem):
-            return Affine(leaf, count)
-        if isinstance(leaf, Demultiplexer):
-            return Parts(leaf)
         if isinstance(leaf, TaskMachine):
             tasks = [each.task for each in self._wired]
             return Tasks([task for task in tasks if task is not None], self._feeds[leaf][0] is not None)
-        if isinstance(leaf, Leak):
-            return Leaking(leaf)
         if isinstance(leaf, RandomSource):
             return Streams(self._drawn[leaf.get_name()])
-        if leaf.num_discrete_state_groups() or leaf.num_abstract_states():
+        make = self._graph_of(leaf)
+        has_state = leaf.num_discrete_state_groups() or leaf.num_abstract_states()
+        if make is None and has_state:
             return Contexts(leaf, 1 if self._is_shared(leaf) else count)
-        return InTurn(leaf)
+        if not has_state and self._is_shared(leaf):
+            count = 1
+        steps = in_turn(leaf) if make is None else make(leaf)
+        if isinstance(leaf, ArrayBlock) and not leaf.takes_axes:
+            return Functions(leaf, row_by_row([steps] * count), count)
+        steps = steps.stacked(count)
+        if isinstance(leaf, BasePoseSensor):
+            steps["pose"] = Step(lambda: self.plants.pose(leaf.body).reshape(count, -1))
+        return Functions(leaf, steps, count)
 
     def _plant_ports(self) -> dict[int, Callable[[], Array]]:
         """The output ports of the plant by their numbers: what computes them."""
@@ -295,39 +288,44 @@ class Network:
         block = self._blocks[leaf]
         if isinstance(leaf, str):
             return _SAMPLE
-        if isinstance(leaf, TrajectorySource | Leak) or self._is_by_step(block):
+        if self._is_by_step(block) or self._takes_time(leaf, number):
             return _STEP
         fed = [each for i, each in enumerate(self._feeds[leaf]) if each and leaf.HasDirectFeedthrough(i, number)]
         changes = any(isinstance(each[0], MultibodyPlant) or self._valid_for(each) == _STEP for each in fed)
-        if changes and isinstance(block, Contexts | InTurn) and not self._is_shared(leaf):
+        if changes and self._graph_of(leaf) is None and not self._is_shared(leaf):
             return _HELD  # it takes a call for each environment
         return _STEP if changes else _SAMPLE
+
+    def _takes_time(self, leaf: LeafSystem, number: int) -> bool:
+        """Whether an output changes with the time alone; other systems without a state may look at it, or not."""
+        block, is_told = self._blocks[leaf], isinstance(leaf, ArrayBlock) or not self._feeds[leaf]
+        return is_told and isinstance(block, Functions) and block.takes_time(number)
 
     def _is_by_step(self, block: Block) -> bool:
         step = self._first.plant.time_step()
         is_sampled = step == self._first.scenario.sensor.period  # each step is a sample
-        return isinstance(block, Affine | Functions) and block.period == step and not is_sampled
+        return isinstance(block, Functions) and block.period == step and not is_sampled
 
-    def _reads_steps(self, leaf: Key) -> bool:
-        """Whether a block reads what changes with every step of the plant."""
-        fed = (each for each in self._feeds[leaf] if each is not None)
-        return any(isinstance(each[0], MultibodyPlant) or self._valid_for(each) == _STEP for each in fed)
+    def _changes(self, leaf: Key) -> bool:
+        """Whether a block reads or puts out what changes with every step of the plant."""
+        if isinstance(leaf, str):
+            return False
+        own = ((leaf, number) for number in range(leaf.num_output_ports()))
+        fed = (source for source in self._feeds[leaf] if source is not None)
+        return any(isinstance(each[0], MultibodyPlant) or self._valid_for(each) == _STEP for each in (*fed, *own))
 
     def _is_unforeseen(self, output: Output) -> bool:
-        """Whether a value changes between samples with the states of the plants, or in a block that keeps it.
-
-        Values that are held for a sample are foreseen.
-        """
+        """Whether a value changes between samples with the states of the plants; held for a sample, it does not."""
         leaf, number = output
         if isinstance(leaf, MultibodyPlant):
             return True
         if isinstance(leaf, str) or self._valid_for(output) != _STEP:
             return False
         fed = [each for i, each in enumerate(self._feeds[leaf]) if each and leaf.HasDirectFeedthrough(i, number)]
-        return leaf in self._reading_plants or any(map(self._is_unforeseen, fed))
+        return any(map(self._is_unforeseen, fed))
 
     def _found_following(self, key: Key) -> tuple[Collection[Output], Collection[Key]]:
-        """The outputs that follow at once from an input, itself included, and the blocks that keep what follows."""
+        """The outputs that follow at once from an input, itself included, and the blocks that read them."""
         outputs, readers, pending = dict[Output, None](), dict[Key, None](), list[Output]([(key, 0)])
         fed = {(leaf, i): each for leaf, feeds in self._feeds.items() for i, each in enumerate(feeds)}
         while pending:
@@ -340,7 +338,7 @@ class Network:
                 readers[leaf] = None
                 ports = range(leaf.num_output_ports())
                 pending += [(leaf, port) for port in ports if leaf.HasDirectFeedthrough(number, port)]
-        return outputs, [leaf for leaf in self._keeping if leaf in readers]
+        return outputs, readers
 
     # Time.
 
@@ -364,7 +362,7 @@ class Network:
     def give(self, name: str, value: Array) -> None:
         """Sets an input of the diagram, or the output of a source in it, (E, size)."""
         key: Key = name if name in self._blocks else self._first.diagram.GetSubsystemByName(name)
-        self._blocks[key] = Given(value)
+        self._blocks[key] = Streams(value[None])
         outputs, readers = self._following(key)
         for output in outputs:
             self._known[self._valid_for(output)].pop(output, None)
@@ -393,8 +391,7 @@ class Network:
     def _look(self) -> None:
         """Takes the states of the plants, and forgets what followed from those before."""
         self.plants.look()
-        self._known[_STEP].clear()
-        self._forget(self._reading_plants)
+        self._stepped()
 
     def _drive(self, time: float) -> None:
         self._time = time
@@ -425,13 +422,6 @@ class Network:
                 return block
         return None
 
-    def _forget(self, leaves: Iterable[Key]) -> None:
-        """Blocks of functions keep what they have computed until they are told to forget it."""
-        for leaf in leaves:
-            block = self._blocks[leaf]
-            assert isinstance(block, Functions | Several)
-            block.forget()
-
     def _advance(self, leaves: Sequence[Key]) -> None:
         for leaf in leaves:
             self._blocks[leaf].advance(self._reader(leaf), self._time, self.plants.active)
@@ -439,15 +429,26 @@ class Network:
     def _commit(self, leaves: Sequence[Key]) -> None:
         for leaf in leaves:
             self._blocks[leaf].commit()
-        self._known[_STEP].clear()
-        if leaves is not self._by_step:
+        if leaves is self._by_step:
+            self._stepped()
+        else:
             self._changed()
+
+    def _stepped(self) -> None:
+        """Forgets values that were valid for a step of the plant."""
+        self._known[_STEP].clear()
+        self._forget(self._changing)
 
     def _changed(self) -> None:
         """Forgets all values."""
         for known in self._known:
             known.clear()
-        self._forget(self._keeping)
+        self._forget(self._blocks)
+
+    def _forget(self, leaves: Iterable[Key]) -> None:
+        """Blocks keep what they have computed until they are told to forget it."""
+        for leaf in leaves:
+            self._blocks[leaf].forget()
 
     def _draw(self, seeds: Sequence[int]) -> dict[str, Array]:
         """Draws of every random source in environments with these seeds, (T, E, size), by its name."""

@@ -10,6 +10,7 @@ from soft_gripper.array_block import ArrayBlock
 from soft_gripper.control.pid_controller import PidController, PidGains
 from soft_gripper.errors import InputError
 from soft_gripper.extras.mujoco_engine.blocks import Contexts, Functions
+from soft_gripper.steps import row_by_row
 
 
 class Solving(ArrayBlock):
@@ -26,7 +27,8 @@ class Solving(ArrayBlock):
 @pytest.mark.parametrize("number", [0, 1])
 def test_a_failure_names_the_block_and_the_input_of_any_environment(number):
     values = np.ones((3, 1))
-    functions = Functions(Solving(), 3)
+    block = Solving()
+    functions = Functions(block, block.steps.stacked(3), 3)
     assert functions.output(number, lambda _: values, 0.0).shape == (3, 1)
     functions.forget()
     values[1] = np.nan
@@ -46,8 +48,12 @@ class Counting(ArrayBlock):
         self.put_out("y", lambda total: total, "sum")
 
 
+def functions_of(block, count):
+    return Functions(block, row_by_row([block.steps] * count), count)
+
+
 @pytest.mark.parametrize(
-    "make", [lambda: Contexts(DiscreteTimeIntegrator(1, 0.1), 2), lambda: Functions(Counting(), 2)]
+    "make", [lambda: Contexts(DiscreteTimeIntegrator(1, 0.1), 2), lambda: functions_of(Counting(), 2)]
 )
 def test_a_state_begins_anew_in_one_of_two_environments(make):
     both, values, found = make(), np.array([[1.0], [2.0]]), []
@@ -66,7 +72,7 @@ def test_controllers_of_many_environments_do_what_one_does_alone(applied):
     pid, found = PidController(PidGains(2.0, 5.0, 0.3), 0.1, -1.0, 1.0), []
     inputs = np.random.default_rng(1).uniform(-1, 1, (6, 2, 3, 1))
     for rows in (slice(None), *([row] for row in range(3))):
-        many, outputs = Functions(pid, len(np.arange(3)[rows])), []
+        many, outputs = functions_of(pid, len(np.arange(3)[rows])), []
         for given in inputs:
             ports = [*given[:, rows], None if applied is None else applied[rows]]
             outputs.append(many.output(0, ports.__getitem__, 0.0)[:, 0])

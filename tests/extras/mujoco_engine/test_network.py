@@ -17,7 +17,10 @@ CASES = {
         **{"control.set_points": [0.06, 0.03], "control.hold": 1.0, "estimator.type": "gaussian"},
         "sensor.period": 0.02,  # longer than a step of the plant
     },
-    "three_chambers": {"pressure.steps": {"all": [60e3, 20e3]}, "pressure.settle": 0.3, "pressure.hold_samples": 10},
+    "three_chambers": {
+        **{"pressure.steps": {"all": [60e3, 20e3]}, "pressure.settle": 0.3, "pressure.hold_samples": 10},
+        **{"pressure.leaks": {"all": 0.2}, "pressure.leak_time": 0.12},  # between two samples
+    },
     "tendon_grasp": {"tendons.steps": {"all": [2.0, 4.0]}, "pressure.settle": 0.3, "pressure.hold_samples": 10},
     "pick_and_place_box": {"task.time_limit": 2.5, "plant_config.time_step": 0.01},
     "pick_and_place_delicate": {"task.time_limit": 0.4, "plant_config.time_step": 0.01},
