@@ -56,7 +56,14 @@ UNITS = {
     r"strain|ratio|probability|contact$|loaded": "1",
 }
 # During a run alone is what they put out known.
-DURING_A_RUN_ALONE = {"BasePoseSensor", "ErrorBlock", "PidController", "ReadingErrorBlock", "TrueContact"}
+DURING_A_RUN_ALONE = {
+    "BasePoseSensor",
+    "ErrorBlock",
+    "PidController",
+    "ReadingErrorBlock",
+    "TaskMachine",
+    "TrueContact",
+}
 
 
 def subclasses(kind):

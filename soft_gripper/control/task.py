@@ -7,12 +7,12 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from pydrake.systems.framework import Context, DiscreteValues, EventStatus, InputPort, LeafSystem
+from pydrake.systems.framework import Context, EventStatus
 from pydrake.trajectories import Trajectory
 
+from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array
-from soft_gripper.run_begin import since_begin
-from soft_gripper.signals import describe
+from soft_gripper.steps import TIME, same
 
 QUIET_BAND = 5e-4  # m, the default band of the opening ...
 QUIET_TIME = 0.2  # s, ... and the time within it, for fingers at rest
@@ -159,19 +159,12 @@ class Rules:
         return observed.time - progress.since >= QUIET_TIME
 
 
-_PROGRESS, _DESIRED, _SET_POINT, _PHASE, _OUTCOME = range(5)  # groups of the discrete state
+# Entries of the state of a task.
+_PHASE, _OUTCOME, _PROGRESS, _SET_POINT, _BEGIN = 0, 1, slice(0, len(Progress._fields)), -2, -1
+_DESIRED = slice(_PROGRESS.stop, _SET_POINT)
 
 
-class Outputs(NamedTuple):
-    """Values of the outputs of a `TaskMachine`."""
-
-    desired_state: Array  # (2 n)
-    set_point: Array  # (1) m
-    phase: Array  # (1)
-    outcome: Array  # (1)
-
-
-class TaskMachine(LeafSystem):
+class TaskMachine(ArrayBlock):
     """A state machine whose transitions depend only on the estimates of the fingers.
 
     ::
@@ -192,22 +185,31 @@ class TaskMachine(LeafSystem):
     Simulator returns from `AdvanceTo` early. Advanced again, it goes on.
     """
 
+    takes_axes = False
+
     def __init__(self, rules: Rules, period: float):
         """Follows the phases of `rules`; samples every `period` s."""
-        super().__init__()
-        self.rules, self.period, self._over = rules, period, len(rules.phases)
-        self._opening = self.DeclareVectorInputPort("opening", 1)
-        self._torque = self.DeclareVectorInputPort("torque", 1)
-        self.DeclareDiscreteState(np.array(Progress(), dtype=float))
-        ports = {
-            name: self.DeclareStateOutputPort(name, self.DeclareDiscreteState(value))
-            for name, value in self.first_outputs._asdict().items()
-        }
-        self._since_begin = since_begin(self)
-        describe(ports["set_point"], "m")
-        describe(ports["phase"], meanings=[*(phase.name for phase in rules.phases), "over"])
-        describe(ports["outcome"], meanings=[outcome.words for outcome in Outcome])
-        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
+        super().__init__(period)
+        self.rules, self._period, self._over = rules, period, len(rules.phases)
+        for name in ("opening", "torque"):
+            self.take(name, 1, optional=True)
+        first = rules.phases[0]
+        begin = np.array([*Progress(), *_desired_state(first, 0.0), first.opening, 0.0])
+        self.remember(
+            *("state", same),
+            begin=begin,
+            begin_of=(lambda time: np.append(begin[:_BEGIN], time), TIME),
+            keep=self._next_state,
+            kept=("opening", "torque", TIME),
+            at_first=True,
+        )
+        desired = range(len(begin[_DESIRED]))
+        self.put_out("desired_state", lambda state: state[..., _DESIRED], "state", state=desired)
+        self.put_out("set_point", lambda state: state[..., _SET_POINT], "state", unit="m")
+        phases = [*(phase.name for phase in rules.phases), "over"]
+        self.put_out("phase", lambda state: state[..., _PHASE], "state", meanings=phases)
+        outcomes = [outcome.words for outcome in Outcome]
+        self.put_out("outcome", lambda state: state[..., _OUTCOME], "state", meanings=outcomes)
         self.DeclarePeriodicPublishEvent(period, 0.0, self._end_run)
 
     @property
@@ -217,8 +219,7 @@ class TaskMachine(LeafSystem):
 
     def progress(self, context: Context) -> Progress:
         """Progress of the task, from the context of this block."""
-        phase, outcome, *others = context.get_discrete_state(_PROGRESS).value()
-        return Progress(int(phase), int(outcome), *others)
+        return _progress(self._read["state"](context))
 
     def is_over(self, context: Context) -> bool:
         """Whether the task is finished, from the context of this block."""
@@ -230,55 +231,36 @@ class TaskMachine(LeafSystem):
         The last one is where the task is over, or `end`.
         """
         progress = Progress()
-        for time in self.period * np.arange(int(end / self.period) + 1):
+        for time in self._period * np.arange(int(end / self._period) + 1):
             progress = self.rules.step(progress, GripObservation(float(time), np.nan, np.nan))
             if progress.phase < len(self.phases):
-                desired = _desired_state(self.phases[progress.phase], time + self.period - progress.began)
+                desired = _desired_state(self.phases[progress.phase], time + self._period - progress.began)
             yield float(time), desired
             if progress.phase == len(self.phases):
                 break
 
-    @property
-    def first_outputs(self) -> Outputs:
-        """The outputs when a run begins."""
-        first = self.phases[0]
-        return Outputs(_desired_state(first, 0.0), np.array([first.opening]), np.zeros(1), np.zeros(1))
-
-    def outputs(self, progress: Progress, time: float, before: Outputs) -> Outputs:
-        """The outputs after a sample, from those before it; `time` since the begin of the run, s."""
-        desired, set_point = before.desired_state, before.set_point
-        if progress.phase < len(self.phases):
-            desired, set_point = self._desired(progress, time), np.array([self.rules.opening(progress)])
-        return Outputs(desired, set_point, np.array([float(progress.phase)]), np.array([float(progress.outcome)]))
-
-    def _desired(self, progress: Progress, time: float) -> Array:
-        """The desired state in the sample after a time, s."""
-        return _desired_state(self.phases[progress.phase], time + self.period - progress.began)
-
-    def _update(self, context: Context, values: DiscreteValues) -> None:
-        time, before = self._since_begin(context), self.progress(context)
-        observed = GripObservation(time, _value(self._opening, context), _value(self._torque, context))
+    def _next_state(self, state: Array, opening: Array | None, torque: Array | None, times: Array) -> Array:
+        """Progress, desired state, set point and begin of the run after a sample, of which the inputs may be open."""
+        before, begin = _progress(state), float(state[_BEGIN])
+        time = float(times[0]) - begin
+        observed = GripObservation(time, *(np.nan if u is None else float(u[0]) for u in (opening, torque)))
         progress = self.rules.step(before, observed)
-        if progress != before:
-            values.set_value(_PROGRESS, np.array(progress, dtype=float))
-        changed = (progress.phase, progress.outcome) != (before.phase, before.outcome)
-        if changed:
-            values.set_value(_PHASE, [progress.phase])
-            values.set_value(_OUTCOME, [progress.outcome])
-        if progress.phase < self._over:
-            values.set_value(_DESIRED, self._desired(progress, time))
-            if changed:
-                values.set_value(_SET_POINT, [self.rules.opening(progress)])
+        if progress.phase == self._over:
+            return np.concatenate([progress, state[_PROGRESS.stop :]])
+        desired = _desired_state(self.phases[progress.phase], time + self._period - progress.began)
+        return np.concatenate([progress, desired, [self.rules.opening(progress), begin]])
 
     def _end_run(self, context: Context) -> EventStatus | None:
-        if context.get_discrete_state(_PHASE).value()[0] < self._over:
+        state = self._read["state"](context)
+        if state[_PHASE] < self._over:
             return None
-        since_end = self._since_begin(context) - self.progress(context).began
-        return EventStatus.ReachedTermination(self, "the task is over") if since_end < 1.5 * self.period else None
+        since_end = context.get_time() - state[_BEGIN] - _progress(state).began
+        return EventStatus.ReachedTermination(self, "the task is over") if since_end < 1.5 * self._period else None
 
 
-def _value(port: InputPort, context: Context) -> float:
-    return float(port.Eval(context)[0]) if port.HasValue(context) else np.nan
+def _progress(state: Array) -> Progress:
+    phase, outcome, *others = state[_PROGRESS].tolist()
+    return Progress(int(phase), int(outcome), *others)
 
 
 def _desired_state(phase: Phase, since: float) -> Array:

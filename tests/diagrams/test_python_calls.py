@@ -124,7 +124,7 @@ CALLBACKS = {  # calls in a second, for both fingers at once
     "load.opening.opening": 100,
     "control.pid_controller._remembered": 100,
     "control.pid_controller.step": 100,
-    "control.task._update": 100,
+    "control.task._next_state": 100,
     "control.task.step": 100,
 }
 

@@ -27,7 +27,6 @@ from pydrake.systems.primitives import (
 from soft_gripper.array_block import ArrayBlock, check_finite
 from soft_gripper.arrays import Array
 from soft_gripper.control.grip import GripForceBound
-from soft_gripper.control.task import GripObservation, Progress, TaskMachine
 from soft_gripper.steps import TIME, Memory, Step, Steps, same
 
 Read = Callable[[int], Any]  # the value of an input, by its number; None: it is open
@@ -213,56 +212,6 @@ def _among(read: Read, own: Rows) -> Read:
         return value if value is None or len(value) == 1 else value[own]
 
     return some
-
-
-class Tasks:
-    """A TaskMachine for each environment, each with the phases of its own station."""
-
-    def __init__(self, blocks: Sequence[TaskMachine], observes: bool):
-        """`observes`: the task commands the gripper, and its inputs are connected."""
-        self.period, self._blocks, self._observes = blocks[0].period, blocks, observes
-        self._progress = [Progress()] * len(blocks)
-        self._put_out = [block.first_outputs for block in blocks]
-        self._next = list(zip(self._progress, self._put_out, strict=True))
-
-    @property
-    def phases(self) -> list[int]:
-        """The number of the phase of each environment."""
-        return [progress.phase for progress in self._progress]
-
-    @property
-    def over(self) -> NDArray[np.bool_]:
-        """The environments whose task is over, (E,)."""
-        ends = zip(self._progress, self._blocks, strict=True)
-        return np.array([progress.phase == len(block.phases) for progress, block in ends])
-
-    def clear(self, rows: Rows) -> None:
-        """It begins with the first phase."""
-        for i in rows:
-            self._next[i] = Progress(), self._blocks[i].first_outputs
-        self.commit()
-
-    def begin(self, read: Read, rows: Rows) -> None:
-        """It begins with the first phase."""
-
-    def output(self, number: int, read: Read, time: float) -> Array:
-        """See Block."""
-        return np.array([outputs[number] for outputs in self._put_out])
-
-    def advance(self, read: Read, time: float, active: Rows) -> None:
-        """See Block."""
-        seen = [read(i)[:, 0] if self._observes else np.full(len(self._blocks), np.nan) for i in range(2)]
-        for i in active:
-            observed = GripObservation(time, float(seen[0][i]), float(seen[1][i]))
-            progress = self._blocks[i].rules.step(self._progress[i], observed)
-            self._next[i] = progress, self._blocks[i].outputs(progress, time, self._put_out[i])
-
-    def commit(self) -> None:
-        """See Block."""
-        self._progress, self._put_out = ([*each] for each in zip(*self._next, strict=True))
-
-    def forget(self) -> None:
-        """It reads its inputs when it is updated."""
 
 
 class Streams:

@@ -25,8 +25,9 @@ class Logs:
         """Takes a sample."""
         every = self._station.scenario.record.patches_every
         self.states[sample] = self._network.plants.state
-        if self._network.tasks is not None:
-            self.phases[sample] = self._network.tasks.phases
+        phases = self._network.phases
+        if phases is not None:
+            self.phases[sample] = phases
         is_due = every is not None and sample % every == 0
         self.patches.append(self._network.plants.patches() if is_due else _LEFT_OUT)
         for i, value in self._network.logged():
@@ -73,8 +74,7 @@ def simulated(station: Station, network: Network) -> tuple[Logs, NDArray[np.int_
         plants.begin_step()
         logs.take(sample)
         lengths[plants.active] = sample + 1
-        if network.tasks is not None:
-            plants.active = plants.active[~network.tasks.over[plants.active]]
+        plants.active = plants.active[~network.is_over[plants.active]]
         if not len(plants.active):
             break
         network.sample()

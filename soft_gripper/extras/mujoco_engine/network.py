@@ -33,7 +33,6 @@ from soft_gripper.extras.mujoco_engine.blocks import (
     Rows,
     Several,
     Streams,
-    Tasks,
     gains,
     in_turn,
 )
@@ -147,6 +146,9 @@ class Network:
         for output in read:
             if output is not None:
                 self._reach(output)
+        task = next((leaf for leaf in self._blocks if isinstance(leaf, TaskMachine)), None)
+        self._phase = None if task is None else (task, int(task.GetOutputPort("phase").get_index()))
+        self._ends = np.array([len(each.task.phases) for each in wired if each.task is not None])
         self._by_step = [leaf for leaf, block in self._blocks.items() if self._is_by_step(block)]
         with_state = [leaf for leaf, block in self._blocks.items() if block.period is not None]
         self._by_sample = [leaf for leaf in with_state if leaf not in self._by_step]
@@ -218,9 +220,6 @@ class Network:
         return next((self._graphs[kind] for kind in type(leaf).__mro__ if kind in self._graphs), None)
 
     def _made(self, leaf: LeafSystem, count: int) -> Block:
-        if isinstance(leaf, TaskMachine):
-            tasks = [each.task for each in self._wired]
-            return Tasks([task for task in tasks if task is not None], self._feeds[leaf][0] is not None)
         if isinstance(leaf, RandomSource):
             return Streams(self._drawn[leaf.get_name()])
         make = self._graph_of(leaf)
@@ -231,7 +230,10 @@ class Network:
             count = 1
         steps = in_turn(leaf) if make is None else make(leaf)
         if isinstance(leaf, ArrayBlock) and not leaf.takes_axes:
-            return Functions(leaf, row_by_row([steps] * count), count)
+            rows = [steps] * count
+            if isinstance(leaf, TaskMachine):  # its phases are those of its own environment
+                rows = [each.task.steps for each in self._wired if each.task is not None]
+            return Functions(leaf, row_by_row(rows), count)
         steps = steps.stacked(count)
         if isinstance(leaf, BasePoseSensor):
             steps["pose"] = Step(lambda: self.plants.pose(leaf.body).reshape(count, -1))
@@ -415,12 +417,15 @@ class Network:
         self._commit([*self._by_sample, *self._by_step])
 
     @property
-    def tasks(self) -> Tasks | None:
-        """The tasks, if there are any."""
-        for block in self._blocks.values():
-            if isinstance(block, Tasks):
-                return block
-        return None
+    def phases(self) -> Array | None:
+        """The number of the phase of each task, (E,); None: there are no tasks."""
+        return None if self._phase is None else self._value(self._phase)[:, 0]
+
+    @property
+    def is_over(self) -> NDArray[np.bool_]:
+        """The environments whose task is over, (E,)."""
+        phases = self.phases
+        return np.zeros(self.count, bool) if phases is None else phases == self._ends
 
     def _advance(self, leaves: Sequence[Key]) -> None:
         for leaf in leaves:
