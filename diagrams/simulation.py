@@ -39,7 +39,7 @@ from soft_gripper.model_import.forms.mesh import SUFFIXES as MESH_SUFFIXES
 from soft_gripper.model_import.read_model import FORMS
 from soft_gripper.models import DIRECTORY
 from soft_gripper.progress import progress_of_long_runs
-from soft_gripper.registry import registered
+from soft_gripper.registry import is_own, registered
 from soft_gripper.scenario.checks import checked_scenario
 from soft_gripper.scenario.directives import parts_with_files
 from soft_gripper.scenario.drake_values import plain_values
@@ -67,7 +67,7 @@ def kept_station(scenario: Scenario) -> Station:
         InputError: if a part of the scenario cannot be built.
     """
     scenario = checked_scenario("scenario", scenario)
-    key = built_of(scenario)
+    key = None if has_own_blocks(scenario) else built_of(scenario)
     if key is None:
         return make_private_station(scenario)
     station = kept(
@@ -76,18 +76,22 @@ def kept_station(scenario: Scenario) -> Station:
     return replace(station, parts=replace(station.parts, scenario=scenario))
 
 
+def has_own_blocks(scenario: Scenario) -> bool:
+    """Whether a scenario names functions of the user's that make blocks."""
+    return any(map(is_own, (scenario.sensor.type, scenario.estimator.type, *scenario.estimator.alongside)))
+
+
 def built_of(scenario: Scenario, content_of: Callable[[Path], str | None] | None = None) -> tuple[str, ...] | None:
     """The scenario and the contents of its files, from which a station is built; None if these cannot be known.
 
     `content_of` is what was found of a file before, see `content`; None: files are looked at.
     """
-    types = (scenario.sensor.type, scenario.estimator.type, *scenario.estimator.alongside)
     models = [*scenario.models, *parts_with_files(scenario.directives)]
     named = [*(model.file for model in models), scenario.nominal.file, scenario.nominal.calibration]
     paths = [model_path(file) for file in named if file is not None]
     places = dict.fromkeys(DIRECTORY if path.is_relative_to(DIRECTORY) else path for path in paths)
     contents = list(map(content_of or content, places))
-    if any(":" in name for name in types) or None in contents:
+    if None in contents:
         return None
     of_a_run = replace(scenario.sensor, seed=0)
     built = replace(scenario, sensor=of_a_run, simulator_config=default_simulator_config())

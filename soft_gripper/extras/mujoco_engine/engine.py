@@ -16,11 +16,13 @@ import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Context, Diagram
 
+from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array
 from soft_gripper.cached import kept
+from soft_gripper.diagrams.own_blocks import own_blocks
 from soft_gripper.diagrams.recording import make_recording
 from soft_gripper.diagrams.scene import check_starts_apart, first_body
-from soft_gripper.diagrams.simulation import Run, check_closed, content
+from soft_gripper.diagrams.simulation import Run, check_closed, content, has_own_blocks
 from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.diagrams.station_parts import Station, StationParts
 from soft_gripper.diagrams.task_plan import planned_task
@@ -53,7 +55,8 @@ _FORCE = 0.1  # N, of which that share is taken if a force is less
 _LAST = 50  # samples at the end
 _MEMORY = 2**28  # bytes that the logs of runs that are made together may take
 _MOST = 4  # cached stations
-_stations: OrderedDict[Key, Station] = OrderedDict()
+Stations = OrderedDict[Key, Station]
+_stations: Stations = OrderedDict()
 
 
 def run_many(scenarios: Sequence[Scenario], described: bool = True) -> Iterator[Run | Exception]:
@@ -67,11 +70,13 @@ def run_many(scenarios: Sequence[Scenario], described: bool = True) -> Iterator[
     load_mujoco()
     content_of = cache(content)  # files do not change while this runs
     context_of = cache(Diagram.CreateDefaultContext)
-    served = [_serve(scenario, content_of, context_of) for scenario in scenarios]
+    own: Stations = OrderedDict()
+    served = [_serve(scenario, content_of, context_of, own) for scenario in scenarios]
     groups: dict[Any, list[int]] = {}
     for i, each in enumerate(served):
         if isinstance(each, Served):
-            groups.setdefault(blocks_key(each.station.scenario, content_of) or i, []).append(i)
+            key = blocks_key(each.station.scenario, content_of) if _serves_many(each.station) else None
+            groups.setdefault(key or i, []).append(i)
     found: dict[int, Run | Exception] = {i: each for i, each in enumerate(served) if isinstance(each, Exception)}
     for numbers in groups.values():
         alike = [each for each in (served[i] for i in numbers) if isinstance(each, Served)]
@@ -89,7 +94,7 @@ def suited_step(scenario: Scenario) -> float | None:
         InputError: as `run_many`.
     """
     load_mujoco()
-    served = _serve(scenario, content, Diagram.CreateDefaultContext)
+    served = _serve(scenario, content, Diagram.CreateDefaultContext, OrderedDict())
     if isinstance(served, Exception):
         return None
     return _chosen_step([served], _Models([served]))[0]
@@ -102,14 +107,19 @@ class Served(NamedTuple):
     of: Variation  # how the objects of the run differ from those in the plant of the station
 
 
-def _serve(scenario: Scenario, content_of: Content, context_of: Callable[[Diagram], Context]) -> Served | Exception:
-    """The station that serves a scenario."""
+def _serve(
+    scenario: Scenario, content_of: Content, context_of: Callable[[Diagram], Context], own: Stations
+) -> Served | Exception:
+    """The station that serves a scenario; those in `own` have blocks of the user's, whose code may change later."""
     try:
         scenario = checked_scenario("scenario", scenario)
         _check_carried_over(scenario)
         key = station_key(scenario, content_of)
         build = partial(_built, deepcopy(plain_objects(scenario)))  # the caller may change it
-        station = build() if key is None else kept(_stations, key, build, _MOST)
+        store = own if has_own_blocks(scenario) else _stations
+        station = build() if key is None else kept(store, key, build, _MOST)
+        if not _serves_many(station):
+            own.pop(key or (), None)
         of = variation(scenario, station.scenario)
         if of.poses:
             _check_begin(station, of, context_of(station.diagram))
@@ -119,6 +129,11 @@ def _serve(scenario: Scenario, content_of: Content, context_of: Callable[[Diagra
     except InputError as error:
         return error
     return Served(replace(station, parts=parts), of)
+
+
+def _serves_many(station: Station) -> bool:
+    """Whether one station may serve several runs: a block of the user's that is not made of steps may remember one."""
+    return all(isinstance(own.block, ArrayBlock) for own in own_blocks(station))
 
 
 def _check_begin(station: Station, of: Variation, context: Context) -> None:
