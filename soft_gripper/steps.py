@@ -1,7 +1,12 @@
 """Steps: the quantities of one sample, each a function of others and of what it remembers.
 
 The functions take arrays whose leading axes are free. So one graph of steps is computed for one sample, for several
-equal fingers or environments at once (`stacked`), and for all samples of a recording (`recorded`).
+equal fingers or environments at once (`stacked`), and for all samples of a recording (`recorded`). Functions that take
+one sample only are called `row_by_row`. This graph puts out the sum of all x so far:
+
+    total = Step(np.add, ("x",), Memory(np.zeros(1), same, ("total",), at_first=True))
+    steps = Steps({"x": Step(), "total": total}, {"sum": (same, ["total"])})
+    steps.output("sum", {"x": np.array([2.0])}, {"total": np.array([1.0])})  # 3
 """
 
 from collections import Counter
