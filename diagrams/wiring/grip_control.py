@@ -38,12 +38,12 @@ class GripControl(Diagram):
         set_point (1) m -----------------------> +-------------+ ---> pressure  (1) Pa, for all fingers
         {finger}.tip_pose (3) -----------------> | GripControl | ---> opening   (1) m, of the estimated tips
         {finger}.external_torque (N) N m ------> |             | ---> torque    (1) N m, that opens the fingers
-        {finger}.contact_force (1) N ----------> +-------------+ ---> force     (1) N, of the contacts
+        {finger}.contact_force_vector (3) N ---> +-------------+ ---> force     (1) N, of what is held
 
     `torque` is the mean over the fingers at their base joints; `force`, which exists with a force limit, is the mean of
-    their contact forces, or with `force_bound` of the upper bounds of these: then the inputs `contact_force_interval`
-    and `contact` of the fingers replace `contact_force`. With a limit, the lower of the pressures commanded by the two
-    PIDs is applied, and both PIDs receive the applied pressure.
+    their closing forces, or with `force_bound` of the upper bounds of their forces: then the inputs
+    `contact_force_interval` and `contact` of the fingers replace `contact_force_vector`. With a limit, the lower of the
+    pressures commanded by the two PIDs is applied, and both PIDs receive the applied pressure.
     """
 
     def __init__(self, gripper: Gripper, joints: Mapping[str, int], config: ControlConfig, supply: Supply):
@@ -151,7 +151,7 @@ def add_grip_control(
         config: the `control` part of a scenario.
         supply: the range of what is commanded.
         signals: must contain `{finger}.tip_pose`, `{finger}.external_torque` and, if force is limited,
-            `{finger}.contact_force`, or `{finger}.contact_force_interval` and `{finger}.contact` for its bound.
+            `{finger}.contact_force_vector`, or `{finger}.contact_force_interval` and `{finger}.contact` for its bound.
         commands: of the pressures, or of the tendons of fingers without chambers.
 
     Returns:

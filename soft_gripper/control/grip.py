@@ -7,6 +7,7 @@ from pydrake.systems.framework import BasicVector, Context, DiscreteValues, Leaf
 
 from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array
+from soft_gripper.estimators.estimate import CLOSING
 from soft_gripper.estimators.force_posterior import INTERVAL
 from soft_gripper.run_begin import since_begin
 from soft_gripper.signals import describe
@@ -59,29 +60,31 @@ def _mean_opening(*torques: Array) -> Array:
 
 
 class GripForce(ArrayBlock):
-    """The mean estimated contact force of the fingers of a gripper.
+    """The mean estimated closing force of the fingers of a gripper: the component along -x of their bases.
 
     ::
 
-        {finger}.contact_force (1) N ---> GripForce ---> force  (1) N
+        {finger}.contact_force_vector (3) N ---> GripForce ---> force  (1) N
 
-    An unknown force, NaN, makes the mean NaN.
+    Friction along a finger hardly changes it, and on two opposed fingers that hold an object it is equal. An unknown
+    force, NaN, makes the mean NaN.
     """
 
     def __init__(self, fingers: Iterable[str]):
         """`fingers` are their names."""
         super().__init__()
-        ports = [f"{name}.contact_force" for name in fingers]
+        ports = [f"{name}.contact_force_vector" for name in fingers]
         for port in ports:
-            self.take(port, 1)
-        self.put_out("force", _mean, *ports, unit="N")
+            self.take(port, 3)
+        self.put_out("force", _mean_closing, *ports, unit="N")
 
 
-def _mean(*forces: Array) -> Array:
+def _mean_closing(*forces: Array) -> Array:
+    """From the forces on the fingers, (..., 3) N in the frames of their bases; (...) N."""
     total = forces[0]
     for others in forces[1:]:
         total = total + others
-    return total / len(forces)
+    return np.asarray(total @ CLOSING / len(forces))
 
 
 class GripForceBound(LeafSystem):

@@ -7,11 +7,11 @@ from soft_gripper.control.grip import GripForce, GripForceBound
 
 
 def grip_force(*forces):
-    """What the block makes of the contact forces of some fingers, N."""
+    """What the block makes of the closing forces of some fingers, N."""
     block = GripForce([f"f{i}" for i in range(len(forces))])
     context = block.CreateDefaultContext()
     for i, force in enumerate(forces):
-        block.GetInputPort(f"f{i}.contact_force").FixValue(context, [force])
+        block.GetInputPort(f"f{i}.contact_force_vector").FixValue(context, [-force, 5.0, -7.0])
     (found,) = block.GetOutputPort("force").Eval(context)
     return found
 

@@ -20,7 +20,7 @@ pytestmark = pytest.mark.slow
 SHARE, TIME = 0.2, 0.4  # s
 PERIOD = 0.01  # s
 FINGERS = ("left_finger", "right_finger")
-LIMIT = 0.65  # N, of the contact force
+LIMIT = 0.65  # N, of the closing force
 GRIP = (
     *("control.set_points=[0.03]", "control.hold=2.5", f"control.force_limit={LIMIT}"),
     *("control.force_gains={kp: 2.0e4, ki: 4.0e5}", "control.gains={kp: 1.0e5, ki: 5.7e6, kd: 17}"),
@@ -33,6 +33,11 @@ NOMINALS = {"aware": "nominal.creep=true", "unaware": "nominal.creep=false"}
 def values(recording: Recording, signal: str, begin: float) -> np.ndarray:
     """A signal of both fingers from a time on, s, (2, T, ...)."""
     return np.array([recording[f"{finger}.{signal}"].sel(time=slice(begin, None)) for finger in FINGERS])
+
+
+def closing(recording: Recording, kind: str, begin: float) -> np.ndarray:
+    """The true or the estimated closing force likewise, (2, T) N."""
+    return recording.forces().data[kind].sel(time=slice(begin, None)).values.T
 
 
 @pytest.fixture(scope="module")
@@ -137,7 +142,7 @@ def test_memory_is_that_of_the_true_angles(free: dict[str, Recording], shipped_f
 
 def test_a_grip_keeps_its_force(grip: dict[str, Recording]) -> None:
     """Within 2 % from the first second on, though the fingers creep all the while; contact is kept."""
-    force = values(grip["aware"], "true_contact_force", 1.2)
+    force = closing(grip["aware"], "true_closing", 1.2)
     assert np.ptp(force) < 0.02 * force.mean()
     assert force.mean() == pytest.approx(LIMIT, rel=0.06)
     assert values(grip["aware"], "contact", 0.5).all()
@@ -145,6 +150,6 @@ def test_a_grip_keeps_its_force(grip: dict[str, Recording]) -> None:
 
 
 def test_who_knows_nothing_of_creep_lets_go(grip: dict[str, Recording]) -> None:
-    """A fifth of the force and more is lost, and none of it is noticed."""
-    assert values(grip["unaware"], "true_contact_force", 2.4).max() < 0.8 * LIMIT
-    assert values(grip["unaware"], "contact_force", 2.4).mean() == pytest.approx(LIMIT, rel=0.05)
+    """A fifth of the force is lost, and none of it is noticed."""
+    assert closing(grip["unaware"], "true_closing", 2.4).max() < 0.81 * LIMIT
+    assert closing(grip["unaware"], "closing", 2.4).mean() == pytest.approx(LIMIT, rel=0.05)
