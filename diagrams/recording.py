@@ -4,6 +4,7 @@ An ArrayBlock computes its outputs at all samples of a recording from its inputs
 block needs no log if its inputs can be traced back to logged ports.
 """
 
+import logging
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache, cached_property
@@ -35,6 +36,7 @@ from soft_gripper.control.task import Phase
 from soft_gripper.diagrams.contact_forces import ContactForces, contact_forces
 from soft_gripper.diagrams.wires import Level
 from soft_gripper.errors import InputError
+from soft_gripper.estimators.finger_shape import ANGLES
 from soft_gripper.files.notes import Note, as_text
 from soft_gripper.files.output import atomic_file
 from soft_gripper.registry import registered
@@ -45,6 +47,9 @@ from soft_gripper.signals import Signal, signal_of
 if TYPE_CHECKING:  # imported when a signal is read or plotted
     import xarray as xr
     from matplotlib.figure import Figure
+
+
+_LOGGER = logging.getLogger(__name__)
 
 
 class Logged(NamedTuple):
@@ -139,7 +144,11 @@ class SignalSources:
 
 
 class Samples(Mapping[str, Array]):
-    """Signals at all samples of a run, (T, size) each, by name; those of blocks are computed when they are read."""
+    """Signals at all samples of a run, (T, size) each, by name; those of blocks are computed when they are read.
+
+    A warning is logged if an estimator left joint angles NaN, as it does without readings, when they, or other signals
+    of the estimate that are NaN, are first read.
+    """
 
     def __init__(self, sources: Mapping[str, Source], time: Array, logged: Mapping[int, Any]):
         """
@@ -151,6 +160,8 @@ class Samples(Mapping[str, Array]):
         self.time, self._sources, self._logged = time, sources, logged
         self._known: dict[Derived, _KnownSteps] = {}  # of blocks, some of whose outputs are not computed yet
         self._computed: dict[Derived, dict[str, Array]] = {}  # outputs of blocks, by name
+        # Names and sources of joint angles that have not been read, by estimate.
+        self._unread = {_estimate_of(s): (name, s) for name, s in sources.items() if name.endswith(f".{ANGLES}")}
 
     def __getitem__(self, name: str) -> Array:
         values: Array = self.values_of(self._sources[name])
@@ -167,7 +178,23 @@ class Samples(Mapping[str, Array]):
         return isinstance(self._sources[name], Logged)
 
     def values_of(self, source: Source) -> Any:
-        """The values of a source at all samples; the steps of a block are kept until its last output is computed."""
+        """The values of a source at all samples."""
+        values, estimate = self._values_of(source), _estimate_of(source)
+        if estimate in self._unread:
+            name, angles = self._unread[estimate]
+            if source == angles or not np.isfinite(values).all():
+                del self._unread[estimate]
+                self._note_missing(name, self._values_of(angles))
+        return values
+
+    def _note_missing(self, name: str, values: Array) -> None:
+        is_missing = ~np.isfinite(values).all(axis=1)
+        if is_missing.any():
+            first, share = float(self.time[is_missing][0]), f"{is_missing.sum()} of {len(is_missing)}"
+            _LOGGER.warning("%s: NaN in %s samples, first at t = %g s", name, share, first)
+
+    def _values_of(self, source: Source) -> Any:
+        """Reads or computes them; the steps of a block are kept until its last output is computed."""
         if isinstance(source, Logged):
             return self._logged[source.number]
         computed = self._computed.setdefault(source.of, {})
@@ -177,6 +204,11 @@ class Samples(Mapping[str, Array]):
             if len(computed) == len(source.of.outputs):
                 del self._known[source.of]
         return computed[source.name]
+
+
+def _estimate_of(source: Source) -> Any:
+    """What the outputs of a block for one finger share; a logged port is by itself."""
+    return source if isinstance(source, Logged) else (source.of.block, source.name.rpartition(".")[0])
 
 
 class _KnownSteps(dict[str, Any]):

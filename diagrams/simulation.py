@@ -27,7 +27,7 @@ from pydrake.systems.framework import Context, Diagram
 from pydrake.systems.primitives import RandomSource
 
 from soft_gripper.cached import kept
-from soft_gripper.diagrams.own_blocks import blamed, check_values, note_missing, own_blocks
+from soft_gripper.diagrams.own_blocks import blamed, check_values, own_blocks
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.diagrams.station_parts import Station
@@ -281,7 +281,6 @@ def _recording(station: Station, context: Context, described: bool) -> Recording
     except (Exception, SystemExit) as failure:  # raised by functions that are called for all samples at once
         raise blamed(station, context, failure) or failure from failure
     check_values(own, recording)
-    note_missing(recording)
     return recording
 
 
