@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-WHEN_USED = {
+WHEN_USED = {  # but for matplotlib itself, which Drake's visualization imports
     *("matplotlib.figure", "matplotlib.axes", "PIL.ImageDraw", "trimesh", "pandas", "xarray", "h5netcdf", "h5py"),
     *("scipy", "scipy.linalg", "scipy.optimize", "scipy.sparse", "scipy.spatial", "scipy.special"),
 }
