@@ -10,10 +10,9 @@ which the finger closes; those of two fingers that hold an object are equal.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-import xarray as xr
 
 from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
@@ -21,6 +20,9 @@ from soft_gripper.estimators.estimate import CLOSING
 from soft_gripper.estimators.force_posterior import INTERVAL, NOTHING
 from soft_gripper.estimators.plane import in_base
 from soft_gripper.files.row_table import UNKNOWN, table_text
+
+if TYPE_CHECKING:  # imported when a signal is read
+    import xarray as xr
 
 _TRUE, _ESTIMATED = "true_transverse_force", "transverse_force"
 _ONE_OF = "the recording has neither; record.truth: all records the true force, estimator.type: contact estimates it"
@@ -84,7 +86,7 @@ class ContactForces:
     or where no single force explains the readings.
     """
 
-    data: xr.Dataset
+    data: "xr.Dataset"
 
     def at(self, time: float | None = None) -> list[FingerForce]:
         """The force on each finger at the sample nearest to a time, s; None: the last.
@@ -108,7 +110,7 @@ class ContactForces:
         return [self._row(now.isel(finger=finger)) for finger in range(now.sizes["finger"])]
 
     @staticmethod
-    def _row(now: xr.Dataset) -> FingerForce:
+    def _row(now: "xr.Dataset") -> FingerForce:
         values = {name: float(now[name]) for name in _UNITS}
         forces = (value for name, value in values.items() if _UNITS[name] == "N")
         locations = (1e3 * value for name, value in values.items() if _UNITS[name] == "m")
@@ -119,12 +121,14 @@ class ContactForces:
         return forces_text(self.at())
 
 
-def contact_forces(data: xr.Dataset) -> ContactForces:
+def contact_forces(data: "xr.Dataset") -> ContactForces:
     """The contact forces in the signals of a recording.
 
     Raises:
         InputError: if no contact force was recorded, true or estimated.
     """
+    import xarray as xr
+
     owners = dict.fromkeys(str(name).rpartition(".")[0] for name in data if _kind(name) in (_TRUE, _ESTIMATED))
     fingers = [owner for owner in owners if "." not in owner]  # others are further estimates, of `alongside`
     if not fingers:
@@ -146,7 +150,7 @@ def _kind(name: object) -> str:
     return str(name).rpartition(".")[2]
 
 
-def _of_finger(data: xr.Dataset, finger: str) -> dict[str, Array]:
+def _of_finger(data: "xr.Dataset", finger: str) -> dict[str, Array]:
     """The variables of one finger, (T) each."""
 
     def signal(name: str) -> Array:

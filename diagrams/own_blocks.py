@@ -1,6 +1,5 @@
 """Errors of user blocks in a run, as one line: which function made the block, which port, and when."""
 
-import logging
 from collections.abc import Iterable, Iterator
 from types import FrameType
 from typing import NamedTuple
@@ -18,8 +17,6 @@ from soft_gripper.errors import InputError, described
 from soft_gripper.estimators.finger_shape import ANGLES
 from soft_gripper.registry import is_own, label, module_of
 from soft_gripper.scenario.sensor_presets import sensor_layout
-
-_LOGGER = logging.getLogger(__name__)
 
 
 class OwnBlock(NamedTuple):
@@ -133,15 +130,6 @@ def check_values(blocks: Iterable[OwnBlock], recording: Recording) -> None:
             raise own.error(
                 own.port, f"is {values[sample, entry]} in entry {entry} at t = {time:.6g} s; output finite numbers"
             )
-
-
-def note_missing(recording: Recording) -> None:
-    """Logs a warning if an estimator has produced NaN shapes, as it does without readings."""
-    for name in filter(lambda name: name.endswith(f".{ANGLES}"), recording.signals):
-        is_missing = np.asarray(~np.isfinite(_flat(recording[name].values)).all(axis=1))
-        if is_missing.any():
-            first, share = float(recording["time"].values[is_missing][0]), f"{is_missing.sum()} of {len(is_missing)}"
-            _LOGGER.warning("%s: NaN in %s samples, first at t = %g s", name, share, first)
 
 
 def _flat(values: Array) -> Array:

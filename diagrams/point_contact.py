@@ -22,8 +22,6 @@ from pydrake.geometry import (
 )
 from pydrake.multibody.plant import MultibodyPlant
 
-from soft_gripper.model_import.convex_parts import convex_parts
-
 _RIGID = 1e12  # N/m, of what touches a finger: the skin alone gives way
 _MATERIAL, _STIFFNESS = "material", "point_contact_stiffness"
 _HYDROELASTIC = "hydroelastic"
@@ -64,6 +62,8 @@ def _add_parts(
     plant: MultibodyPlant, scene_graph: SceneGraph, geometry: GeometryId, mesh: Mesh, skins: set[GeometryId]
 ) -> None:
     """Adds convex parts to the body of a mesh, which fingers touch in place of the mesh."""
+    from soft_gripper.model_import.convex_parts import convex_parts
+
     inspector = scene_graph.model_inspector()
     body = plant.GetBodyFromFrameId(inspector.GetFrameId(geometry))
     pose, properties = inspector.GetPoseInFrame(geometry), _properties(scene_graph, geometry)

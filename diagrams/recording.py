@@ -4,17 +4,16 @@ An ArrayBlock computes its outputs at all samples of a recording from its inputs
 block needs no log if its inputs can be traced back to logged ports.
 """
 
+import logging
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache, cached_property
 from importlib.metadata import version
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-import xarray as xr
-from matplotlib.figure import Figure
 from pydrake.common.value import AbstractValue
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import (
@@ -29,18 +28,15 @@ from pydrake.systems.framework import (
     System,
 )
 from pydrake.systems.primitives import Multiplexer, VectorLogSink
-from xarray.backends import BackendArray
-from xarray.core import indexing
 
 from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array
 from soft_gripper.cached import Cached
 from soft_gripper.control.task import Phase
 from soft_gripper.diagrams.contact_forces import ContactForces, contact_forces
-from soft_gripper.diagrams.recording_figure import signals_figure
-from soft_gripper.diagrams.recording_file import read_netcdf, write_netcdf
 from soft_gripper.diagrams.wires import Level
 from soft_gripper.errors import InputError
+from soft_gripper.estimators.finger_shape import ANGLES
 from soft_gripper.files.notes import Note, as_text
 from soft_gripper.files.output import atomic_file
 from soft_gripper.registry import registered
@@ -48,6 +44,13 @@ from soft_gripper.scenario.scenario_file import dump_scenario
 from soft_gripper.scenario.schema import Scenario
 from soft_gripper.signals import Signal, signal_of
 from soft_gripper.steps import TIME
+
+if TYPE_CHECKING:  # imported when a signal is read or plotted
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+
+_LOGGER = logging.getLogger(__name__)
 
 
 class Logged(NamedTuple):
@@ -142,7 +145,11 @@ class SignalSources:
 
 
 class Samples(Mapping[str, Array]):
-    """Signals at all samples of a run, (T, size) each, by name; those of blocks are computed when they are read."""
+    """Signals at all samples of a run, (T, size) each, by name; those of blocks are computed when they are read.
+
+    A warning is logged if an estimator left joint angles NaN, as it does without readings, when they, or other signals
+    of the estimate that are NaN, are first read.
+    """
 
     def __init__(self, sources: Mapping[str, Source], time: Array, logged: Mapping[int, Any]):
         """
@@ -154,6 +161,8 @@ class Samples(Mapping[str, Array]):
         self.time, self._sources, self._logged = time, sources, logged
         self._known: dict[Derived, _KnownSteps] = {}  # of blocks, some of whose outputs are not computed yet
         self._computed: dict[Derived, dict[str, Array]] = {}  # outputs of blocks, by name
+        # Names and sources of joint angles that have not been read, by estimate.
+        self._unread = {_estimate_of(s): (name, s) for name, s in sources.items() if name.endswith(f".{ANGLES}")}
 
     def __getitem__(self, name: str) -> Array:
         values: Array = self.values_of(self._sources[name])
@@ -170,7 +179,23 @@ class Samples(Mapping[str, Array]):
         return isinstance(self._sources[name], Logged)
 
     def values_of(self, source: Source) -> Any:
-        """The values of a source at all samples; the steps of a block are kept until its last output is computed."""
+        """The values of a source at all samples."""
+        values, estimate = self._values_of(source), _estimate_of(source)
+        if estimate in self._unread:
+            name, angles = self._unread[estimate]
+            if source == angles or not np.isfinite(values).all():
+                del self._unread[estimate]
+                self._note_missing(name, self._values_of(angles))
+        return values
+
+    def _note_missing(self, name: str, values: Array) -> None:
+        is_missing = ~np.isfinite(values).all(axis=1)
+        if is_missing.any():
+            first, share = float(self.time[is_missing][0]), f"{is_missing.sum()} of {len(is_missing)}"
+            _LOGGER.warning("%s: NaN in %s samples, first at t = %g s", name, share, first)
+
+    def _values_of(self, source: Source) -> Any:
+        """Reads or computes them; the steps of a block are kept until its last output is computed."""
         if isinstance(source, Logged):
             return self._logged[source.number]
         computed = self._computed.setdefault(source.of, {})
@@ -180,6 +205,11 @@ class Samples(Mapping[str, Array]):
             if len(computed) == len(source.of.outputs):
                 del self._known[source.of]
         return computed[source.name]
+
+
+def _estimate_of(source: Source) -> Any:
+    """What the outputs of a block for one finger share; a logged port is by itself."""
+    return source if isinstance(source, Logged) else (source.of.block, source.name.rpartition(".")[0])
 
 
 class _KnownSteps(dict[str, Any]):
@@ -326,7 +356,7 @@ class Recording:
     run, see `provenance`. Signals that follow from others are computed when they are first read.
     """
 
-    data: xr.Dataset
+    data: "xr.Dataset"
 
     @property
     def signals(self) -> list[str]:
@@ -336,7 +366,7 @@ class Recording:
     def __contains__(self, signal: str) -> bool:
         return signal in self.data
 
-    def __getitem__(self, signal: str) -> xr.DataArray:
+    def __getitem__(self, signal: str) -> "xr.DataArray":
         """A signal.
 
         Raises:
@@ -362,6 +392,8 @@ class Recording:
         if write is not None:
             write(self.data, file)
             return
+        from soft_gripper.diagrams.recording_file import write_netcdf
+
         with atomic_file(file) as partial:
             write_netcdf(self.data, partial)
 
@@ -372,6 +404,8 @@ class Recording:
         Raises:
             InputError: if the file does not exist, is not netCDF 3 or 4, or is damaged.
         """
+        from soft_gripper.diagrams.recording_file import read_netcdf
+
         return Recording(read_netcdf(Path(path)))
 
     def forces(self) -> ContactForces:
@@ -385,7 +419,7 @@ class Recording:
         """
         return contact_forces(self.data)
 
-    def plot(self, *signals: str) -> Figure:
+    def plot(self, *signals: str) -> "Figure":
         """Plots signals over time, one below the other, with a line for each entry of a vector.
 
         Each unit of a signal has a panel, in mm, kPa and degrees; states are bands with their meanings.
@@ -393,6 +427,8 @@ class Recording:
         Raises:
             InputError: if a signal was not recorded.
         """
+        from soft_gripper.diagrams.recording_figure import signals_figure
+
         return signals_figure([self[signal] for signal in signals])
 
 
@@ -409,33 +445,6 @@ def read_logs(logs: SignalLogs, root_context: Context, about: Mapping[str, str] 
     return recording
 
 
-class _Computed(BackendArray):
-    """The values of a signal, computed when they are read; xarray asks for them, and keeps them."""
-
-    dtype = np.dtype(float)
-
-    def __init__(self, samples: Samples, name: str, shape: tuple[int, ...]):
-        self.shape, self._samples, self._name = shape, samples, name
-
-    @property
-    def cached(self) -> Any:
-        """An array of xarray that computes them once, and can be written to."""
-        lazy: Any = indexing.LazilyIndexedArray(self)
-        written_to = indexing.CopyOnWriteArray(lazy)
-        return indexing.MemoryCachedArray(written_to)  # type: ignore[no-untyped-call]
-
-    def __getitem__(self, key: indexing.ExplicitIndexer) -> Array:
-        values = self._samples[self._name].reshape(self.shape)
-        found: Array = indexing.explicit_indexing_adapter(
-            key, self.shape, indexing.IndexingSupport.BASIC, values.__getitem__
-        )
-        return found
-
-    def __reduce__(self) -> Any:
-        """A copy, in another process too, has the values."""
-        return indexing.NumpyIndexingAdapter, (self._samples[self._name].reshape(self.shape),)
-
-
 @dataclass(frozen=True, eq=False)
 class Labels:
     """The axes of a signal in a recording."""
@@ -445,8 +454,10 @@ class Labels:
     attributes: Mapping[str, Any]
 
     @cached_property
-    def indexed(self) -> xr.Coordinates:
+    def indexed(self) -> "xr.Coordinates":
         """The `coords` with their indexes, made once for all recordings that have this signal."""
+        import xarray as xr
+
         return xr.Dataset(coords=self.coords).coords
 
 
@@ -463,85 +474,11 @@ def labels_of(signals: Mapping[str, Signal]) -> dict[str, Labels]:
     return found
 
 
-class _OfSamples(Recording):
-    """The recording of a run: a signal is labelled when it is read, and all are when the dataset is."""
-
-    def __init__(self, labels: Mapping[str, Labels], samples: Samples, about: Mapping[str, str]):
-        own = {"_labels": labels, "_samples": samples, "_about": about, "_read": dict[str, xr.DataArray]()}
-        self.__dict__.update(own)  # its class is frozen
-        self._read[_TIME] = xr.DataArray(samples.time, {_TIME: self._time}, [_TIME], name=_TIME, attrs=_SECONDS)
-
-    _labels: Mapping[str, Labels]
-    _samples: Samples
-    _about: Mapping[str, str]
-    _read: dict[str, xr.DataArray]
-
-    @cached_property
-    def data(self) -> xr.Dataset:
-        """All signals."""
-        variables, coords = {}, {_TIME: self._time}
-        for name, labels in self._labels.items():
-            variables[name] = self._read[name].variable if name in self._read else self._variable(name)
-            coords |= labels.coords
-        found = xr.Dataset(variables, coords, dict(self._about))
-        for name in ("_labels", "_samples", "_about", "_read"):  # once the dataset is loaded, nothing keeps the blocks
-            del self.__dict__[name]
-        return found
-
-    @property
-    def signals(self) -> list[str]:
-        """See Recording."""
-        return super().signals if "data" in self.__dict__ else list(self._labels)
-
-    def __contains__(self, signal: str) -> bool:
-        if "data" in self.__dict__:
-            return signal in self.data
-        return (
-            signal in self._labels
-            or signal in self._read
-            or any(signal in each.coords for each in self._labels.values())
-        )
-
-    def __getitem__(self, signal: str) -> xr.DataArray:
-        if "data" in self.__dict__ or not (signal in self._labels or signal in self._read):
-            return super().__getitem__(signal)
-        if signal not in self._read:
-            own, time = self._labels[signal].indexed, self._read[_TIME]
-            coords, indexes = {**time.coords.variables, **own.variables}, {**time.xindexes, **own.xindexes}
-            # What is known to fit is not checked again, which takes a third of the time to judge a short run.
-            self._read[signal] = xr.DataArray(
-                self._variable(signal), coords, None, signal, None, indexes, fastpath=True
-            )
-        return self._read[signal]
-
-    def values(self, signal: str) -> Array:
-        """See Recording; a sweep that judges short runs spends a tenth of that time on labels."""
-        if "data" in self.__dict__ or signal in self._read or signal not in self._labels:
-            return super().values(signal)
-        return self._samples[signal].reshape(self._shape(signal))
-
-    def __reduce__(self) -> Any:
-        return Recording, (self.data,)
-
-    @property
-    def _time(self) -> tuple[str, Array, Mapping[str, str]]:
-        return _TIME, self._samples.time, _SECONDS
-
-    def _shape(self, name: str) -> tuple[int, ...]:
-        return len(self._samples.time), *map(len, self._labels[name].axes.values())
-
-    def _variable(self, name: str) -> xr.Variable:
-        labels, samples, shape = self._labels[name], self._samples, self._shape(name)
-        values = samples[name].reshape(shape) if samples.is_logged(name) else _Computed(samples, name, shape).cached
-        return xr.Variable([_TIME, *labels.axes], values, labels.attributes)
-
-
-_TIME, _SECONDS = "time", {"units": "s"}
-
-
 def make_recording(labels: Mapping[str, Labels], samples: Samples, about: Mapping[str, str] | None = None) -> Recording:
     """Labels the samples of signals, which are computed when they are read; `about` as for `read_logs`."""
-    return _OfSamples(labels, samples, about or {})
+    from soft_gripper.diagrams.sampled_recording import SampledRecording
+
+    return SampledRecording(labels, samples, about or {})
 
 
 def _axis_names(signals: Mapping[str, Signal]) -> dict[tuple[str, str], str]:

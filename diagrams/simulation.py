@@ -27,11 +27,10 @@ from pydrake.systems.framework import Context, Diagram
 from pydrake.systems.primitives import RandomSource
 
 from soft_gripper.cached import kept
-from soft_gripper.diagrams.own_blocks import blamed, check_values, note_missing, own_blocks
+from soft_gripper.diagrams.own_blocks import blamed, check_values, own_blocks
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.diagrams.station_parts import Station
-from soft_gripper.diagrams.view.meshcat_view import PERIOD
 from soft_gripper.diagrams.wiring.sensors import RANDOM
 from soft_gripper.errors import InputError, SimulationDivergedError
 from soft_gripper.files.text import read_bytes
@@ -255,6 +254,8 @@ def run_to_end(station: Station, meshcat: Meshcat | None = None, progress: Progr
     check_closed(station)
     simulator = make_simulator(station)
     if meshcat is not None:
+        from soft_gripper.diagrams.view.meshcat_view import PERIOD
+
         meshcat.StartRecording(frames_per_second=1 / PERIOD)
     if progress is not None:
         simulator.set_monitor(_monitor(progress))
@@ -284,7 +285,6 @@ def _recording(station: Station, context: Context, described: bool) -> Recording
     except (Exception, SystemExit) as failure:  # raised by functions that are called for all samples at once
         raise blamed(station, context, failure) or failure from failure
     check_values(own, recording)
-    note_missing(recording)
     return recording
 
 

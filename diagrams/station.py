@@ -10,7 +10,6 @@ from soft_gripper.diagrams.private_run import keep_what_is_read
 from soft_gripper.diagrams.recording import SignalLogs, add_logs
 from soft_gripper.diagrams.scene import add_plant
 from soft_gripper.diagrams.station_parts import Station, StationParts
-from soft_gripper.diagrams.view.meshcat_view import add_meshcat_view
 from soft_gripper.diagrams.wiring.drive import add_pressure_drive
 from soft_gripper.diagrams.wiring.plant_signals import add_plant_signals
 from soft_gripper.diagrams.wiring.sensing import SensingConfig, add_sensing
@@ -152,6 +151,8 @@ def add_station(
         wrenches = scenario.record.truth != "none"
         station.signals |= add_plant_signals(builder, scene, free, arm, wrenches)
         if meshcat is not None:
+            from soft_gripper.diagrams.view.meshcat_view import add_meshcat_view
+
             add_meshcat_view(
                 builder,
                 scene,

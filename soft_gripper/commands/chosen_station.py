@@ -1,4 +1,4 @@
-"""The scenario given by the options of a command, and its station."""
+"""The station of the scenario that a command is given."""
 
 import argparse
 import sys
@@ -8,22 +8,14 @@ from pydrake.geometry import Meshcat
 from soft_gripper.diagrams.station import make_private_station, make_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.errors import InputError
-from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.schema import Scenario
 
 _MANY_MODELS = 30  # models; Drake reads a few per second
 
 
-def chosen_scenario(options: argparse.Namespace) -> Scenario:
-    """The scenario, with all overrides applied."""
-    given = {"sensor.sections": options.sections, "engine": getattr(options, "engine", None)}
-    own = [f"{key}={value}" for key, value in given.items() if value is not None]
-    return load_scenario(options.scenario, [*options.set, *own])
-
-
 def chosen_station(options: argparse.Namespace) -> Station:
-    """The station of that scenario, to be run."""
-    return station_of(options.scenario, chosen_scenario(options), is_private=True)
+    """The station of the scenario in the options, to be run."""
+    return station_of(options.scenario, options.chosen_scenario, is_private=True)
 
 
 def station_of(name: str, scenario: Scenario, meshcat: Meshcat | None = None, *, is_private: bool = False) -> Station:

@@ -5,9 +5,10 @@ import io
 import os
 import sys
 import traceback
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from importlib import import_module
+from types import ModuleType
 
 from soft_gripper.commands.console import Console
 from soft_gripper.commands.options import Command, ExitCode, Program
@@ -26,11 +27,10 @@ def dispatch(arguments: Sequence[str] | None = None, program: Program = SOFT_GRI
     try:
         with waiting():
             options = _parsed(arguments, program)
-            run = _loaded(options.command)
         options.console = Console(getattr(options, "quiet", False), getattr(options, "json", False))
         with printed_as_notes():
             with options.console.speaking():
-                code = ExitCode(run(options) or ExitCode.DONE)
+                code = ExitCode(_run(options) or ExitCode.DONE)
             sys.stdout.flush()
         return code
     except (InputError, SimulationDivergedError, WorkerDiedError) as error:
@@ -87,15 +87,23 @@ def _elsewhere() -> Iterator[None]:
         os.close(here)
 
 
-def _loaded(command: Command) -> Callable[[argparse.Namespace], int | None]:
-    """The function that runs a command."""
+def _run(options: argparse.Namespace) -> int | None:
+    """Runs a command; its module is imported after its scenario is checked, so that a mistake is answered at once."""
+    if hasattr(options, "sections") and not hasattr(options, "vary"):  # a sweep checks scenarios with what it varies
+        chosen = _loaded(options.command, "soft_gripper.commands.chosen_scenario")
+        options.chosen_scenario = chosen.chosen_scenario(options)
+    code: int | None = _loaded(options.command, options.command.module).run(options)
+    return code
+
+
+def _loaded(command: Command, module: str) -> ModuleType:
+    """A module that a command needs."""
     try:
-        with _elsewhere():
-            run: Callable[[argparse.Namespace], int | None] = import_module(command.module).run
+        with waiting(), _elsewhere():
+            return import_module(module)
     except ImportError as error:
         expected = f"cannot be loaded (out of memory?): {first_line(error)}"
-        raise InputError(command.name, "module", command.module, expected) from None
-    return run
+        raise InputError(command.name, "module", module, expected) from None
 
 
 def _traceback(error: Exception, options: argparse.Namespace) -> str:

@@ -4,7 +4,7 @@ import argparse
 import os
 import sys
 from collections.abc import Sequence
-from contextlib import nullcontext
+from contextlib import AbstractContextManager, nullcontext
 from itertools import chain, count
 from pathlib import Path
 from typing import Any
@@ -15,20 +15,16 @@ from soft_gripper.commands.changes import changes_line
 from soft_gripper.commands.chosen_station import chosen_station
 from soft_gripper.commands.console import Console
 from soft_gripper.commands.printing import print_grasps, print_phases, print_poses, print_slips, print_truth
-from soft_gripper.commands.viewing import viewed
 from soft_gripper.control.task import Outcome
 from soft_gripper.diagrams.contact_forces import forces_text
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.simulation import check_closed, run_station
 from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.diagrams.station_parts import Station
-from soft_gripper.diagrams.view.meshcat_view import hidden_meshcat, write_animation
 from soft_gripper.errors import InputError
 from soft_gripper.files.output import atomic_file, check_file, lock_folder
 from soft_gripper.files.row_table import print_rows
 from soft_gripper.files.text import read_text
-from soft_gripper.pictures.phases import phases_figure
-from soft_gripper.pictures.video import check_video, write_video
 from soft_gripper.registry import registered
 from soft_gripper.runs.scores.contact_forces import (
     DRAWN_FORCES,
@@ -63,20 +59,31 @@ from soft_gripper.sensors.observability import observability
 
 def run(options: argparse.Namespace) -> int:
     """Runs the command."""
+    success_criteria(options.chosen_scenario)  # a wrong one is reported before anything is built
     name, station = Path(options.scenario).stem, chosen_station(options)
     scenario = station.scenario
     check_closed(station)
-    success_criteria(scenario)  # a wrong one is reported before the run
     out = run_folder(options.out, name, scenario)
     read = files_read(options.scenario, scenario)
     _check_files(options, read)
     lock_folder(out, [] if fits(out, scenario) else ["scenario.yaml"], read)
-    meshcat = hidden_meshcat() if options.meshcat or options.html else None
-    if meshcat is not None:
+    meshcat = None
+    if options.meshcat or options.html:
+        from soft_gripper.diagrams.view.meshcat_view import hidden_meshcat
+
+        meshcat = hidden_meshcat()
         station = make_private_station(scenario, meshcat)
-    with viewed(meshcat, options.host) if meshcat is not None and options.meshcat else nullcontext():
+    with _viewed(options, meshcat):
         recording = _simulated(options, name, station, meshcat, out)
     return 0 if station.task is None or outcome(recording) == Outcome.DONE else 1
+
+
+def _viewed(options: argparse.Namespace, meshcat: Meshcat | None) -> AbstractContextManager[None]:
+    if meshcat is None or not options.meshcat:
+        return nullcontext()
+    from soft_gripper.commands.viewing import viewed
+
+    return viewed(meshcat, options.host)
 
 
 def _simulated(
@@ -96,9 +103,13 @@ def _simulated(
         recording.save(options.mcap)
         written.append(options.mcap)
     if meshcat is not None and options.html is not None:
+        from soft_gripper.diagrams.view.meshcat_view import write_animation
+
         write_animation(meshcat, options.html)
         written.append(options.html)
     if options.video is not None:
+        from soft_gripper.pictures.video import write_video
+
         with console.progress("film", float(recording.data["time"][-1])) as progress:
             write_video(options.video, scenario, recording, progress)
         written.append(options.video)
@@ -162,6 +173,8 @@ def fits(folder: Path, scenario: Scenario) -> bool:
 def _check_files(options: argparse.Namespace, read: Sequence[str]) -> None:
     """Checks, before the run starts, that all requested files can be written and that no input file is overwritten."""
     if options.video is not None:
+        from soft_gripper.pictures.video import check_video
+
         check_video(options.video)
     for file in (options.video, options.html, options.mcap):
         if file is not None:
@@ -247,6 +260,8 @@ def _write_scores(
 ) -> list[str]:
     """Writes and prints the table that suits the scenario; returns the files."""
     if station.task is not None:
+        from soft_gripper.pictures.phases import phases_figure
+
         phases = phase_table(station, recording)
         assert station.scenario.task is not None
         is_true = station.scenario.record.truth == "all"

@@ -53,13 +53,10 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import nnls
-from scipy.sparse import csr_array
-from scipy.special import chdtri
 
 from soft_gripper.arrays import Array
 from soft_gripper.estimators.batches import Later, in_parts, shared
@@ -83,6 +80,9 @@ from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.estimators.zeroing import Zeroing
 from soft_gripper.fingers.spatial_chain import Posture, vector_product
 from soft_gripper.sensors.measurement import UNKNOWN, MeasurementModel
+
+if TYPE_CHECKING:  # imported where it is made
+    from scipy.sparse import csr_array
 
 _CHANCE = 1e-3  # probability that noise alone exceeds the noise level
 _HEAVIEST = 96  # cells, over which means are taken
@@ -214,14 +214,14 @@ class SurfaceContact:
         return Cells(changes[..., 0, :], spreads, surface.place, surface.side, surface.prior, surface.angle)
 
     @cached_property
-    def _by_wrench(self) -> csr_array:
+    def _by_wrench(self) -> "csr_array":
         """The wrenches of all cells as one matrix, (C (1 + 2 T), 6 L), of what wrenches on the links do."""
         wrenches = self.surface.wrenches
         rows, links = wrenches.reshape(-1, 6), self.surface.link.repeat(wrenches.shape[1])
         return _sparse(rows, links, len(self.mechanics.links))
 
     @cached_property
-    def _by_moment(self) -> csr_array:
+    def _by_moment(self) -> "csr_array":
         """The straddled moments likewise, (C, 3 X), of what moments do at the joint and on the link of each pair."""
         link, _, number = self.surface.pairs
         return _sparse(self.surface.straddled, number, len(link))
@@ -340,6 +340,8 @@ class SurfaceContact:
 
     def _several(self, k: int, side: int, explained: Explained) -> _Several:
         """The forces on a side that explain sample k best."""
+        from scipy.optimize import nnls
+
         left, _, found, _, _ = explained
         surface, assumed = self.surface, self.mechanics.uncertainty
         smooth = np.flatnonzero(self._smooth_places & (surface.side == side))
@@ -557,6 +559,8 @@ class ContactShape:
 
 def _most_of_noise(read: Array) -> Array:
     """Misfit threshold for noise, (...), by the number of values that are read."""
+    from scipy.special import chdtri
+
     return np.asarray(chdtri(np.maximum(read, 1), _CHANCE))
 
 
@@ -675,14 +679,16 @@ def _stated(contact: ContactForce, free: NDArray[np.bool_], unknown: NDArray[np.
     return ContactForce(*(of(np.asarray(value), nothing) for value, nothing in zip(contact, without, strict=True)))
 
 
-def _sparse(rows: Array, blocks: NDArray[np.int_], count: int) -> csr_array:
+def _sparse(rows: Array, blocks: NDArray[np.int_], count: int) -> "csr_array":
     """A matrix of rows (M, n), each in one of `count` blocks of n columns."""
+    from scipy.sparse import csr_array
+
     M, n = rows.shape
     indices = (n * blocks[:, None] + np.arange(n)).ravel()
     return csr_array((rows.ravel(), indices, n * np.arange(M + 1)), shape=(M, n * count))
 
 
-def _product(matrix: csr_array, values: Array) -> Array:
+def _product(matrix: "csr_array", values: Array) -> Array:
     """A sparse matrix, (M, B n), times (..., B, n, S)."""
     flat = np.moveaxis(values, (-3, -2), (0, 1))
     found = np.asarray(matrix @ flat.reshape(matrix.shape[1], -1))

@@ -50,8 +50,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import nnls
-from scipy.special import chdtri, exp1, ndtr
 
 from soft_gripper.arrays import Array
 from soft_gripper.estimators.batches import Later
@@ -199,6 +197,8 @@ def contact_posterior(
         moving: 1 where a free finger in motion may have the bends, else 0, (...).
         several: where each of several forces may act, if not in the cells of one.
     """
+    from scipy.special import chdtri
+
     r, cells, fits, chi_squared = found[1:]
     largest = forces.largest
     several = cells if several is None else several.whitened(found.whitening)
@@ -313,6 +313,8 @@ def _places(chi_squared: Array, ends: Array) -> Array:
 
 def _several(r: Array, cells: Cells, beyond: NDArray[np.bool_], most_of_noise: Array, largest: float) -> Array:
     """The bound of the sum of several forces on one side, in the cells `beyond`, (...) N."""
+    from scipy.optimize import nnls
+
     response = np.broadcast_to(cells.response, (*r.shape[:-1], *cells.response.shape[-2:]))
     beyond = beyond & ~_between(response, cells)
     sides = [response[..., beyond & (cells.side == side), :] for side in np.unique(cells.side)]
@@ -342,6 +344,8 @@ def _largest_sum(columns: Array, forces: Array, r: Array, level: float, largest:
     above zero. While these are the same, e is linear in m, and the level gives m. Which are above zero is found by
     least squares with this m; the first ones are the `forces` that fit best.
     """
+    from scipy.optimize import nnls
+
     sizes = np.abs(columns).max(axis=0)
     low, high, most = 0.0, np.inf, _STRONGLY * sizes.max() + _TINY
     for _ in range(_MOST_SETS):
@@ -451,6 +455,8 @@ class Believed(NamedTuple):
 
 def believed(found: FittedCells, read: Array, forces: Forces) -> Believed:
     """The posterior of forces that are fitted in every cell, of sections or sensors of which (...) are read."""
+    from scipy.special import chdtri
+
     fits, cells = found.fits, found.cells
     misfit = found.chi_squared.min(axis=-1) / chdtri(np.maximum(read - 2, 1), _CHANCE)
     scale = np.maximum(misfit, 1.0)[..., None]
@@ -476,6 +482,8 @@ def _moments(force: Array, std: Array) -> tuple[Array, Array, Array]:
 
     Integrals by 1 / F, 1 and F; the first from the others, by the variance.
     """
+    from scipy.special import ndtr
+
     above = np.maximum(ndtr(force / std), _TINY)
     moment = np.maximum(force * above + std * np.exp(-((force / std) ** 2) / 2) / np.sqrt(2 * np.pi), _TINY)
     inverse = above**2 / moment * (1 + np.minimum(std * above / moment, _WIDE) ** 2)
@@ -512,6 +520,8 @@ def _masses_of(posterior: Believed, largest: float) -> list[_Masses]:
 
 def _probability(found: FittedCells, posterior: Believed, masses: list[_Masses], forces: Forces, scale: Array) -> Array:
     """The probability of contact, (...), with variances scaled, (...)."""
+    from scipy.special import exp1
+
     nothing, largest, best = (found.r**2).sum(axis=-1), forces.largest, posterior.heights.max(axis=-1)
     evidence = np.reshape([np.sqrt(2 * np.pi) * each.total for each in masses], best.shape)
     of_prior = (exp1((largest / 10**_DECADES / forces.usual) ** 2 / 2) - exp1((largest / forces.usual) ** 2 / 2)) / 2
@@ -559,6 +569,8 @@ def _interval(upto: Array, edges: Array) -> Array:
 
 def _integrals(weights: Array, forces: Array, stds: Array, edges: Array) -> Array:
     """Integrals of the cells' densities over F, from the first edge up to each, (E)."""
+    from scipy.special import ndtr
+
     below = ndtr((edges[:, None] - forces) / stds) @ weights
     between = np.maximum(np.diff(below), 0) / np.sqrt(edges[1:] * edges[:-1])
     return np.concatenate([[0.0], between.cumsum()])

@@ -25,7 +25,6 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import expm
 
 from soft_gripper.arrays import Array
 from soft_gripper.estimators.mechanics import Mechanics, outer
@@ -116,6 +115,8 @@ class FreeMotion:
     @cached_property
     def _transition(self) -> Array:
         """Over a period, of distances from rest and rates, (2 D, 2 D)."""
+        from scipy.linalg import expm
+
         finger, ways = self.mechanics.layout.finger, self.mechanics.layout.ways
         pull = np.linalg.solve(finger.mass_matrix(ways), np.diag(self.mechanics.stiffness))
         nothing, one = np.zeros_like(pull), np.eye(len(pull))

@@ -73,7 +73,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import chdtri
 
 from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array
@@ -177,6 +176,8 @@ class RecursiveShape:
 
         Where driving torque or gravity is not finite, so are the joints, and the readings teach nothing.
         """
+        from scipy.special import chdtri
+
         layout, mechanics = self.layout, self.mechanics
         is_driven = np.isfinite((driving**2).sum(axis=-1) + (gravity**2).sum(axis=-1))[..., None]
         if not is_driven.all():
@@ -563,6 +564,8 @@ def _row(away: Away | None) -> Array:
 @cache
 def _limits(readings: int) -> Array:
     """Thresholds of normalised differences: where a load begins, where it ends, and where it is present at once."""
+    from scipy.special import chdtri
+
     limits: Array = chdtri(readings, [0.01, 0.1, 1e-4])
     return limits
 

@@ -17,8 +17,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.linalg import spsolve
 
 from soft_gripper.arrays import Array
 
@@ -99,6 +97,9 @@ def _elements(modulus: Array, x: Array, y: Array) -> tuple[float, Array, Array]:
 
 def _warping_energy(corners: NDArray[np.int_], stiffness: Array, load: Array, rows: int) -> float:
     """The energy that warping saves, N m^2; `corners` number the places, `rows` of which lie along y."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.linalg import spsolve
+
     places, nodes = np.unique(np.where(corners % rows, corners, -1), return_inverse=True)
     nodes = nodes.reshape(corners.shape) - 1  # -1: where it does not warp
     free = len(places) - 1

@@ -18,7 +18,6 @@ from pydrake.multibody.plant import CoulombFriction
 
 from soft_gripper.errors import InputError
 from soft_gripper.model_import.added_model import AddedModel
-from soft_gripper.model_import.convex_parts import CONVEX, hull_excess
 
 # Drake's names of properties.
 _FRICTION = "material", "coulomb_friction"
@@ -57,5 +56,7 @@ def touch_at_surfaces(model: AddedModel) -> None:
 
 
 def _is_convex(mesh: Mesh) -> bool:
+    from soft_gripper.model_import.convex_parts import CONVEX, hull_excess
+
     path = Path(mesh.source().path())
     return hull_excess(path, path.stat().st_mtime_ns) * CONVEX <= 1

@@ -11,11 +11,9 @@ from pathlib import Path
 from soft_gripper.errors import InputError
 from soft_gripper.files.notes import LEFT_OUT
 from soft_gripper.files.xml_text import DRAKE, MOST, finite_numbers, joint_end, number
-from soft_gripper.model_import.convex_parts import note_hull
 from soft_gripper.model_import.imported_model import ImportOptions, Mimic
 from soft_gripper.model_import.link_inertia import massless, repair_inertia
 from soft_gripper.model_import.mesh_checks import check_mesh_file
-from soft_gripper.model_import.mesh_files import converted, outward
 from soft_gripper.model_import.mesh_names import is_known_package, mesh_file
 from soft_gripper.model_import.model_file import ModelFile
 
@@ -248,6 +246,8 @@ def convert_meshes(model: ModelFile, to_convex: bool) -> None:
                 if not is_known_package(name):
                     file, origin = _find(model, shape, mesh)
                     if to_hull:
+                        from soft_gripper.model_import.convex_parts import note_hull
+
                         note_hull(model, link.get("name", ""), file, origin)
 
 
@@ -262,6 +262,8 @@ def _mesh_name(mesh: ET.Element) -> str:
 
 def _find(model: ModelFile, shape: ET.Element, mesh: ET.Element) -> tuple[Path, Path]:
     """Gives a mesh of a shape a file that Drake reads, and returns it and the one that the model names."""
+    from soft_gripper.model_import.mesh_files import converted, outward
+
     file = origin = mesh_file(_mesh_name(mesh), model.path)
     is_foreign = file.suffix.lower() not in _DRAKE_READS
     has_surface = shape.tag == "collision" and mesh.find(DRAKE + "declare_convex") is None

@@ -10,8 +10,6 @@ from pathlib import Path
 from typing import Any, NoReturn
 from urllib.parse import unquote
 
-from trimesh.resolvers import FilePathResolver
-
 from soft_gripper.errors import InputError
 from soft_gripper.files.json_text import parse_json
 from soft_gripper.files.text import check_regular, read_bytes
@@ -57,12 +55,12 @@ def _check_content(path: Path, modified: int) -> None:
             if count > most:
                 raise InputError(path, what, count, f"must be at most {most}")
         for library in _NAMED[suffix].findall(content):
-            if (materials := _named(path, os.fsdecode(library))).is_file():
+            if (materials := named_file(path, os.fsdecode(library))).is_file():
                 for name in _NAMED[".mtl"].findall(read_bytes(materials)):
-                    _named(materials, os.fsdecode(name))
+                    named_file(materials, os.fsdecode(name))
 
 
-def _named(path: Path, name: str) -> Path:
+def named_file(path: Path, name: str) -> Path:
     """The file that a mesh file names, which need not be there.
 
     Raises:
@@ -74,16 +72,6 @@ def _named(path: Path, name: str) -> Path:
             raise InputError(path, "file", name, "is not a regular file")
         check_regular(file, _MAX_SIZE)
     return file
-
-
-class NamedFiles(FilePathResolver):
-    """The files that a mesh names, for trimesh."""
-
-    def get(self, name: str) -> bytes:
-        """The content of a file; raises an InputError for a pipe or what is too large."""
-        _named(Path(self.file_path), name)
-        content: bytes = super().get(name)
-        return content
 
 
 _COMPONENTS = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}  # bytes
@@ -159,7 +147,7 @@ def _check_gltf(path: Path) -> None:
         _check_accessor(gltf, accessor)
     for image in gltf.entries("images"):
         if not (uri := str(image.get("uri", "data:"))).startswith("data:"):
-            _named(path, unquote(uri))
+            named_file(path, unquote(uri))
     for mesh in gltf.entries("meshes"):
         _check_mesh(gltf, mesh)
     _check_tree(gltf)
@@ -189,7 +177,7 @@ def _buffer_size(gltf: _Gltf, path: Path, buffer: Mapping[str, Any], binary: int
         except binascii.Error:
             present = 0
     elif isinstance(uri, str):
-        file = _named(path, unquote(uri))
+        file = named_file(path, unquote(uri))
         present = file.stat().st_size if file.is_file() else 0
     if size > present:
         gltf.refuse("buffer.byteLength", size, f"its data are {present} bytes")

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import trimesh
 from numpy.typing import NDArray
+from trimesh.resolvers import FilePathResolver
 from trimesh.visual import ColorVisuals, TextureVisuals
 from trimesh.visual.material import SimpleMaterial
 
@@ -17,7 +18,7 @@ from soft_gripper.errors import InputError, first_line
 from soft_gripper.files.notes import MENDED, READ, Note, make_note
 from soft_gripper.files.output import atomic_file, writable_folder
 from soft_gripper.files.text import read_bytes, read_text
-from soft_gripper.model_import.mesh_checks import NamedFiles, check_mesh_file
+from soft_gripper.model_import.mesh_checks import check_mesh_file, named_file
 from soft_gripper.model_import.model_file import ModelFile
 from soft_gripper.model_import.msh_file import read_msh
 from soft_gripper.model_import.solid_mesh import closed_parts, together
@@ -27,6 +28,16 @@ _MATERIALS = re.compile(r"<bind_material>.*?</bind_material>", re.DOTALL)
 _DIGITS = 12  # of coordinates in metres
 _MOST_CHECKED = 50_000  # faces of a mesh of which it is checked which way they are turned: seconds
 _CONVERSION = f"2, trimesh {trimesh.__version__}"  # to be increased when the same mesh leads to another OBJ file
+
+
+class NamedFiles(FilePathResolver):
+    """The files that a mesh names, for trimesh."""
+
+    def get(self, name: str) -> bytes:
+        """The content of a file; raises an InputError for a pipe or what is too large."""
+        named_file(Path(self.file_path), name)
+        content: bytes = super().get(name)
+        return content
 
 
 def read_scene(path: Path) -> trimesh.Scene:

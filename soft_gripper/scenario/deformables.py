@@ -9,8 +9,8 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import xarray as xr
 from pydrake.geometry import GeometryId, Meshcat, SceneGraph, SceneGraphInspector
 from pydrake.multibody.plant import MultibodyPlant, MultibodyPlantConfig
 from pydrake.multibody.tree import DeformableBody, ModelInstanceIndex
@@ -19,6 +19,9 @@ from pydrake.systems.framework import Context, DiagramBuilder, OutputPort
 from soft_gripper.arrays import Array
 from soft_gripper.registry import registered
 from soft_gripper.scenario.schema import MeshConfig, ModelConfig
+
+if TYPE_CHECKING:  # imported when a signal is read
+    import xarray as xr
 
 
 class Deformable(ABC):
@@ -39,7 +42,7 @@ class Deformable(ABC):
         """Vertices of its elements, in the context of the plant, (V, 3) m in the world."""
 
     @abstractmethod
-    def restore(self, context: Context, signals: xr.Dataset) -> None:
+    def restore(self, context: Context, signals: "xr.Dataset") -> None:
         """Gives it, in the context of the plant, the shape that one sample of a recording has."""
 
     @abstractmethod

@@ -14,11 +14,10 @@ D numbers of a state; n samples; leading axes are free.
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from soft_gripper.arrays import Array
 
@@ -39,7 +38,9 @@ class FittedStates:
         return self.states / self.spread
 
     @cached_property
-    def _tree(self) -> cKDTree:
+    def _tree(self) -> Any:
+        from scipy.spatial import cKDTree
+
         return cKDTree(self._scaled)
 
     def distance(self, states: Array) -> Array:

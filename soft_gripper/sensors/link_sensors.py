@@ -15,7 +15,6 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from soft_gripper.arrays import Array
 from soft_gripper.fingers.finger_parts import SLIDES
@@ -75,6 +74,8 @@ class OrientationSensors(SpatialSensors):
         return np.asarray(np.swapaxes(moved, -1, -2).reshape(*q.shape[:-1], -1, q.shape[-1]))
 
     def _vectors(self, at: Posture) -> Array:
+        from scipy.spatial.transform import Rotation
+
         R = at.rotations[..., self._chain.beyond(self.section_ends[1:]), :, :]
         return np.asarray(Rotation.from_matrix(R.reshape(-1, 3, 3)).as_rotvec().reshape(R.shape[:-1]))
 

@@ -3,14 +3,17 @@
 The other one is a folder in which `make .venv/ready` was run. The checkouts take turns, each run in a process of its
 own and timed by the checkout's own timed_run.py, or by this one if that reads no signals. For every part of a run the
 mean of its two shortest times counts, which excludes as much as possible of the machine's other load. Each scenario has
-two rows: with no signal of its recording read, and with all of them, in both checkouts.
+two rows: with no signal of its recording read, and with all of them, in both checkouts. The start of Python, of
+commands and of their refusals is timed likewise, by the computing time of the process.
 """
 
 import argparse
 import json
+import resource
 import subprocess
 from collections.abc import Iterator, Mapping
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 
@@ -19,6 +22,13 @@ from studies import ROOT
 TIMED_RUN = "studies/speed/timed_run.py"
 ROUNDS = 7
 SCENARIOS = ("free_bending", "box_grasp", "irregular_grasp", "pick_and_place_box")
+COMMAND = "from soft_gripper.commands import main; main({})"
+STARTS = {
+    "import of simulate": "import soft_gripper; soft_gripper.simulate",
+    "list": COMMAND.format(["list"]),
+    "a refused value": COMMAND.format(["run", "free_bending", "--set", "pressure.settle=-1"]),
+    "run free_bending": COMMAND.format(["run", "free_bending"]),
+}
 Times = dict[str, list[float]]  # s, by what is timed: the parts of a run, "closed" or "bare", and "read"
 Runs = dict[tuple[str, str], list[list[float]]]  # times by checkout and what is timed
 
@@ -31,6 +41,27 @@ def run(options: argparse.Namespace) -> None:
         for signals, numbers in ratios({key: shortest(times) for key, times in runs.items()}):
             cells = zip(numbers, (6, 7, 21, 20), strict=True)
             print(f"{f'{name}, {signals}':<24}", *(f"{number:>{width}.2f}" for number, width in cells), flush=True)
+    print("start                    faster  other [s]  here [s]")
+    for name, script in STARTS.items():
+        there, here = start_times(options.other, script)
+        print(f"{name:<24} {there / here:>6.2f} {there:>10.2f} {here:>9.2f}", flush=True)
+
+
+def start_times(other: Path, script: str) -> tuple[float, float]:
+    """Median computing time of a script in both checkouts, s."""
+    rounds = [[start_time(folder.resolve(), script) for folder in (other, ROOT)] for _ in range(ROUNDS)]
+    there, here = np.median(rounds, axis=0)
+    return float(there), float(here)
+
+
+def start_time(folder: Path, script: str) -> float:
+    """Computing time of a process that runs a script in a checkout, s."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    with TemporaryDirectory() as results:
+        command: list[Path | str] = [folder / ".venv/bin/python", "-c", script]
+        subprocess.run(command, cwd=results, capture_output=True, check=True)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 
 def ratios(times: Mapping[tuple[str, str], float]) -> Iterator[tuple[str, tuple[float, ...]]]:

@@ -4,10 +4,9 @@ import logging
 import xml.etree.ElementTree as ET
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import cast
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
-import trimesh
 from pydrake.geometry import Meshcat, SceneGraph, SceneGraphInspector
 from pydrake.multibody.plant import MultibodyPlant, MultibodyPlantConfig
 from pydrake.systems.framework import DiagramBuilder, OutputPort
@@ -20,9 +19,11 @@ from soft_gripper.extras.soft.soft_visualizer import SoftVisualizer, drawn_bodie
 from soft_gripper.extras.soft.tetrahedra import SUFFIX, Tetrahedra, read_tetrahedra
 from soft_gripper.files.xml_text import DRAKE
 from soft_gripper.model_import.forms.mesh import add_geometry, add_values, add_visual
-from soft_gripper.model_import.mesh_files import keep_by_content, obj_text
 from soft_gripper.scenario.deformables import Deformable, DeformableKind, deformable_body
 from soft_gripper.scenario.schema import MeshConfig, ModelConfig
+
+if TYPE_CHECKING:  # imported when a mesh is read
+    import trimesh
 
 _LOGGER = logging.getLogger(__name__)
 _INWARD = 1e-6  # share of the way to the middle of an element
@@ -42,6 +43,8 @@ class SoftKind(DeformableKind):
                 f"is for a mesh of tetrahedra, a {SUFFIX} file; meshers such as Gmsh and fTetWild make one of a surface"
             )
             raise InputError(path, "mesh.youngs_modulus", soft.youngs_modulus, expected)
+        from soft_gripper.model_import.mesh_files import keep_by_content, obj_text
+
         elements = read_tetrahedra(path).scaled(config.scale)
         drawn = obj_text(surface(_inside(elements)).smooth_shaded, normals=True)
         add_visual(link, f"file://{keep_by_content(drawn)}", config.color)
@@ -103,13 +106,15 @@ class SoftKind(DeformableKind):
             builder.Connect(signals[name], port)
 
 
-def read_surface(path: Path) -> trimesh.Trimesh:
+def read_surface(path: Path) -> "trimesh.Trimesh":
     """The surface of a mesh file of tetrahedra."""
     return surface(read_tetrahedra(path))
 
 
-def surface(tetrahedra: Tetrahedra) -> trimesh.Trimesh:
+def surface(tetrahedra: Tetrahedra) -> "trimesh.Trimesh":
     """The surface of a mesh of tetrahedra."""
+    import trimesh
+
     mesh = trimesh.Trimesh(tetrahedra.vertices, tetrahedra.boundary, process=False)
     mesh.remove_unreferenced_vertices()
     return mesh

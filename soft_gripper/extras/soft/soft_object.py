@@ -5,17 +5,14 @@ All follow from the vertices of its finite elements. T samples of V vertices are
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 from pydrake.common.value import Value
 from pydrake.geometry import GeometryConfigurationVector, GeometryId
 from pydrake.multibody.plant import ContactResults, MultibodyPlant
 from pydrake.multibody.tree import DeformableBody
 from pydrake.systems.framework import Context, DiagramBuilder, OutputPort
-from scipy.spatial.distance import pdist
-from scipy.spatial.transform import Rotation
 
 from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array
@@ -26,6 +23,9 @@ from soft_gripper.extras.soft.tetrahedra import Tetrahedra
 from soft_gripper.scenario.deformables import Deformable
 from soft_gripper.signals import XYZ
 from soft_gripper.truth.contact import patches
+
+if TYPE_CHECKING:  # imported when a signal is read
+    import xarray as xr
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +48,7 @@ class SoftBody(Deformable):
         found: Array = self.body.GetPositions(context).T
         return found
 
-    def restore(self, context: Context, signals: xr.Dataset) -> None:
+    def restore(self, context: Context, signals: "xr.Dataset") -> None:
         self.body.SetPositions(context, signals[f"{self.name}.vertices"].values.T)
 
     def check(self, context: Context) -> None:
@@ -80,6 +80,8 @@ def fitted_pose(rest: Tetrahedra, vertices: Array) -> Array:
     By least squares over the volume, in which points move linearly between the vertices of an element (Kabsch, Acta
     Crystallographica A32, 1976). A quaternion w x y z, and the position of the frame of the file, in the world.
     """
+    from scipy.spatial.transform import Rotation
+
     weight = np.bincount(rest.cells.ravel(), np.repeat(rest.volumes / 4, 4)) / rest.volumes.sum()
     home, center = weight @ rest.vertices, weight @ vertices
     spread = np.swapaxes(vertices - center[..., None, :], -1, -2) @ _moments(rest, rest.vertices - home)
@@ -104,6 +106,8 @@ def squeeze(rest: Tetrahedra, vertices: Array) -> Array:
     That is the largest decrease of the distance between any two vertices of its surface: between fingers that press on
     opposite sides, it includes the indentations that they make, which depend on the size of the elements.
     """
+    from scipy.spatial.distance import pdist
+
     surface = np.unique(rest.boundary)
     home, flat = pdist(rest.vertices[surface]), vertices[..., surface, :].reshape(-1, len(surface), 3)
     decrease = np.array([np.max(home - pdist(points)) for points in flat])

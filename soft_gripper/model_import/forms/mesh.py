@@ -3,17 +3,18 @@
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import trimesh
 
 from soft_gripper.errors import InputError
 from soft_gripper.files.xml_text import DRAKE
 from soft_gripper.model_import.imported_model import Form, ImportedModel, ImportOptions
-from soft_gripper.model_import.mesh_files import keep_by_content, obj_text, read_scene
 from soft_gripper.model_import.model_file import ModelFile
-from soft_gripper.model_import.solid_mesh import solid
 from soft_gripper.registry import registered
+
+if TYPE_CHECKING:  # imported when a mesh is read
+    import trimesh
 
 SUFFIXES = (".obj", ".stl", ".ply", ".off", ".glb", ".gltf", *registered("MESHES"))
 MASS, FRICTION = 0.05, 0.8  # kg, Coulomb: of a mesh for which none is given
@@ -29,6 +30,9 @@ def read(file: ModelFile, options: ImportOptions) -> ImportedModel:
     Raises:
         InputError: if the mesh is missing, empty, not watertight, or of an implausible size.
     """
+    from soft_gripper.model_import.mesh_files import read_scene
+    from soft_gripper.model_import.solid_mesh import solid
+
     mesh = solid(file, read_scene(file.path).to_mesh())
     mesh.apply_scale(options.scale)
     _check(file.path, mesh, options.scale)
@@ -46,7 +50,9 @@ def read(file: ModelFile, options: ImportOptions) -> ImportedModel:
 FORM = Form("mesh", SUFFIXES, read)
 
 
-def _add_rigid(link: ET.Element, mesh: trimesh.Trimesh, color: Sequence[float], friction: float) -> None:
+def _add_rigid(link: ET.Element, mesh: "trimesh.Trimesh", color: Sequence[float], friction: float) -> None:
+    from soft_gripper.model_import.mesh_files import keep_by_content, obj_text
+
     _add_inertia(link, mesh)
     uri = f"file://{keep_by_content(obj_text(mesh))}"
     add_visual(link, uri, color)
@@ -65,14 +71,14 @@ def add_values(element: ET.Element, values: Mapping[str, object]) -> None:
         ET.SubElement(element, DRAKE + key).text = str(value)
 
 
-def _check(path: Path, mesh: trimesh.Trimesh, scale: float) -> None:
+def _check(path: Path, mesh: "trimesh.Trimesh", scale: float) -> None:
     size = float(max(mesh.extents))
     if not 1e-3 <= size <= MAX_SIZE:
         hint = "is the file in millimetres? then give mesh.scale: 0.001" if size > MAX_SIZE else "too small to grasp"
         raise InputError(path, "mesh.scale", scale, f"makes the object {size:.4g} m large; {hint}")
 
 
-def _add_inertia(link: ET.Element, mesh: trimesh.Trimesh) -> None:
+def _add_inertia(link: ET.Element, mesh: "trimesh.Trimesh") -> None:
     inertial = ET.SubElement(link, "inertial")
     ET.SubElement(inertial, "pose").text = _text([*mesh.center_mass, 0, 0, 0])
     ET.SubElement(inertial, "mass").text = repr(float(mesh.mass))

@@ -14,7 +14,6 @@ from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
 from soft_gripper.files.notes import MENDED, READ
 from soft_gripper.files.xml_text import check_counts, finite_numbers, read_numbers
-from soft_gripper.model_import.convex_parts import note_hull
 from soft_gripper.model_import.imported_model import Form, ImportedModel, ImportOptions, Mimic
 from soft_gripper.model_import.included_files import IncludedFiles
 from soft_gripper.model_import.link_inertia import (
@@ -27,7 +26,6 @@ from soft_gripper.model_import.link_inertia import (
 )
 from soft_gripper.model_import.links_and_joints import check_chains
 from soft_gripper.model_import.mesh_checks import check_mesh_file
-from soft_gripper.model_import.mesh_files import converted, outward, weighable
 from soft_gripper.model_import.model_file import ModelFile
 
 _DENSITY = "1000"  # kg/m^3, of a geom for which none is given
@@ -105,6 +103,9 @@ def _include(folder: Path, around: ET.Element, files: IncludedFiles) -> None:
 
 def _find_meshes(model: ModelFile, defaults: _Defaults, is_arm: bool) -> dict[str, bool]:
     """Gives meshes files that Drake reads, and names; returns whether each has a file: Drake leaves out the others."""
+    from soft_gripper.model_import.convex_parts import note_hull
+    from soft_gripper.model_import.mesh_files import converted, outward, weighable
+
     options: dict[str, str] = {}
     for compiler in model.root.findall("compiler"):
         options |= compiler.attrib

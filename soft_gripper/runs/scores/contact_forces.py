@@ -5,10 +5,9 @@ Where the estimator of the scenario gives no contact force, `contact` estimates 
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
@@ -28,6 +27,9 @@ from soft_gripper.runs.scores.recorded_grasps import before_put_down
 from soft_gripper.scenario.nominal_model import read_nominal_model
 from soft_gripper.scenario.sensor_presets import uncertainty
 from soft_gripper.truth.contact import touches
+
+if TYPE_CHECKING:  # imported when a signal is read
+    import xarray as xr
 
 ESTIMATOR = "contact"
 DRAWN_FORCES = "contact_forces_over_time"  # table of the forces that the picture of a task shows
@@ -92,11 +94,13 @@ def _without_estimate(station: Station, recording: Recording) -> list[PlantFinge
 
 def _estimated(
     station: Station, recording: Recording, finger: PlantFinger, rows: NDArray[np.int_]
-) -> Mapping[str, xr.Variable]:
+) -> "Mapping[str, xr.Variable]":
     """The signals of a contact that `contact` estimates at some samples (M), by their names in a recording.
 
     None if sensors of the user's own give no readings as the scenario's sensors would.
     """
+    import xarray as xr
+
     inputs = _contact_inputs(station, recording, finger, rows)
     if inputs is None:
         return {}

@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 from pydrake.math import RigidTransform
 from pydrake.multibody.tree import RigidBody
 from pydrake.systems.framework import Context
-from scipy.spatial.transform import Rotation
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.recording import Recording
@@ -103,6 +102,8 @@ def base_poses(
 
 def pose_matrices(recording: Recording, name: str, samples: Sequence[int] | NDArray[np.int_]) -> Array:
     """The poses of an object in the world at K samples of a recording, (K, 3, 4) [R | p]."""
+    from scipy.spatial.transform import Rotation
+
     poses = recording.values(f"{name}.pose")[samples]
     rotations = Rotation.from_quat(poses[:, :4], scalar_first=True).as_matrix()
     return np.concatenate([rotations, poses[:, 4:, None]], axis=-1)

@@ -2,24 +2,29 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
-import matplotlib as mpl
 import numpy as np
-import xarray as xr
-from matplotlib.figure import Figure
 
 from soft_gripper.arrays import Array
 from soft_gripper.control.task import Outcome
 from soft_gripper.diagrams.recording import Recording, phase_spans
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.load.opening import Gripper
-from soft_gripper.pictures.style import STYLE
 from soft_gripper.truth.poses import TRUE_TIP
 
+if TYPE_CHECKING:  # imported when a signal is read or drawn
+    import xarray as xr
+    from matplotlib.figure import Figure
 
-def step_figure(recordings: Mapping[str, Recording]) -> Figure:
+
+def step_figure(recordings: Mapping[str, Recording]) -> "Figure":
     """Plots the gripper opening (top) and pressure or tension (bottom) over time, with a line per recording."""
+    import matplotlib as mpl
+    from matplotlib.figure import Figure
+
+    from soft_gripper.pictures.style import STYLE
+
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(8, 4.8), layout="constrained")
         distance, pressure = figure.subplots(2, sharex=True, height_ratios=[2, 1])
@@ -121,7 +126,7 @@ def phase_table(station: Station, recording: Recording) -> list[PhaseRow]:
     return rows
 
 
-def _value(now: xr.Dataset, signal: str) -> float:
+def _value(now: "xr.Dataset", signal: str) -> float:
     """A signal; NaN if it was not recorded, such as grip signals in a task without grip, or has several entries."""
     return float(now[signal]) if signal in now and now[signal].size == 1 else float("nan")
 

@@ -7,6 +7,7 @@ from unittest.mock import patch
 import numpy as np
 import pytest
 
+from soft_gripper.array_block import ArrayBlock
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.estimators.contact import ContactShape
 from soft_gripper.scenario.scenario_file import load_scenario
@@ -28,6 +29,31 @@ def test_what_is_not_read_is_not_computed():
         twice = [[found[name].values for name in POSTERIOR] for _ in range(2)]
         assert posterior.call_count == 1, "both follow from one posterior"
         np.testing.assert_array_equal(twice[0][1], twice[1][1])
+
+
+@pytest.mark.parametrize("estimator", ["arcs", "contact"])
+def test_a_run_computes_no_estimate(estimator):
+    """Of a signal that nothing in the diagram takes."""
+    scenario = load_scenario("free_bending", [*SHORT, "pressure.hold_samples=5", f"estimator.type={estimator}"])
+    with patch.object(ArrayBlock, "output_over_time", autospec=True, side_effect=ArrayBlock.output_over_time) as output:
+        found = simulate(scenario)
+        assert output.call_count == 0
+        assert np.isfinite(found["left_finger.tip_pose"].values).all()
+        assert output.call_count > 0
+
+
+@pytest.mark.parametrize("signal", ["estimated_joint_angles", "tip_pose", "external_torque"])
+def test_an_estimate_without_readings_is_noted_when_it_is_read(signal, caplog):
+    """Whichever of its signals that is, and once."""
+    dead = "sensor.errors={dead: [{path: inner, section: 0}]}"
+    found = simulate(load_scenario("free_bending", [*SHORT, "pressure.hold_samples=5", "estimator.type=arcs", dead]))
+    assert np.isnan(found["left_finger.strain"].values).any()
+    assert caplog.text == ""
+    assert np.isnan(found[f"left_finger.{signal}"].values).all()
+    said = "left_finger.estimated_joint_angles: NaN in 26 of 26 samples, first at t = 0 s"
+    assert [record.getMessage() for record in caplog.records] == [said]
+    found.data.load()
+    assert [record.getMessage() for record in caplog.records if "left_finger" in record.getMessage()] == [said]
 
 
 @pytest.mark.parametrize("copied", [copy.deepcopy, lambda found: pickle.loads(pickle.dumps(found))])

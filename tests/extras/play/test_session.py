@@ -12,7 +12,7 @@ from live_station import played
 from pydrake.geometry import Meshcat
 from websockets.sync.client import connect
 
-from soft_gripper.commands.parser import parsed
+from soft_gripper.commands.dispatch import dispatch
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
@@ -278,7 +278,7 @@ def test_the_command_shows_what_is_estimated(monkeypatch, tmp_path):
     """Its station is the whole one, in the Meshcat of its page."""
     sessions = []
     monkeypatch.setattr(play_command, "run_on_page", lambda session, *_: sessions.append(session))
-    play_command.run(parsed(["play", "free_bending", "--out", str(tmp_path / "out")]))
+    assert dispatch(["play", "free_bending", "--out", str(tmp_path / "out")]) == 0
     (session,) = sessions
     assert {PRESSURE, "left_finger.theta", "left_finger.external_torque"} <= set(session.driver.signals)
     assert session.driver.scene.startswith("http")

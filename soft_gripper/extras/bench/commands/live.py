@@ -15,7 +15,6 @@ from urllib.parse import urlsplit
 import numpy as np
 
 from soft_gripper.commands.changes import changes_line
-from soft_gripper.commands.chosen_station import chosen_scenario
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.errors import InputError
 from soft_gripper.extras.bench.bench import Bench, bench_scenario
@@ -48,7 +47,7 @@ class _Live(NamedTuple):
 
 def run(options: argparse.Namespace) -> None:
     """Runs the command."""
-    scenario = bench_scenario(chosen_scenario(options))
+    scenario = bench_scenario(options.chosen_scenario)
     file = options.bench or (None if scenario.bench is None else Path(scenario.bench))
     if options.mcap is not None and options.page:
         raise InputError("live", "--mcap", str(options.mcap), "records a whole session: leave it, or --page, out")

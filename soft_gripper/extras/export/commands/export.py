@@ -2,7 +2,6 @@
 
 import argparse
 
-from soft_gripper.commands.chosen_station import chosen_scenario
 from soft_gripper.extras.export.folder import LOADER, export_mjcf
 from soft_gripper.files.output import lock_folder
 from soft_gripper.scenario.scenario_file import files_read
@@ -10,7 +9,7 @@ from soft_gripper.scenario.scenario_file import files_read
 
 def run(options: argparse.Namespace) -> None:
     """Runs the command."""
-    scenario, files = chosen_scenario(options), ("scenario.xml", "commands.csv", LOADER)
+    scenario, files = options.chosen_scenario, ("scenario.xml", "commands.csv", LOADER)
     lock_folder(options.out, files, files_read(options.scenario, scenario))
     exported = export_mjcf(scenario, options.out, options.time_step)
     for part in exported.left_out:

@@ -4,7 +4,7 @@ import argparse
 import math
 from pathlib import Path
 
-from soft_gripper.commands.chosen_station import chosen_scenario, station_of
+from soft_gripper.commands.chosen_station import station_of
 from soft_gripper.diagrams.simulation import check_closed
 from soft_gripper.extras.grasps.strength import LOADS, NOT_HELD, Shake, grasp_strength, held_object, strength_figure
 from soft_gripper.files.output import lock_folder
@@ -17,7 +17,7 @@ TABLE, FIGURE = "strength.csv", "strength"
 
 def run(options: argparse.Namespace) -> int:
     """Runs the command; the exit code is 1 if there is no grasp to test."""
-    scenario, name = chosen_scenario(options), Path(options.scenario).stem
+    scenario, name = options.chosen_scenario, Path(options.scenario).stem
     held = held_object(scenario, options.object)
     check_closed(station_of(options.scenario, scenario))
     lock_folder(options.out)

@@ -4,7 +4,7 @@ import argparse
 from functools import partial
 from pathlib import Path
 
-from soft_gripper.commands.chosen_station import chosen_scenario, station_of
+from soft_gripper.commands.chosen_station import station_of
 from soft_gripper.extras.page.session import Session, run_on_page
 from soft_gripper.extras.play.open_scenario import open_scenario
 from soft_gripper.extras.play.simulation_driver import SimulationDriver
@@ -14,7 +14,7 @@ from soft_gripper.interrupts import held_back
 
 def run(options: argparse.Namespace) -> None:
     """Runs the command."""
-    scenario = open_scenario(chosen_scenario(options), options.grip)
+    scenario = open_scenario(options.chosen_scenario, options.grip)
     folder = lock_folder(options.out or Path("results") / "play" / Path(options.scenario).stem)
     driver = SimulationDriver(partial(station_of, options.scenario, scenario))
     say = partial(print, flush=True)

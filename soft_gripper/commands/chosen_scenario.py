@@ -1,0 +1,13 @@
+"""The scenario given by the options of a command, loaded before what runs it is imported."""
+
+import argparse
+
+from soft_gripper.scenario.scenario_file import load_scenario
+from soft_gripper.scenario.schema import Scenario
+
+
+def chosen_scenario(options: argparse.Namespace) -> Scenario:
+    """The scenario, with all overrides applied."""
+    given = {"sensor.sections": options.sections, "engine": getattr(options, "engine", None)}
+    own = [f"{key}={value}" for key, value in given.items() if value is not None]
+    return load_scenario(options.scenario, [*options.set, *own])
