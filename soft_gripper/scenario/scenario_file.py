@@ -116,7 +116,7 @@ def _checked(path: Path, document: dict[str, Any]) -> Scenario:
     for changes in _changes(document):
         _quote_numbers(changes)
     document = {name: part for name, part in document.items() if part is not None or name not in _PARTS}
-    scenario = load_config(path, document, Scenario, retain_map_defaults=False)
+    scenario = load_config(path, document, Scenario)
     for part, field in _files(scenario):
         setattr(part, field, os.path.realpath(path.parent / getattr(part, field)))
     check_scenario(path, scenario)

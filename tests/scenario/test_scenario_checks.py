@@ -145,6 +145,7 @@ BROKEN = {
         "nominal.response=[[1, 0]]": "nominal.response = [[",
         "estimator.contact_threshold=2e-3; estimator.compensate_gravity=false": "compensate_gravity = False: leave",
         "nominal.sensor_spacing=0": "nominal: finger 'left_finger': sensor_spacing = 0.0: must be above 0",
+        "visualization={default_proximity_color: {rgba: [0, 0]}}": "default_proximity_color.rgba = [0, 0]: Rgba must",
         "record.truth=every 0": "record.truth = 'every 0': must be",
         "external=[pressure, pressure]": "external[0] = 'pressure': appears more than once",
         "external=[pressure, opening]": "external = ['pressure', 'opening']: give pressure or opening",
