@@ -5,7 +5,7 @@
 
 import math
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import is_dataclass
 from functools import cache
 from numbers import Integral, Real
@@ -104,7 +104,7 @@ def read(value: Any, kind: Any, rule: Rule, place: Place, default: Any = None) -
     Raises:
         InputError: for an unknown key, with the one that was meant, a value of another type, or one that breaks a rule.
     """
-    is_optional, kind, inner = _unwrap_optional(kind)
+    is_optional, kind, inner = unwrap_optional(kind)
     if value is None and is_optional:
         return None
     if kind in _PRIMITIVES:
@@ -114,6 +114,8 @@ def read(value: Any, kind: Any, rule: Rule, place: Place, default: Any = None) -
         result = kind([read(item, inner, rule, place.entry(i)) for i, item in enumerate(value)])
     elif kind is dict:
         place.must("must be a mapping without a tag" if _TAG in _mapping(value, place) else None, value)
+        if rule.paths and inner is str:
+            value = _read_paths(value, rule.paths, place)
         names = value if Any in (inner, *get_args(inner)) else sorted(value, key=str)  # plain data stay as they are
         result = {name: read(value[name], inner, rule, place.below(name)) for name in names}
     elif kind is np.ndarray:
@@ -128,12 +130,36 @@ def read(value: Any, kind: Any, rule: Rule, place: Place, default: Any = None) -
     return result
 
 
+def dotted(changes: Any) -> Any:
+    """A mapping whose keys have dots where it had mappings inside, with text for numbers; anything else as it is."""
+    if not isinstance(changes, dict):
+        return changes
+    flat = dict[str, Any]()
+    for key, value in changes.items():
+        if isinstance(value, dict) and value:
+            flat |= {f"{key}.{name}": text for name, text in dotted(value).items()}
+        else:
+            is_number = isinstance(value, int | float) and not isinstance(value, bool)
+            flat[key] = str(value) if is_number else value
+    return flat
+
+
+def _read_paths(value: dict[str, Any], paths: Sequence[str], place: Place) -> dict[str, Any]:
+    """A mapping by dotted keys, each one of the `paths`."""
+    flat, groups = dotted(value), dict.fromkeys(path.partition(".")[0] for path in paths)
+    for path, item in flat.items():
+        if path not in paths:
+            hint = did_you_mean(near_names(path, paths)) or f"known: {', '.join(groups)}"
+            place.below(path).must(f"no such key; {hint}", item)
+    return flat
+
+
 @cache
-def _unwrap_optional(kind: Any) -> tuple[bool, Any, Any]:
+def unwrap_optional(kind: Any) -> tuple[bool, Any, Any]:
     """Whether a type is optional, the bare type, and its entry type."""
     parts = get_args(kind)
     if get_origin(kind) in (UnionType, Union) and NoneType in parts and len(parts) == 2:
-        return True, *_unwrap_optional(*(part for part in parts if part is not NoneType))[1:]
+        return True, *unwrap_optional(*(part for part in parts if part is not NoneType))[1:]
     return False, get_origin(kind) or kind, parts[-1 if get_origin(kind) is dict else 0] if parts else None
 
 
@@ -152,7 +178,8 @@ def _read_fields(value: Any, kind: Any, fields: dict[str, Any], rule: Rule, plac
     """A dataclass, or a config of Drake's."""
     is_own, is_object = is_dataclass(kind), isinstance(value, kind)
     document = {name: getattr(value, name) for name in fields} if is_object else _mapping(value, place)
-    base = value if is_object else kind() if default is None else default
+    missing = [name for name in fields if is_own and name not in document]
+    base = value if is_object else kind() if default is None and (missing or not is_own) else default
     rule = _FRAMED if kind is ModelDirective else rule
     known = rules(kind) if is_own else rule.parts
     strict, values = place._replace(strict=True), dict[str, Any]()
@@ -162,7 +189,7 @@ def _read_fields(value: Any, kind: Any, fields: dict[str, Any], rule: Rule, plac
         if name not in fields:
             at.must(f"no such key; {_hint(place, name, item, fields)}", item)
         part_rule = known.get(name, _FRAMED if rule.framed else _ANY)
-        values[name] = read(item, fields[name], part_rule, at, getattr(base, name))
+        values[name] = read(item, fields[name], part_rule, at, getattr(base, name, None))
     if kind is ModelDirective:
         kinds = [name for name, item in document.items() if item is not None]
         place.must(None if len(kinds) == 1 else f"must have one of {', '.join(fields)}", kinds)
@@ -174,9 +201,12 @@ def _read_fields(value: Any, kind: Any, fields: dict[str, Any], rule: Rule, plac
             except RuntimeError as error:  # Drake's own rule
                 inside.below(name).must(first_line(error), document[name])
         return base
-    for name in (name for name in fields if name not in document):
+    for name in missing:
         values[name] = read(getattr(base, name), fields[name], known[name], strict.below(name))
-    result = value if is_object else kind(**values)
+    try:
+        result = value if is_object else kind(**values)
+    except InputError as error:  # it asks its rules itself
+        raise InputError(place.where, place.below(error.field).field, error.value, error.expected) from None
     for name, item, expected in misfits(result):
         place.below(name).must(expected, item)
     return result
@@ -218,12 +248,15 @@ _PART = re.compile(r"[^.[]+(?=[.[])")  # the first key of several
 @cache
 def _places(schema: Any, deepest: int = 4) -> dict[str, list[str]]:
     """Where a schema has each key, with dots; an entry of a list or mapping is NAME."""
-    _, kind, inner = _unwrap_optional(schema)
+    _, kind, inner = unwrap_optional(schema)
     if kind in (list, tuple, dict):
         return {key: [f"NAME.{place}" for place in places] for key, places in _places(inner, deepest).items()}
-    fields = _fields(kind) if deepest else {}
+    fields, is_own = _fields(kind) if deepest else {}, is_dataclass(kind)
     by_key = {name: [name] for name in fields}
     for name, part in fields.items():
+        paths = rules(kind)[name].paths if is_own else ()
+        inside = f"{name}.NAME" if get_origin(get_args(part)[-1:] and get_args(part)[-1]) is dict else name
+        by_key |= {path: [*by_key.get(path, []), f"{inside}.{path}"] for path in paths}
         for key, places in _places(part, deepest - 1).items():
             by_key.setdefault(key, []).extend(f"{name}.{place}" for place in places)
     return by_key

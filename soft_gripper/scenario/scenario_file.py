@@ -4,7 +4,7 @@ import copy
 import os
 import re
 from collections import OrderedDict
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import is_dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -113,8 +113,6 @@ def parse_scenario(path: Path, text: str) -> Scenario:
 
 
 def _checked(path: Path, document: dict[str, Any]) -> Scenario:
-    for changes in _changes(document):
-        _quote_numbers(changes)
     document = {name: part for name, part in document.items() if part is not None or name not in _PARTS}
     scenario = load_config(path, document, Scenario)
     for part, field in _files(scenario):
@@ -145,22 +143,6 @@ def _files(scenario: Scenario) -> list[tuple[Any, str]]:
 def files_read(name_or_path: str | Path, scenario: Scenario) -> list[str]:
     """The files that a scenario was read from, its own among them; what ships with the package is left out."""
     return [str(name_or_path), *(getattr(part, field) for part, field in _files(scenario))]
-
-
-def _changes(document: dict[str, Any]) -> Iterator[Any]:
-    """Where a document has changes of fingers, in which numbers and text mean the same."""
-    yield document.get("nominal")
-    models = document.get("models")
-    for model in models if isinstance(models, list) else ():
-        fingers = model.get("fingers") if isinstance(model, dict) else None
-        yield from fingers.values() if isinstance(fingers, dict) else ()
-
-
-def _quote_numbers(changes: Any) -> None:
-    """Turns numbers into text."""
-    for key, value in changes.items() if isinstance(changes, dict) else ():
-        if isinstance(value, int | float) and not isinstance(value, bool):
-            changes[key] = repr(value)
 
 
 def dump_scenario(scenario: Scenario, folder: Path | None = None) -> str:

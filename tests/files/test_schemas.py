@@ -90,7 +90,11 @@ def cases(kind: Any, rule: Rule) -> Cases:
     if get_origin(kind) in (list, tuple):
         return groups(cases(parts[0], rule), rule)
     if get_origin(kind) is dict:
-        return mappings(cases(parts[-1], rule), rule)
+        entry = cases(parts[-1], rule)
+        if not rule.paths or parts[-1] is not str:
+            return mappings(entry, rule)
+        no_numbers = [case for case in entry.wrong if not isinstance(case.value, float)]
+        return mappings(Cases(entry.right, no_numbers), rule, rule.paths[0])
     if kind is Transform:
         return POSES
     if kind is np.ndarray:  # three numbers, of which Drake makes a color
@@ -186,9 +190,9 @@ def groups(entry: Cases, rule: Rule) -> Cases:
     return Cases(right, wrong)
 
 
-def mappings(entry: Cases, rule: Rule) -> Cases:
-    right = [{"any": value} for value in entry.right] + ([] if rule.filled else [{}])
-    wrong = [Wrong({"any": case.value}, f".any{case.place}", case.mistake, case.words) for case in entry.wrong]
+def mappings(entry: Cases, rule: Rule, key: str = "any") -> Cases:
+    right = [{key: value} for value in entry.right] + ([] if rule.filled else [{}])
+    wrong = [Wrong({key: case.value}, f".{key}{case.place}", case.mistake, case.words) for case in entry.wrong]
     wrong += [Wrong(value, "", value, "must be a mapping") for value in ("x", [], None)]
     tagged = {"_tag": "!Rpy"}
     wrong += [Wrong(tagged, "", tagged, "without a tag"), *([Wrong({}, "", {}, "not be empty")] if rule.filled else [])]
