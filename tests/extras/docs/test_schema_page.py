@@ -25,5 +25,5 @@ def test_a_row_has_type_default_values_and_meaning():
     assert row in SECTIONS["SensorConfig"]
     assert "| `command` | `str` | `'tension'` | tension or pull |" in SECTIONS["TendonConfig"]
     assert "[`list[PhaseConfig]`](#phaseconfig)" in SECTIONS["TaskConfig"]
-    assert "changes of its &lt;finger>s, by name" in SECTIONS["ModelConfig"]
+    assert "Changes of its &lt;finger>s, by name" in SECTIONS["ModelConfig"]
     assert "| `time_step` | `0.01` | s, at least 0 |" in SECTIONS["MultibodyPlantConfig"]
