@@ -5,7 +5,7 @@
 
 import math
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import is_dataclass
 from functools import cache
 from numbers import Integral, Real
@@ -19,6 +19,7 @@ from pydrake.multibody.parsing import ModelDirective
 
 from soft_gripper.errors import InputError, did_you_mean, first_line, is_near, meant, near_names
 from soft_gripper.extras import added
+from soft_gripper.files.changes import as_text, change_violation, dotted_items
 from soft_gripper.files.number import is_number
 from soft_gripper.quantity import Rule, misfits, rules
 
@@ -115,7 +116,7 @@ def read(value: Any, kind: Any, rule: Rule, place: Place, default: Any = None) -
     elif kind is dict:
         place.must("must be a mapping without a tag" if _TAG in _mapping(value, place) else None, value)
         if rule.paths and inner is str:
-            value = _read_paths(value, rule.paths, place)
+            return _read_changes(value, rule.paths, place)
         names = value if Any in (inner, *get_args(inner)) else sorted(value, key=str)  # plain data stay as they are
         result = {name: read(value[name], inner, rule, place.below(name)) for name in names}
     elif kind is np.ndarray:
@@ -130,28 +131,19 @@ def read(value: Any, kind: Any, rule: Rule, place: Place, default: Any = None) -
     return result
 
 
-def dotted(changes: Any) -> Any:
-    """A mapping whose keys have dots where it had mappings inside, with text for numbers; anything else as it is."""
-    if not isinstance(changes, dict):
-        return changes
-    flat = dict[str, Any]()
-    for key, value in changes.items():
-        if isinstance(value, dict) and value:
-            flat |= {f"{key}.{name}": text for name, text in dotted(value).items()}
-        else:
-            is_number = isinstance(value, int | float) and not isinstance(value, bool)
-            flat[key] = str(value) if is_number else value
-    return flat
-
-
-def _read_paths(value: dict[str, Any], paths: Sequence[str], place: Place) -> dict[str, Any]:
-    """A mapping by dotted keys, each one of the `paths`."""
-    flat, groups = dotted(value), dict.fromkeys(path.partition(".")[0] for path in paths)
-    for path, item in flat.items():
-        if path not in paths:
-            hint = did_you_mean(near_names(path, paths)) or f"known: {', '.join(groups)}"
-            place.below(path).must(f"no such key; {hint}", item)
-    return flat
+def _read_changes(value: dict[str, Any], paths: Mapping[str, Rule], place: Place) -> dict[str, str]:
+    """Changes by dotted keys, each one of the `paths`; null leaves a value as it is."""
+    changes = dict[str, str]()
+    for key, change in dotted_items(value, paths):
+        at = place.below(key)
+        if key not in paths:
+            known = ", ".join(dict.fromkeys(path.partition(".")[0] for path in paths))
+            at.must(f"no such key; {did_you_mean(near_names(key, paths)) or f'known: {known}'}", change)
+        at.must("appears more than once" if key in changes else None, change)
+        if change is not None:
+            at.must(change_violation(change, paths[key]), change)
+            changes[key] = as_text(change)
+    return changes
 
 
 @cache

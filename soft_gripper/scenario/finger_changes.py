@@ -1,45 +1,52 @@
 """Changes that a scenario makes to the fingers of a file: values, or "+10 %" of what the file gives.
 
 Its key is the path of a number of a `Finger`: `contact.friction`, or `chambers.width`, which is that of every chamber.
-A number of a `CrossSection` by itself, such as `width`, is that of every section.
+A number of a `CrossSection` by itself, such as `width`, is that of every section, or chamber if the finger has some.
 """
 
-import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import asdict, fields, is_dataclass, replace
+from dataclasses import asdict, is_dataclass, replace
 from functools import partial
 from typing import Any, get_type_hints
 
 from pydrake.math import RollPitchYaw, RotationMatrix
 
 from soft_gripper.errors import InputError
+from soft_gripper.files.changes import CHANGE, changed
 from soft_gripper.files.document import Place, read, unwrap_optional
-from soft_gripper.files.number import number
 from soft_gripper.fingers.cross_section import CrossSection
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_element import FingerElement
-from soft_gripper.quantity import Rule
+from soft_gripper.quantity import Rule, rules
 
 
-def _paths(kind: Any) -> Iterator[str]:
-    """Paths of the numbers in a dataclass, and of lists of words."""
+def _paths(kind: Any) -> Iterator[tuple[str, Rule]]:
+    """Paths of the numbers in a dataclass, and of lists of words, with their rules."""
     for name, hint in get_type_hints(kind).items():
         _, outer, inner = unwrap_optional(hint)
         part = inner if outer is tuple else outer
         if is_dataclass(part):
-            yield from (f"{name}.{path}" for path in _paths(part))
+            yield from ((f"{name}.{path}", rule) for path, rule in _paths(part))
         elif part is float or (part is str and outer is tuple):
-            yield name
+            yield name, rules(kind)[name]
 
 
-_SECTION_PATHS = tuple(field.name for field in fields(CrossSection))
-FINGER_PATHS = (*_SECTION_PATHS, *_paths(Finger))
-TILT = "tilt"  # rad, about its bending axis at the base, on top of that of its file; positive: toward the object
-MODEL_PATHS = (TILT, *(path for path in FINGER_PATHS if path != "pressure_offset"))  # which is of nominal fingers
-_CHAMBER_PATHS = {"chamber_width": "width", "chamber_thickness": "thickness", "chamber_center": "x"}
+_SECTION_PATHS = dict(_paths(CrossSection))
+FINGER_PATHS = _SECTION_PATHS | dict(_paths(Finger))
+TILT = "tilt"  # about its bending axis at the base, on top of that of its file; positive: toward the object
+MODEL_PATHS = {TILT: Rule("rad")} | FINGER_PATHS
+del MODEL_PATHS["pressure_offset"]  # of nominal fingers
+# Keys of 0.2, whose recordings have them; others were those of today
+FORMER_PATHS = {key: f"contact.{key}" for key in ("friction", "hydroelastic_modulus", "dissipation")} | {
+    f"tendon_{key}": f"tendons.{key}" for key in ("stiffness", "friction", "slack")
+}
+_CHAMBER_PATHS = {
+    "chamber_width": "chambers.width",
+    "chamber_thickness": "chambers.thickness",
+    "chamber_center": "chambers.x",
+}
 _ALL = "all"
 _SUSPICIOUS_FACTOR = 20.0  # times the value so far; a larger change is taken for one whose "%" was forgotten
-_EXPECTED = 'give a number, or a change such as "+10 %"'
 
 
 def check_names(where: str, configs: Mapping[str, Mapping[str, str]], names: Sequence[str]) -> None:
@@ -74,12 +81,13 @@ def mounted_finger(mounted: FingerElement, where: str, configs: Mapping[str, Map
 def changed_finger(finger: Finger, where: str, changes: Mapping[str, str]) -> Finger:
     """A finger with changes by their paths, those of one section on top of those of all; raises as `mounted_finger`."""
     document: Any = asdict(finger)
+    sections = ("base", "tip", "sections") if finger.sections else ("base", "tip")
     for key, text in sorted(changes.items(), key=lambda change: change[0] not in _SECTION_PATHS):
+        paths = [f"{section}.{key}" for section in sections] if key in _SECTION_PATHS else [key]
         if finger.chambers and key in _CHAMBER_PATHS:
-            raise InputError(where, key, text, f"the finger has <chamber>s: write chambers.{_CHAMBER_PATHS[key]}")
-        sections = ("base.", "tip.", *(["sections."] if finger.sections else [])) if key in _SECTION_PATHS else ("",)
-        for section in sections:
-            document = _put(document, f"{section}{key}".split("."), partial(_value, where, key, text))
+            paths = [_CHAMBER_PATHS[key]]
+        for path in paths:
+            document = _put(document, path.split("."), partial(_value, where, key, text))
     changed: Finger = read(document, Finger, Rule(), Place(f"{where}: finger '{finger.name}'")) if changes else finger
     return changed
 
@@ -99,15 +107,11 @@ def _value(where: str, name: str, text: str, before: Any) -> Any:
         raise InputError(where, name, text, "leave it out: the finger has none")
     if isinstance(before, tuple):
         return tuple(text.split())
-    size, percent, rest = str(text).partition("%")
     try:
-        value = number(size)
+        value = changed(text, before)
     except ValueError:
-        value = math.nan
-    relative, sign = bool(percent), size.strip()[:1]
-    wrong = rest.strip() or (relative and sign not in ("+", "-")) or (not relative and sign == "+")
-    if wrong or not math.isfinite(value):
-        raise InputError(where, name, text, _EXPECTED)
-    if not relative and value > 0 and before > 0 and not 1 / _SUSPICIOUS_FACTOR <= value / before <= _SUSPICIOUS_FACTOR:
+        raise InputError(where, name, text, f"must be a number, {CHANGE}") from None
+    is_near = "%" in text or min(value, before) <= 0 or 1 / _SUSPICIOUS_FACTOR <= value / before <= _SUSPICIOUS_FACTOR
+    if not is_near:
         raise InputError(where, name, text, f'is far from the simulated {before:g}; a change is written "+10 %"')
-    return before * (1 + value / 100) if relative else value
+    return value

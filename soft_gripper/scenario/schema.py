@@ -20,7 +20,7 @@ from pydrake.visualization import VisualizationConfig
 
 from soft_gripper.control.pid_controller import PidGains
 from soft_gripper.estimators.uncertainty import Uncertainty
-from soft_gripper.files.document import dotted
+from soft_gripper.files.changes import dotted
 from soft_gripper.fingers.finger_links import SPRINGS
 from soft_gripper.quantity import Misfit, Rule, like, quantity, valid
 from soft_gripper.registry import registered, with_added_fields
@@ -74,7 +74,7 @@ class ModelConfig(ByValue):
 
     def __post_init__(self) -> None:
         if isinstance(self.fingers, dict):
-            self.fingers = {name: dotted(changes) for name, changes in self.fingers.items()}
+            self.fingers = {name: dotted(changes, MODEL_PATHS) for name, changes in self.fingers.items()}
 
     def misfits(self) -> Iterator[Misfit]:
         if self.free and (self.parent != "world" or self.child is not None):
@@ -410,7 +410,7 @@ class NominalConfig:
     calibration: str | None = None  # file that `soft-gripper calibrate` wrote, applied to the nominal model so far
 
     def __post_init__(self) -> None:
-        self.finger = dotted(self.finger)
+        self.finger = dotted(self.finger, FINGER_PATHS)
 
 
 def default_plant_config() -> MultibodyPlantConfig:

@@ -5,7 +5,7 @@ The schemas are found: the dataclasses of the package whose fields have rules, a
 
 import math
 import pkgutil
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import fields, is_dataclass, replace
 from importlib import import_module
 from pathlib import Path
@@ -90,11 +90,8 @@ def cases(kind: Any, rule: Rule) -> Cases:
     if get_origin(kind) in (list, tuple):
         return groups(cases(parts[0], rule), rule)
     if get_origin(kind) is dict:
-        entry = cases(parts[-1], rule)
-        if not rule.paths or parts[-1] is not str:
-            return mappings(entry, rule)
-        no_numbers = [case for case in entry.wrong if not isinstance(case.value, float)]
-        return mappings(Cases(entry.right, no_numbers), rule, rule.paths[0])
+        is_change = rule.paths and parts[-1] is str
+        return changes(rule.paths) if is_change else mappings(cases(parts[-1], rule), rule)
     if kind is Transform:
         return POSES
     if kind is np.ndarray:  # three numbers, of which Drake makes a color
@@ -190,9 +187,27 @@ def groups(entry: Cases, rule: Rule) -> Cases:
     return Cases(right, wrong)
 
 
-def mappings(entry: Cases, rule: Rule, key: str = "any") -> Cases:
-    right = [{key: value} for value in entry.right] + ([] if rule.filled else [{}])
-    wrong = [Wrong({key: case.value}, f".{key}{case.place}", case.mistake, case.words) for case in entry.wrong]
+def changes(paths: Mapping[str, Rule]) -> Cases:
+    """Numbers by dotted keys, each in its range, or what is added to one; null leaves it as it is."""
+    right = [{name: value} for name in paths for value in ("+10 %", None) if not paths[name].known]
+    wrong = [Wrong(value, "", value, "must be a mapping") for value in ("x", [], None)]
+    for name, rule in paths.items():
+        entry = texts(rule) if rule.known else numbers(float, rule)
+        right += [{name: value} for value in entry.right]
+        wrong += [Wrong({name: c.value}, f".{name}", c.value, c.words) for c in entry.wrong if c.value is not None]
+        others = [] if rule.known else ["nan", "10 %", "3 mm", "+0.1", [0.1], {"mean": 0.1}]
+        wrong += [Wrong({name: value}, f".{name}", value, f"must be a number, {rule.unit}") for value in others]
+        outer, *inner = name.split(".", 1)
+        if inner:
+            right.append({outer: {inner[0]: entry.right[0]}})
+            twice = {outer: {inner[0]: entry.right[0]}, name: entry.right[0]}
+            wrong.append(Wrong(twice, f".{name}", entry.right[0], "appears more than once"))
+    return Cases(right, [*wrong, Wrong({"widht": 0.1}, ".widht", 0.1, "did you mean 'width'?")])
+
+
+def mappings(entry: Cases, rule: Rule) -> Cases:
+    right = [{"any": value} for value in entry.right] + ([] if rule.filled else [{}])
+    wrong = [Wrong({"any": case.value}, f".any{case.place}", case.mistake, case.words) for case in entry.wrong]
     wrong += [Wrong(value, "", value, "must be a mapping") for value in ("x", [], None)]
     tagged = {"_tag": "!Rpy"}
     wrong += [Wrong(tagged, "", tagged, "without a tag"), *([Wrong({}, "", {}, "not be empty")] if rule.filled else [])]

@@ -82,7 +82,7 @@ def test_a_file_gives_the_finger_of_that_name_or_its_only_one(shipped_finger, fi
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"finger": {"width": "wide"}}, "nominal: width = 'wide': give a number, or a change such as \"+10 %\""),
+        ({"finger": {"width": "wide"}}, "nominal: width = 'wide': must be a number, or a change such as \"+10 %\""),
         ({"finger": {"length": "-1"}}, "nominal: finger 'tapered': length = -1.0"),
         ({"file": TWO}, "holds no finger 'tapered', nor a single one; it has left_finger, right_finger"),
         ({"file": "package://soft_gripper/arms/ur5e.urdf"}, "it has none"),

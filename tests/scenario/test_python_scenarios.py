@@ -42,7 +42,7 @@ def test_a_scenario_of_python_holds_numbers_of_numpy():
     assert isinstance(scenario.gravity, np.ndarray)  # what was given is left as it was
 
 
-@pytest.mark.parametrize("fingers", [None, 3, {"all": 3}, {"all": {"width": None}}, {"all": {3: "0.02"}}])
+@pytest.mark.parametrize("fingers", [None, 3, {"all": 3}, {"all": {"width": [0.02]}}, {"all": {3: "0.02"}}])
 def test_changes_of_fingers_are_text_or_numbers_by_paths(fingers):
     scenario = replace(BASE, models=[replace(BASE.models[0], fingers=fingers)])
     with pytest.raises(sg.InputError) as caught:

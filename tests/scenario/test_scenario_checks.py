@@ -144,7 +144,7 @@ BROKEN = {
         "sensor.response=[[1, 0], [1, 1]]": "sensor.response = [[",
         "nominal.response=[[1, 0]]": "nominal.response = [[",
         "estimator.contact_threshold=2e-3; estimator.compensate_gravity=false": "compensate_gravity = False: leave",
-        "nominal.finger.sensor_spacing=0": "nominal: finger 'left_finger': sensor_spacing = 0.0: must be above 0",
+        "nominal.finger.sensor_spacing=-100 %": "nominal: finger 'left_finger': sensor_spacing = 0.0: must be above 0",
         "visualization={default_proximity_color: {rgba: [0, 0]}}": "default_proximity_color.rgba = [0, 0]: Rgba must",
         "record.truth=every 0": "record.truth = 'every 0': must be",
         "external=[pressure, pressure]": "external[0] = 'pressure': appears more than once",
