@@ -179,7 +179,7 @@ def _check_contents(plant: MultibodyPlant, model: ModelInstanceIndex, config: Mo
 
 def _check_fingers_keep(config: ModelConfig, where: str, fingers: Sequence[Finger]) -> None:
     """Checks that mass and friction of a model with fingers are not given for all of it: fingers have theirs."""
-    for name, of_fingers in {"mass": "density", "friction": "friction"}.items():
+    for name, of_fingers in {"mass": "density", "friction": "contact.friction"}.items():
         given = getattr(config, name)
         expected = f"leave it out: the model has fingers; give fingers.all.{of_fingers}"
         require(given is None or not fingers, where, name, given, expected)

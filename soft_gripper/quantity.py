@@ -45,6 +45,7 @@ class Rule:
     filled: bool = False  # a list, mapping or text that is not empty
     span: bool = False  # a list [least, most]
     framed: bool = False  # poses may be in a frame
+    paths: Mapping[str, "Rule"] = field(default_factory=dict)  # of changes by dotted keys, see `files/changes.py`
     parts: Mapping[str, "Rule"] = field(default_factory=dict)  # of the fields of a config of Drake's
 
     @property
@@ -61,16 +62,22 @@ class Rule:
         """The texts to choose from; none if any will do."""
         return tuple(self.known() if callable(self.known) else self.known)
 
-    def of_text(self, value: str) -> str | None:
-        """Sentence on how a text would have to be; None if it is valid."""
+    def violation(self, value: object) -> str | None:
+        """Sentence on how text, a number, a list or a mapping would have to be; None if it is valid."""
+        if isinstance(value, str):
+            return self._text_violation(value)
+        if isinstance(value, int | float):
+            return None if isinstance(value, bool) else self._number_violation(value)
+        return self._group_violation(value) if isinstance(value, Sequence | Mapping) else None
+
+    def _text_violation(self, value: str) -> str | None:
         if self.is_name and not is_name(value):
             return NAME_RULE
         if self.known and value not in self.choices:
             return f"must be one of {', '.join(self.choices)}"
         return "must not be empty" if self.filled and not value else None
 
-    def of_number(self, value: float) -> str | None:
-        """Sentence on how a number would have to be; None if it is valid."""
+    def _number_violation(self, value: float) -> str | None:
         low_enough = (self.below is None or value < self.below) and (self.most is None or value <= self.most)
         high_enough = (self.above is None or value > self.above) and (self.least is None or value >= self.least)
         if not (low_enough and high_enough):
@@ -79,8 +86,7 @@ class Rule:
         fits = value == 0 or least <= abs(value) <= most
         return None if fits else f"must be a finite number: 0, or {least:g} to {most:g} in size"
 
-    def of_group(self, value: Sequence[object] | Mapping[str, object]) -> str | None:
-        """Sentence on how a list or mapping would have to be; None if it is valid."""
+    def _group_violation(self, value: Sequence[object] | Mapping[str, object]) -> str | None:
         if self.filled and not value:
             return "must not be empty"
         unit = f", {self.unit}" if self.unit else ""

@@ -11,6 +11,7 @@ from source_comments import field_texts, values_text
 from tables import code, prose, table
 
 from soft_gripper.quantity import Rule, rules
+from soft_gripper.scenario.finger_changes import FINGER_PATHS, MODEL_PATHS
 from soft_gripper.scenario.schema import Scenario
 
 _INTRODUCTION = """\
@@ -25,11 +26,22 @@ This page is made from [soft_gripper/scenario/schema.py](../files/soft_gripper/s
 _OF_DRAKE = (
     "A schema of Drake, which explains its fields: `pydrake`'s help of this class. Here are the defaults of a scenario."
 )
+_CHANGES = """\
+## Changes of fingers
+
+`models.NAME.fingers.NAME` and `nominal.finger` have these keys. Each takes a number or a change, such as `+10 %`. A key
+of a section, such as `width`, changes every section; `base.width` and `tip.width` change one, `sections.width` those
+between, which `sections.at` moves. `tilt` is of a model alone, `pressure_offset` of the nominal finger.
+"""
+_SECTIONS = ("base.", "tip.", "sections.")
 
 
 def schema_page() -> str:
-    """Markdown, with a section for each class, `Scenario` first."""
-    return "\n".join([_INTRODUCTION, *(_section(of, default) for of, default in _classes(Scenario, Scenario()))])
+    """Markdown, with a section for each class, `Scenario` first, and one for the changes of fingers."""
+    classes = (_section(of, default) for of, default in _classes(Scenario, Scenario()))
+    paths = {path: rule for path, rule in (MODEL_PATHS | FINGER_PATHS).items() if not path.startswith(_SECTIONS)}
+    rows = [(code(path), prose(values_text(rule))) for path, rule in paths.items()]
+    return "\n".join([_INTRODUCTION, *classes, f"{_CHANGES}\n{table(('key', 'values'), rows)}"])
 
 
 def scenario_classes() -> list[type]:

@@ -86,7 +86,7 @@ CORE = (
         "sweep",
         "run a scenario with many values of its fields, and write one table",
         (
-            "box_grasp --vary sensor.sections=1,2,4 --vary 'nominal.youngs_modulus=-20..20 %:5' --out results/nominal",
+            "box_grasp --vary sensor.sections=1,2,4 --vary 'nominal.finger.length=-5..5 %:5' --out results/nominal",
             "tip_distance_steps --vary control.gains.ki=1e5..1e6 --sample 64 --seed 1 --out results/gains",
             "box_grasp --vary sensor.sections=1,2,4 --out results/sections --resume    finish an interrupted sweep",
         ),
@@ -97,7 +97,7 @@ CORE = (
             CHECK,
             option(
                 "--vary",
-                "values or a range of a field, like pressure.maximum=1e5,2e5 or nominal.youngs_modulus=-20..20 %%:5;"
+                "values or a range of a field, like pressure.maximum=1e5,2e5 or nominal.finger.length=-20..20 %%:5;"
                 " whole numbers stay whole; may be repeated",
                 "KEY=VALUES",
                 assignment,

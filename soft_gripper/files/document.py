@@ -1,24 +1,25 @@
-"""Configurations compared with their schema of dataclasses: types, and the rules beside the fields (`quantity.py`)."""
+"""Configurations read by their schema of dataclasses, with the rules beside the fields (`quantity.py`).
+
+`read` checks a value, fills in what it leaves out, and asks the rules across fields, in one pass from the leaves up.
+"""
 
 import math
 import re
-from collections import OrderedDict
-from copy import deepcopy
+from collections.abc import Iterable, Mapping
 from dataclasses import is_dataclass
 from functools import cache
 from numbers import Integral, Real
 from pathlib import Path
 from types import NoneType, UnionType
-from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
+from typing import Any, NamedTuple, TypeVar, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
-from pydrake.common.schema import Transform
-from pydrake.common.yaml import yaml_dump, yaml_load_typed
+from pydrake.common.schema import Rotation, Transform
 from pydrake.multibody.parsing import ModelDirective
 
-from soft_gripper.cached import kept
-from soft_gripper.errors import InputError, did_you_mean, is_near, meant, near_names
+from soft_gripper.errors import InputError, did_you_mean, first_line, is_near, meant, near_names
 from soft_gripper.extras import added
+from soft_gripper.files.changes import as_text, change_violation, dotted_items
 from soft_gripper.files.number import is_number
 from soft_gripper.quantity import Rule, misfits, rules
 
@@ -49,53 +50,37 @@ _MOST_WHOLE = 2**32 - 1  # of Drake's seeds
 _ANY, _FRAMED = Rule(), Rule(framed=True)
 
 
-def load_config(path: Path, document: Any, schema: type[_T], retain_map_defaults: bool = True) -> _T:
+class Place(NamedTuple):
+    """Where a value stands, for messages."""
+
+    where: Path | str  # file or part
+    field: str = ""  # with dots
+    schema: Any = None  # of the whole document
+    document: Any = None  # the whole
+    strict: bool = False  # numbers given as text, as YAML reads 1e3, are refused
+
+    def below(self, key: object) -> "Place":
+        """The place of a key of a mapping."""
+        return Place(self.where, f"{self.field}.{key}" if self.field else str(key), *self[2:])
+
+    def entry(self, i: int) -> "Place":
+        """The place of an entry of a list."""
+        return Place(self.where, f"{self.field}[{i}]", *self[2:])
+
+    def must(self, expected: str | None, value: object) -> None:
+        """Raises an InputError if something else is expected."""
+        if expected is not None:
+            raise InputError(self.where, self.field, value, expected)
+
+
+def load_config(path: Path, document: Any, schema: type[_T]) -> _T:
     """The configuration that plain data from a YAML file describe.
 
     Raises:
         InputError: naming file, field and value, if the data do not fit the schema or its rules.
     """
-    check_document(path, document, schema)
-    kind: Any = schema
-    try:
-        found: _T = _filled(kind(), document, retain_map_defaults)
-    except (RuntimeError, ValueError, TypeError) as error:
-        raise InputError(path, "file", path.name, " ".join(str(error).split())) from None
-    _check_misfits(path, found)
-    return found
-
-
-def _filled(config: Any, document: dict[str, Any], retain_map_defaults: bool) -> Any:
-    """A dataclass whose fields are set from plain data, in its own order, as Drake does."""
-    schema: Any = type(config)
-    for name, kind in _fields(schema).items():
-        if name in document:
-            setattr(config, name, _field(config, name, kind, document[name], retain_map_defaults))
+    config: _T = read(document, schema, _ANY, Place(path, "", schema, document))
     return config
-
-
-_MOST_PARTS = 128  # kept, since runs of a sweep differ in a few, and reading the YAML of a scenario takes 4 ms
-_parts: OrderedDict[tuple[type, str, str, bool], Any] = OrderedDict()
-
-
-def _field(config: Any, name: str, schema: Any, value: Any, retain_map_defaults: bool) -> Any:
-    """The value of a field of a dataclass that plain data describe; what is not of its type yet, Drake converts."""
-    _, kind, inner = _taken_apart(schema)
-    if kind in _PRIMITIVES and type(value) is kind:
-        return value
-    if is_dataclass(kind) and isinstance(value, dict):
-        default = getattr(config, name)
-        return _filled(kind() if default is None else deepcopy(default), value, retain_map_defaults)  # type: ignore[operator]
-    if kind is dict and Any in (inner, *get_args(inner)):  # plain data, as they are
-        return value
-    if kind is list and is_dataclass(inner) and all(isinstance(each, dict) for each in value):
-        return [_filled(inner(), each, retain_map_defaults) for each in value]  # type: ignore[operator]
-
-    def load() -> Any:
-        data = yaml_dump({name: value})
-        return getattr(yaml_load_typed(schema=type(config), data=data, retain_map_defaults=retain_map_defaults), name)
-
-    return deepcopy(kept(_parts, (type(config), name, repr(value), retain_map_defaults), load, _MOST_PARTS))
 
 
 def check_config(where: Path | str, config: Any) -> None:
@@ -104,58 +89,133 @@ def check_config(where: Path | str, config: Any) -> None:
     Raises:
         InputError: for the first field that has another type, is out of range, or contradicts another one.
     """
-    check_document(where, config, type(config))
-    _check_misfits(where, config)
+    read(config, type(config), _ANY, Place(where, "", type(config), config))
 
 
-def _check_misfits(where: Path | str, config: Any, field: str = "") -> None:
-    """Checks the rules across fields of a dataclass, and of those inside it; the fields themselves are valid."""
-    if isinstance(config, list | tuple | dict):
-        for key, part in config.items() if isinstance(config, dict) else enumerate(config):
-            _check_misfits(where, part, f"{field}.{key}" if isinstance(config, dict) else f"{field}[{key}]")
-    elif is_dataclass(config):
-        kind: Any = type(config)
-        for name in _fields(kind):
-            part = getattr(config, name)
-            if not isinstance(part, float | int | str | None):
-                _check_misfits(where, part, _below(field, name))
-        for name, value, expected in misfits(config):
-            raise InputError(where, _below(field, name), value, expected)
-
-
-class _UnknownKeyError(InputError):
-    """A key that a part of a schema does not have, nor one spelt like it; `expected` lists those that it has."""
-
-
-def check_document(
-    where: Path | str, value: Any, schema: Any, field: str = "", rule: Rule = _ANY, strict: bool = False
-) -> None:
-    """Compares data with a schema of dataclasses and Drake's configs.
+def read(value: Any, kind: Any, rule: Rule, place: Place, default: Any = None) -> Any:
+    """A value as its type and its rule have it.
 
     Args:
-        where: file or part, for messages.
-        value: plain data, as from a YAML file, in which defaults may be left out, or objects.
-        schema: the type that it must have.
-        field: its place, with dots.
-        rule: of that field.
-        strict: whether numbers given as text, as YAML reads 1e3, are refused.
+        value: plain data, as from a YAML file, in which defaults may be left out; or an object, which is checked.
+        kind: type that it must have: a dataclass, a config of Drake's, numbers, text, or lists and mappings of these.
+        rule: of the value; of a list or mapping, of its entries too.
+        place: for messages.
+        default: object with the fields that a mapping leaves out; None: those of a new one.
 
     Raises:
         InputError: for an unknown key, with the one that was meant, a value of another type, or one that breaks a rule.
     """
+    is_optional, kind, inner = unwrap_optional(kind)
+    if value is None and is_optional:
+        return None
+    if kind in _PRIMITIVES:
+        result = _read_entry(value, kind, rule, place)
+    elif kind in (list, tuple):
+        place.must(None if isinstance(value, list | kind) else "must be a list", value)
+        result = kind([read(item, inner, rule, place.entry(i)) for i, item in enumerate(value)])
+    elif kind is dict:
+        place.must("must be a mapping without a tag" if _TAG in _mapping(value, place) else None, value)
+        if rule.paths and inner is str:
+            return _read_changes(value, rule.paths, place)
+        names = value if Any in (inner, *get_args(inner)) else sorted(value, key=str)  # plain data stay as they are
+        result = {name: read(value[name], inner, rule, place.below(name)) for name in names}
+    elif kind is np.ndarray:
+        return np.array(read(value.tolist() if isinstance(value, np.ndarray) else value, list[float], rule, place))
+    elif kind is Transform and isinstance(value, Transform):
+        place.must(None if _is_finite(value) else "must be a pose of finite numbers", value)
+        return value
+    else:
+        fields = _fields(kind)
+        return _read_fields(value, kind, fields, rule, place, default) if fields else value
+    place.must(rule.violation(result), value)
+    return result
+
+
+def _read_changes(value: dict[str, Any], paths: Mapping[str, Rule], place: Place) -> dict[str, str]:
+    """Changes by dotted keys, each one of the `paths`; null leaves a value as it is."""
+    changes = dict[str, str]()
+    for key, change in dotted_items(value, paths):
+        at = place.below(key)
+        if key not in paths:
+            known = ", ".join(dict.fromkeys(path.partition(".")[0] for path in paths))
+            at.must(f"no such key; {did_you_mean(near_names(key, paths)) or f'known: {known}'}", change)
+        at.must("appears more than once" if key in changes else None, change)
+        if change is not None:
+            at.must(change_violation(change, paths[key]), change)
+            changes[key] = as_text(change)
+    return changes
+
+
+@cache
+def unwrap_optional(kind: Any) -> tuple[bool, Any, Any]:
+    """Whether a type is optional, the bare type, and its entry type."""
+    parts = get_args(kind)
+    if get_origin(kind) in (UnionType, Union) and NoneType in parts and len(parts) == 2:
+        return True, *unwrap_optional(*(part for part in parts if part is not NoneType))[1:]
+    return False, get_origin(kind) or kind, parts[-1 if get_origin(kind) is dict else 0] if parts else None
+
+
+def _read_entry(value: Any, kind: Any, rule: Rule, place: Place) -> Any:
+    """A number, text, true or false."""
+    base, words = _PRIMITIVES[kind]
+    is_one = type(value) is kind or (isinstance(value, base) and (kind is bool or not isinstance(value, bool)))
+    if not is_one and (place.strict or not _converts(value, kind)):
+        place.must(f"must be {words}{f', {rule.unit}' if rule.unit else ''}", value)
+    is_too_large = kind is int and abs(int(value)) > _MOST_WHOLE
+    place.must(f"must be a whole number up to {_MOST_WHOLE}" if is_too_large else None, value)
+    return kind(value)
+
+
+def _read_fields(value: Any, kind: Any, fields: dict[str, Any], rule: Rule, place: Place, default: Any) -> Any:
+    """A dataclass, or a config of Drake's."""
+    is_own, is_object = is_dataclass(kind), isinstance(value, kind)
+    document = {name: getattr(value, name) for name in fields} if is_object else _mapping(value, place)
+    missing = [name for name in fields if is_own and name not in document]
+    base = value if is_object else kind() if default is None and (missing or not is_own) else default
+    rule = _FRAMED if kind is ModelDirective else rule
+    known = rules(kind) if is_own else rule.parts
+    strict, values = place._replace(strict=True), dict[str, Any]()
+    inside = strict if is_object else place
+    for name, item in document.items():
+        at = inside.below(name)
+        if name not in fields:
+            at.must(f"no such key; {_hint(place, name, item, fields)}", item)
+        part_rule = known.get(name, _FRAMED if rule.framed else _ANY)
+        values[name] = read(item, fields[name], part_rule, at, getattr(base, name, None))
+    if kind is ModelDirective:
+        kinds = [name for name, item in document.items() if item is not None]
+        place.must(None if len(kinds) == 1 else f"must have one of {', '.join(fields)}", kinds)
+    if not is_own:
+        parts = _pose_parts(values, rule, place) if kind is Transform else {} if is_object else values
+        for name, item in parts.items():
+            try:
+                setattr(base, name, item)
+            except RuntimeError as error:  # Drake's own rule
+                inside.below(name).must(first_line(error), document[name])
+        return base
+    for name in missing:
+        values[name] = read(getattr(base, name), fields[name], known[name], strict.below(name))
     try:
-        _check(where, value, schema, field, rule, strict)
-    except _UnknownKeyError as error:
-        others = [what for name, what in _kinds_of_documents().items() if name in value and name not in _fields(schema)]
-        if others:
-            raise InputError(where, error.field, error.value, f"no such key; this seems to be {others[0]}") from None
-        hint = did_you_mean(_suggested_places(schema, error.field, error.value)) or f"known: {error.expected}"
-        raise InputError(where, error.field, error.value, f"no such key; {hint}") from None
+        result = value if is_object else kind(**values)
+    except InputError as error:  # it asks its rules itself
+        raise InputError(place.where, place.below(error.field).field, error.value, error.expected) from None
+    for name, item, expected in misfits(result):
+        place.below(name).must(expected, item)
+    return result
 
 
-def _kinds_of_documents() -> dict[str, str]:
-    """Kinds of documents, by a key that only they have: a scenario, and those that extras declare in `DOCUMENTS`."""
-    return {"models": "a scenario"} | {key: what for declared in added("DOCUMENTS") for key, what in declared.items()}
+def _hint(place: Place, key: str, value: Any, fields: Iterable[str]) -> str:
+    """What may be meant by a key that a part of a schema does not have."""
+    if is_near(key, fields):
+        return meant(key, fields)
+    schema, document = place.schema, place.document
+    kinds = {"models": "a scenario"} | {
+        name: what for declared in added("DOCUMENTS") for name, what in declared.items()
+    }
+    others = [what for name, what in kinds.items() if name in document and name not in _fields(schema)]
+    if others:
+        return f"this seems to be {others[0]}"
+    return did_you_mean(_suggested_places(schema, place.below(key).field, value)) or f"known: {', '.join(fields)}"
 
 
 def _suggested_places(schema: Any, field: str, value: Any) -> list[str]:
@@ -166,10 +226,10 @@ def _suggested_places(schema: Any, field: str, value: Any) -> list[str]:
     key, part, places = field.rpartition(".")[2], _PART.match(field), _places(schema)
     below = [name for name in value if name in places] if isinstance(value, dict) else []
     for names in ([key] if key in places else [], near_names(key, places), below):
-        found = [place for name in names for place in places[name]]
-        beside = [place for place in found if part and place.startswith(part[0])]
-        if 0 < len(beside or found) <= _MAX_PLACES:
-            return beside or found
+        matches = [place for name in names for place in places[name]]
+        beside = [place for place in matches if part and place.startswith(part[0])]
+        if 0 < len(beside or matches) <= _MAX_PLACES:
+            return beside or matches
     return []
 
 
@@ -180,93 +240,18 @@ _PART = re.compile(r"[^.[]+(?=[.[])")  # the first key of several
 @cache
 def _places(schema: Any, deepest: int = 4) -> dict[str, list[str]]:
     """Where a schema has each key, with dots; an entry of a list or mapping is NAME."""
-    _, kind, inner = _taken_apart(schema)
+    _, kind, inner = unwrap_optional(schema)
     if kind in (list, tuple, dict):
         return {key: [f"NAME.{place}" for place in places] for key, places in _places(inner, deepest).items()}
-    fields = _fields(kind) if deepest else {}
-    found = {name: [name] for name in fields}
+    fields, is_own = _fields(kind) if deepest else {}, is_dataclass(kind)
+    by_key = {name: [name] for name in fields}
     for name, part in fields.items():
+        paths = rules(kind)[name].paths if is_own else ()
+        inside = f"{name}.NAME" if get_origin(get_args(part)[-1:] and get_args(part)[-1]) is dict else name
+        by_key |= {path: [*by_key.get(path, []), f"{inside}.{path}"] for path in paths}
         for key, places in _places(part, deepest - 1).items():
-            found.setdefault(key, []).extend(f"{name}.{place}" for place in places)
-    return found
-
-
-def _check(where: Path | str, value: Any, schema: Any, field: str, rule: Rule, strict: bool) -> None:
-    is_optional, kind, inner = _taken_apart(schema)
-    if value is None and is_optional:
-        return
-    if kind in _PRIMITIVES:
-        _check_entry(where, value, kind, field, rule, strict)
-    elif kind in (list, tuple):
-        if not isinstance(value, list | kind):
-            raise InputError(where, field, value, "must be a list")
-        for i, item in enumerate(value):
-            _check(where, item, inner, f"{field}[{i}]", rule, strict)
-        _must(rule.of_group(value), where, field, value)
-    elif kind is dict:
-        for key, item in _mapping(where, value, field).items():
-            require(key != _TAG, where, field, value, "must be a mapping without a tag")
-            _check(where, item, inner, f"{field}.{key}", rule, strict)
-        _must(rule.of_group(value), where, field, value)
-    elif kind is Transform and isinstance(value, Transform):
-        _must(None if _is_finite(value) else "must be a pose of finite numbers", where, field, value)
-    elif kind is np.ndarray:
-        _check(where, value.tolist() if isinstance(value, np.ndarray) else value, list[float], field, rule, strict)
-    elif fields := _fields(kind):
-        rule = _FRAMED if kind is ModelDirective else rule
-        _check_fields(where, value, kind, fields, field, rule, strict)
-
-
-@cache
-def _taken_apart(schema: Any) -> tuple[bool, Any, Any]:
-    """Whether a type may be None, what it is otherwise, and the type of the entries of a list or mapping."""
-    parts = get_args(schema)
-    if get_origin(schema) in (UnionType, Union) and NoneType in parts and len(parts) == 2:
-        return True, *_taken_apart(*(part for part in parts if part is not NoneType))[1:]
-    return False, get_origin(schema) or schema, parts[-1 if get_origin(schema) is dict else 0] if parts else None
-
-
-def _check_fields(
-    where: Path | str, value: Any, schema: Any, fields: dict[str, Any], field: str, rule: Rule, strict: bool
-) -> None:
-    is_object, is_own = isinstance(value, schema), hasattr(schema, "__dataclass_fields__")
-    document = {name: getattr(value, name) for name in fields} if is_object else _mapping(where, value, field)
-    known = rules(schema) if is_own else rule.parts
-    for key, item in document.items():
-        name = _below(field, key)
-        if key not in fields:
-            if is_near(key, fields):
-                raise InputError(where, name, item, f"no such key; {meant(key, fields)}")
-            raise _UnknownKeyError(where, name, item, ", ".join(fields))
-        _check(where, item, fields[key], name, known.get(key, _FRAMED if rule.framed else _ANY), strict or is_object)
-    if schema is Transform:
-        _check_transform(where, document, field, rule.framed)
-    if schema is ModelDirective:
-        kinds = [name for name, item in document.items() if item is not None]
-        _must(None if len(kinds) == 1 else f"must have one of {', '.join(fields)}", where, field, kinds)
-    for name, item in vars(schema()).items() if is_own and not is_object else ():
-        if name not in document:
-            _check(where, item, fields[name], _below(field, name), known[name], strict=True)
-
-
-def _below(field: str, name: object) -> str:
-    return f"{field}.{name}" if field else str(name)
-
-
-def _must(expected: str | None, where: Path | str, field: str, value: object) -> None:
-    if expected is not None:
-        raise InputError(where, field, value, expected)
-
-
-def _check_entry(where: Path | str, value: Any, schema: type, field: str, rule: Rule, strict: bool) -> None:
-    kind, words = _PRIMITIVES[schema]
-    is_one = type(value) is schema or (isinstance(value, kind) and (schema is bool or not isinstance(value, bool)))
-    if not is_one and (strict or not _converts(value, schema)):
-        raise InputError(where, field, value, f"must be {words}{f', {rule.unit}' if rule.unit else ''}")
-    if schema is int and abs(int(value)) > _MOST_WHOLE:
-        raise InputError(where, field, value, f"must be a whole number up to {_MOST_WHOLE}")
-    if schema is not bool:
-        _must(rule.of_text(value) if schema is str else rule.of_number(float(value)), where, field, value)
+            by_key.setdefault(key, []).extend(f"{name}.{place}" for place in places)
+    return by_key
 
 
 def _is_finite(pose: Transform) -> bool:
@@ -277,55 +262,56 @@ def _is_finite(pose: Transform) -> bool:
         return False
 
 
-_ROTATIONS = {"!Rpy": {"deg"}, "!AngleAxis": {"angle_deg", "axis"}, "!Identity": set[str]()}
+_ROTATIONS = {"!Rpy": Rotation.Rpy, "!AngleAxis": Rotation.AngleAxis, "!Identity": Rotation.Identity}
 
 
-def _check_transform(where: Path | str, value: dict[str, Any], field: str, framed: bool) -> None:
-    """Poses are fixed: not random and, unless it is `framed`, not in a frame, which Drake would ignore here."""
-    base = value.get("base_frame")
-    require(
-        framed or base is None, where, f"{field}.base_frame", base, "leave it out; `parent` of a model names a frame"
-    )
-    _check_three(where, value.get("translation", [0, 0, 0]), f"{field}.translation", "must be three numbers, m")
+def _pose_parts(value: dict[str, Any], rule: Rule, place: Place) -> dict[str, Any]:
+    """Poses are fixed: not random and, unless they are framed, not in a frame, which Drake would ignore here."""
+    if not rule.framed and value.get("base_frame") is not None:
+        place.below("base_frame").must("leave it out; `parent` of a model names a frame", value["base_frame"])
+    translation = _three(value.get("translation", [0, 0, 0]), place.below("translation"), "must be three numbers, m")
     rotation, expected = value.get("rotation", {}), "write !Rpy { deg: [roll, pitch, yaw] }"
     parts: dict[str, Any] = dict(rotation) if isinstance(rotation, dict) else {_TAG: None}
-    known = _ROTATIONS.get(parts.pop(_TAG, "!Identity"))
-    require(known is not None and parts.keys() == known, where, f"{field}.rotation", rotation, expected)
+    kind: Any
+    kind, at = _ROTATIONS.get(parts.pop(_TAG, "!Identity")), place.below("rotation")
+    at.must(None if kind is not None and parts.keys() == _fields(kind).keys() else expected, rotation)
     for name, part in parts.items():
-        three = [part, 0, 0] if name == "angle_deg" else part
-        _check_three(where, three, f"{field}.rotation.{name}", expected)
-    axis = parts.get("axis", [1])
-    require(any(map(float, axis)), where, f"{field}.rotation.axis", axis, "must not be zero")
+        is_angle = name == "angle_deg"
+        numbers = _three([part, 0, 0] if is_angle else part, at.below(name), expected)
+        parts[name] = numbers[0] if is_angle else numbers
+    if not any(parts.get("axis", [1])):
+        at.below("axis").must("must not be zero", rotation["axis"])
+    return value | {"translation": translation, "rotation": kind(**parts)}
 
 
-def _check_three(where: Path | str, value: Any, field: str, expected: str) -> None:
+def _three(value: Any, place: Place, expected: str) -> list[float]:
     fits = isinstance(value, list) and len(value) == 3 and all(_converts(number, float) for number in value)
-    require(fits, where, field, value, expected)
+    place.must(None if fits else expected, value)
     for i, number in enumerate(value):
-        _must(_ANY.of_number(float(number)), where, f"{field}[{i}]", number)
+        place.entry(i).must(_ANY.violation(float(number)), number)
+    return list(map(float, value))
 
 
-def _mapping(where: Path | str, value: Any, field: str) -> dict[str, Any]:
-    if not isinstance(value, dict):
-        raise InputError(where, field, value, "must be a mapping of keys to values")
+def _mapping(value: Any, place: Place) -> dict[str, Any]:
+    place.must(None if isinstance(value, dict) else "must be a mapping of keys to values", value)
     return value
 
 
 @cache
-def _fields(schema: Any) -> dict[str, Any]:
-    if is_dataclass(schema):
-        return get_type_hints(schema)
-    return {field.name: field.type for field in getattr(schema, "__fields__", ())}
+def _fields(kind: Any) -> dict[str, Any]:
+    if is_dataclass(kind):
+        return get_type_hints(kind)
+    return {field.name: field.type for field in getattr(kind, "__fields__", ())}
 
 
-def _converts(value: Any, schema: type) -> bool:
+def _converts(value: Any, kind: type) -> bool:
     if isinstance(value, bool):
-        return schema is bool
-    if schema in (float, int):
+        return kind is bool
+    if kind in (float, int):
         if isinstance(value, str) and not is_number(value.strip()):
             return False
         try:
-            return schema(value) == float(value) or math.isnan(float(value))
+            return kind(value) == float(value) or math.isnan(float(value))
         except (TypeError, ValueError, OverflowError):
             return False
-    return isinstance(value, schema)
+    return isinstance(value, kind)

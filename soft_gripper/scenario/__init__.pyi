@@ -2,7 +2,6 @@
 
 from .calibration_file import load_calibration as load_calibration
 from .schema import DeadSensorConfig as DeadSensorConfig
-from .schema import FingerConfig as FingerConfig
 from .schema import MeshConfig as MeshConfig
 from .schema import NominalConfig as NominalConfig
 from .schema import PhaseConfig as PhaseConfig

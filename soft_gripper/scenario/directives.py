@@ -15,7 +15,7 @@ from pydrake.multibody.parsing import (
 from pydrake.multibody.plant import MultibodyPlant
 
 from soft_gripper.errors import InputError
-from soft_gripper.files.document import check_document, require
+from soft_gripper.files.document import load_config, require
 from soft_gripper.files.yaml_text import read_yaml
 from soft_gripper.model_import.drake_parsing import drake_reads
 from soft_gripper.model_import.included_files import check_files
@@ -88,7 +88,7 @@ def _count_directives(file: str, where: str, around: tuple[Path, ...], counts: d
             size <= _MAX_BYTES, where, "file", file, f"makes the files of directives larger than {_MAX_BYTES} bytes"
         )
         require(isinstance(document, dict), path, "file", path.name, "holds no directives")
-        check_document(path, document, ModelDirectives)
+        load_config(path, document, ModelDirectives)
         directives = document.get("directives", [])
         count = len(directives)
         for i, directive in enumerate(directives):

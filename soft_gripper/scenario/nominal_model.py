@@ -7,7 +7,7 @@ from soft_gripper.errors import InputError
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.scenario.calibration_file import CalibrationConfig, calibrated, load_calibration
-from soft_gripper.scenario.finger_changes import OF_FINGER, OF_SECTION, changed_finger
+from soft_gripper.scenario.finger_changes import FINGER_PATHS, changed_finger
 from soft_gripper.scenario.model_files import model_path
 from soft_gripper.scenario.schema import NominalConfig, SensorConfig
 from soft_gripper.scenario.sensor_presets import sensor_layout
@@ -36,7 +36,7 @@ class NominalModel:
         """The nominal finger; raises as `layout`."""
         found = finger if self.config.file is None else self._from_file(finger)
         found = found if self.config.creep else replace(found, creep=())
-        return changed_finger(found, "nominal", self.config, OF_FINGER)
+        return changed_finger(found, "nominal", self.config.finger)
 
     def _from_file(self, finger: Finger) -> Finger:
         named = [other for other in self.fingers if other.name == finger.name] or list(self.fingers)
@@ -64,7 +64,7 @@ def read_nominal_model(config: NominalConfig) -> NominalModel:
 
 def describe_nominal_model(nominal: NominalConfig) -> str:
     """The nominal model in a few words, for tables."""
-    changes = [f"{name} {text}" for name in (*OF_SECTION, *OF_FINGER) if (text := getattr(nominal, name))]
+    changes = [f"{path} {nominal.finger[path]}" for path in FINGER_PATHS if path in nominal.finger]
     creep = [] if nominal.creep else ["no creep"]
     response = ["response"] if nominal.response is not None else []
     files = [file.rpartition("/")[2] if file is not None else "" for file in (nominal.file, nominal.calibration)]

@@ -4,7 +4,7 @@ import copy
 import os
 import re
 from collections import OrderedDict
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import is_dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -21,6 +21,7 @@ from soft_gripper.files.yaml_text import parse_yaml, read_yaml
 from soft_gripper.scenario.checks import check_scenario, checked_scenario
 from soft_gripper.scenario.directives import parts_with_files
 from soft_gripper.scenario.drake_values import plain_values, without_numpy
+from soft_gripper.scenario.finger_changes import FINGER_PATHS, FORMER_PATHS
 from soft_gripper.scenario.schema import Scenario
 from soft_gripper.scenario.shipped import scenario_path
 
@@ -108,15 +109,27 @@ def _begins_alike(one: Sequence[str], other: Sequence[str]) -> bool:
 
 
 def parse_scenario(path: Path, text: str) -> Scenario:
-    """Reads a scenario from its text in a recording at `path`; raises as `load_scenario`."""
-    return _checked(path, _mapping(path, parse_yaml(path, text)))
+    """Reads a scenario from its text in a recording at `path`, of 0.2 or later; raises as `load_scenario`."""
+    return _checked(path, _with_current_keys(_mapping(path, parse_yaml(path, text))))
+
+
+def _with_current_keys(document: dict[str, Any]) -> dict[str, Any]:
+    """A document whose changes of fingers may have the keys of 0.2."""
+    models, nominal = document.get("models"), document.get("nominal")
+    for model in models if isinstance(models, list) else ():
+        fingers = model.get("fingers") if isinstance(model, dict) else None
+        for changes in fingers.values() if isinstance(fingers, dict) else ():
+            for key in FORMER_PATHS.keys() & changes if isinstance(changes, dict) else ():
+                changes[FORMER_PATHS[key]] = changes.pop(key)
+    if isinstance(nominal, dict):
+        changes = {key: nominal.pop(key) for key in FINGER_PATHS.keys() & nominal}
+        document["nominal"] = nominal | ({"finger": changes} if changes else {})
+    return document
 
 
 def _checked(path: Path, document: dict[str, Any]) -> Scenario:
-    for changes in _changes(document):
-        _quote_numbers(changes)
     document = {name: part for name, part in document.items() if part is not None or name not in _PARTS}
-    scenario = load_config(path, document, Scenario, retain_map_defaults=False)
+    scenario = load_config(path, document, Scenario)
     for part, field in _files(scenario):
         setattr(part, field, os.path.realpath(path.parent / getattr(part, field)))
     check_scenario(path, scenario)
@@ -145,22 +158,6 @@ def _files(scenario: Scenario) -> list[tuple[Any, str]]:
 def files_read(name_or_path: str | Path, scenario: Scenario) -> list[str]:
     """The files that a scenario was read from, its own among them; what ships with the package is left out."""
     return [str(name_or_path), *(getattr(part, field) for part, field in _files(scenario))]
-
-
-def _changes(document: dict[str, Any]) -> Iterator[Any]:
-    """Where a document has changes of fingers, in which numbers and text mean the same."""
-    yield document.get("nominal")
-    models = document.get("models")
-    for model in models if isinstance(models, list) else ():
-        fingers = model.get("fingers") if isinstance(model, dict) else None
-        yield from fingers.values() if isinstance(fingers, dict) else ()
-
-
-def _quote_numbers(changes: Any) -> None:
-    """Turns numbers into text."""
-    for key, value in changes.items() if isinstance(changes, dict) else ():
-        if isinstance(value, int | float) and not isinstance(value, bool):
-            changes[key] = repr(value)
 
 
 def dump_scenario(scenario: Scenario, folder: Path | None = None) -> str:
@@ -222,7 +219,10 @@ def _change(where: str, document: dict[str, Any], key: str, value: Any) -> str:
             raise LookupError(f"give no more than {_DEEPEST_KEY} names")
         place: Any = document
         path = list[Any]()
-        for name in parents:
+        for i, name in enumerate(parents):
+            if isinstance(place, dict) and (dotted := key.split(".", i)[i]) in place:  # such as contact.friction
+                last = dotted
+                break
             path.append(name if isinstance(place, dict) else _index(place, name))
             place = place.setdefault(name, {}) if isinstance(place, dict) else place[path[-1]]
         path.append(last if isinstance(place, dict) else _index(place, last))

@@ -20,11 +20,13 @@ from pydrake.visualization import VisualizationConfig
 
 from soft_gripper.control.pid_controller import PidGains
 from soft_gripper.estimators.uncertainty import Uncertainty
+from soft_gripper.files.changes import dotted
 from soft_gripper.fingers.finger_links import SPRINGS
 from soft_gripper.quantity import Misfit, Rule, like, quantity, valid
 from soft_gripper.registry import registered, with_added_fields
 from soft_gripper.scenario.criterion import FORM, read_criterion
 from soft_gripper.scenario.drake_values import ByValue
+from soft_gripper.scenario.finger_changes import FINGER_PATHS, MODEL_PATHS
 from soft_gripper.scenario.shipped import PRESETS
 from soft_gripper.sensors.path_sensors import LAYOUTS, STEEPEST
 from soft_gripper.sensors.pressure_errors import PressureErrors
@@ -40,42 +42,6 @@ class MeshConfig:
 
     scale: float = quantity(1.0, "m", above=0)  # length unit of the file: 0.001 for millimetres
     color: list[float] = quantity([0.45, 0.62, 0.36, 1.0], least=0, most=1, length=4)  # red, green, blue, opacity
-
-
-@dataclass
-class FingerChanges:
-    """Values in the units of a <finger>, or changes, "+10 %"; those of a section or chamber apply to every one."""
-
-    length: str | None = quantity(None, "m")
-    width: str | None = quantity(None, "m")
-    thickness: str | None = quantity(None, "m")
-    youngs_modulus: str | None = quantity(None, "Pa")
-    density: str | None = quantity(None, "kg/m^3")
-    chamber_width: str | None = quantity(None, "m")
-    chamber_thickness: str | None = quantity(None, "m")
-    chamber_center: str | None = quantity(None, "m")
-    layer_thickness: str | None = quantity(None, "m")
-    layer_modulus: str | None = quantity(None, "Pa")
-    layer_shear_modulus: str | None = quantity(None, "Pa")
-    relaxation_time: str | None = quantity(None, "s")
-    sensor_spacing: str | None = quantity(None, "m")
-
-    def __post_init__(self) -> None:
-        """Converts numbers to text."""
-        for name, value in vars(self).items():
-            if isinstance(value, int | float) and not isinstance(value, bool):
-                setattr(self, name, str(value))
-
-
-@dataclass
-class FingerConfig(FingerChanges):
-    """Changes of a simulated finger relative to its file."""
-
-    # About its bending axis at the base, on top of that of its file; positive: toward the object
-    tilt: str | None = quantity(None, "rad")
-    shear_factor: str | None = None
-    yields: str | None = None  # the ways in which it is not rigid, such as "bending sideways twist"
-    friction: str | None = None  # Coulomb, equal static and dynamic
 
 
 @dataclass(eq=False)
@@ -99,10 +65,16 @@ class ModelConfig(ByValue):
     without: list[str] = field(default_factory=list)  # links of its file to omit, with everything attached to them
     segments: int | None = quantity(None, least=1)  # of every finger in the file; None: as in the file
     springs: str | None = quantity(None, known=SPRINGS)  # see docs/finger.md; None: linear ones if they are stable
-    fingers: dict[str, FingerConfig] = field(default_factory=dict)  # changes of its <finger>s, by name or for "all"
+    # Changes of its <finger>s, by name or for "all": numbers or "+10 %", by the path of a field of `Finger`, as in
+    # `contact.friction`; `width` by itself, or another field of a section, is that of every section.
+    fingers: dict[str, dict[str, str]] = quantity({}, paths=MODEL_PATHS)
     self_contact: bool = False  # whether links of a finger that are more than two apart touch each other
     half_space: bool = False  # its box, such as a table, is all that lies below its upper face, see docs/solver.md
     mesh: MeshConfig = field(default_factory=MeshConfig)  # for a file that is a bare mesh (.obj, .stl, .ply ...)
+
+    def __post_init__(self) -> None:
+        if isinstance(self.fingers, dict):
+            self.fingers = {name: dotted(changes, MODEL_PATHS) for name, changes in self.fingers.items()}
 
     def misfits(self) -> Iterator[Misfit]:
         if self.free and (self.parent != "world" or self.child is not None):
@@ -428,13 +400,17 @@ class EstimatorConfig:
 
 
 @dataclass
-class NominalConfig(FingerChanges):
+class NominalConfig:
     """The nominal model of every finger and its sensors, where it differs from what is simulated."""
 
+    finger: dict[str, str] = quantity({}, paths=FINGER_PATHS)  # changes of every finger, as in `models.NAME.fingers`
     file: str | None = None  # URDF whose <finger> of the same name, or only one, is assumed; changes come on top
     creep: bool = True  # include the creep of the finger, if it has any
     response: list[list[float]] | None = None  # of the sensors; None: as simulated
     calibration: str | None = None  # file that `soft-gripper calibrate` wrote, applied to the nominal model so far
+
+    def __post_init__(self) -> None:
+        self.finger = dotted(self.finger, FINGER_PATHS)
 
 
 def default_plant_config() -> MultibodyPlantConfig:

@@ -28,9 +28,10 @@ from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
-from soft_gripper.files.document import check_document
+from soft_gripper.files.document import Place, read
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import AXES
+from soft_gripper.quantity import Rule
 from soft_gripper.sensors.calibrated_states import CalibratedStates
 from soft_gripper.sensors.response_curve import CalibratedResponse, ResponseCurve
 
@@ -196,7 +197,7 @@ class MeasurementModel(ABC):
         equal = self.finger.section_ends(self.sections)
         if self.borders is None:
             return equal
-        check_document("sensor", self.borders, tuple[float, ...], "borders", strict=True)
+        read(self.borders, tuple[float, ...], Rule(), Place("sensor", "borders", strict=True))
         return np.round(np.array([0.0, *self.borders, 1.0]) * self.finger.segments).astype(int)
 
     @cached_property

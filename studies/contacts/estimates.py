@@ -102,7 +102,7 @@ class Condition:
 
     @property
     def _nominal(self) -> NominalConfig:
-        return NominalConfig(youngs_modulus=self.youngs_modulus)
+        return NominalConfig({} if self.youngs_modulus is None else {"youngs_modulus": self.youngs_modulus})
 
 
 # Gain errors and hysteresis of 1 % at strains up to 0.15, and noise of 0.002, together.

@@ -330,7 +330,7 @@ def _changes(case: Case, rng: np.random.Generator) -> dict[str, Any]:
     if not case.exact:
         stiffness, changes["pressure.leaks"] = rng.choice(STIFFNESS), {"all": PRESSURE * rng.uniform()}
         if stiffness:
-            changes["nominal.youngs_modulus"] = f"{stiffness:+d} %"
+            changes["nominal.finger.youngs_modulus"] = f"{stiffness:+d} %"
     return changes
 
 

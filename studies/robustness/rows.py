@@ -145,8 +145,7 @@ class NominalError:
     @property
     def config(self) -> NominalConfig:
         """As in a scenario."""
-        change = None if self.modulus == 0 else f"{100 * self.modulus:+g} %"
-        return NominalConfig(youngs_modulus=change)
+        return NominalConfig({"youngs_modulus": f"{100 * self.modulus:+g} %"} if self.modulus else {})
 
 
 # Too soft a finger and too high a pressure both predict too much bend: the signs are chosen to add up.

@@ -174,7 +174,9 @@ def test_a_wrong_nominal_model_is_named_and_shows_in_the_forces() -> None:
     """A finger whose nominal model is too stiff seems to bend under a load."""
     options = short("pressure.settle=1", "gravity=[0, 0, 0]")
     soft_gripper("run", "free_bending", *options, "--out", "right")
-    nominal = soft_gripper("run", "free_bending", *options, "--set", "nominal.youngs_modulus=+10 %", "--out", "wrong")
+    nominal = soft_gripper(
+        "run", "free_bending", *options, "--set", "nominal.finger.youngs_modulus=+10 %", "--out", "wrong"
+    )
     assert nominal.code == 0
     for name in ("metrics.csv", "forces.csv"):
         assert {row["nominal"] for row in table(f"right/{name}")} == {"as simulated"}

@@ -87,8 +87,8 @@ def test_a_run_records_them():
     """Free bending with a nominal finger that is 5 % too stiff."""
     changes = ["estimator.type=recursive", "sensor.sections=2", "pressure.steps.all=[0, 60e3, 100e3]"]
     softer = [
-        "nominal.youngs_modulus=+5 %",
-        "nominal.layer_modulus=+5 %",
+        "nominal.finger.youngs_modulus=+5 %",
+        "nominal.finger.layer_modulus=+5 %",
         "estimator.uncertainty.bend_per_pressure=0.05",
     ]
     data = simulate(load_scenario("free_bending", [*changes, *softer])).data

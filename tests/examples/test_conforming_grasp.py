@@ -88,7 +88,7 @@ def contact_by_statics(finger: Finger, pressure: float, box: Array) -> tuple[Arr
 @pytest.mark.slow
 @pytest.mark.parametrize("pressure", [125e3, 175e3, 200e3])
 def test_contact_is_that_of_statics_where_nothing_rubs(pressure: float) -> None:
-    smooth = ["models.gripper.fingers.all.friction=0", "models.box.free=false", "gravity=[0, 0, 0]"]
+    smooth = ["models.gripper.fingers.all.contact.friction=0", "models.box.free=false", "gravity=[0, 0, 0]"]
     steps = [f"pressure.steps.all=[{pressure}]", "pressure.settle=4"]
     grasp = run_grasp(load_scenario(CONFORMING, [*smooth, *steps]))
     area, force = contact_by_statics(grasp.finger, pressure, grasp.box)

@@ -5,7 +5,7 @@ The schemas are found: the dataclasses of the package whose fields have rules, a
 
 import math
 import pkgutil
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import fields, is_dataclass, replace
 from importlib import import_module
 from pathlib import Path
@@ -20,9 +20,10 @@ from pydrake.multibody.parsing import ModelDirective
 from refusals import refused
 
 import soft_gripper
+import soft_gripper.files.document as document_module
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.uncertainty import Uncertainty
-from soft_gripper.files.document import check_document, load_config
+from soft_gripper.files.document import Place, load_config, read
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.quantity import Rule, rules
 from soft_gripper.sensors.path_sensors import SensorPath
@@ -89,11 +90,13 @@ def cases(kind: Any, rule: Rule) -> Cases:
     if get_origin(kind) in (list, tuple):
         return groups(cases(parts[0], rule), rule)
     if get_origin(kind) is dict:
-        return mappings(cases(parts[-1], rule), rule)
+        is_change = rule.paths and parts[-1] is str
+        return changes(rule.paths) if is_change else mappings(cases(parts[-1], rule), rule)
     if kind is Transform:
         return POSES
-    if kind is np.ndarray:
-        return cases(list[float], rule)
+    if kind is np.ndarray:  # three numbers, of which Drake makes a color
+        right, wrong = cases(list[float], rule)
+        return Cases([3 * value[:1] for value in right if value], wrong)
     if kind is ModelDirective:
         return DIRECTIVES
     inside = is_dataclass(kind) or hasattr(kind, "__fields__")
@@ -184,6 +187,24 @@ def groups(entry: Cases, rule: Rule) -> Cases:
     return Cases(right, wrong)
 
 
+def changes(paths: Mapping[str, Rule]) -> Cases:
+    """Numbers by dotted keys, each in its range, or what is added to one; null leaves it as it is."""
+    right = [{name: value} for name in paths for value in ("+10 %", None) if not paths[name].known]
+    wrong = [Wrong(value, "", value, "must be a mapping") for value in ("x", [], None)]
+    for name, rule in paths.items():
+        entry = texts(rule) if rule.known else numbers(float, rule)
+        right += [{name: value} for value in entry.right]
+        wrong += [Wrong({name: c.value}, f".{name}", c.value, c.words) for c in entry.wrong if c.value is not None]
+        others = [] if rule.known else ["nan", "10 %", "3 mm", "+0.1", [0.1], {"mean": 0.1}]
+        wrong += [Wrong({name: value}, f".{name}", value, f"must be a number, {rule.unit}") for value in others]
+        outer, *inner = name.split(".", 1)
+        if inner:
+            right.append({outer: {inner[0]: entry.right[0]}})
+            twice = {outer: {inner[0]: entry.right[0]}, name: entry.right[0]}
+            wrong.append(Wrong(twice, f".{name}", entry.right[0], "appears more than once"))
+    return Cases(right, [*wrong, Wrong({"widht": 0.1}, ".widht", 0.1, "did you mean 'width'?")])
+
+
 def mappings(entry: Cases, rule: Rule) -> Cases:
     right = [{"any": value} for value in entry.right] + ([] if rule.filled else [{}])
     wrong = [Wrong({"any": case.value}, f".any{case.place}", case.mistake, case.words) for case in entry.wrong]
@@ -254,17 +275,21 @@ SCHEMAS = pytest.mark.parametrize("schema", list(schemas()), ids=lambda schema: 
 
 
 @SCHEMAS
-def test_a_field_takes_its_range_and_refuses_all_else_with_its_name_and_what_would_be_right(schema: Any) -> None:
+def test_a_field_takes_its_range_and_refuses_all_else_with_its_name_and_what_would_be_right(
+    schema: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each field by itself: what a rule between fields would refuse is right here."""
+    monkeypatch.setattr(document_module, "misfits", lambda config: iter(()))
     hints, known = described(schema)
     document = example(schema)
-    check_document(FILE, document, schema)
+    load_config(FILE, document, schema)
     for name, hint in hints.items():
         right, wrong = cases(hint, known[name])
         for value in right:
-            check_document(FILE, document | {name: value}, schema)
+            load_config(FILE, document | {name: value}, schema)
         for case in wrong:
             with refused(f"{name}{case.place}", case.mistake) as caught:
-                check_document(FILE, document | {name: case.value}, schema)
+                load_config(FILE, document | {name: case.value}, schema)
             assert caught.value.where == FILE
             assert case.words in caught.value.expected
 
@@ -292,7 +317,7 @@ def test_a_document_that_is_written_is_the_one_that_was_read(schema: Any) -> Non
 
 def default_is_valid(schema: Any, name: str) -> bool:
     try:
-        check_document(FILE, getattr(schema(), name), get_type_hints(schema)[name], name, rules(schema)[name], True)
+        read(getattr(schema(), name), get_type_hints(schema)[name], rules(schema)[name], Place(FILE, name, strict=True))
     except InputError:
         return False
     return True

@@ -10,7 +10,6 @@ from soft_gripper.fingers.finger_parts import CreepBranch, ElasticLaw, TipLoad
 from soft_gripper.fingers.urdf import changed_urdf, expand_urdf
 from soft_gripper.models import DIRECTORY
 from soft_gripper.scenario.finger_changes import mounted_finger
-from soft_gripper.scenario.schema import FingerConfig
 
 FILES = sorted([*(DIRECTORY / "grippers").glob("*.urdf"), *(DIRECTORY / "recordings").glob("*.urdf")])
 TWO_FINGER = DIRECTORY / "grippers/two_finger.urdf"
@@ -43,7 +42,7 @@ def test_a_tilt_turns_the_tips_toward_the_object(tmp_path):
     seen = []
 
     def tilted(mounted):
-        seen.append(mounted_finger(mounted, "here", {"all": FingerConfig(tilt="0.1")}))
+        seen.append(mounted_finger(mounted, "here", {"all": {"tilt": "0.1"}}))
         return seen[-1]
 
     expand_urdf(TWO_FINGER, change=tilted)

@@ -12,7 +12,7 @@ def worst_error(recording: sg.Recording, finger: str) -> float:
     return 1e3 * float(np.nanmax(recording[f"{finger}.pose_error"].values))
 
 
-changes = ["pressure.steps={all: [0, 75e3]}", "pressure.settle=0.2", "nominal.youngs_modulus=+10 %"]
+changes = ["pressure.steps={all: [0, 75e3]}", "pressure.settle=0.2", "nominal.finger.youngs_modulus=+10 %"]
 scenario = sg.load_scenario("free_bending", [*changes, "sensor.sections=2"])
 errors: dict[str, float] = {}
 for estimator in ("arcs", "gaussian"):

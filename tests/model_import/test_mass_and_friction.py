@@ -122,7 +122,7 @@ def test_a_slab_slides_on_a_slope_that_is_steeper_than_its_friction_angle(tmp_pa
     assert pose.translation()[0] == pytest.approx(acceleration * seconds**2 / 2, rel=0.05, abs=1e-3)
 
 
-@pytest.mark.parametrize(("key", "of_fingers"), [("mass", "density"), ("friction", "friction")])
+@pytest.mark.parametrize(("key", "of_fingers"), [("mass", "density"), ("friction", "contact.friction")])
 def test_fingers_have_their_own(key, of_fingers):
     with refused(key, 0.5) as caught:
         loaded("package://soft_gripper/grippers/two_finger.urdf", **{key: 0.5})

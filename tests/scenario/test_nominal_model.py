@@ -1,6 +1,7 @@
 """The nominal model: values, changes and other files; and its effect on the estimates."""
 
 from dataclasses import replace
+from types import MappingProxyType
 
 import numpy as np
 import pytest
@@ -17,8 +18,8 @@ CURVE = [[1.0, 0.0], [2.0, 3.0]]
 TWO = "package://soft_gripper/grippers/two_finger.urdf"
 
 
-def nominal(finger, **changes):
-    return read_nominal_model(NominalConfig(**changes)).finger(finger)
+def nominal(finger, changes=MappingProxyType({}), **config):
+    return read_nominal_model(NominalConfig(dict(changes), **config)).finger(finger)
 
 
 def test_nothing_said_is_the_truth(tapered_finger):
@@ -34,7 +35,7 @@ def test_nothing_said_is_the_truth(tapered_finger):
 def test_changes_of_the_finger(tapered_finger, name, value):
     true = getattr(tapered_finger, name)
     for text, expected in ((str(value), value), ("+5 %", 1.05 * true), ("-2.5%", 0.975 * true)):
-        assert nominal(tapered_finger, **{name: text}) == replace(tapered_finger, **{name: expected})
+        assert nominal(tapered_finger, {name: text}) == replace(tapered_finger, **{name: expected})
 
 
 @pytest.mark.parametrize(
@@ -49,7 +50,7 @@ def test_changes_of_the_cross_section_are_for_base_and_tip(tapered_finger, name,
     for text, change in ((repr(value), lambda old: value), ("+10 %", lambda old: 1.1 * old)):
         sections = {"base": tapered_finger.base, "tip": tapered_finger.tip}
         ends = {end: replace(section, **{name: change(getattr(section, name))}) for end, section in sections.items()}
-        assert nominal(tapered_finger, **{name: text}) == replace(tapered_finger, **ends)
+        assert nominal(tapered_finger, {name: text}) == replace(tapered_finger, **ends)
 
 
 def test_creep_need_not_be_known(tapered_finger):
@@ -61,7 +62,7 @@ def test_creep_need_not_be_known(tapered_finger):
 @pytest.mark.parametrize("text", ["10", "0.1"])
 def test_a_forgotten_percent_sign_is_no_modulus(tapered_finger, text):
     with refused("youngs_modulus"):
-        nominal(tapered_finger, youngs_modulus=text)
+        nominal(tapered_finger, {"youngs_modulus": text})
 
 
 def test_another_response_is_believed_of_the_same_sensors(tapered_finger):
@@ -75,21 +76,21 @@ def test_a_file_gives_the_finger_of_that_name_or_its_only_one(shipped_finger, fi
     """With as many segments as are simulated; changes come on top."""
     simulated = replace(shipped_finger, name="right_finger", length=0.5, segments=7, sensor_spacing=0.01)
     expected = replace(shipped_finger, name="right_finger", segments=7, relaxation_time=0.013)
-    assert nominal(simulated, file=file, relaxation_time="+100 %") == expected
+    assert nominal(simulated, {"relaxation_time": "+100 %"}, file=file) == expected
 
 
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"width": "wide"}, "nominal: width = 'wide': give a number, or a change such as \"+10 %\""),
-        ({"length": "-1"}, "nominal: finger 'tapered': length = -1.0"),
+        ({"finger": {"width": "wide"}}, "nominal: width = 'wide': must be a number, or a change such as \"+10 %\""),
+        ({"finger": {"length": "-1"}}, "nominal: finger 'tapered': length = -1.0"),
         ({"file": TWO}, "holds no finger 'tapered', nor a single one; it has left_finger, right_finger"),
         ({"file": "package://soft_gripper/arms/ur5e.urdf"}, "it has none"),
     ],
 )
 def test_what_cannot_be_believed(tapered_finger, changes, message):
     with pytest.raises(InputError) as caught:
-        nominal(tapered_finger, **changes)
+        read_nominal_model(NominalConfig(**changes)).finger(tapered_finger)
     assert message in str(caught.value)
 
 
@@ -109,19 +110,22 @@ def settled():
 
 
 def test_readings_are_those_of_the_simulated_finger(settled):
-    true, wrong = settled(), settled("sensor_spacing=+10 %", "youngs_modulus=+10 %", "response=[[1, 0], [2, 2]]")
+    true, wrong = (
+        settled(),
+        settled("finger.sensor_spacing=+10 %", "finger.youngs_modulus=+10 %", "response=[[1, 0], [2, 2]]"),
+    )
     for signal in ("strain", "extension_ratio", "sampled_joint_angles"):
         np.testing.assert_array_equal(wrong(signal), true(signal))
 
 
 def test_a_spacing_that_is_believed_larger_bends_the_estimate_less(settled):
-    true, wrong = settled(), settled("sensor_spacing=+10 %")
+    true, wrong = settled(), settled("finger.sensor_spacing=+10 %")
     np.testing.assert_allclose(wrong("theta"), true("theta") / 1.1, rtol=1e-3)
 
 
 def test_a_stiffness_that_is_believed_larger_is_taken_for_a_load(settled, shipped_finger):
     """Free bending balances pressure with stiffness: a tenth more of it remains unexplained in every section."""
-    true, wrong = settled(), settled("youngs_modulus=+10 %")
+    true, wrong = settled(), settled("finger.youngs_modulus=+10 %")
     assert np.abs(true("external_torque")).max() < 2e-5
     found, expected = (
         torque.reshape(4, 3).mean(axis=1)

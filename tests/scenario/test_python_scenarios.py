@@ -33,13 +33,21 @@ def test_a_scenario_of_python_holds_numbers_of_numpy():
         gravity=np.array([0.0, 0.0, -9.8]),
         pressure=replace(BASE.pressure, steps={"all": np.array([0.0, 1e4])}),
         sensor=replace(BASE.sensor, period=np.float64(0.01), sections=np.int64(3)),
-        nominal=sg.scenario.NominalConfig(sensor_spacing=np.float64(0.0178), youngs_modulus=950000),
+        nominal=sg.scenario.NominalConfig({"sensor_spacing": np.float64(0.0178), "youngs_modulus": 950000}),
     )
     found = sg.make_station(scenario).scenario
     assert (found.gravity, found.pressure.steps, found.sensor.sections) == ([0.0, 0.0, -9.8], {"all": [0.0, 1e4]}, 3)
-    assert (found.nominal.sensor_spacing, found.nominal.youngs_modulus) == ("0.0178", "950000")
+    assert found.nominal.finger == {"sensor_spacing": "0.0178", "youngs_modulus": "950000"}
     assert "sections: 3" in sg.dump_scenario(scenario)
     assert isinstance(scenario.gravity, np.ndarray)  # what was given is left as it was
+
+
+@pytest.mark.parametrize("fingers", [None, 3, {"all": 3}, {"all": {"width": [0.02]}}, {"all": {3: "0.02"}}])
+def test_changes_of_fingers_are_text_or_numbers_by_paths(fingers):
+    scenario = replace(BASE, models=[replace(BASE.models[0], fingers=fingers)])
+    with pytest.raises(sg.InputError) as caught:
+        sg.dump_scenario(scenario)
+    assert caught.value.field.startswith("models[0].fingers")
 
 
 @pytest.mark.parametrize(

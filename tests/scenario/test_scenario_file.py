@@ -73,7 +73,7 @@ def test_dumped_paths_are_relative_to_where_the_text_is_kept(tmp_path):
 
 @pytest.mark.parametrize(("value", "kept"), [("2.0e-2", "0.02"), ("1", "1"), ("+10 %", "+10 %"), ("'-2.5%'", "-2.5%")])
 def test_a_nominal_model_is_a_number_or_a_change(value, kept):
-    assert load_scenario("free_bending", [f"nominal.width={value}"]).nominal.width == kept
+    assert load_scenario("free_bending", [f"nominal.finger.width={value}"]).nominal.finger == {"width": kept}
 
 
 def test_overrides_take_the_place_of_what_the_file_says():
@@ -118,11 +118,11 @@ def test_a_scenario_that_is_changed_changes_no_other():
 
 
 def test_changes_are_data_and_stay_as_they_are():
-    changes = {"pressure.steps": {"all": [0.0, 1e-7]}, "nominal.width": 0.03, "nominal.length": "+5 %"}
+    changes = {"pressure.steps": {"all": [0.0, 1e-7]}, "nominal.finger.width": 0.03, "nominal.finger.length": "+5 %"}
     scenario = changed_scenario("free_bending", changes)
     assert scenario.pressure.steps == {"all": [0.0, 1e-7]}
-    assert (scenario.nominal.width, scenario.nominal.length) == ("0.03", "+5 %")
-    assert changes["nominal.width"] == 0.03
+    assert scenario.nominal.finger == {"width": "0.03", "length": "+5 %"}
+    assert changes["nominal.finger.width"] == 0.03
 
 
 @pytest.mark.parametrize(

@@ -121,7 +121,7 @@ def load_design_study(file: Path) -> DesignStudy:
     Raises:
         InputError: naming file, field and value, if anything is wrong.
     """
-    config = load_config(file, read_yaml(file), DesignConfig, retain_map_defaults=False)
+    config = load_config(file, read_yaml(file), DesignConfig)
     draw = _with_ranges(file, "draw", config.draw, config.vary)
     for key, value in draw.items():
         require(isinstance(value, Range), file, f"draw.{key}", value, _RANGE_EXPECTED)

@@ -28,10 +28,10 @@ from soft_gripper.extras.health.health_monitor import named
 from soft_gripper.pictures.style import COLORS, STYLE
 from soft_gripper.runs.scores.readings import ReadAgain, read_again
 from soft_gripper.runs.study import results
-from soft_gripper.scenario.finger_changes import OF_FINGER, changed_finger
+from soft_gripper.scenario.finger_changes import changed_finger
 from soft_gripper.scenario.model_files import model_path
 from soft_gripper.scenario.scenario_file import load_scenario
-from soft_gripper.scenario.schema import NominalConfig, Scenario, SensorConfig, StrainErrorsConfig
+from soft_gripper.scenario.schema import Scenario, SensorConfig, StrainErrorsConfig
 from soft_gripper.scenario.sensor_presets import strain_errors
 from soft_gripper.sensors.strain_errors import SENSOR_FAULTS, SensorFault, StrainErrors, disturb
 
@@ -172,8 +172,8 @@ def run_health(number: int, kind: str, seed: int, beliefs: Sequence[Belief] = (E
 
 def monitored(again: ReadAgain, readings: Array, errors: StrainErrors, belief: Belief) -> tuple[Array, Array]:
     """The ends of the looks at a recorded finger, (L,) s, and the probabilities of FAULTS then, (L, 8)."""
-    nominal = NominalConfig(youngs_modulus=f"{100 * belief.stiffness_error:+g} %")
-    finger = changed_finger(again.layout.finger, "nominal", nominal, OF_FINGER)
+    changes = {"youngs_modulus": f"{100 * belief.stiffness_error:+g} %"}
+    finger = changed_finger(again.layout.finger, "nominal", changes)
     assumed = replace(uncertainty_of(errors), bend_per_pressure=belief.declared)
     monitor = HealthFilter(replace(again.layout, finger=finger), assumed, again.period)
     known, found = monitor.begin(), []

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,7 @@ from soft_gripper.files.document import load_config
 from soft_gripper.files.text import name_of
 from soft_gripper.quantity import Misfit, quantity
 from soft_gripper.scenario.scenario_file import changed_scenario, load_changed
-from soft_gripper.scenario.schema import FingerChanges, Scenario
+from soft_gripper.scenario.schema import Scenario
 
 TASKS = ("reach", "grasp", "pick_place")
 
@@ -179,7 +180,11 @@ def _misfits(config: EnvironmentConfig, scenario: Scenario) -> Iterator[Misfit]:
     variation, share = config.variation, config.variation.youngs_modulus
     if share > 0 and variation.gripper not in names:
         yield "variation.gripper", variation.gripper, f"must be one of the models: {', '.join(names)}"
-    if share > 0 and variation.grippers > 1 and any(f.youngs_modulus for f in _finger_changes(variation, scenario)):
+    if (
+        share > 0
+        and variation.grippers > 1
+        and any("youngs_modulus" in key for key in _changed_paths(variation, scenario))
+    ):
         yield "variation.youngs_modulus", share, "must be 0, since the scenario gives the fingers another"
     free = [model.name for model in scenario.models if model.free]
     for name, task in (("grasp", config.grasp), ("pick_place", config.pick_place)):
@@ -187,9 +192,9 @@ def _misfits(config: EnvironmentConfig, scenario: Scenario) -> Iterator[Misfit]:
             yield f"{name}.object", task.object, f"must be one of the free models: {', '.join(free)}"
 
 
-def _finger_changes(variation: VariationConfig, scenario: Scenario) -> Iterator[FingerChanges]:
-    """The scenario's changes of the fingers that vary, and their nominal model."""
-    yield scenario.nominal
+def _changed_paths(variation: VariationConfig, scenario: Scenario) -> Iterator[str]:
+    """Paths of the scenario's changes of the fingers that vary, and of their nominal model."""
+    yield from scenario.nominal.finger
     for model in scenario.models:
         if model.name == variation.gripper:
-            yield from model.fingers.values()
+            yield from chain.from_iterable(model.fingers.values())

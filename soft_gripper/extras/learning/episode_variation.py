@@ -25,7 +25,7 @@ from soft_gripper.diagrams.simulation import seed_random_sources
 from soft_gripper.errors import InputError
 from soft_gripper.extras.learning.config import VariationConfig
 from soft_gripper.extras.learning.station import LearningStation
-from soft_gripper.scenario.schema import FingerConfig, Scenario
+from soft_gripper.scenario.schema import Scenario
 
 
 def scaled_shape(shape: Shape, factor: float) -> Shape:
@@ -152,7 +152,6 @@ def varied_fingers(scenario: Scenario, config: VariationConfig, number: int) -> 
     share = float(np.linspace(-1, 1, config.grippers)[number]) * config.youngs_modulus
     found = deepcopy(scenario)
     (model,) = (model for model in found.models if model.name == config.gripper)
-    changed = model.fingers.setdefault("all", FingerConfig())
-    changed.youngs_modulus = f"{100 * share:+.9g} %"
-    found.nominal.youngs_modulus = f"{100 * (1 / (1 + share) - 1):+.9g} %"
+    model.fingers.setdefault("all", {})["youngs_modulus"] = f"{100 * share:+.9g} %"
+    found.nominal.finger["youngs_modulus"] = f"{100 * (1 / (1 + share) - 1):+.9g} %"
     return found

@@ -10,7 +10,7 @@ from soft_gripper.errors import InputError
 from soft_gripper.scenario.scenario_file import load_scenario
 
 SHORT = ["pressure.steps.all=[90e3]", "pressure.settle=0.2", "pressure.hold_samples=1", "sensor.sections=2"]
-SHORT += ["sensor.borders=[0.4]", "estimator.uncertainty.reading=3e-4", "nominal.youngs_modulus='+5 %'"]
+SHORT += ["sensor.borders=[0.4]", "estimator.uncertainty.reading=3e-4", "nominal.finger.youngs_modulus='+5 %'"]
 KINDS = ["gaussian", "spline", "contact", "own_blocks:mean_bend"]
 
 

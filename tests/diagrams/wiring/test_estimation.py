@@ -109,7 +109,7 @@ def test_an_estimator_of_the_call_takes_the_place_of_the_scenarios(own):
         made.append((layout.finger.length, layout.sections, gravity.tolist(), period))
         return MeanBend(layout)
 
-    overrides = [*SHORT, "nominal.length=0.13", "sensor.period=0.02", "sensor.sections=2"]
+    overrides = [*SHORT, "nominal.finger.length=0.13", "sensor.period=0.02", "sensor.sections=2"]
     make_station(load_scenario("free_bending", overrides), make_estimator=make)
     make_station(load_scenario("free_bending", [*overrides, "estimator.compensate_gravity=false"]), make_estimator=make)
     assert made == [(0.13, 2, [0, 0, -9.81], 0.02)] * 2 + [(0.13, 2, [0, 0, 0], 0.02)] * 2

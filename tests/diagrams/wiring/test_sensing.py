@@ -72,7 +72,7 @@ def test_blocks_are_made_for_what_the_scenario_says(monkeypatch, name):
 
     monkeypatch.setattr(estimation, "ContactDetector", detector)
     monkeypatch.setattr(estimation, "ForceEstimator", force_estimator)
-    overrides = ("sensor.sections=3", "sensor.period=0.02", "gravity=[1, 2, -3]", "nominal.length=+5 %")
+    overrides = ("sensor.sections=3", "sensor.period=0.02", "gravity=[1, 2, -3]", "nominal.finger.length=+5 %")
     fingers = station(name, 3e-3, *overrides).fingers
     assert detectors == [(12, 4, 0.02, 3e-3)] * len(fingers)
     nominal = [(finger.name, pytest.approx(1.05 * finger.finger.length), [1, 2, -3], 0.02) for finger in fingers]

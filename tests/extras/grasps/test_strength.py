@@ -42,7 +42,7 @@ models:
   file: {folder}/gripper.urdf
   X_PC: {{ translation: [0, 0, 0.177], rotation: !Rpy {{ deg: [180, 0, 0] }} }}
   segments: 1
-  fingers: {{ all: {{ friction: {friction} }} }}
+  fingers: {{ all: {{ contact.friction: {friction} }} }}
 - name: pad
   file: {folder}/pad.obj
   free: true

@@ -16,7 +16,7 @@ from soft_gripper.scenario.scenario_file import load_scenario
 pytestmark = pytest.mark.slow
 
 STEPS = ["pressure.steps.all=[0, 60e3, 120e3, 60e3, -30e3]", "pressure.settle=0.5", "pressure.hold_samples=20"]
-NOMINAL = ["nominal.youngs_modulus=+15 %", "nominal.layer_modulus=+15 %"]  # the neutral axis stays
+NOMINAL = ["nominal.finger.youngs_modulus=+15 %", "nominal.finger.layer_modulus=+15 %"]  # the neutral axis stays
 ERRORS = "sensor.errors={gain_error: 0.05, offset: 0.005, noise: 0.001, hysteresis: 0.005}"
 WRONG = [*STEPS, *NOMINAL, ERRORS, "sensor.seed=3"]
 IDEAL = [*STEPS, *NOMINAL]

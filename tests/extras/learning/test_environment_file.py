@@ -44,7 +44,7 @@ def test_a_file_of_ones_own_names_its_scenario_beside_it(tmp_path):
         ({"action.rest": 1e6}, "action.rest"),
         ({"variation.gripper": "hand"}, "variation.gripper"),
         ({"scenario.models.1.fingers": {"all": {"youngs_modulus": "5e5"}}}, "variation.youngs_modulus"),
-        ({"scenario.nominal.youngs_modulus": "+30 %"}, "variation.youngs_modulus"),
+        ({"scenario.nominal.finger.youngs_modulus": "+30 %"}, "variation.youngs_modulus"),
         ({"grasp.object": "apple"}, "grasp.object"),
         ({"reach": {}}, "reach"),
         ({"observation": []}, "observation"),

@@ -134,10 +134,10 @@ def test_fingers_differ_and_their_estimators_do_not_know(grasp_environment):
     config = replace(grasp_environment.config.variation, grippers=3, youngs_modulus=0.1)
     soft, plain, hard = (varied_fingers(grasp_environment.scenario, config, i) for i in range(3))
     gripper = {model.name: model for model in soft.models}["gripper"]
-    assert gripper.fingers["all"].youngs_modulus == "-10 %"
-    assert float(soft.nominal.youngs_modulus.rstrip(" %")) == pytest.approx(100 / 0.9 - 100)
-    assert hard.nominal.youngs_modulus.startswith("-")
-    assert {model.name: model for model in plain.models}["gripper"].fingers["all"].youngs_modulus == "+0 %"
+    assert gripper.fingers["all"]["youngs_modulus"] == "-10 %"
+    assert float(soft.nominal.finger["youngs_modulus"].rstrip(" %")) == pytest.approx(100 / 0.9 - 100)
+    assert hard.nominal.finger["youngs_modulus"].startswith("-")
+    assert {model.name: model for model in plain.models}["gripper"].fingers["all"]["youngs_modulus"] == "+0 %"
 
 
 SHAPES = (Sphere(0.1), Box(0.1, 0.2, 0.3), Capsule(0.1, 0.3), Cylinder(0.1, 0.3), Ellipsoid(0.1, 0.2, 0.3))

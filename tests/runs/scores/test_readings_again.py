@@ -24,7 +24,10 @@ RUNS = {
     "one side": ("free_bending", [*SHORT, "sensor.one_sided=true", "sensor.sections=3"]),
     "unequal sections": ("free_bending", [*SHORT, "sensor.sections=3", "sensor.borders=[0.2, 0.5]"]),
     "with the weight": ("obstructed_inside", [*SHORT, "estimator.compensate_gravity=false"]),
-    "nominal": ("free_bending", [*SHORT, "nominal.youngs_modulus='+10 %'", "nominal.sensor_spacing='-5 %'"]),
+    "nominal": (
+        "free_bending",
+        [*SHORT, "nominal.finger.youngs_modulus='+10 %'", "nominal.finger.sensor_spacing='-5 %'"],
+    ),
     "other response": ("free_bending", [*SHORT, f"sensor.response={CURVE}"]),
     "nominal response": ("free_bending", [*SHORT, f"nominal.response={CURVE}"]),
 }
@@ -149,7 +152,7 @@ def test_borders_belong_to_the_number_of_sections_of_the_scenario() -> None:
 def test_the_nominal_model_is_that_of_the_scenario_and_the_sensors_are_not_believed() -> None:
     """Sensors that are assumed to be wider apart than they are find less bend in the same readings."""
     station, recording = run_of("free_bending", SHORT)
-    doubting, _ = run_of("free_bending", [*SHORT, "nominal.sensor_spacing='+10 %'"])
+    doubting, _ = run_of("free_bending", [*SHORT, "nominal.finger.sensor_spacing='+10 %'"])
     finger, same = station.fingers[0], doubting.fingers[0]
     assert read_again(doubting, recording, same, 4).layout.finger.sensor_spacing == pytest.approx(
         1.1 * finger.finger.sensor_spacing

@@ -19,12 +19,12 @@ from soft_gripper.scenario.scenario_file import load_scenario
 
 STEPS = ["pressure.steps.all=[60e3, -30e3, 120e3]", "pressure.settle=0.5", "pressure.hold_samples=10"]
 # Of silicone and layer alike: the neutral axis, and so what the sensors say, stays.
-STIFFER = ("nominal.youngs_modulus='+10 %'", "nominal.layer_modulus='+10 %'")
+STIFFER = ("nominal.finger.youngs_modulus='+10 %'", "nominal.finger.layer_modulus='+10 %'")
 RUNS = {
     "four sections": ("free_bending", []),
     "three sections": ("obstructed_inside", ["sensor.sections=3"]),
     "one side": ("box_grasp", ["sensor.one_sided=true", "sensor.sections=2"]),
-    "a wrong nominal": ("free_bending", [*STIFFER, "nominal.sensor_spacing='+5 %'"]),
+    "a wrong nominal": ("free_bending", [*STIFFER, "nominal.finger.sensor_spacing='+5 %'"]),
 }
 STRAIGHT = """
 from pydrake.systems.framework import LeafSystem

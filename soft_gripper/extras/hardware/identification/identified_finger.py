@@ -54,7 +54,7 @@ from soft_gripper.extras.hardware.identification.simulated_motion import (
 )
 from soft_gripper.extras.hardware.progress import wait_for
 from soft_gripper.extras.hardware.scoring import FITTED, TESTED, best_fit
-from soft_gripper.files.document import check_document, require
+from soft_gripper.files.document import load_config, require
 from soft_gripper.files.notes import LEFT_OUT, note
 from soft_gripper.files.output import atomic_file
 from soft_gripper.files.text import read_text
@@ -397,11 +397,7 @@ def read_setup(finger: Path) -> Setup:
         InputError: if it cannot be read, or a field is wrong.
     """
     file = setup_file(finger)
-    if not file.exists():
-        return Setup()
-    document = read_yaml(file)
-    check_document(file, document, Setup)
-    return Setup(**document)
+    return load_config(file, read_yaml(file), Setup) if file.exists() else Setup()
 
 
 def setup_text(setup: Setup, remarks: Sequence[str] = ()) -> str:
