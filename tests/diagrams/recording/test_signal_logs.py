@@ -7,7 +7,8 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource, TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 
-from soft_gripper.diagrams.recording import Recording, add_logs, read_logs
+from soft_gripper.diagrams.recording import Recording, read_logs
+from soft_gripper.diagrams.signal_logs import add_logs
 from soft_gripper.signals import XZ, describe
 
 PHASES = ("go there", "close", "over")
