@@ -34,7 +34,7 @@ from soft_gripper.runs.scores.recorded_task import (
     yaw,
 )
 from soft_gripper.runs.study import StudyTables, describe
-from soft_gripper.runs.sweep.run_sweep import engine_step_of
+from soft_gripper.runs.sweep.measured_runs import engine_step_of
 from soft_gripper.scenario.scenario_file import changed_scenario, dump_scenario, load_scenario
 from soft_gripper.scenario.schema import Scenario
 

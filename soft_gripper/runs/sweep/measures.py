@@ -28,6 +28,7 @@ from soft_gripper.runs.scores.steps import outcome, step_table
 from soft_gripper.scenario.schema import Scenario
 
 OPTION = "--measure"
+GRASP = "grasp"  # the measure that tells whether an object is held
 
 
 @dataclass(frozen=True)
