@@ -22,7 +22,8 @@ from soft_gripper.extras.grasps.adds import Varied
 from soft_gripper.extras.grasps.trial import KEYS, NAN, PARTS, Details, Trial, draw, random_numbers, vary
 from soft_gripper.files.row_table import columns
 from soft_gripper.pictures.style import STYLE, save_figure
-from soft_gripper.runs.scores.recorded_grasps import RecordedObject, objects_of, recorded_grasp
+from soft_gripper.runs.scores.recorded_grasps import objects_of, recorded_grasp
+from soft_gripper.runs.scores.recorded_object import RecordedObject
 from soft_gripper.runs.scores.recorded_task import (
     MAX_PLACED_ANGLE,
     MAX_PLACED_ERROR,

@@ -25,7 +25,7 @@ from soft_gripper.estimators.plane import in_base
 from soft_gripper.estimators.recorded_inputs import recorded_inputs
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.runs.scores.narrower_bands import narrower_bands
-from soft_gripper.runs.scores.recorded_grasps import before_put_down
+from soft_gripper.runs.scores.recorded_object import before_put_down
 from soft_gripper.scenario.nominal_model import read_nominal_model
 from soft_gripper.scenario.sensor_presets import uncertainty
 from soft_gripper.truth.contact import touches

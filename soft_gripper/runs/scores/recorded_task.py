@@ -12,7 +12,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.control.task import Outcome
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.station_parts import Station
-from soft_gripper.runs.scores.slip import recorded_poses, slip
+from soft_gripper.runs.scores.recorded_object import RecordedObject
 from soft_gripper.scenario.schema import TaskConfig
 
 Flags = NDArray[np.bool_]
@@ -32,8 +32,8 @@ class Judged:
     dropped: no finger touched the object while it should be held, or the task reported that it was lost.
     peak_force_n: largest normal force of a finger.
     squeeze_mm: largest squeeze of a soft object by the fingers; NaN of a rigid one.
-    slip_mm: see `slip`; from the start of the first phase that holds the object to the end of the last phase but one,
-        since the last one puts it down.
+    slip_mm: see `RecordedObject.slip`; from the start of the first phase that holds the object to the end of the last
+        phase but one, since the last one puts it down.
     detection_delay_ms: from a finger's first contact to its first detection, for the slowest finger.
     size_error_mm: error of the estimated object width when the fingers have closed.
     duration_s: time until the task ends.
@@ -89,7 +89,11 @@ class TaskRun:
     @cached_property
     def final_pose(self) -> RigidTransform:
         """Final pose of the object frame in the world."""
-        return recorded_poses(self._recording, str(self.task.object), [-1])[0]
+        return RigidTransform(self._object.poses[-1])
+
+    @cached_property
+    def _object(self) -> RecordedObject:
+        return RecordedObject(self._station, self._recording, str(self.task.object))
 
     @property
     def _goal_pose(self) -> RigidTransform:
@@ -123,7 +127,7 @@ class TaskRun:
         carrying = self._holding[:-1] or self._holding
         samples = np.flatnonzero(np.isin(self._phase, carrying))
         slips = np.full(len(self._phase), NAN)
-        slips[samples] = slip(self._station, self._recording, str(self.task.object), samples)
+        slips[samples] = self._object.slip(samples)
         return slips
 
     @cached_property
