@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 from pydrake.systems.framework import Context
 from xarray.backends import BackendArray
 from xarray.core import indexing
@@ -59,6 +60,18 @@ class Recording:
         self._require(signal)
         values: Array = self.data.variables[signal].values
         return values
+
+    def samples(self, signal: str) -> Array:
+        """The samples of a signal that is sampled every period, each once, (T - 1, ...); raises as to read it.
+
+        The first is recorded twice: at its own time too, as there is none before it.
+        """
+        return self.values(signal)[1:]
+
+    @property
+    def sample_numbers(self) -> NDArray[np.int_]:
+        """The number in `samples` of the sample that is recorded at each time, (T,)."""
+        return np.maximum(np.arange(self.data.sizes[_TIME]) - 1, 0)
 
     def _require(self, signal: str) -> None:
         if signal not in self:
