@@ -4,7 +4,7 @@ An ArrayBlock computes its outputs at all samples of a recording from its inputs
 block needs no log if its inputs can be traced back to logged ports.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -107,7 +107,7 @@ class SignalSources:
         return None if shown is None else self._logged(shown)
 
 
-class Samples(Mapping[str, Array]):
+class Samples:
     """Signals at all samples of a run, (T, size) each, by name; those of blocks are computed when they are read."""
 
     def __init__(self, sources: Mapping[str, Source], time: Array, logged: Mapping[int, Any]):
@@ -124,12 +124,6 @@ class Samples(Mapping[str, Array]):
     def __getitem__(self, name: str) -> Array:
         values: Array = self.values_of(self._sources[name])
         return values
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._sources)
-
-    def __len__(self) -> int:
-        return len(self._sources)
 
     def is_logged(self, name: str) -> bool:
         """Whether a signal is known without computing it."""

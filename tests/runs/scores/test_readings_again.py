@@ -11,6 +11,7 @@ from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.estimators.arcs import Arcs, arcs_from_readings
+from soft_gripper.estimators.contact import ContactShape
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.runs.scores.readings import ReadAgain, external_torque_again, read_again, read_recorded, with_sections
 from soft_gripper.scenario.scenario_file import load_scenario
@@ -28,6 +29,7 @@ RUNS = {
     "other response": ("free_bending", [*SHORT, f"sensor.response={CURVE}"]),
     "nominal response": ("free_bending", [*SHORT, f"nominal.response={CURVE}"]),
 }
+INTERVAL = "transverse_force_interval"
 Run = tuple[Station, Recording]
 
 
@@ -130,8 +132,12 @@ def test_from_recorded_readings_the_estimate_is_that_of_the_run(name: str) -> No
     for finger in station.fingers:
         recorded = read_recorded(station, recording, finger)
         assert recorded is not None
-        q = recording[f"{finger.name}.estimated_joint_angles"].values
+        q, band = (recording.values(f"{finger.name}.{each}") for each in ("estimated_joint_angles", INTERVAL))
         np.testing.assert_allclose(recorded.shape("contact").q, q, rtol=1e-9, atol=1e-12)
+        function = recorded.function("contact")
+        assert isinstance(function, ContactShape)
+        posterior = function.posterior(*recorded.arguments(function, np.arange(len(q))))
+        np.testing.assert_allclose(posterior.transverse_force_interval, band, rtol=1e-9, atol=1e-12)
 
 
 def test_torque_of_another_estimator_is_that_of_a_run_with_it() -> None:
