@@ -7,8 +7,8 @@ from pydrake.systems.framework import DiagramBuilder
 
 from soft_gripper.diagrams.commanding import add_arm, add_drive_commands
 from soft_gripper.diagrams.private_run import keep_what_is_read
-from soft_gripper.diagrams.recording import SignalLogs, add_logs
 from soft_gripper.diagrams.scene import add_plant
+from soft_gripper.diagrams.signal_logs import SignalLogs, add_logs
 from soft_gripper.diagrams.station_parts import Station, StationParts
 from soft_gripper.diagrams.wiring.drive import add_pressure_drive
 from soft_gripper.diagrams.wiring.plant_signals import add_plant_signals

@@ -10,8 +10,10 @@ from pydrake.systems.framework import Context, Diagram, InputPort, OutputPort, S
 from soft_gripper.arrays import Array
 from soft_gripper.control.task import TaskMachine
 from soft_gripper.diagrams.arm import Arm
-from soft_gripper.diagrams.recording import Recording, SignalLogs, make_recording, provenance, read_logs
+from soft_gripper.diagrams.provenance import provenance
+from soft_gripper.diagrams.recording import Recording, make_recording, read_logs
 from soft_gripper.diagrams.scene import check_starts_apart
+from soft_gripper.diagrams.signal_logs import SignalLogs
 from soft_gripper.diagrams.task_plan import check_paths
 from soft_gripper.diagrams.wiring.external import External
 from soft_gripper.errors import InputError

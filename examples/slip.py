@@ -24,7 +24,8 @@ from soft_gripper.files.row_table import print_rows, write_csv
 from soft_gripper.runs.executor import open_executor
 from soft_gripper.runs.scores.slipping import as_predicted
 from soft_gripper.runs.study import results
-from soft_gripper.runs.sweep.run_sweep import read_axis, run_sweep, sweep_points
+from soft_gripper.runs.sweep.axes import read_axis, sweep_points
+from soft_gripper.runs.sweep.run_sweep import run_sweep
 from soft_gripper.scenario.scenario_file import changed_scenario
 
 SCENARIO, OBJECT = "bottle_grasp", "bottle"

@@ -16,8 +16,8 @@ from .control.pid_controller import PidController as PidController
 from .diagrams.loaded_model import add_fingers as add_fingers
 from .diagrams.loaded_model import find_fingers as find_fingers
 from .diagrams.recording import Recording as Recording
-from .diagrams.recording import add_logs as add_logs
 from .diagrams.recording import read_logs as read_logs
+from .diagrams.signal_logs import add_logs as add_logs
 from .diagrams.simulation import make_simulator as make_simulator
 from .diagrams.simulation import run_station as run_station
 from .diagrams.simulation import seed_random_sources as seed_random_sources

@@ -10,7 +10,7 @@ from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput, Tr
 from pydrake.trajectories import PiecewisePolynomial
 
 from soft_gripper.array_block import ArrayBlock
-from soft_gripper.diagrams.recording import Derived, Logged, Output, Samples
+from soft_gripper.diagrams.signal_sources import Derived, Logged, Output, Samples
 from soft_gripper.errors import InputError
 from soft_gripper.signals import signal_of
 from soft_gripper.steps import TIME

@@ -5,20 +5,13 @@ from pathlib import Path
 
 from soft_gripper.commands.printing import AGREEMENT, print_agreement
 from soft_gripper.pictures.style import save_figure
+from soft_gripper.runs.agreement import agreement_with_drake
 from soft_gripper.runs.executor import open_executor
 from soft_gripper.runs.scores.slipping import as_predicted
-from soft_gripper.runs.sweep.run_sweep import (
-    DEPENDS,
-    ERROR,
-    NUMBER,
-    TABLE,
-    SweepPoint,
-    agreement_with_drake,
-    read_axis,
-    run_sweep,
-    sweep_figure,
-    sweep_points,
-)
+from soft_gripper.runs.sweep.axes import SweepPoint, read_axis, sweep_points
+from soft_gripper.runs.sweep.figure import sweep_figure
+from soft_gripper.runs.sweep.measured_runs import DEPENDS, ERROR
+from soft_gripper.runs.sweep.run_sweep import NUMBER, TABLE, run_sweep
 from soft_gripper.scenario.scenario_file import read_override
 
 FIGURE = "sweep"

@@ -125,14 +125,15 @@ class FreeMotion:
 
 
 def base_acceleration(X_WB: Array, length: float, period: float) -> Array:
-    """Acceleration of the base at all samples of a recording, (T, 3) m/s^2 in the world; 0 where it is not known.
+    """Acceleration of the base at all samples, each once, (T, 3) m/s^2 in the world; 0 where it is not known.
 
     Args:
         X_WB: poses of the base, (T, 3, 4).
         length: of the finger, m.
         period: of the samples, s.
     """
-    return _acceleration(_recorded_middles(_middle(X_WB, length)), period)
+    middle = _middle(X_WB, length)
+    return _acceleration(_recorded_middles(np.concatenate([middle[:1], middle]))[1:], period)
 
 
 def _middle(X_WB: Array, length: float) -> Array:

@@ -13,11 +13,11 @@ from .scores.steps import phase_table as phase_table
 from .scores.steps import step_figure as step_figure
 from .scores.steps import step_table as step_table
 from .scores.steps import true_opening as true_opening
-from .sweep.run_sweep import Range as Range
-from .sweep.run_sweep import Values as Values
-from .sweep.run_sweep import run_and_measure as run_and_measure
+from .sweep.axes import Range as Range
+from .sweep.axes import Values as Values
+from .sweep.axes import sweep_points as sweep_points
+from .sweep.measured_runs import run_and_measure as run_and_measure
 from .sweep.run_sweep import run_sweep as run_sweep
-from .sweep.run_sweep import sweep_points as sweep_points
 from .tuning import gains_from_step_response as gains_from_step_response
 from .tuning import step_response as step_response
 from .tuning import tune as tune

@@ -4,12 +4,17 @@ Drake is the judge: a random part of the runs is repeated there, and their measu
 """
 
 from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 
 from soft_gripper.files.number import number
+from soft_gripper.runs.study import results
+from soft_gripper.runs.sweep.cells import cell
+from soft_gripper.runs.sweep.measured_runs import ENGINE_STEP, ERROR, measured_runs
+from soft_gripper.scenario.schema import DRAKE
 
 NAN = float("nan")
 
@@ -30,6 +35,34 @@ class Agreement:
     median_difference: Annotated[float, ".3g"] = NAN
     difference_q95: Annotated[float, ".3g"] = NAN
     largest_difference: Annotated[float, ".3g"] = NAN
+
+
+def agreement_with_drake(
+    scenario: str,
+    runs: Sequence[tuple[Mapping[str, str], Mapping[str, Any]]],
+    checked: int,
+    seed: int,
+    executor: Executor,
+    own: Sequence[str] = (),
+) -> list[Agreement]:
+    """How the measures of runs in another engine agree with those of some of them in Drake.
+
+    Args:
+        scenario: name of a shipped one, or path of a file.
+        runs: of the other engine: cells by column, and changes of the scenario; those that failed are left out.
+        checked: number of runs to repeat.
+        seed: of their choice.
+        executor: makes the runs.
+        own: user measures.
+    """
+    fine = [run for run in runs if run[0][ERROR] == ""]
+    picked = chosen(len(fine), checked, seed)
+    drake = {"engine": DRAKE, ENGINE_STEP: None}
+    jobs = {i: (scenario, [{**fine[i][1], **drake}], own) for i in picked}
+    repeated = results(executor, measured_runs, jobs)
+    both = [(fine[i][0], {name: cell(v) for name, v in repeated[i][0].items()}) for i in picked]
+    same = [(row, other) for row, other in both if ERROR not in other]
+    return agreement([{name: row[name] for name in other} for row, other in same], [other for _, other in same])
 
 
 def chosen(count: int, checked: int, seed: int) -> list[int]:

@@ -56,7 +56,7 @@ def readings(set: str, number: int, shape: str) -> Array:
     found = []
     for finger in station.fingers:
         again = with_errors(read_again(station, recording, finger, SECTIONS), errors, rng)[0]
-        found.append(held_samples(scenario, recording, again.readings)[:, -SAMPLES:].mean(axis=1))
+        found.append(held_samples(scenario, recording, again.readings[again.numbers])[:, -SAMPLES:].mean(axis=1))
     return np.stack(found, axis=1).ravel()
 
 

@@ -95,7 +95,7 @@ def arm_tip(name: str) -> Estimator:
             unseen = np.full((len(wires), 2, 2), np.nan)
             replay = ReplayInputs(_period(task), wires, pressures, like.bodies, unseen)
             signals = estimate_recording(fitted.arm, replay, {name: (name, 2)}, {})
-            tip: Array = signals[f"{name}.body_positions"].values[1:, -1]  # a log still shows the sample before
+            tip: Array = signals.samples(f"{name}.body_positions")[:, -1]
             return tip * [1, -1]  # the arm hangs
 
         def with_band(inputs: Array) -> tuple[Array, Array]:

@@ -37,14 +37,11 @@ def draw(seed: int, set: str, number: int, shape: str, most_yaw: float = YAW, mo
 
 
 def with_errors(again: ReadAgain, errors: StrainErrors, rng: np.random.Generator) -> list[ReadAgain]:
-    """A finger read again by DRAWS sets of sensors.
-
-    The first sample of a recording occurs twice, as do its readings.
-    """
+    """A finger read again by DRAWS sets of sensors."""
     response = again.layout.response
-    ratios = np.repeat(response.ratio(again.readings[1:])[:, None], DRAWS, axis=1)
+    ratios = np.repeat(response.ratio(again.readings)[:, None], DRAWS, axis=1)
     readings = response.reading(disturb(errors, ratios, again.period, rng))
-    return [replace(again, readings=np.concatenate([each[:1], each])) for each in np.moveaxis(readings, 1, 0)]
+    return [replace(again, readings=each) for each in np.moveaxis(readings, 1, 0)]
 
 
 def with_object(scenario: Scenario, shape: str, drawn: RandomObject) -> Scenario:

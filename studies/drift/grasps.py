@@ -41,10 +41,10 @@ def simulated_grasp(seed: int, number: int, repeated: int = 1) -> Grasps:
 
 
 def grasps_of(recording: Recording) -> Grasps:
-    """The motion of the finger of a recording, every PERIOD; the first sample is recorded twice."""
+    """The motion of the finger of a recording, every PERIOD."""
 
     def of(name: str) -> Array:
-        return np.asarray(recording[f"{FINGER}.{name}"])[1 :: round(PERIOD / _SIMULATED)]
+        return recording.samples(f"{FINGER}.{name}")[:: round(PERIOD / _SIMULATED)]
 
     gravity = in_base(of("X_WB"), np.array([0.0, 0.0, -G]))
     force = np.abs(of("true_contact_force")).reshape(-1)

@@ -37,7 +37,7 @@ from soft_gripper.fingers.cross_section import CrossSection
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.fingers.urdf import expand_urdf
-from soft_gripper.runs.scores.poses import held_samples
+from soft_gripper.runs.scores.poses import held_rows
 from soft_gripper.runs.scores.readings import ReadAgain, read_again
 from soft_gripper.scenario.model_files import model_path
 from soft_gripper.scenario.scenario_file import changed_scenario, load_scenario
@@ -154,10 +154,7 @@ EVERY = 10  # of the held samples, so far apart: they hardly differ except in wh
 
 @dataclass(frozen=True)
 class FingerAtRest:
-    """A finger of a recording with T samples, of which K at its held steps are used.
-
-    The first sample of a recording is left out: it occurs twice, because a log at a time still shows the sample before.
-    """
+    """A finger of a recording with T samples, of which K at its held steps are used."""
 
     station: Station
     recording: Recording
@@ -176,24 +173,24 @@ class FingerAtRest:
     @cached_property
     def samples(self) -> NDArray[np.int_]:
         """The K of the T samples."""
-        numbers = np.arange(-1.0, len(self.recording["time"]) - 1)
-        return held_samples(self.station.scenario, self.recording, numbers)[:, ::EVERY].ravel().astype(int)
+        rows = held_rows(self.station.scenario, self.recording)[:, ::EVERY]
+        return self.recording.sample_numbers[rows].ravel()
 
     @property
     def pressure(self) -> Array:
         """(T) Pa."""
-        return self._again(1).pressure[1:]
+        return self._again(1).pressure
 
     @property
     def gravity(self) -> Array:
         """In B, (T, 3) m/s^2."""
-        return self._again(1).gravity[1:]
+        return self._again(1).gravity
 
     def readings(self, sections: int, errors: StrainErrors | None, seeds: int) -> Array:
         """Readings of the sensors of `seeds` runs, (T, seeds, paths * sections)."""
         again = self._again(sections)
         response = again.layout.response
-        ratios = np.repeat(response.ratio(again.readings[1:])[:, None], seeds, axis=1)
+        ratios = np.repeat(response.ratio(again.readings)[:, None], seeds, axis=1)
         rng = np.random.default_rng(sections)
         return response.reading(ratios if errors is None else disturb(errors, ratios, self.period, rng))
 
@@ -203,7 +200,7 @@ class FingerAtRest:
     def points(self, s: Array) -> Array:
         """The true points of the finger at arc lengths (M) m from the base, (K, M, 3) m in B."""
         names = (f"{self.finger.name}.{name}" for name in (TRUE_JOINTS, TRUE_TIP))
-        joints, tip = (self.recording[name].values[1:][self.samples] for name in names)
+        joints, tip = (self.recording.samples(name)[self.samples] for name in names)
         return points_along(self.simulated, corners(joints, tip), s)
 
 

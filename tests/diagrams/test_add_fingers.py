@@ -11,7 +11,8 @@ from pydrake.systems.primitives import ConstantVectorSource
 from refusals import refused
 
 from soft_gripper.diagrams.loaded_model import add_fingers, find_fingers
-from soft_gripper.diagrams.recording import add_logs, read_logs
+from soft_gripper.diagrams.recording import read_logs
+from soft_gripper.diagrams.signal_logs import add_logs
 from soft_gripper.diagrams.wiring.drive import add_pressure_drive
 from soft_gripper.diagrams.wiring.sensing import add_sensing
 from soft_gripper.fingers.urdf import expand_urdf

@@ -71,7 +71,7 @@ def test_where_every_block_runs_it_works_once_a_sample_for_all_who_read_it():
 def test_what_nothing_reads_is_left_for_the_recording(baseline):
     """All blocks but that of the true contact, whose patches must be collected."""
     assert {name.rpartition(".")[0] for name in baseline} == {
-        *("soft_gripper.array_block", "soft_gripper.cached", "soft_gripper.diagrams.recording"),
+        *("soft_gripper.array_block", "soft_gripper.cached", "soft_gripper.diagrams.signal_logs"),
         "soft_gripper.truth.contact",
     }
 

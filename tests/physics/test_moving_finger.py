@@ -11,7 +11,8 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 
-from soft_gripper.diagrams.recording import Recording, add_logs, read_logs
+from soft_gripper.diagrams.recording import Recording, read_logs
+from soft_gripper.diagrams.signal_logs import add_logs
 from soft_gripper.diagrams.simulation import simulate, solver_config
 from soft_gripper.diagrams.station import add_station
 from soft_gripper.load.force_estimator import SAMPLES

@@ -11,7 +11,8 @@ from scenes import Scene
 
 from soft_gripper.control.task import Phase
 from soft_gripper.diagrams.contact_forces import contact_forces
-from soft_gripper.diagrams.recording import Recording, phase_spans
+from soft_gripper.diagrams.executed_phases import phase_spans
+from soft_gripper.diagrams.recording import Recording
 from soft_gripper.estimators.force_posterior import HERE, NOTHING
 from soft_gripper.pictures import phases as module
 from soft_gripper.pictures.phases import CloseUp, draw_grip_plots, phases_figure, recorded_plots

@@ -16,7 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.recording import Logged, Samples, labels_of, make_recording, provenance
+from soft_gripper.diagrams.provenance import provenance
+from soft_gripper.diagrams.recording import make_recording
+from soft_gripper.diagrams.signal_labels import labels_of
+from soft_gripper.diagrams.signal_sources import Logged, Samples
 from soft_gripper.errors import InputError
 from soft_gripper.extras.bench.bench import Bench
 from soft_gripper.extras.bench.threads import LINGER, write_all

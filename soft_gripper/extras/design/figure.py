@@ -13,7 +13,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.extras.design.run_design import Designed
 from soft_gripper.extras.design.study_tables import SHARE_HELD, sensitivity_rows, short_names
 from soft_gripper.pictures.style import ESTIMATOR_COLORS, STYLE
-from soft_gripper.runs.sweep.run_sweep import Range
+from soft_gripper.runs.sweep.axes import Range
 
 ALLOWED, LOST, BEST, SHIPPED = "#2166ac", "#b9b9b9", "#b2182b", "#111111"
 _WIDTH, _ROW, _COLUMNS = 10.0, 3.0, 4  # inches, and panels of variables side by side

@@ -26,15 +26,10 @@ from soft_gripper.extras.design.search import Designs, searched_designs
 from soft_gripper.extras.design.study_file import DesignStudy, with_shares
 from soft_gripper.registry import Registry
 from soft_gripper.runs.scores.grasp import HELD
-from soft_gripper.runs.sweep.measures import column_of, kind_of, names_of
-from soft_gripper.runs.sweep.run_sweep import (
-    ERROR,
-    GRASP,
-    Axis,
-    Range,
-    ScenarioRuns,
-    engine_step_of,
-)
+from soft_gripper.runs.sweep.axes import Axis, Range
+from soft_gripper.runs.sweep.measured_runs import ERROR, engine_step_of
+from soft_gripper.runs.sweep.measures import GRASP, column_of, kind_of, names_of
+from soft_gripper.runs.sweep.scenario_runs import ScenarioRuns
 from soft_gripper.scenario.model_files import mounted_fingers
 from soft_gripper.scenario.scenario_file import changed_scenario
 

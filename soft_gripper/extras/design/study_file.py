@@ -25,7 +25,7 @@ from soft_gripper.errors import InputError
 from soft_gripper.files.document import load_config, require
 from soft_gripper.files.yaml_text import read_yaml
 from soft_gripper.quantity import Misfit, is_name, quantity
-from soft_gripper.runs.sweep.run_sweep import Axis, Range, Values, read_axis
+from soft_gripper.runs.sweep.axes import Axis, Range, Values, read_axis
 from soft_gripper.scenario.scenario_file import changed_scenario
 
 LEAST, MOST = TOWARDS = ("least", "most")

@@ -11,7 +11,7 @@ from soft_gripper.extras.design.ranking import ends_of
 from soft_gripper.extras.design.run_design import DESIGN, OBJECT, Designed
 from soft_gripper.extras.design.sensitivity import Sensitivity, sensitivities
 from soft_gripper.files.row_table import columns, write_rows
-from soft_gripper.runs.sweep.run_sweep import cell
+from soft_gripper.runs.sweep.cells import cell
 
 DESIGNS, SENSITIVITY, TESTS = "designs.csv", "sensitivity.csv", "tests.csv"
 _SHORT = 5  # letters of a word that says too little by itself

@@ -18,6 +18,7 @@ from soft_gripper.estimators.plane import in_base
 from soft_gripper.estimators.recursive import RecursiveShape
 from soft_gripper.extras.export.tree import scoped_name
 from soft_gripper.fingers.plant_finger import PlantFinger
+from soft_gripper.runs.scores.readings import compensated_gravity
 from soft_gripper.scenario.nominal_model import read_nominal_model
 from soft_gripper.scenario.schema import Scenario
 from soft_gripper.scenario.sensor_presets import sensor_layout, uncertainty
@@ -98,7 +99,7 @@ def _sensed(finger: PlantFinger, scenario: Scenario) -> SensedFinger:
     ):
         if found := getattr(nominal.finger, part):
             raise InputError("sensed finger", part, len(found), f"finger '{finger.name}' {has}")
-    gravity = np.array(scenario.gravity) * scenario.estimator.compensate_gravity
+    gravity = compensated_gravity(scenario)
     joints = [scoped_name(joint) for way in nominal.ways for joint in finger.joints_of(way)]
     sensors = sensor_layout(finger.finger, scenario.sensor)
     return SensedFinger(tuple(joints), sensors, nominal, function, gravity, finger.X_WB.GetAsMatrix34())

@@ -22,7 +22,8 @@ from soft_gripper.extras.grasps.adds import Varied
 from soft_gripper.extras.grasps.trial import KEYS, NAN, PARTS, Details, Trial, draw, random_numbers, vary
 from soft_gripper.files.row_table import columns
 from soft_gripper.pictures.style import STYLE, save_figure
-from soft_gripper.runs.scores.recorded_grasps import RecordedObject, objects_of, recorded_grasp
+from soft_gripper.runs.scores.recorded_grasps import objects_of, recorded_grasp
+from soft_gripper.runs.scores.recorded_object import RecordedObject
 from soft_gripper.runs.scores.recorded_task import (
     MAX_PLACED_ANGLE,
     MAX_PLACED_ERROR,
@@ -34,7 +35,7 @@ from soft_gripper.runs.scores.recorded_task import (
     yaw,
 )
 from soft_gripper.runs.study import StudyTables, describe
-from soft_gripper.runs.sweep.run_sweep import engine_step_of
+from soft_gripper.runs.sweep.measured_runs import engine_step_of
 from soft_gripper.scenario.scenario_file import changed_scenario, dump_scenario, load_scenario
 from soft_gripper.scenario.schema import Scenario
 

@@ -151,7 +151,7 @@ def run_health(number: int, kind: str, seed: int, beliefs: Sequence[Belief] = (E
     if kind in SENSOR_FAULTS:
         fault = _sensor_fault(kind, onset, again, rng)
         reading, size, errors = fault.reading, fault.size or np.nan, replace(errors, faults=(fault,))
-    layout, ratios = again.layout, again.layout.response.ratio(again.readings[1:])
+    layout, ratios = again.layout, again.layout.response.ratio(again.readings)
     readings = layout.response.reading(disturb(errors, ratios, again.period, rng))
     found = []
     for belief in beliefs:
@@ -177,7 +177,7 @@ def monitored(again: ReadAgain, readings: Array, errors: StrainErrors, belief: B
     assumed = replace(uncertainty_of(errors), bend_per_pressure=belief.declared)
     monitor = HealthFilter(replace(again.layout, finger=finger), assumed, again.period)
     known, found = monitor.begin(), []
-    for i, sample in enumerate(zip(readings, again.driving()[1:], again.gravity[1:], strict=True), start=1):
+    for i, sample in enumerate(zip(readings, again.driving(), again.gravity, strict=True), start=1):
         known = monitor.step(known, *sample)
         if i % LOOK == 0:
             found.append(monitor.probabilities(known))
@@ -187,7 +187,7 @@ def monitored(again: ReadAgain, readings: Array, errors: StrainErrors, belief: B
 def _sensor_fault(kind: str, onset: float, again: ReadAgain, rng: np.random.Generator) -> SensorFault:
     """A fault of a random sensor that changes its readings by LEAST_EFFECT or more at some time."""
     layout, begun = again.layout, round(onset / again.period)
-    strain = layout.response.ratio(again.readings[1:])[begun:] - 1
+    strain = layout.response.ratio(again.readings)[begun:] - 1
     for _ in range(_DRAWS):
         reading = int(rng.integers(layout.readings))
         seen, size = strain[:, reading], float(rng.uniform(*SIZES[kind])) if kind in SIZES else 0.0

@@ -21,7 +21,7 @@ from pydrake.systems.primitives import MatrixGain, RandomSource
 from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array
 from soft_gripper.control.task import TaskMachine
-from soft_gripper.diagrams.recording import SignalLogs
+from soft_gripper.diagrams.signal_logs import SignalLogs
 from soft_gripper.diagrams.simulation import seed_random_sources
 from soft_gripper.diagrams.wires import Level, leaf_systems
 from soft_gripper.extras.mujoco_engine.blocks import (

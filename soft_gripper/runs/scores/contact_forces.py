@@ -12,18 +12,14 @@ from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.contact_forces import ContactForces, FingerForce, contact_forces
-from soft_gripper.diagrams.recording import Recording, phase_spans
+from soft_gripper.diagrams.executed_phases import phase_spans
+from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.estimators.contact import ContactShape
-from soft_gripper.estimators.driving_torque import driving_port
-from soft_gripper.estimators.estimate import samples_at
-from soft_gripper.estimators.free_motion import base_acceleration
-from soft_gripper.estimators.named_estimators import estimator_function
-from soft_gripper.estimators.plane import in_base
-from soft_gripper.estimators.recorded_inputs import recorded_inputs
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.runs.scores.narrower_bands import narrower_bands
-from soft_gripper.runs.scores.recorded_grasps import before_put_down
+from soft_gripper.runs.scores.readings import read_recorded
+from soft_gripper.runs.scores.recorded_object import before_put_down
 from soft_gripper.scenario.nominal_model import read_nominal_model
 from soft_gripper.scenario.sensor_presets import uncertainty
 from soft_gripper.truth.contact import touches
@@ -128,26 +124,12 @@ def _contact_inputs(
     station: Station, recording: Recording, finger: PlantFinger, rows: NDArray[np.int_]
 ) -> tuple[ContactShape, tuple[Any, ...]] | None:
     """`contact` for a finger, and what it is given at some samples (M) of a recording; None as above."""
-    scenario, known = station.scenario, recording.data
-
-    def signal(name: str) -> Array:
-        values: Array = known[f"{finger.name}.{name}"].values[1:]
-        return values  # the first sample is recorded twice: a log at a time still shows the sample before
-
-    layout = read_nominal_model(scenario.nominal).layout(finger.finger, scenario.sensor)
-    if known.get(f"{finger.name}.{layout.quantity}", known["time"]).size != layout.readings * known.sizes["time"]:
+    recorded = read_recorded(station, recording, finger)
+    if recorded is None:
         return None
-    period, uncertain = scenario.sensor.period, uncertainty(scenario.estimator, scenario.sensor)
-    function = estimator_function(ESTIMATOR, layout, uncertain, period)
+    function = recorded.function(ESTIMATOR)
     assert isinstance(function, ContactShape)
-    X_WB, joints = signal("X_WB"), np.zeros(finger.finger.segments)
-    driven = [driving_port(way) for way in layout.ways]
-    torques = [signal(port) if f"{finger.name}.{port}" in known else np.tile(joints, (len(X_WB), 1)) for port in driven]
-    gravity_W = np.array(scenario.gravity) * scenario.estimator.compensate_gravity
-    gravity, driving = in_base(X_WB, gravity_W), np.concatenate(torques, axis=-1)
-    pull = in_base(X_WB, gravity_W - base_acceleration(X_WB, finger.finger.length, period))
-    readings = signal(layout.quantity).reshape(len(driving), -1)
-    return function, samples_at(np.maximum(rows - 1, 0), *recorded_inputs(function, readings, driving, gravity, pull))
+    return function, recorded.arguments(function, rows)
 
 
 def band_widths(station: Station, recording: Recording, row: FingerForce) -> dict[str, float]:

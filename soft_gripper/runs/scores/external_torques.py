@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import astuple, dataclass
+from itertools import product
 
 import numpy as np
 
@@ -27,13 +28,10 @@ def force_table(
 ) -> list[ForceRow]:
     """A row for every estimator, finger, number of sections, held step and joint, in this order."""
     rows: list[ForceRow] = []
-    for estimator in estimators:
-        for finger in station.fingers:
-            for count in sections:
-                again = read_again(station, recording, finger, count)
-                estimate = external_torque_again(station, recording, finger, again, estimator)
-                steps = held_steps(name, station, finger, estimator, count)
-                rows += _rows(steps, station, recording, finger, estimate)
+    for estimator, finger, count in product(estimators, station.fingers, sections):
+        again = read_again(station, recording, finger, count)
+        estimate = external_torque_again(station, recording, finger, again, estimator)
+        rows += _rows(held_steps(name, station, finger, estimator, count), station, recording, finger, estimate)
     return rows
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import astuple, dataclass
+from itertools import product
 from typing import Annotated
 
 import numpy as np
@@ -86,13 +87,10 @@ def pose_table(
     """A row for each estimator, finger, number of sections and steady state, in this order."""
     rows: list[PoseRow] = []
     held = held_rows(station.scenario, recording)
-    for estimator in estimators:
-        for finger in station.fingers:
-            for count in sections:
-                shape = read_again(station, recording, finger, count).shape(estimator, held.ravel())
-                steps = held_steps(name, station, finger, estimator, count)
-                errors = (error.reshape(held.shape) for error in _errors(recording, finger, shape, held.ravel()))
-                rows += _rows(steps, station, recording, finger, *errors)
+    for estimator, finger, count in product(estimators, station.fingers, sections):
+        shape = read_again(station, recording, finger, count).shape(estimator, held.ravel())
+        errors = (error.reshape(held.shape) for error in _errors(recording, finger, shape, held.ravel()))
+        rows += _rows(held_steps(name, station, finger, estimator, count), station, recording, finger, *errors)
     return rows
 
 

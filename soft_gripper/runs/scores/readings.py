@@ -1,9 +1,10 @@
-"""A recorded finger with other sensors: estimates with any estimator and number of sections, from ONE simulation.
+"""A recorded finger estimated again: by any estimator, from its readings or from those of other sensors.
 
-The readings are recomputed from the recorded joint angles, by the same functions that the blocks call.
+Other readings are recomputed from the recorded joint angles, by the same functions that the blocks call.
 """
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,8 +12,8 @@ from numpy.typing import NDArray
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.station_parts import Station
-from soft_gripper.estimators.driving_torque import recorded_driving
-from soft_gripper.estimators.estimate import ShapeEstimate, ShapeFunction, estimates_at
+from soft_gripper.estimators.driving_torque import driving_port, recorded_driving
+from soft_gripper.estimators.estimate import ShapeEstimate, ShapeFunction, estimates_at, samples_at
 from soft_gripper.estimators.free_motion import base_acceleration
 from soft_gripper.estimators.named_estimators import estimator_function
 from soft_gripper.estimators.plane import in_base
@@ -21,44 +22,67 @@ from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.load.force_estimator import SAMPLES, Motion, TorqueBalance, windows
 from soft_gripper.scenario.nominal_model import read_nominal_model
+from soft_gripper.scenario.schema import Scenario
 from soft_gripper.scenario.sensor_presets import sensor_layout, uncertainty
 from soft_gripper.sensors.measurement import MeasurementModel
 
 
 @dataclass(frozen=True)
 class ReadAgain:
-    """Measurements of a recorded finger, T samples, and the nominal sensors and finger."""
+    """Measurements of a recorded finger, N samples, and the nominal sensors and finger."""
 
     layout: MeasurementModel
     uncertainty: Uncertainty
-    readings: Array  # (T, R)
-    pressure: Array  # (T) Pa
-    gravity: Array  # (T, 3) m/s^2 in B; 0 if not compensated
-    pull: Array  # (T, 3) gravity less the acceleration of the base, likewise
+    readings: Array  # (N, R)
+    pressure: Array  # (N) Pa, or (N, C) in C chambers
+    X_WB: Array  # (N, 3, 4) pose of the base, [R | p]
+    gravity_world: Array  # (3,) m/s^2 in the world; 0 if not compensated
     period: float  # s, sampling period
-
-    def shape(self, estimator: str = "arcs", samples: NDArray[np.int_] | None = None) -> ShapeEstimate:
-        """The estimate of a built-in estimator from the readings, at some samples (M), or at all T."""
-        function, driving = self._function(estimator), self._driving(estimator)
-        rows, number = np.unique(self._rows if samples is None else self._rows[samples], return_inverse=True)
-        known = recorded_inputs(function, self.readings[1:], driving, self.gravity[1:], self.pull[1:])
-        return estimates_at(function, rows, *known).at(number)
-
-    def driving(self, estimator: str = "arcs") -> Array:
-        """The driving torque of the finger, with creep computed from an estimator's shapes, N m, (T, N)."""
-        return self._driving(estimator)[self._rows]
+    numbers: NDArray[np.int_]  # (T,) of the sample at each time of the recording
+    torque: Array | None = None  # (N, D) N m, driving torque as recorded; None: that next to the estimator
 
     @property
-    def _rows(self) -> NDArray[np.int_]:
-        """Shifts samples by one: the first is recorded twice, since a log at a time still shows the sample before."""
-        return np.maximum(np.arange(len(self.readings)) - 1, 0)
+    def gravity(self) -> Array:
+        """Gravity in B, (N, 3) m/s^2."""
+        return in_base(self.X_WB, self.gravity_world)
 
-    def _driving(self, estimator: str) -> Array:
-        function, samples = self._function(estimator), (self.readings[1:], self.pressure[1:], self.gravity[1:])
-        return recorded_driving(function, self.layout.finger, *samples, self.period, self.pull[1:])
+    def shape(self, estimator: str = "arcs", rows: NDArray[np.int_] | None = None) -> ShapeEstimate:
+        """The estimate of a built-in estimator at some times of the recording, (M), by their numbers, or at all T."""
+        samples, inverse = np.unique(self.numbers if rows is None else self.numbers[rows], return_inverse=True)
+        return self.estimate(estimator, samples).at(inverse)
 
-    def _function(self, estimator: str) -> ShapeFunction:
+    def estimate(self, estimator: str, samples: NDArray[np.int_] | None = None) -> ShapeEstimate:
+        """The estimate of a built-in estimator at some samples, by increasing numbers, or at all N."""
+        function = self.function(estimator)
+        chosen = np.arange(len(self.readings)) if samples is None else samples
+        return estimates_at(function, chosen, *self._inputs(function))
+
+    def arguments(self, function: ShapeFunction, rows: NDArray[np.int_]) -> tuple[Any, ...]:
+        """What an estimator without memory is given at some times of the recording, (M), by their numbers."""
+        return samples_at(self.numbers[rows], *self._inputs(function))
+
+    def driving(self, estimator: str = "arcs") -> Array:
+        """The driving torque of the finger, with creep computed from an estimator's shapes, N m, (N, D)."""
+        return self._driving(self.function(estimator))
+
+    def function(self, estimator: str) -> ShapeFunction:
+        """A built-in estimator of this finger."""
         return estimator_function(estimator, self.layout, self.uncertainty, self.period)
+
+    def _inputs(self, function: ShapeFunction) -> tuple[Any, ...]:
+        return recorded_inputs(function, self.readings, self._driving(function), self.gravity, self._pull)
+
+    def _driving(self, function: ShapeFunction) -> Array:
+        if self.torque is not None:
+            return self.torque
+        samples = self.readings, self.pressure, self.gravity
+        return recorded_driving(function, self.layout.finger, *samples, self.period, self._pull)
+
+    @property
+    def _pull(self) -> Array:
+        """Gravity less the acceleration of the base, in B, (N, 3) m/s^2."""
+        acceleration = base_acceleration(self.X_WB, self.layout.finger.length, self.period)
+        return in_base(self.X_WB, self.gravity_world - acceleration)
 
 
 def read_again(
@@ -75,16 +99,40 @@ def read_again(
         sections: number of sections per side.
         borders: section boundaries, as shares of the length; None: those of the scenario, or equal sections.
     """
-    scenario, q = station.scenario, recording[f"{finger.name}.sampled_joint_angles"].values
-    simulated = with_sections(sensor_layout(finger.finger, scenario.sensor), sections, borders)
-    nominal = read_nominal_model(scenario.nominal).layout(finger.finger, scenario.sensor)
-    readings = simulated.read(q)
-    pressure, X_WB = (recording[f"{finger.name}.{name}"].values for name in ("sampled_pressure", "X_WB"))
-    gravity = in_base(X_WB, _gravity(station))
-    layout, uncertain = with_sections(nominal, sections, borders), uncertainty(scenario.estimator, scenario.sensor)
-    acceleration = base_acceleration(X_WB, finger.finger.length, scenario.sensor.period)
-    pull = in_base(X_WB, _gravity(station) - acceleration)
-    return ReadAgain(layout, uncertain, readings, pressure, gravity, pull, scenario.sensor.period)
+    simulated = with_sections(sensor_layout(finger.finger, station.scenario.sensor), sections, borders)
+    readings = simulated.read(recording.samples(f"{finger.name}.sampled_joint_angles"))
+    again = _measured(station, recording, finger, readings)
+    return replace(again, layout=with_sections(again.layout, sections, borders))
+
+
+def read_recorded(station: Station, recording: Recording, finger: PlantFinger) -> ReadAgain | None:
+    """The readings and the driving torque as recorded.
+
+    None if sensors of the user's own give no readings as the scenario's sensors would.
+    """
+    layout = read_nominal_model(station.scenario.nominal).layout(finger.finger, station.scenario.sensor)
+    name, joints = f"{finger.name}.{layout.quantity}", finger.finger.segments
+    if name not in recording or recording[name].size != layout.readings * len(recording.sample_numbers):
+        return None
+    readings = recording.samples(name).reshape(-1, layout.readings)
+    ports = [f"{finger.name}.{driving_port(way)}" for way in layout.ways]
+    still = np.zeros((len(readings), joints))
+    torques = [recording.samples(port) if port in recording else still for port in ports]
+    return replace(_measured(station, recording, finger, readings), torque=np.concatenate(torques, axis=-1))
+
+
+def _measured(station: Station, recording: Recording, finger: PlantFinger, readings: Array) -> ReadAgain:
+    scenario, pressure = station.scenario, f"{finger.name}.sampled_pressure"
+    return ReadAgain(
+        read_nominal_model(scenario.nominal).layout(finger.finger, scenario.sensor),
+        uncertainty(scenario.estimator, scenario.sensor),
+        readings,
+        recording.samples(pressure) if pressure in recording else np.zeros((len(readings), 0)),
+        recording.samples(f"{finger.name}.X_WB"),
+        compensated_gravity(scenario),
+        scenario.sensor.period,
+        recording.sample_numbers,
+    )
 
 
 def with_sections(
@@ -98,18 +146,17 @@ def with_sections(
 def external_torque_again(
     station: Station, recording: Recording, finger: PlantFinger, again: ReadAgain, estimator: str = "arcs"
 ) -> Array:
-    """The external torque for these readings at every sample, N m, (T, N); NaN until there are five."""
-    shape, X_WB = again.shape(estimator), recording[f"{finger.name}.X_WB"].values
-    if shape.external_torque is not None:
-        return shape.external_torque
-    q = shape.q
-    motion = Motion(*map(windows, (q, again.driving(estimator), X_WB)))
-    balance = TorqueBalance(again.layout.finger)
-    torque = balance.external_torque(motion, _gravity(station), station.scenario.sensor.period).torque
-    # The first sample is recorded twice: a log at a time still shows the sample before.
-    return np.concatenate([np.full((SAMPLES, q.shape[-1]), np.nan), torque[1:]])
+    """The external torque for these readings at every time of the recording, N m, (T, N); NaN until there are five."""
+    shape, X_WB = again.estimate(estimator), recording.samples(f"{finger.name}.X_WB")
+    torque = shape.external_torque
+    if torque is None:
+        motion = Motion(*map(windows, (shape.q, again.driving(estimator), X_WB)))
+        gravity, period = compensated_gravity(station.scenario), again.period
+        balance = TorqueBalance(again.layout.finger).external_torque(motion, gravity, period).torque
+        torque = np.concatenate([np.full((SAMPLES - 1, shape.q.shape[-1]), np.nan), balance])
+    return torque[recording.sample_numbers]
 
 
-def _gravity(station: Station) -> Array:
-    """Gravity as compensated in the external torque, in the world, (3,) m/s^2."""
-    return np.array(station.scenario.gravity) * station.scenario.estimator.compensate_gravity
+def compensated_gravity(scenario: Scenario) -> Array:
+    """Gravity as estimators compensate it, in the world, (3,) m/s^2."""
+    return np.array(scenario.gravity) * scenario.estimator.compensate_gravity

@@ -1,25 +1,18 @@
 """The grasp of every free object in a recording, see `grasp`."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.geometry import GeometryId
 
 from soft_gripper.arrays import Array
-from soft_gripper.control.task import Phase
 from soft_gripper.diagrams.recording import Recording
-from soft_gripper.diagrams.scene import first_body
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.estimators.estimate import CLOSING
 from soft_gripper.files.notes import READ, note
-from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.runs.scores.grasp import (
     FingerGrip,
     Grasp,
-    GraspSignals,
     Sizes,
     finger_grips,
     held_since,
@@ -28,12 +21,10 @@ from soft_gripper.runs.scores.grasp import (
     pump_energy,
     stiffness,
 )
-from soft_gripper.runs.scores.slip import base_poses, path_length, pose_matrices, shifts, slip
-from soft_gripper.truth.contact import TOUCH, combined_friction
+from soft_gripper.runs.scores.recorded_object import NORMAL, RecordedObject
+from soft_gripper.truth.contact import TOUCH
 
-NORMAL = "grip_normal_force"
 _MIN_WIDTH = 5e-3  # m, of an object: between fingers that touch each other or a table there is less
-_SIGNALS = (NORMAL, "grip_friction_force", "grip_force", "grip_area", "grip_pressure")
 
 
 @dataclass(frozen=True)
@@ -51,25 +42,6 @@ class ObjectGrip(FingerGrip, OfObject):
 @dataclass(frozen=True)
 class ObjectGrasp(Grasp, OfObject):
     """The grasp of an object."""
-
-
-@dataclass(frozen=True)
-class RecordedObject:
-    """An object in a recording, and the signals by which its grasp is judged, collected once."""
-
-    station: Station
-    recording: Recording
-    name: str
-
-    @cached_property
-    def samples(self) -> NDArray[np.int_]:
-        """See `judged_samples`."""
-        return judged_samples(self.station, self.recording, self.name)
-
-    @cached_property
-    def signals(self) -> GraspSignals:
-        """At these samples, see `grasp_signals`."""
-        return grasp_signals(self.station, self.recording, self.name, self.samples)
 
 
 def objects_of(station: Station) -> list[str]:
@@ -128,110 +100,35 @@ def _force_on_others(station: Station, recording: Recording, finger: int) -> flo
     return float(np.nan_to_num(total - np.sum(on_objects, axis=0)).max(initial=0.0))
 
 
-def recorded_grasp(of: RecordedObject) -> tuple[Grasp, list[FingerGrip]]:
+def recorded_grasp(held: RecordedObject) -> tuple[Grasp, list[FingerGrip]]:
     """The grasp of one object, and how each finger takes part in it."""
-    station, recording, held, samples, signals = of.station, of.recording, of.name, of.samples, of.signals
-    grips = finger_grips(signals, [finger.name for finger in station.fingers])
+    samples, signals = held.samples, held.signals
+    grips = finger_grips(signals, [finger.name for finger in held.station.fingers])
     begin, window = held_since(signals), np.flatnonzero(last(signals.time))
-    slid = path_length(shifts(station, recording, held, samples[begin:]))
-    at_the_end = slip(station, recording, held, samples[window])
+    slid = path_length(held.shifts(samples[begin:]))
     elapsed = signals.time[-1] - signals.time[window[0]]
-    speed = float(at_the_end[-1]) / elapsed if elapsed > 0 else np.nan
-    sizes = _sizes(station, recording, samples)
-    energy = _energy(station, recording, samples)
-    return judge(signals, grips, slid, speed, sizes, energy), grips
+    speed = float(held.slip(samples[window])[-1]) / elapsed if elapsed > 0 else np.nan
+    return judge(signals, grips, slid, speed, _sizes(held), _energy(held)), grips
 
 
-def judged_samples(station: Station, recording: Recording, held: str) -> NDArray[np.int_]:
-    """The samples of which contact is known; in a task, those of them that are `before_put_down`."""
-    known = np.isfinite(recording.values(f"{held}.{NORMAL}")).all(axis=1)
-    if station.task is not None:
-        known &= before_put_down(recording.values("task.phase").ravel(), station.task.phases)
-    return np.flatnonzero(known)
+def path_length(shifted: Array) -> float:
+    """Length of the path along which an object slides, m, averaged over the fingers; NaN without any.
 
-
-def before_put_down(numbers: Array, phases: Sequence[Phase]) -> NDArray[np.bool_]:
-    """The samples up to the end of the last phase that carries an object, (T).
-
-    The last of several phases that hold it puts it down if another phase follows, and does not count. Without phases
-    that hold an object, or if none was reached, all samples count.
+    A distance from the first place would hide that it slides back, such as by creep after the fingers have lifted it.
 
     Args:
-        numbers: of the phase at each sample, (T).
-        phases: of the task, and its rescues.
+        shifted: see `RecordedObject.shifts`, (K, F, 2) m.
     """
-    holding = [number for number, phase in enumerate(phases) if phase.holds]
-    if len(holding) > 1 and phases[holding[-1]].follower < len(phases):
-        holding.pop()
-    carries = np.isin(numbers, holding)
-    until: NDArray[np.bool_] = np.logical_or.accumulate(carries[::-1])[::-1]
-    return until if carries.any() else ~until
+    if not shifted.shape[1]:
+        return np.nan
+    return float(np.linalg.norm(np.diff(shifted, axis=0), axis=-1).sum(axis=0).mean())
 
 
-def grasp_signals(station: Station, recording: Recording, held: str, samples: NDArray[np.int_]) -> GraspSignals:
-    """The signals by which the grasp of an object is judged."""
-    normal, friction, force, area, pressure = (recording.values(f"{held}.{name}")[samples] for name in _SIGNALS)
-    gravity = np.array(station.plant.gravity_field().gravity_vector())
-    pull = float(np.linalg.norm(gravity))
-    others = recording.values(f"{held}.contact_wrench")[samples, 3:] - force.sum(axis=1)
-    support = -others @ gravity / pull if pull > 0 else np.zeros(len(samples))
-    place, turn = _poses(station, recording, held, samples)
-    coefficients = [friction_coefficient(station, finger, held) for finger in station.fingers]
-    time = recording.values("time")[samples]
-    return GraspSignals(
-        *(time, normal, friction, area, pressure, support, place, turn),
-        *(_mass(station, held) * pull, np.array(coefficients)),
-    )
-
-
-def _mass(station: Station, held: str) -> float:
-    if held in station.parts.deformables:
-        return station.parts.deformables[held].mass
-    if held in station.parts.masses:
-        return station.parts.masses[held]
-    plant = station.plant
-    bodies = plant.GetBodyIndices(plant.GetModelInstanceByName(held))
-    return float(sum(plant.get_body(index).default_mass() for index in bodies))
-
-
-def _poses(station: Station, recording: Recording, held: str, samples: NDArray[np.int_]) -> tuple[Array, Array]:
-    """Positions and rotations of an object in the base of the first finger, (T, 3) and (T, 3, 3)."""
-    X_WO, X_WB = pose_matrices(recording, held, samples), base_poses(recording, station.fingers[:1], samples)[0]
-    to_base = np.swapaxes(X_WB[..., :3], -1, -2)
-    places = (to_base @ (X_WO[..., 3:] - X_WB[..., 3:]))[..., 0]
-    return places, to_base @ X_WO[..., :3]
-
-
-def friction_coefficient(station: Station, finger: PlantFinger, held: str) -> float:
-    """Static coefficient of friction between a finger and an object, of the smoothest geometry of each."""
-    of_object = station.parts.frictions.get(held, _static_friction(station, _touched(station, held)))
-    return combined_friction(finger_friction(station, finger), of_object)
-
-
-def finger_friction(station: Station, finger: PlantFinger) -> float:
-    """Static coefficient of friction of a finger's smoothest geometry."""
-    geometries = [each for link in finger.links for each in station.plant.GetCollisionGeometriesForBody(link)]
-    return _static_friction(station, geometries)
-
-
-def _touched(station: Station, held: str) -> list[GeometryId]:
-    """The collision geometries of the first link of an object."""
-    if held in station.parts.deformables:
-        return [station.parts.deformables[held].geometry]
-    return list(station.plant.GetCollisionGeometriesForBody(first_body(station.plant, held)))
-
-
-def _static_friction(station: Station, geometries: Sequence[GeometryId]) -> float:
-    """The least static coefficient of friction of collision geometries; 0 if there are none."""
-    inspector = station.parts.scene_graph.model_inspector()
-    properties = [each for each in map(inspector.GetProximityProperties, geometries) if each is not None]
-    return min((each.GetProperty("material", "coulomb_friction").static_friction() for each in properties), default=0.0)
-
-
-def _sizes(station: Station, recording: Recording, samples: NDArray[np.int_]) -> Sizes:
+def _sizes(held: RecordedObject) -> Sizes:
     """True width at the end, and stiffness as estimated, as far as they are recorded."""
+    recording, samples = held.recording, held.samples
     true, estimated = (_width(recording, f"grip.{name}", samples) for name in ("true_object_width", "object_width"))
-    forces = [f"{finger.name}.contact_force_vector" for finger in station.fingers]
+    forces = [f"{finger.name}.contact_force_vector" for finger in held.station.fingers]
     if not all(name in recording for name in forces):
         return Sizes(true[-1])
     force = np.mean([recording.values(name)[samples] @ CLOSING for name in forces], axis=0)
@@ -242,21 +139,20 @@ def _width(recording: Recording, signal: str, samples: NDArray[np.int_]) -> Arra
     """A width over some samples, (T) m; NaN if it was not recorded."""
     if signal not in recording:
         return np.full(len(samples), np.nan)
-    width: Array = recording.values(signal)[samples].ravel()
-    return width
+    return recording.values(signal)[samples].ravel()
 
 
-def _energy(station: Station, recording: Recording, samples: NDArray[np.int_]) -> float:
+def _energy(held: RecordedObject) -> float:
     """Work of the pump on all fingers, J; the volume of a chamber grows with the joints by what pressure drives them.
 
     By virtual work, a chamber whose pressure p drives a joint by the torque g p grows by g per angle.
     """
-    until, energy = samples[-1] + 1, 0.0
-    state = recording.values("plant.state")[:until]
-    for finger in station.fingers:
+    until, energy = held.samples[-1] + 1, 0.0
+    state = held.recording.values("plant.state")[:until]
+    for finger in held.station.fingers:
         if not finger.finger.pressures:
             continue
-        pressure = recording.values(f"{finger.name}.pressure")[:until].reshape(until, -1)
+        pressure = held.recording.values(f"{finger.name}.pressure")[:until].reshape(until, -1)
         gains = finger.finger.pressure_gains
         growth = [state @ finger.position_selector(way).T @ gains[way].T for way in finger.finger.driven_ways]
         energy += pump_energy(pressure, np.sum(growth, axis=0))

@@ -12,7 +12,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.control.task import Outcome
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.station_parts import Station
-from soft_gripper.runs.scores.slip import recorded_poses, slip
+from soft_gripper.runs.scores.recorded_object import RecordedObject
 from soft_gripper.scenario.schema import TaskConfig
 
 Flags = NDArray[np.bool_]
@@ -32,8 +32,8 @@ class Judged:
     dropped: no finger touched the object while it should be held, or the task reported that it was lost.
     peak_force_n: largest normal force of a finger.
     squeeze_mm: largest squeeze of a soft object by the fingers; NaN of a rigid one.
-    slip_mm: see `slip`; from the start of the first phase that holds the object to the end of the last phase but one,
-        since the last one puts it down.
+    slip_mm: see `RecordedObject.slip`; from the start of the first phase that holds the object to the end of the last
+        phase but one, since the last one puts it down.
     detection_delay_ms: from a finger's first contact to its first detection, for the slowest finger.
     size_error_mm: error of the estimated object width when the fingers have closed.
     duration_s: time until the task ends.
@@ -78,8 +78,7 @@ class TaskRun:
     @property
     def placed(self) -> Array:
         """Vector from the goal to the final object frame, (3,) m in the world."""
-        found: Array = self.final_pose.translation() - self._goal_pose.translation()
-        return found
+        return np.asarray(self.final_pose.translation() - self._goal_pose.translation())
 
     @property
     def turned(self) -> RotationMatrix:
@@ -89,7 +88,11 @@ class TaskRun:
     @cached_property
     def final_pose(self) -> RigidTransform:
         """Final pose of the object frame in the world."""
-        return recorded_poses(self._recording, str(self.task.object), [-1])[0]
+        return RigidTransform(self._object.poses[-1])
+
+    @cached_property
+    def _object(self) -> RecordedObject:
+        return RecordedObject(self._station, self._recording, str(self.task.object))
 
     @property
     def _goal_pose(self) -> RigidTransform:
@@ -98,24 +101,22 @@ class TaskRun:
     @cached_property
     def dropped(self) -> int | None:
         """The sample at which the object was lost although it should be held; None: it was not dropped."""
-        forces = np.array([self._of(finger, "normal_force") for finger in self._fingers])
         held = np.isin(self._phase, self._holding) & (self.outcomes == Outcome.RUNNING)
-        lost = np.flatnonzero((held & (forces == 0).all(axis=0)) | (self.outcomes == Outcome.OBJECT_LOST))
+        lost = np.flatnonzero((held & (self._normal == 0).all(axis=0)) | (self.outcomes == Outcome.OBJECT_LOST))
         return int(lost[0]) if len(lost) else None
 
     @cached_property
     def peak_force(self) -> float:
         """Largest normal force of a finger, N."""
-        return max(float(self._of(finger, "normal_force").max()) for finger in self._fingers)
+        return float(self._normal.max())
 
     @cached_property
     def squeeze(self) -> float:
         """Largest squeeze of a soft object while a finger touches it, m; NaN of a rigid one."""
-        signal = f"{self.task.object}.squeeze"
-        if signal not in self._recording:
+        if f"{self.task.object}.squeeze" not in self._recording:
             return NAN
-        touched = np.any([self._of(finger, "normal_force") > 0 for finger in self._fingers], axis=0)
-        return float(self._recording.values(signal).max(where=touched, initial=0.0))
+        touched = (self._normal > 0).any(axis=0)
+        return float(self._object.values("squeeze").max(where=touched, initial=0.0))
 
     @cached_property
     def slips(self) -> Array:
@@ -123,7 +124,7 @@ class TaskRun:
         carrying = self._holding[:-1] or self._holding
         samples = np.flatnonzero(np.isin(self._phase, carrying))
         slips = np.full(len(self._phase), NAN)
-        slips[samples] = slip(self._station, self._recording, str(self.task.object), samples)
+        slips[samples] = self._object.slip(samples)
         return slips
 
     @cached_property
@@ -135,15 +136,14 @@ class TaskRun:
     @cached_property
     def detection_delay(self) -> float:
         """The largest detection delay of all fingers, s; NaN if none touched anything."""
-        delays = [detection_delay(self._time, *self._contact(finger)) for finger in self._fingers]
+        delays = [detection_delay(self._time, *contact) for contact in self._contacts.values()]
         return max((delay for delay in delays if not np.isnan(delay)), default=NAN)
 
     @cached_property
     def false_alarm(self) -> str:
         """The finger and the time of a false contact alarm; empty if there was none."""
-        for finger in self._fingers:
-            sample = false_alarm(*self._contact(finger))
-            if sample is not None:
+        for finger, contact in self._contacts.items():
+            if (sample := false_alarm(*contact)) is not None:
                 return f"false alarm of {finger} {self.when(sample)}"
         return ""
 
@@ -162,20 +162,21 @@ class TaskRun:
         return float(self._time[over[0] if len(over) else -1])
 
     @property
-    def _fingers(self) -> list[str]:
-        return [finger.name for finger in self._station.fingers]
-
-    @property
     def _holding(self) -> list[int]:
         """Numbers of the phases that hold the object."""
         return [i for i, phase in enumerate(self._phases) if phase.holds]
 
-    def _of(self, finger: str, signal: str) -> Array:
-        return self._recording.values(f"{finger}.{signal}")
+    @cached_property
+    def _normal(self) -> Array:
+        """Normal forces of the fingers, (F, T) N."""
+        return np.stack([self._recording.values(f"{each.name}.normal_force") for each in self._station.fingers])
 
-    def _contact(self, finger: str) -> tuple[Flags, Flags]:
-        """Whether a finger is in contact, detected and true, at each sample."""
-        return self._of(finger, "contact") > 0.5, self._of(finger, "normal_force") > 0
+    @cached_property
+    def _contacts(self) -> dict[str, tuple[Flags, Flags]]:
+        """Whether each finger is in contact, detected and true, at each sample."""
+        names = [finger.name for finger in self._station.fingers]
+        detected = (self._recording.values(f"{name}.contact") > 0.5 for name in names)
+        return dict(zip(names, zip(detected, self._normal > 0, strict=True), strict=True))
 
 
 def detection_delay(time: Array, detected: Flags, true: Flags) -> float:

@@ -20,7 +20,8 @@ from soft_gripper.files.row_table import columns
 from soft_gripper.registry import OWN, blamed_on
 from soft_gripper.runs.scores.grasp import Grasp
 from soft_gripper.runs.scores.poses import held_samples, recorded_pose_table
-from soft_gripper.runs.scores.recorded_grasps import RecordedObject, objects_of, recorded_grasp
+from soft_gripper.runs.scores.recorded_grasps import objects_of, recorded_grasp
+from soft_gripper.runs.scores.recorded_object import RecordedObject
 from soft_gripper.runs.scores.recorded_slips import recorded_slip
 from soft_gripper.runs.scores.recorded_task import Judged, judged
 from soft_gripper.runs.scores.slipping import Slip
@@ -28,6 +29,7 @@ from soft_gripper.runs.scores.steps import outcome, step_table
 from soft_gripper.scenario.schema import Scenario
 
 OPTION = "--measure"
+GRASP = "grasp"  # the measure that tells whether an object is held
 
 
 @dataclass(frozen=True)

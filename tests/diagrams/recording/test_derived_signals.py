@@ -8,7 +8,8 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource, Gain, Sine
 
 from soft_gripper.array_block import ArrayBlock
-from soft_gripper.diagrams.recording import Logged, Output, SignalSources, add_logs
+from soft_gripper.diagrams.signal_logs import add_logs
+from soft_gripper.diagrams.signal_sources import Logged, Output, SignalSources
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.truth.poses import Difference
 
@@ -73,7 +74,7 @@ def test_what_follows_is_traced_to_what_does_not():
     found = sources.find(chain.difference.get_output_port())
     assert isinstance(found, Output)
     gain = sources.find(chain.gain.get_output_port())
-    assert found.of.leaves["estimate"] == gain
+    assert found.derived.leaves["estimate"] == gain
     assert isinstance(gain, Logged)
     assert sources.ports[gain.number] == chain.gain.get_output_port()
 

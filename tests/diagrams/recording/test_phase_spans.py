@@ -6,7 +6,8 @@ import xarray as xr
 from pydrake.trajectories import PiecewisePolynomial
 
 from soft_gripper.control.task import Phase
-from soft_gripper.diagrams.recording import Recording, phase_spans
+from soft_gripper.diagrams.executed_phases import phase_spans
+from soft_gripper.diagrams.recording import Recording
 
 STAY = PiecewisePolynomial(np.zeros((6, 1)))
 PHASES = [Phase(name, STAY, 0.05, i + 1) for i, name in enumerate(("approach", "close", "lift", "rescue"))]

@@ -5,7 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from soft_gripper.diagrams.recording import Recording, provenance
+from soft_gripper.diagrams.provenance import provenance
+from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 

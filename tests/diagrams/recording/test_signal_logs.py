@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
-from pydrake.systems.primitives import ConstantVectorSource, TrajectorySource
+from pydrake.systems.primitives import ConstantVectorSource, TrajectorySource, ZeroOrderHold
 from pydrake.trajectories import PiecewisePolynomial
 
-from soft_gripper.diagrams.recording import Recording, add_logs, read_logs
+from soft_gripper.diagrams.recording import Recording, read_logs
+from soft_gripper.diagrams.signal_logs import add_logs
 from soft_gripper.signals import XZ, describe
 
 PHASES = ("go there", "close", "over")
@@ -105,3 +106,17 @@ def test_states_are_named_as_the_cf_conventions_have_it(phases, tmp_path):
         assert attributes["units"] == "1"
         assert np.asarray(attributes["flag_values"]).tolist() == [0, 1, 2]
         assert attributes["flag_meanings"] == "go_there close over"
+
+
+def test_every_sample_is_there_once():
+    """A ramp sampled at 0, 0.125 and 0.25 s, of which a log at a time shows the one before."""
+    builder = DiagramBuilder()
+    ramp = builder.AddSystem(TrajectorySource(PiecewisePolynomial.FirstOrderHold([0.0, 1.0], [[0.0, 5.0]])))
+    held = builder.AddSystem(ZeroOrderHold(0.125, 1))
+    builder.Connect(ramp.get_output_port(), held.get_input_port())
+    logs = add_logs(builder, {"ramp": held.get_output_port()}, 0.125)
+    simulator = Simulator(builder.Build())
+    simulator.AdvanceTo(0.375)
+    recording = read_logs(logs, simulator.get_context())
+    np.testing.assert_allclose(recording.samples("ramp").ravel(), [0.0, 0.625, 1.25])
+    np.testing.assert_array_equal(recording.samples("ramp")[recording.sample_numbers], recording.values("ramp"))

@@ -4,7 +4,7 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
-from soft_gripper.diagrams.recording import ValueLog
+from soft_gripper.diagrams.signal_logs import ValueLog
 
 
 class Clock(LeafSystem):

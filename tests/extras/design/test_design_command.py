@@ -10,7 +10,7 @@ from csv_rows import csv_rows
 from refusals import refusal
 
 from soft_gripper.fingers.urdf import expand_urdf
-from soft_gripper.runs.sweep.run_sweep import run_and_measure
+from soft_gripper.runs.sweep.measured_runs import run_and_measure
 
 LENGTH, PRESSURE = "models.gripper.fingers.all.length", "pressure.steps.all.0"
 STUDY = {

@@ -13,7 +13,7 @@ from soft_gripper.extras.design.run_design import TABLE, most_runs, run_design
 from soft_gripper.extras.design.study_file import load_design_study
 from soft_gripper.files.output import release_folders
 from soft_gripper.models import DIRECTORY
-from soft_gripper.runs.sweep import run_sweep
+from soft_gripper.runs.sweep import scenario_runs
 
 STUDY = {
     "scenario": "bottle_grasp",
@@ -29,7 +29,7 @@ STUDY = {
 @pytest.fixture(autouse=True, scope="module")
 def _simulated():
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(run_sweep, "measured_runs", grasped)
+        patched.setattr(scenario_runs, "measured_runs", grasped)
         yield
 
 
@@ -226,7 +226,7 @@ def test_a_measure_that_always_fails_ends_the_study_before_the_search(tmp_path, 
     def failing(scenario, changes, own):
         raise InputError("design", "estimator.type", "arcs", "reports no contact force")
 
-    monkeypatch.setattr(run_sweep, "measured_runs", failing)
+    monkeypatch.setattr(scenario_runs, "measured_runs", failing)
     executor = HereExecutor()
     with refused("scenario", "bottle_grasp") as caught:
         run_design(study(tmp_path), tmp_path / "out", executor)

@@ -10,7 +10,7 @@ from soft_gripper.extras.design.ranking import Design, Score
 from soft_gripper.extras.design.run_design import Designed
 from soft_gripper.extras.design.study_file import DesignConfig, DesignStudy, EndConfig
 from soft_gripper.extras.design.study_tables import DESIGNS, SENSITIVITY, TESTS, write_tables
-from soft_gripper.runs.sweep.run_sweep import Range, Values
+from soft_gripper.runs.sweep.axes import Range, Values
 
 FORCE, ENERGY = EndConfig("force"), EndConfig("energy")
 AXES = [Range("models.gripper.fingers.all.length", 0.1, 0.2), Values("sensor.layout", ("sides", "faces"))]

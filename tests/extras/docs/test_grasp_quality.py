@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from printed_numbers import printed
 
-from soft_gripper.runs.sweep.run_sweep import run_and_measure
+from soft_gripper.runs.sweep.measured_runs import run_and_measure
 from soft_gripper.truth.contact import combined_friction
 
 PAGE = (Path(__file__).parents[3] / "docs" / "grasp_quality.md").read_text(encoding="utf-8")

@@ -4,7 +4,7 @@ import pytest
 from here_executor import HereExecutor
 
 from soft_gripper.extras.mujoco_engine import engine
-from soft_gripper.runs.sweep.run_sweep import engine_step_of
+from soft_gripper.runs.sweep.measured_runs import engine_step_of
 
 ENGINE = {"engine": "mujoco"}
 

@@ -24,7 +24,8 @@ from soft_gripper.runs.scores.grasp import (
     stiffness,
     verdict,
 )
-from soft_gripper.runs.scores.recorded_grasps import before_put_down, touched_instead
+from soft_gripper.runs.scores.recorded_grasps import touched_instead
+from soft_gripper.runs.scores.recorded_object import before_put_down
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.shipped import scenario_names
 

@@ -7,7 +7,7 @@ from pydrake.multibody.plant import MultibodyPlant
 
 from soft_gripper.diagrams.loaded_model import add_fingers
 from soft_gripper.models import DIRECTORY
-from soft_gripper.runs.scores.slip import grip_at
+from soft_gripper.runs.scores.grip_point import grip_at
 
 
 def test_a_contact_is_gripped_by_the_link_on_whose_face_it_lies():

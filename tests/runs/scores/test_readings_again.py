@@ -11,8 +11,9 @@ from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.estimators.arcs import Arcs, arcs_from_readings
+from soft_gripper.estimators.contact import ContactShape
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.runs.scores.readings import ReadAgain, external_torque_again, read_again, with_sections
+from soft_gripper.runs.scores.readings import ReadAgain, external_torque_again, read_again, read_recorded, with_sections
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.sensors.sensor_layout import SensorLayout
 
@@ -31,6 +32,7 @@ RUNS = {
     "other response": ("free_bending", [*SHORT, f"sensor.response={CURVE}"]),
     "nominal response": ("free_bending", [*SHORT, f"nominal.response={CURVE}"]),
 }
+INTERVAL = "transverse_force_interval"
 Run = tuple[Station, Recording]
 
 
@@ -48,7 +50,7 @@ def run(request: pytest.FixtureRequest) -> Run:
 def arcs_of(again: ReadAgain) -> Arcs:
     layout = again.layout
     assert isinstance(layout, SensorLayout)
-    return arcs_from_readings(layout, again.readings)
+    return arcs_from_readings(layout, again.readings[again.numbers])
 
 
 def test_arcs_are_those_of_the_estimator(run: Run) -> None:
@@ -83,11 +85,11 @@ def test_a_finger_that_creeps_is_remembered_as_in_its_run(tmp_path: Path, estima
     again = read_again(station, recording, finger, 4)
     signals = ("driving_torque", "estimated_joint_angles", "external_torque")
     driving, q, torque = (recording[f"{name}.{signal}"].values for signal in signals)
-    np.testing.assert_allclose(again.driving(estimator), driving, atol=1e-7)
+    np.testing.assert_allclose(again.driving(estimator)[again.numbers], driving, atol=1e-7)
     np.testing.assert_allclose(again.shape(estimator).q, q, atol=1e-6)
     found = external_torque_again(station, recording, finger, again, estimator)
     np.testing.assert_allclose(found, torque, atol=1e-6)
-    assert np.abs(driving - finger.finger.pressure_torque(again.pressure)).max() > 5e-3
+    assert np.abs(driving - finger.finger.pressure_torque(again.pressure)[again.numbers]).max() > 5e-3
 
 
 @pytest.mark.slow
@@ -123,6 +125,22 @@ def test_shapes_are_those_of_the_estimators_of_the_run(name: str) -> None:
         assert contact is not None
         recorded = recording[f"{finger.name}.contact.contact_force"].values
         np.testing.assert_allclose(contact.force, recorded, rtol=1e-6, atol=1e-9)
+
+
+@pytest.mark.parametrize("name", ["as simulated", "in motion"])
+def test_from_recorded_readings_the_estimate_is_that_of_the_run(name: str) -> None:
+    """From the first sample on, while the base moves too."""
+    scenario, overrides = RUNS[name]
+    station, recording = run_of(scenario, [*overrides, "estimator.type=contact"])
+    for finger in station.fingers:
+        recorded = read_recorded(station, recording, finger)
+        assert recorded is not None
+        q, band = (recording.values(f"{finger.name}.{each}") for each in ("estimated_joint_angles", INTERVAL))
+        np.testing.assert_allclose(recorded.shape("contact").q, q, rtol=1e-9, atol=1e-12)
+        function = recorded.function("contact")
+        assert isinstance(function, ContactShape)
+        posterior = function.posterior(*recorded.arguments(function, np.arange(len(q))))
+        np.testing.assert_allclose(posterior.transverse_force_interval, band, rtol=1e-9, atol=1e-12)
 
 
 def test_torque_of_another_estimator_is_that_of_a_run_with_it() -> None:

@@ -6,7 +6,8 @@ from pick_and_place import FINGERS, box_recording, box_station, state
 from pydrake.math import RigidTransform, RotationMatrix
 
 from soft_gripper.diagrams.station_parts import Station
-from soft_gripper.runs.scores.slip import path_length, slip
+from soft_gripper.runs.scores.recorded_grasps import path_length
+from soft_gripper.runs.scores.recorded_object import RecordedObject
 
 pytestmark = pytest.mark.slow
 
@@ -38,7 +39,7 @@ def slip_mm(station, placed, centers) -> float:
         of_finger = np.full((len(placed), 3), np.nan)
         of_finger[0] = centers.get(finger, NOWHERE)
         signals[f"{finger}.contact_center"] = of_finger
-    return 1e3 * slip(station, box_recording(station, signals), "box", np.arange(len(placed))).max()
+    return 1e3 * RecordedObject(station, box_recording(station, signals), "box").slip(np.arange(len(placed))).max()
 
 
 def face(station, finger, positions) -> np.ndarray:
@@ -96,7 +97,7 @@ def test_without_contact_or_samples_there_is_no_slip_to_measure(station):
     placed = [(RigidTransform(), {})]
     assert np.isnan(slip_mm(station, placed, {}))
     signals = {"plant.state": np.zeros((5, station.plant.num_multibody_states()))}
-    assert not len(slip(station, box_recording(station, signals), "box", np.array([], dtype=int)))
+    assert not len(RecordedObject(station, box_recording(station, signals), "box").slip(np.array([], dtype=int)))
 
 
 def test_creep_adds_to_the_path_though_it_leads_back():

@@ -6,8 +6,9 @@ import pytest
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.runs.scores.grasp import DROPPED, HELD, RESTING
-from soft_gripper.runs.scores.recorded_grasps import RecordedObject, judged_samples, recorded_grasp
-from soft_gripper.runs.scores.recorded_slips import recorded_slip, sliding_speeds
+from soft_gripper.runs.scores.recorded_grasps import recorded_grasp
+from soft_gripper.runs.scores.recorded_object import RecordedObject
+from soft_gripper.runs.scores.recorded_slips import recorded_slip
 from soft_gripper.runs.scores.slipping import (
     WILL_HOLD,
     WILL_SLIP,
@@ -91,12 +92,13 @@ def test_a_slippery_bottle_slips_as_it_is_lifted(slippery):
 
 def test_while_the_bottle_stands_the_fingers_slide_as_fast_as_they_are_lifted(slippery):
     station, recording = slippery
-    samples = judged_samples(station, recording, "bottle")
+    bottle = RecordedObject(station, recording, "bottle")
+    samples = bottle.samples
     time = recording["time"].values[samples]
     lifting = samples[(time > 3.4) & (time < 3.9)]
     lift = station.plant.GetStateNames().index("gantry_z_v")
     rising = recording["plant.state"].values[lifting, lift]
-    speeds = sliding_speeds(station, recording, "bottle", lifting)
+    speeds = bottle.sliding_speeds(lifting)
     np.testing.assert_allclose(speeds, np.stack([rising, rising], axis=1), rtol=0.05)
 
 

@@ -7,7 +7,7 @@ import pytest
 from refusals import refused
 
 from soft_gripper.errors import InputError
-from soft_gripper.runs.sweep.run_sweep import MOST_RUNS, Range, Values, read_axis, sweep_points
+from soft_gripper.runs.sweep.axes import MOST_RUNS, Range, Values, read_axis, sweep_points
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.runs.scores.external_torques import recorded_force_table
 from soft_gripper.runs.scores.poses import recorded_pose_table
-from soft_gripper.runs.sweep.run_sweep import run_and_measure
+from soft_gripper.runs.sweep.measured_runs import run_and_measure
 from soft_gripper.scenario.scenario_file import changed_scenario
 
 SHORT = {"pressure.steps": {"all": [0.0, 60e3]}, "pressure.settle": 0.2, "pressure.hold_samples": 5}

@@ -10,8 +10,11 @@ from refusals import refused
 
 from soft_gripper.errors import InputError, SimulationDivergedError
 from soft_gripper.files.output import release_folders
+from soft_gripper.runs.sweep import measured_runs, scenario_runs
 from soft_gripper.runs.sweep import run_sweep as sweep
-from soft_gripper.runs.sweep.run_sweep import ABOUT, TABLE, cell, depends_on_step, run_sweep
+from soft_gripper.runs.sweep.cells import cell
+from soft_gripper.runs.sweep.measured_runs import STEP, depends_on_step
+from soft_gripper.runs.sweep.run_sweep import ABOUT, TABLE, run_sweep
 
 MEASURES = {
     "mean_pose_error_mm": 1.0,
@@ -36,7 +39,7 @@ def executor(monkeypatch):
             raise SimulationDivergedError("the simulation\ndiverged")
         return [MEASURES | {"mean_pose_error_mm": 1 / changes[KEY], "max_pose_error_mm": changes["sensor.period"]}]
 
-    monkeypatch.setattr(sweep, "measured_runs", run)
+    monkeypatch.setattr(scenario_runs, "measured_runs", run)
     monkeypatch.setattr(sweep, "check_closed", lambda station: None)
     monkeypatch.setattr(sweep, "make_station", lambda scenario: None)
     return HereExecutor()
@@ -174,12 +177,12 @@ def test_a_checked_sweep_has_a_column_for_what_depends_on_the_step(tmp_path, mon
         steps.extend(scenario.plant_config.time_step for scenario in scenarios)
         return (MEASURES | {"largest_bend_deg": scenario.plant_config.time_step} for scenario in scenarios)
 
-    monkeypatch.setattr(sweep, "_all_measures", measured)
+    monkeypatch.setattr(measured_runs, "_all_measures", measured)
     monkeypatch.setattr(sweep, "check_closed", lambda station: None)
     monkeypatch.setattr(sweep, "make_station", lambda scenario: None)
-    fixed = {sweep.STEP: 1.0}
+    fixed = {STEP: 1.0}
     run_sweep("free_bending", SECTIONS[:1], tmp_path, HereExecutor(), fixed=fixed, check_step=True)
     assert steps == [1.0, 0.5]
     assert records(tmp_path)[0]["depends_on_step"] == "largest_bend_deg"
-    with refused(sweep.STEP, 0.0):
-        run_sweep("free_bending", SECTIONS[:1], tmp_path, HereExecutor(), fixed={sweep.STEP: 0.0}, check_step=True)
+    with refused(STEP, 0.0):
+        run_sweep("free_bending", SECTIONS[:1], tmp_path, HereExecutor(), fixed={STEP: 0.0}, check_step=True)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from soft_gripper.runs.sweep.run_sweep import sweep_figure
+from soft_gripper.runs.sweep.figure import sweep_figure
 
 MEASURES = {"error_mm": ["1", "", "3", "nan"], "outcome": ["done", "", "lost", "done"]}
 

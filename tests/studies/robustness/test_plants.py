@@ -85,7 +85,6 @@ def test_samples_are_those_of_the_held_steps(held) -> None:
 
 
 def test_true_points_are_those_of_the_samples_that_are_read(held) -> None:
-    """The first sample of a recording is there twice."""
     finger = held.simulated
     q = held.recording[f"{held.finger.name}.sampled_joint_angles"].values[held.samples + 1]
     tips = forward_kinematics(q, finger.segment_length).tip
@@ -95,11 +94,11 @@ def test_true_points_are_those_of_the_samples_that_are_read(held) -> None:
 def test_without_errors_all_seeds_read_the_truth(held) -> None:
     truth = read_again(held.station, held.recording, held.finger, 3)
     readings = held.readings(3, None, 2)
-    assert readings.shape == (len(truth.readings) - 1, 2, 6)
-    np.testing.assert_allclose(readings[:, 0], truth.readings[1:], atol=1e-15)
+    assert readings.shape == (len(truth.readings), 2, 6)
+    np.testing.assert_allclose(readings[:, 0], truth.readings, atol=1e-15)
     np.testing.assert_array_equal(readings[:, 0], readings[:, 1])
-    np.testing.assert_array_equal(held.pressure, truth.pressure[1:])
-    np.testing.assert_array_equal(held.gravity, truth.gravity[1:])
+    np.testing.assert_array_equal(held.pressure, truth.pressure)
+    np.testing.assert_array_equal(held.gravity, truth.gravity)
 
 
 def test_seeds_err_differently_and_every_time_alike(held) -> None:

@@ -22,8 +22,8 @@ from soft_gripper.extras.design.study_tables import (
 from soft_gripper.files.output import lock_folder
 from soft_gripper.files.row_table import print_rows, print_table
 from soft_gripper.pictures.style import save_figure
+from soft_gripper.runs.agreement import agreement_with_drake
 from soft_gripper.runs.executor import open_executor
-from soft_gripper.runs.sweep.run_sweep import agreement_with_drake
 from soft_gripper.scenario.scenario_file import changed_scenario, files_read
 
 FIGURE, BEST = "design", "best"

@@ -28,7 +28,8 @@ from pydrake.systems.primitives import Adder, ConstantVectorSource, MatrixGain
 
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.diagrams.private_run import keep_what_is_read
-from soft_gripper.diagrams.recording import Recording, add_logs, read_logs
+from soft_gripper.diagrams.recording import Recording, read_logs
+from soft_gripper.diagrams.signal_logs import add_logs
 from soft_gripper.diagrams.wiring.composed import add_part
 from soft_gripper.diagrams.wiring.named_wires import NamedWires, connect_known
 from soft_gripper.estimators.driving_torque import DRIVING_TORQUE, DrivingTorque

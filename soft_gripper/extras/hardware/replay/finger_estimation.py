@@ -11,7 +11,8 @@ from pydrake.systems.framework import DiagramBuilder
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.private_run import keep_what_is_read
-from soft_gripper.diagrams.recording import Recording, add_logs, read_logs
+from soft_gripper.diagrams.recording import Recording, read_logs
+from soft_gripper.diagrams.signal_logs import add_logs
 from soft_gripper.diagrams.wiring.estimation import add_estimation
 from soft_gripper.errors import InputError
 from soft_gripper.extras.hardware.finger_logs import FingerLog, nominal_layout

@@ -9,7 +9,8 @@ from pydrake.systems.framework import DiagramBuilder
 from refusals import refused
 from scipy.spatial.transform import Rotation
 
-from soft_gripper.diagrams.recording import add_logs, read_logs
+from soft_gripper.diagrams.recording import read_logs
+from soft_gripper.diagrams.signal_logs import add_logs
 from soft_gripper.estimators.arcs import join_arcs
 from soft_gripper.extras.hardware.recording_schema import load_description
 from soft_gripper.extras.hardware.recordings import BodyPose, HardwareRecording

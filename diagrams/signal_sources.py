@@ -1,0 +1,187 @@
+"""The ports from which the signals of a run follow.
+
+An ArrayBlock computes its outputs at all samples of a recording from its inputs at all samples. So a port of such a
+block needs no log if its inputs can be traced back to logged ports.
+"""
+
+import logging
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.systems.framework import DiagramBuilder, InputPort, OutputPort, System
+
+from soft_gripper.array_block import ArrayBlock
+from soft_gripper.arrays import Array
+from soft_gripper.diagrams.wires import Level
+from soft_gripper.estimators.finger_shape import ANGLES
+from soft_gripper.steps import TIME
+
+_LOGGER = logging.getLogger(__name__)
+
+
+class Logged(NamedTuple):
+    """A logged port, by its index in `SignalSources.ports`.
+
+    Logs hold on to it after the diagram is built; a reference to the port itself would keep the diagram alive.
+    """
+
+    number: int
+
+
+@dataclass(eq=False)
+class Derived:
+    """Outputs of a block that are computed from the same outputs of other blocks."""
+
+    block: ArrayBlock
+    leaves: dict[str, "Source"]  # by port name of the block
+    outputs: list[str] = field(default_factory=list)  # names of the requested outputs
+
+
+class Output(NamedTuple):
+    """One output of such a block."""
+
+    derived: Derived
+    name: str
+
+
+Source = Logged | Output
+
+
+class SignalSources:
+    """Finds the ports from which signals of a diagram can be computed, sampled every `period` s.
+
+    Use it before the diagram is built.
+
+    `ports` are those that may need a log, or inputs that they feed.
+    """
+
+    def __init__(self, builder: DiagramBuilder, period: float):
+        self.ports: list[OutputPort | InputPort] = []
+        self._numbers: dict[tuple[System, int], int] = {}  # of `ports`, by the system and index of the output
+        self._root, self._period = Level.root(builder), period
+        self._blocks: dict[tuple[System, frozenset[str]], Derived] = {}
+        self._outputs: dict[tuple[System, str], Output | None] = {}
+
+    def find(self, port: OutputPort) -> Source:
+        """The source of a port of the builder's systems."""
+        return self._trace(port, self._root) or self._logged(port)
+
+    def _logged(self, port: OutputPort) -> Logged:
+        return self._log(port.get_system(), port.get_index(), port)
+
+    def _log(self, system: System, index: int, port: OutputPort | InputPort) -> Logged:
+        key = system, index
+        if key not in self._numbers:
+            self._numbers[key] = len(self.ports)
+            self.ports.append(port)
+        return Logged(self._numbers[key])
+
+    def _trace(self, port: OutputPort, level: Level) -> Source | None:
+        """Source of a port at any level; None if it depends on an output that the root diagram does not export."""
+        port, level = level.leaf_output(port)
+        system = port.get_system()
+        if isinstance(system, ArrayBlock) and system.follows(port.get_name(), self._period):
+            output = self._follow(system, port.get_name(), level)
+            if output is not None:
+                return output
+        shown = level.exported(port)
+        return None if shown is None else self._logged(shown)
+
+    def _follow(self, system: ArrayBlock, name: str, level: Level) -> Output | None:
+        """An output of a block, if all its sources are known; None also during the search itself, in a loop."""
+        key = system, name
+        if key not in self._outputs:
+            self._outputs[key] = None
+            leaves = {leaf: self._leaf(system, leaf, level) for leaf in system.leaves(name)}
+            known = {leaf: source for leaf, source in leaves.items() if source is not None}
+            if len(known) == len(leaves):
+                block = self._blocks.setdefault((system, frozenset(known)), Derived(system, known))
+                block.outputs.append(name)
+                self._outputs[key] = Output(block, name)
+        return self._outputs[key]
+
+    def _leaf(self, system: ArrayBlock, name: str, level: Level) -> Source | None:
+        if system.HasInputPort(name):
+            fed = level.feed(system.GetInputPort(name))
+            if fed is not None and isinstance(fed.system, MultibodyPlant) and fed.level.diagram is None:
+                return self._log(fed.system, fed.output_index, fed.input)
+            return None if fed is None else self._trace(fed.output, fed.level)
+        shown = level.exported(system.GetOutputPort(name))
+        return None if shown is None else self._logged(shown)
+
+
+class Samples:
+    """Signals at all samples of a run, (T, size) each, by name; those of blocks are computed when they are read.
+
+    A warning is logged if an estimator left joint angles NaN, as it does without readings, when they, or other signals
+    of the estimate that are NaN, are first read.
+    """
+
+    def __init__(self, sources: Mapping[str, Source], time: Array, logged: Mapping[int, Any]):
+        """
+        Args:
+            sources: the sources of the signals.
+            time: times of the samples, s, (T,).
+            logged: contents of the logs, (T, size) each or lists of T, by port number.
+        """
+        self.time, self._sources, self._logged = time, sources, logged
+        self._known: dict[Derived, _KnownSteps] = {}  # of blocks, some of whose outputs are not computed yet
+        self._computed: dict[Derived, dict[str, Array]] = {}  # outputs of blocks, by name
+        # Names and sources of joint angles that have not been read, by estimate.
+        self._unread = {_estimate_of(s): (name, s) for name, s in sources.items() if name.endswith(f".{ANGLES}")}
+
+    def __getitem__(self, name: str) -> Array:
+        values: Array = self.values_of(self._sources[name])
+        return values
+
+    def is_logged(self, name: str) -> bool:
+        """Whether a signal is known without computing it."""
+        return isinstance(self._sources[name], Logged)
+
+    def values_of(self, source: Source) -> Any:
+        """The values of a source at all samples."""
+        values, estimate = self._values_of(source), _estimate_of(source)
+        if estimate in self._unread:
+            name, angles = self._unread[estimate]
+            if source == angles or not np.isfinite(values).all():
+                del self._unread[estimate]
+                self._note_missing(name, self._values_of(angles))
+        return values
+
+    def _note_missing(self, name: str, values: Array) -> None:
+        is_missing = ~np.isfinite(values).all(axis=1)
+        if is_missing.any():
+            first, share = float(self.time[is_missing][0]), f"{is_missing.sum()} of {len(is_missing)}"
+            _LOGGER.warning("%s: NaN in %s samples, first at t = %g s", name, share, first)
+
+    def _values_of(self, source: Source) -> Any:
+        """Reads or computes them; the steps of a block are kept until its last output is computed."""
+        if isinstance(source, Logged):
+            return self._logged[source.number]
+        computed = self._computed.setdefault(source.derived, {})
+        if source.name not in computed:
+            known = self._known.setdefault(source.derived, _KnownSteps(self, source.derived.leaves))
+            computed[source.name] = source.derived.block.output_over_time(source.name, known)
+            if len(computed) == len(source.derived.outputs):
+                del self._known[source.derived]
+        return computed[source.name]
+
+
+def _estimate_of(source: Source) -> Any:
+    """What the outputs of a block for one finger share; a logged port is by itself."""
+    return source if isinstance(source, Logged) else (source.derived.block, source.name.rpartition(".")[0])
+
+
+class _KnownSteps(dict[str, Any]):
+    """The steps of a block that have been computed at all samples; leaves are read when a step takes them."""
+
+    def __init__(self, samples: Samples, leaves: Mapping[str, Source]):
+        super().__init__({TIME: samples.time[:, None]})
+        self._samples, self._leaves = samples, leaves
+
+    def __missing__(self, leaf: str) -> Any:
+        self[leaf] = self._samples.values_of(self._leaves[leaf])
+        return self[leaf]

@@ -1,0 +1,92 @@
+"""The figure of a sweep over one or two keys."""
+
+from collections.abc import Mapping, Sequence
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.figure import Figure
+
+from soft_gripper.arrays import Array
+from soft_gripper.pictures.style import STYLE
+from soft_gripper.runs.scores.grasp import HELD
+from soft_gripper.runs.sweep.cells import Column, numbers_in
+from soft_gripper.runs.sweep.measures import GRASP
+
+PANELS = 4  # maximum number of measures drawn
+_MOST_TICKS = 9  # values of a key that each have a tick
+
+
+def sweep_figure(varied: Mapping[str, Column], measured: Mapping[str, Column], title: str) -> Figure | None:
+    """Plots measures over one key as lines, over two keys as maps; None for more keys, or if no measure is numeric.
+
+    The first few measures that vary are drawn; runs whose object is not held are crossed out.
+
+    Args:
+        varied: cells of the varied keys.
+        measured: cells of the measures; empty if a run failed.
+        title: title of the figure.
+    """
+    numbers = {name: numbers_in(cells) for name, cells in measured.items()}
+    drawn = {name: values for name, values in numbers.items() if np.isfinite(values).any()}
+    drawn = {name: values for name, values in drawn.items() if _varies(values)} or drawn
+    if len(varied) not in (1, 2) or not drawn:
+        return None
+    with mpl.rc_context(STYLE):
+        drawn = dict(list(drawn.items())[:PANELS])
+        lost = np.array([cell not in ("", HELD) for cell in measured.get(GRASP, ())], bool)
+        title += ", crosses: not held" if lost.any() else ""
+        figure = Figure(figsize=(4.2 * len(drawn), 3.6), layout="constrained")
+        figure.suptitle(title, x=0.01, ha="left")
+        for axes, (name, values) in zip(figure.subplots(1, len(drawn), squeeze=False)[0], drawn.items(), strict=True):
+            places = [_place(axes, axis, cells) for axis, cells in zip("xy", varied.values(), strict=False)]
+            for axis, (key, cells) in zip("xy", varied.items(), strict=False):
+                axes.set(**{f"{axis}label": f"{key} [%]" if cells[0].endswith("%") else key})
+            if len(places) == 1:
+                _draw_line(axes, places[0], values, name)
+            else:
+                _draw_map(figure, axes, places, values, name)
+            if lost.any():
+                y = places[1] if len(places) > 1 else values
+                axes.plot(places[0][lost], y[lost], "x", color="#b2182b", ms=7)
+    return figure
+
+
+def _varies(values: Array) -> bool:
+    """Whether numbers, of which some may be NaN, differ by more than a thousandth."""
+    return bool(np.ptp(values[np.isfinite(values)]) > 1e-3 * np.nanmax(np.abs(values)))
+
+
+def _place(axes: Axes, axis: str, cells: Column) -> Array:
+    """Positions of cells along an axis, with a tick at each if there are few; numbers, or in order of appearance."""
+    numbers = numbers_in(cells)
+    if np.isfinite(numbers).all():
+        if len(values := np.unique(numbers)) <= _MOST_TICKS:
+            axes.set(**{f"{axis}ticks": values})
+        return numbers
+    labels = list(dict.fromkeys(cells))
+    axes.set(**{f"{axis}ticks": range(len(labels)), f"{axis}ticklabels": labels})
+    return np.array([float(labels.index(text)) for text in cells])
+
+
+def _draw_line(axes: Axes, place: Array, values: Array, name: str) -> None:
+    order = np.argsort(place, kind="stable")
+    axes.plot(place[order], values[order], "o-", ms=4)
+    axes.set_ylabel(name)
+    axes.grid(alpha=0.3)
+
+
+def _draw_map(figure: Figure, axes: Axes, places: Sequence[Array], values: Array, name: str) -> None:
+    """Draws coloured cells if the points form a grid, otherwise dots; failed runs are crosses."""
+    (x, y), failed = places, ~np.isfinite(values)
+    columns, rows = np.unique(x), np.unique(y)
+    if len(columns) * len(rows) == len(x) and min(len(columns), len(rows)) > 1:
+        grid = np.full((len(rows), len(columns)), np.nan)
+        grid[np.searchsorted(rows, y), np.searchsorted(columns, x)] = values
+        drawn: ScalarMappable = axes.pcolormesh(columns, rows, grid, shading="nearest")
+    else:
+        drawn = axes.scatter(x[~failed], y[~failed], c=values[~failed], s=20)
+    axes.grid(False)
+    axes.plot(x[failed], y[failed], "x", color="#b2182b")
+    figure.colorbar(drawn, ax=axes, label=name)
