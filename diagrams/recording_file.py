@@ -33,7 +33,7 @@ _LEVEL = 1  # of compression: 4 saves another 3 %, and takes a tenth longer
 def write_netcdf(data: xr.Dataset, path: Path) -> None:
     """Writes a netCDF 4 file, signal by signal, so that hardly more than one signal is in memory twice."""
     encoding = {name: _encoding(variable) for name, variable in data.variables.items()}
-    # No lock but that of h5py: xarray would import dask to find one, half a second where it is installed.
+    # No lock but that of h5py: to find one xarray would import `distributed`, 0.2 s where it is installed.
     with H5NetCDFStore.open(path, "w", driver_kwds={"libver": _CHECKSUMMED}, lock=False) as store:
         data.drop_encoding().dump_to_store(store, encoding=encoding)
 
