@@ -14,10 +14,11 @@ import pytest
 from command_line import short, soft_gripper
 from matplotlib.figure import Figure
 
-from soft_gripper.commands import console, main, run
+from soft_gripper.commands import console, main
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.models import DIRECTORY
+from soft_gripper.pictures import phases
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.shipped import SHIPPED, scenario_names
 
@@ -158,7 +159,7 @@ def test_a_grasped_object_that_is_welded_is_noted(free: str) -> None:
 
 def test_run_of_a_task_records_the_forces_of_its_picture(monkeypatch: pytest.MonkeyPatch) -> None:
     drawn = []
-    monkeypatch.setattr(run, "phases_figure", lambda *given: drawn.append(given[-1]) or Figure())
+    monkeypatch.setattr(phases, "phases_figure", lambda *given: drawn.append(given[-1]) or Figure())
     soft_gripper("run", "bottle_grasp", "--set", "task.time_limit=0.3", "--out", "here")
     rows, (forces,) = table("here/contact_forces_over_time.csv"), drawn
     assert [float(row["time_s"]) for row in rows[::2]] == pytest.approx(forces.data["time"].values)
