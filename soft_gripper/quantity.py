@@ -45,7 +45,7 @@ class Rule:
     filled: bool = False  # a list, mapping or text that is not empty
     span: bool = False  # a list [least, most]
     framed: bool = False  # poses may be in a frame
-    paths: Mapping[str, "Rule"] = field(default_factory=dict)  # of changes by dotted keys, see `files/changes.py`
+    paths: Mapping[str, "Rule"] = field(default_factory=dict)  # of changes by dotted keys, see `dotted`
     parts: Mapping[str, "Rule"] = field(default_factory=dict)  # of the fields of a config of Drake's
 
     @property

@@ -5,7 +5,7 @@
 
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import is_dataclass
 from functools import cache
 from numbers import Integral, Real
@@ -19,8 +19,7 @@ from pydrake.multibody.parsing import ModelDirective
 
 from soft_gripper.errors import InputError, did_you_mean, first_line, is_near, meant, near_names
 from soft_gripper.extras import added
-from soft_gripper.files.changes import as_text, change_violation, dotted_items
-from soft_gripper.files.number import is_number
+from soft_gripper.files.number import CHANGE, changed, is_number
 from soft_gripper.quantity import Rule, misfits, rules
 
 _T = TypeVar("_T")
@@ -131,19 +130,53 @@ def read(value: Any, kind: Any, rule: Rule, place: Place, default: Any = None) -
     return result
 
 
+def dotted(changes: Any, paths: Mapping[str, Rule]) -> Any:
+    """Changes by dotted keys, without those that are None; what is no mapping stays as it is."""
+    if not isinstance(changes, dict):
+        return changes
+    return {key: _as_text(change) for key, change in _dotted_items(changes, paths) if change is not None}
+
+
+def _dotted_items(changes: Mapping[Any, Any], paths: Mapping[str, Rule], outer: str = "") -> Iterator[tuple[str, Any]]:
+    """The keys of mappings in mappings with dots, down to one of the `paths`, and their values."""
+    for name, change in changes.items():
+        key = f"{outer}{name}"
+        if isinstance(change, dict) and change and key not in paths:
+            yield from _dotted_items(change, paths, f"{key}.")
+        else:
+            yield key, change
+
+
+def _as_text(change: Any) -> Any:
+    """A change with text for a number."""
+    return str(change) if isinstance(change, Real) and not isinstance(change, bool) else change
+
+
 def _read_changes(value: dict[str, Any], paths: Mapping[str, Rule], place: Place) -> dict[str, str]:
-    """Changes by dotted keys, each one of the `paths`; null leaves a value as it is."""
+    """Changes as `dotted` has them, each under one of the `paths`, and by its rule."""
     changes = dict[str, str]()
-    for key, change in dotted_items(value, paths):
+    for key, change in _dotted_items(value, paths):
         at = place.below(key)
         if key not in paths:
             known = ", ".join(dict.fromkeys(path.partition(".")[0] for path in paths))
             at.must(f"no such key; {did_you_mean(near_names(key, paths)) or f'known: {known}'}", change)
         at.must("appears more than once" if key in changes else None, change)
         if change is not None:
-            at.must(change_violation(change, paths[key]), change)
-            changes[key] = as_text(change)
+            changes[key] = _as_text(change)
+            at.must(_change_violation(changes[key], paths[key]), change)
     return changes
+
+
+def _change_violation(text: Any, rule: Rule) -> str | None:
+    """Sentence on how a change, or the words of a list, would have to be; None if it is valid."""
+    if rule.known:
+        is_known = isinstance(text, str) and set(text.split()) <= set(rule.choices)
+        return None if is_known else f"must be text of the words {', '.join(rule.choices)}"
+    try:
+        value = changed(text, math.nan)
+    except (ValueError, AttributeError):
+        return f"must be a number{f', {rule.unit},' if rule.unit else ','} {CHANGE}"
+    return None if math.isnan(value) else rule.violation(value)
 
 
 @cache

@@ -1,5 +1,6 @@
 """Text from users -> numbers, in digits 0 to 9 alone: float() of Python takes 1_0, other digits and words too."""
 
+import math
 import re
 
 # Quantifiers are possessive: a million digits that are not a number are read once.
@@ -22,3 +23,20 @@ def number(text: str) -> float:
     if not is_number(text):
         raise ValueError(f"not a number: {text[:30]!r}")
     return float(text)
+
+
+CHANGE = 'or a change such as "+10 %"'  # for messages
+
+
+def changed(text: str, before: float) -> float:
+    """The number after a change of the one before, such as "+10 %", whose sign is required; or the one that a text is.
+
+    Raises:
+        ValueError: if the text is neither a number nor a change of one, or not finite.
+    """
+    size, percent, rest = text.partition("%")
+    value, sign = number(size), size.strip()[0]
+    is_wrong = sign not in "+-" if percent else sign == "+"
+    if is_wrong or rest.strip() or not math.isfinite(value):
+        raise ValueError(f"neither a number nor a change: {text[:30]!r}")
+    return before * (1 + value / 100) if percent else value

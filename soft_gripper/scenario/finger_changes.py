@@ -12,8 +12,8 @@ from typing import Any, get_type_hints
 from pydrake.math import RollPitchYaw, RotationMatrix
 
 from soft_gripper.errors import InputError
-from soft_gripper.files.changes import CHANGE, changed
 from soft_gripper.files.document import Place, read, unwrap_optional
+from soft_gripper.files.number import CHANGE, changed
 from soft_gripper.fingers.cross_section import CrossSection
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_element import FingerElement
@@ -72,6 +72,8 @@ def mounted_finger(mounted: FingerElement, where: str, configs: Mapping[str, Map
     for name in (_ALL, mounted.finger.name):
         place, changes = f"{where}.fingers.{name}", dict(configs.get(name, {}))
         if (tilt := changes.pop(TILT, None)) is not None:
+            if "%" in tilt:
+                raise InputError(place, TILT, tilt, "must be an angle, rad, which is added to that of the file")
             R_tilt = RotationMatrix.MakeYRotation(_value(place, TILT, tilt, 0.0))
             rpy = tuple(map(float, RollPitchYaw(RollPitchYaw(rpy).ToRotationMatrix() @ R_tilt).vector()))
         finger = changed_finger(finger, place, changes)
@@ -80,6 +82,8 @@ def mounted_finger(mounted: FingerElement, where: str, configs: Mapping[str, Map
 
 def changed_finger(finger: Finger, where: str, changes: Mapping[str, str]) -> Finger:
     """A finger with changes by their paths, those of one section on top of those of all; raises as `mounted_finger`."""
+    if not changes:
+        return finger
     document: Any = asdict(finger)
     sections = ("base", "tip", "sections") if finger.sections else ("base", "tip")
     for key, text in sorted(changes.items(), key=lambda change: change[0] not in _SECTION_PATHS):
@@ -88,8 +92,8 @@ def changed_finger(finger: Finger, where: str, changes: Mapping[str, str]) -> Fi
             paths = [_CHAMBER_PATHS[key]]
         for path in paths:
             document = _put(document, path.split("."), partial(_value, where, key, text))
-    changed: Finger = read(document, Finger, Rule(), Place(f"{where}: finger '{finger.name}'")) if changes else finger
-    return changed
+    copy: Finger = read(document, Finger, Rule(), Place(f"{where}: finger '{finger.name}'"))
+    return copy
 
 
 def _put(node: Any, path: Sequence[str], change: Callable[[Any], Any]) -> Any:

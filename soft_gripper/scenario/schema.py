@@ -20,7 +20,7 @@ from pydrake.visualization import VisualizationConfig
 
 from soft_gripper.control.pid_controller import PidGains
 from soft_gripper.estimators.uncertainty import Uncertainty
-from soft_gripper.files.changes import dotted
+from soft_gripper.files.document import dotted
 from soft_gripper.fingers.finger_links import SPRINGS
 from soft_gripper.quantity import Misfit, Rule, like, quantity, valid
 from soft_gripper.registry import registered, with_added_fields

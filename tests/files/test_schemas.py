@@ -23,7 +23,7 @@ import soft_gripper
 import soft_gripper.files.document as document_module
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.uncertainty import Uncertainty
-from soft_gripper.files.document import Place, load_config, read
+from soft_gripper.files.document import Place, dotted, load_config, read
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.quantity import Rule, rules
 from soft_gripper.sensors.path_sensors import SensorPath
@@ -350,3 +350,9 @@ def test_an_object_of_python_refuses_what_a_document_may_not_hold(shipped_finger
             with pytest.raises(InputError) as caught:
                 changed(checked, *names, value=case.value)
             assert caught.value.field == f"{'.'.join(names)}{case.place}", (checked, case)
+
+
+def test_keys_have_dots_down_to_a_path_and_what_is_none_is_left_out():
+    changes = {"a": {"b": 1, "c": {"d": None}}, "e": {"f": 2.5, "g": True}, "h.i": "+1 %"}
+    assert dotted(changes, {"e": Rule()}) == {"a.b": "1", "e": {"f": 2.5, "g": True}, "h.i": "+1 %"}
+    assert dotted([changes], {}) == [changes]

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from pydrake.common.yaml import yaml_dump
+from pydrake.math import RollPitchYaw
 from refusals import refused
 
 from soft_gripper.diagrams.station import make_station
@@ -94,6 +95,7 @@ def test_a_finger_may_yield_in_more_ways_than_its_file_says(tapered_finger):
         ({"width": "wide"}, "width", "wide"),
         ({"yields": "bending sideways"}, "yields", "bending sideways"),
         ({"length": "-1"}, "length", -1.0),
+        ({"length": "-100 %"}, "length", 0.0),
         ({"tip_load.mass": "0.1"}, "tip_load.mass", "0.1"),
         ({"tendons.stiffness": "+10 %"}, "tendons.stiffness", "+10 %"),
     ],
@@ -102,6 +104,15 @@ def test_what_is_no_finger_is_refused(tapered_finger, changes, field, value):
     with refused(field, value) as caught:
         changed_finger(tapered_finger, "here", changes)
     assert str(caught.value).startswith("here: ")
+
+
+def test_a_tilt_is_an_angle_on_top_of_that_of_the_file(tapered_finger):
+    mounted = FingerElement(tapered_finger, "palm", rpy=(0.1, 0.2, 0.3))
+    tilted = mounted_finger(mounted, "here", {"all": {"tilt": "0.05"}})
+    turns = [RollPitchYaw(finger.rpy).ToRotationMatrix() for finger in (mounted, tilted)]
+    np.testing.assert_allclose((turns[0].inverse() @ turns[1]).ToAngleAxis().angle(), 0.05, atol=1e-12)
+    with refused("tilt", "+10 %"):
+        mounted_finger(mounted, "here", {"all": {"tilt": "+10 %"}})
 
 
 @pytest.mark.parametrize(
