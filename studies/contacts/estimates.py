@@ -179,4 +179,5 @@ def estimate_contacts(
     function = estimator_function(estimator, nominal, assumed)
     contact = function(readings.pressed, driving_torque(nominal.finger, nominal.ways, pressure), gravity).contact
     found = FoundContact.of(contact, contacts, nominal.ways != ("bending",))
-    return replace(found, force=scale.force * found.force, force_std=scale.force * found.force_std)
+    scaled = {name: scale.force * getattr(found, name) for name in ("force", "force_std", "transverse_force")}
+    return replace(found, **scaled)

@@ -21,6 +21,7 @@ class FoundContact:
     force_std: Array  # N
     arc_length: Array  # m
     arc_length_std: Array  # m
+    transverse_force: Array  # N, the size of the part that bends the finger
     degrees: Array  # between the true and the estimated force; NaN for a finger in its plane
 
     @classmethod
@@ -30,10 +31,12 @@ class FoundContact:
         In space the friction is estimated as well: its share is taken to be the true one.
         """
         assert contact is not None
+        unknown = np.full(contact.force.shape, np.nan)
+        transverse = unknown if contact.transverse_force is None else contact.transverse_force
         if not in_space:
             signed = np.where(contacts.is_inside, contact.force, -contact.force)
             found = signed, contact.force_std, contact.arc_length, contact.arc_length_std
-            return cls(*found, np.full(signed.shape, np.nan))
+            return cls(*found, transverse, unknown)
         assert contact.vector is not None
         assert contact.vector_covariance is not None
         size, true = (np.linalg.norm(force, axis=-1) for force in (contact.vector, contacts.force))
@@ -41,7 +44,7 @@ class FoundContact:
         degrees = np.where(size > 0, np.degrees(np.arccos(np.clip(cosine, -1, 1))), np.nan)
         of_normal = np.divide(contacts.normal_force, true, out=np.ones(true.shape), where=true > 0)
         std = np.sqrt(np.trace(contact.vector_covariance, axis1=-2, axis2=-1))
-        return cls(size * of_normal, std, contact.arc_length, contact.arc_length_std, degrees)
+        return cls(size * of_normal, std, contact.arc_length, contact.arc_length_std, transverse, degrees)
 
 
 def driving_torque(finger: Finger, ways: tuple[str, ...], pressure: Array) -> Array:

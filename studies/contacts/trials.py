@@ -50,6 +50,9 @@ class ContactErrorRow:
     force_mean_percent: Annotated[float, ".2f"]  # of the true force
     force_median_percent: Annotated[float, ".2f"]
     force_90_percent: Annotated[float, ".2f"]  # 90th percentile
+    transverse_mean_percent: Annotated[float, ".2f"]  # of the true transverse force
+    transverse_median_percent: Annotated[float, ".2f"]
+    transverse_90_percent: Annotated[float, ".2f"]
     place_mean_percent: Annotated[float, ".2f"]  # of the length
     place_median_percent: Annotated[float, ".2f"]
     place_90_percent: Annotated[float, ".2f"]
@@ -61,6 +64,7 @@ class Errors(NamedTuple):
     """Errors of estimates of M contacts by E sets of sensors, each (E, M); NaN where no contact is found."""
 
     force: Array  # share of the true force
+    transverse: Array  # share of the true transverse force
     place: Array  # share of the length
     force_within: NDArray[np.bool_]  # STATED standard deviations
     place_within: NDArray[np.bool_]
@@ -75,9 +79,11 @@ def contact_errors(found: FoundContact, contacts: Contacts) -> Errors:
     """The absolute errors; an estimate without a force, or with an unknown one, counts as not detected."""
     known = np.isfinite(found.force) & (found.force != 0)
     force = np.where(known, np.abs(found.force - contacts.normal_force), np.nan)
+    transverse = np.where(known, np.abs(found.transverse_force - contacts.transverse_force), np.nan)
     place = np.where(known, np.abs(found.arc_length - contacts.arc_length), np.nan)
     return Errors(
         force / contacts.normal_force,
+        transverse / contacts.transverse_force,
         place / contacts.finger.length,
         force <= STATED * found.force_std,
         place <= STATED * found.arc_length_std,
@@ -118,9 +124,10 @@ def _summary(errors: Errors, chosen: NDArray[np.bool_]) -> dict[str, float]:
     """The numbers of a row of chosen contacts, (M); NaN where none is found."""
     found = errors.found & chosen
     row = {"found_percent": 100 * float(errors.found[:, chosen].mean())}
-    each = {"force": (errors.force, errors.force_within), "place": (errors.place, errors.place_within)}
-    for name, (error, within) in each.items():
-        row |= {f"{name}_{at}_percent": 100 * value for at, value in statistics(error[found]).items()}
+    for name in ("force", "transverse", "place"):
+        sizes = statistics(getattr(errors, name)[found])
+        row |= {f"{name}_{at}_percent": 100 * value for at, value in sizes.items()}
+    for name, within in (("force", errors.force_within), ("place", errors.place_within)):
         row[f"{name}_within_2_std_percent"] = 100 * float(within[found].mean()) if found.any() else np.nan
     return row
 

@@ -27,11 +27,12 @@ CONTACTS, TRIALS = "docs/studies/contacts.md", "docs/extras/grasps/grasp_trials.
 REPLAY = "docs/extras/hardware/hardware_replay.md"
 # By a sentence of README: the cells with its numbers, by page, beginning of the row, column and places within the cell.
 QUOTED = {
-    r"mean error (\S+) % of those detected of 200 .* median (\S+) %, 90th percentile (\S+) %\.": [
-        (CONTACTS, "mean of 20 samples", 2, slice(None))
+    r"mean error (\S+) % of those detected of 200 .* median (\S+) %, 90th percentile (\S+) %;": [
+        (CONTACTS, "mean of 20 samples", 3, slice(None))
     ],
+    r"four: (\S+) %, (\S+) %, (\S+) %\.": [(CONTACTS, "four sections: mean of 20 samples", 3, slice(None))],
     r"beyond 10 %: (\S+) %, (\S+) %, (\S+) %; (\S+) % detected": [
-        (CONTACTS, "equal sections, beyond 10 %", 2, slice(None)),
+        (CONTACTS, "equal sections, beyond 10 %", 3, slice(None)),
         (CONTACTS, "equal sections, beyond 10 %", 1, slice(None)),
     ],
     r"(\d+) of 200 random boxes put down within (\S+) mm, (\d+) of 200 fragile cups": [
@@ -54,15 +55,16 @@ Numbers = list[float]
 
 
 def contact_numbers(arguments: list[str], folder: Path) -> Numbers:
-    """Errors of the force, %, with unequal sections; with the default ones, of contacts beyond 10 % of the length."""
+    """Errors of the transverse force, %: two unequal sections, four, and two equal ones beyond 10 % of the length."""
     numbers = []
-    for borders, more in (("40", []), ("60", ["--beyond", "0.1"])):
-        line = [sys.executable, "-m", *arguments, *more, "--out", folder / borders]
-        subprocess.run(line, cwd=ROOT, check=True, capture_output=True)
-        key = {"sections": "2", "borders": borders, "sensors": "realistic", "averaged": "20"}
-        key |= {"nominal": "as simulated", "side": "both"}
-        (row,) = (row for row in csv_rows(folder / borders / "contact_errors.csv") if key.items() <= row.items())
-        numbers += [float(row[f"force_{statistic}_percent"]) for statistic in ("mean", "median", "90")]
+    for borders, more in (("40", []), ("30 60 90", []), ("60", ["--beyond", "0.1"])):
+        out = folder / ("beyond" if more else "default")
+        if not out.exists():
+            line = [sys.executable, "-m", *arguments, *more, "--out", out]
+            subprocess.run(line, cwd=ROOT, check=True, capture_output=True)
+        key = {"borders": borders, "sensors": "realistic", "averaged": "20", "nominal": "as simulated", "side": "both"}
+        (row,) = (row for row in csv_rows(out / "contact_errors.csv") if key.items() <= row.items())
+        numbers += [float(row[f"transverse_{statistic}_percent"]) for statistic in ("mean", "median", "90")]
     return [*numbers, float(row["found_percent"])]
 
 
@@ -94,7 +96,7 @@ def replay_numbers(arguments: list[str], folder: Path) -> Numbers:
 
 # By the row of README's table: what runs its command, as printed, and reads the numbers of its sentences.
 WRITTEN: dict[str, Callable[[list[str], Path], Numbers]] = {
-    "contact force": contact_numbers,
+    "transverse force": contact_numbers,
     "pick and place": trial_numbers,
     "hardware": replay_numbers,
 }

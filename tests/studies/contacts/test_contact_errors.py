@@ -59,7 +59,7 @@ def test_a_row_for_both_and_for_each_side() -> None:
 
 
 def test_where_nothing_is_found_nothing_is_said() -> None:
-    nothing = FoundContact(*np.full((5, 1, 4), np.nan))
+    nothing = FoundContact(*np.full((6, 1, 4), np.nan))
     row = error_rows([ContactEstimate("contact", LAYOUT, Condition(), nothing)], TRUE)[0]
     assert row.found_percent == 0
     assert np.isnan([row.force_median_percent, row.place_90_percent, row.place_within_2_std_percent]).all()
