@@ -354,7 +354,8 @@ def test_a_slow_browser_is_shown_what_is_new_and_told_that_it_is_late(served: Se
 
 
 @pytest.mark.slow
-def test_no_thread_and_no_port_is_left_whatever_clients_do(meshcat: Meshcat) -> None:
+def test_no_thread_and_no_port_is_left_whatever_clients_do(meshcat: Meshcat, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "PORTS", range(7410, 7430))  # which no other test takes meanwhile
     before, scene, feed = set(threading.enumerate()), meshcat.web_url(), SignalFeed(("a",))
     live = SessionPage({}, Taken(), feed)  # type: ignore[arg-type]
     with ExitStack() as clients:

@@ -125,8 +125,8 @@ def test_a_page_that_is_left_open_says_that_its_session_has_ended(played: Played
 
 def test_a_slow_browser_says_that_its_picture_is_late(played: Played, driver: Any) -> None:
     driver.execute_script(BUSY)
-    wait_until(lambda: "picture late by" in driver.find_element("id", "pace").text)
-    assert "slow" in driver.find_element("id", "pace").get_attribute("class")
+    pace = driver.find_element("id", "pace")
+    wait_until(lambda: "picture late by" in pace.text and "slow" in pace.get_attribute("class"))
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
