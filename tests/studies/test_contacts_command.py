@@ -78,7 +78,7 @@ def test_mistakes_are_found_before_any_work(
 def test_rows_without_a_number_are_said(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    row = ContactErrorRow("contact", 2, "60", "", "none", "ideal", 1, 0.45, "both", 2, 0.0, *(8 * [float("nan")]))
+    row = ContactErrorRow("contact", 2, "60", "", "none", "ideal", 1, 0.45, "both", 2, 0.0, *(11 * [float("nan")]))
     monkeypatch.setattr(contacts, "score_contacts", lambda *_: [row])
     monkeypatch.setattr(contacts, "load_contacts", lambda _: object())
     assert dispatch(["contacts", "--contacts", "a.nc", "--out", str(tmp_path)], STUDIES) == 0
