@@ -162,14 +162,14 @@ def _of_finger(data: "xr.Dataset", finger: str) -> dict[str, Array]:
     band = ForceBand(unknown, unknown)
     if interval in data:
         band = force_band(data[interval].values, signal("contact_answer"))
-    closing = unknown, unknown
+    true_closing, closing = unknown, unknown
     if f"{finger}.true_contact_force_world" in data and f"{finger}.X_WB" in data:
-        in_finger = in_base(signal("X_WB"), signal("true_contact_force_world"))
-        closing = in_finger @ CLOSING, closing[1]
+        true_closing = in_base(signal("X_WB"), signal("true_contact_force_world")) @ CLOSING
     if f"{finger}.contact_force_vector" in data:
-        closing = closing[0], signal("contact_force_vector") @ CLOSING
+        closing = signal("contact_force_vector") @ CLOSING
     others = "true_contact_force", "contact_force", "true_contact_arc_length", "contact_arc_length"
-    return dict(zip(_UNITS, (signal(_TRUE), signal(_ESTIMATED), *band, *closing, *map(signal, others)), strict=True))
+    forces = signal(_TRUE), signal(_ESTIMATED), *band, true_closing, closing, *map(signal, others)
+    return dict(zip(_UNITS, forces, strict=True))
 
 
 def forces_text(rows: Sequence[FingerForce], estimator: str = "") -> str:

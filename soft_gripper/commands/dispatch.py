@@ -89,7 +89,8 @@ def _elsewhere() -> Iterator[None]:
 
 def _run(options: argparse.Namespace) -> int | None:
     """Runs a command; its module is imported after its scenario is checked, so that a mistake is answered at once."""
-    if hasattr(options, "sections") and not hasattr(options, "vary"):  # a sweep checks scenarios with what it varies
+    takes_scenario = vars(options).keys() >= {"scenario", "sections", "set"}
+    if takes_scenario and not hasattr(options, "vary"):  # a sweep checks scenarios with what it varies
         chosen = _loaded(options.command, "soft_gripper.commands.chosen_scenario")
         options.chosen_scenario = chosen.chosen_scenario(options)
     code: int | None = _loaded(options.command, options.command.module).run(options)

@@ -138,9 +138,10 @@ class ControlConfig:
     gains: PidGains = field(default_factory=PidGains)  # from the opening error, m, to the pressure, Pa
     torque_limit: float | None = quantity(None, "N m", above=0)  # at the base of the fingers: limit of the grip
     torque_gains: PidGains = field(default_factory=PidGains)  # from the torque error to the pressure, Pa
-    # Limit of the estimated mean contact force of the fingers, instead of a torque_limit.
+    # Limit of the estimated mean closing force of the fingers, along -x of their bases, instead of a torque_limit.
     force_limit: float | None = quantity(None, "N", above=0)
-    # Limit the upper bound of that force, which is exceeded with a probability of 2.5 %, while contact is detected.
+    # Limit the mean upper bound of their contact forces instead, while contact is detected; each is exceeded with a
+    # probability of 2.5 %.
     force_bound: bool = False
     force_gains: PidGains = field(default_factory=PidGains)  # from the force error to the pressure, Pa
 

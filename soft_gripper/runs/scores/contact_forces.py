@@ -147,7 +147,8 @@ def band_widths(station: Station, recording: Recording, row: FingerForce) -> dic
     sensor, nominal = scenario.sensor, read_nominal_model(scenario.nominal)
     changes: dict[str, dict[str, Any]] = {}
     if scenario.nominal.calibration is None and not sensor.paths:
-        changes[f"{sensor.sections + 1} sections"] = {"sections": sensor.sections + 1, "borders": None}
+        if sensor.sections < finger.finger.segments:
+            changes[f"{sensor.sections + 1} sections"] = {"sections": sensor.sections + 1, "borders": None}
         if sensor.sections == 2 and sensor.borders is None:
             changes["its border at a third"] = {"borders": [1 / 3]}
     others = {name: nominal.layout(finger.finger, replace(sensor, **change)) for name, change in changes.items()}

@@ -15,8 +15,7 @@ from soft_gripper.sensors.measurement import MeasurementModel
 
 WIDE = 0.5  # width of a band over the force, above which it is asked what would narrow it
 _WORTH = 0.8  # of the width: a change that leaves more is not worth a word
-_CALIBRATED = {"bend_per_pressure": 0.01, "bend_variation": EXACT}
-_GAIN = 0.01
+_CALIBRATED = 0.01  # standard deviation of gains and bend per pressure after a calibration, as shares
 _AVERAGE = 0.2  # s
 
 
@@ -43,12 +42,23 @@ def narrower_bands(
     averaged = math.sqrt(period / max(_AVERAGE, period))
     assumptions = {
         "": assumed,
-        "a calibration": replace(assumed, **_CALIBRATED, gain=min(assumed.gain, _GAIN)),
+        "a calibration": _calibrated(assumed),
         f"a mean over {_AVERAGE:g} s": replace(assumed, reading=assumed.reading * averaged),
     }
     cases = [(name, layout, each) for name, each in assumptions.items()]
     cases += [(name, other, assumed) for name, other in others.items()]
     return {name: _width(ContactShape(sensors, each), q, driving, gravity) for name, sensors, each in cases}
+
+
+def _calibrated(assumed: Uncertainty) -> Uncertainty:
+    """The uncertainty after a calibration, which makes none larger."""
+    common, variation, _ = assumed.bend_stds.tolist()
+    return replace(
+        assumed,
+        gain=min(assumed.gain, _CALIBRATED),
+        bend_per_pressure=min(common, _CALIBRATED),
+        bend_variation=min(variation, EXACT),
+    )
 
 
 def _width(shape: ContactShape, q: Array, driving: Array, gravity: Array) -> float:
@@ -57,7 +67,8 @@ def _width(shape: ContactShape, q: Array, driving: Array, gravity: Array) -> flo
     assert contact is not None
     assert contact.transverse_force is not None
     least, _, most = shape.posterior(*given).transverse_force_interval[0]
-    return float((most - least) / contact.transverse_force[0])
+    force = float(contact.transverse_force[0])
+    return float(most - least) / force if force > 0 else math.inf  # overlooked
 
 
 def narrower_text(finger: str, widths: Mapping[str, float]) -> str:
@@ -66,5 +77,5 @@ def narrower_text(finger: str, widths: Mapping[str, float]) -> str:
         return ""
     (_, now), *others = widths.items()
     narrower = [f"with {name} {width:.2f}" for name, width in others if width < _WORTH * now]
-    changes = ", ".join(narrower) if narrower else f"no narrower with {', '.join(name for name, _ in others)}"
+    changes = ", ".join(narrower) if narrower else f"hardly narrower with {', '.join(name for name, _ in others)}"
     return f"{finger}: the band is {now:.2f} of the force wide; {changes}\n"

@@ -43,6 +43,16 @@ def test_widths_are_those_of_the_finger_with_the_change(shipped_finger, place, f
     assert widths["3 sections"] < 0.8 * widths[""]
 
 
+def test_a_calibration_widens_nothing(shipped_finger):
+    """An exact model is known better than a calibrated one, and a contact that is overlooked has no width."""
+    exact, layout = Uncertainty(bend_per_pressure=EXACT), SensorLayout(shipped_finger, 4)
+    driving = shipped_finger.pressure_torque(PRESSURE)
+    pressed, free = (in_balance(shipped_finger, PRESSURE, 9.81 + 0j, pushes) for pushes in ([Push(0.1, 0.5)], ()))
+    widths = narrower_bands(layout, exact, 0.01, pressed, driving, GRAVITY, {})
+    assert widths["a calibration"] == pytest.approx(widths[""], rel=1e-12)
+    assert narrower_bands(layout, exact, 0.01, free, driving, GRAVITY, {})[""] == np.inf
+
+
 @pytest.fixture(scope="module")
 def grasp():
     changes = ["sensor.sections=2", "sensor.errors.preset=realistic", "pressure.settle=0.5", "pressure.hold_samples=50"]
@@ -58,9 +68,17 @@ def test_the_first_width_is_that_of_the_band_of_a_run(grasp):
     assert not band_widths(grasp, recording, replace(row, least_n=0.0)), "no contact"
 
 
+def test_there_are_no_more_sections_than_segments(grasp):
+    scenario = replace(grasp.scenario, sensor=replace(grasp.scenario.sensor, sections=12))
+    station = make_private_station(scenario)
+    recording = simulate(scenario)
+    row = replace(contact_rows(station, recording)[-1], least_n=0.1)
+    assert list(band_widths(station, recording, row))[1:] == ["a calibration", "a mean over 0.2 s"]
+
+
 def test_changes_that_are_worth_it_are_named():
     widths = {"": 0.9, "a calibration": 0.3, "3 sections": 0.8}
     assert narrower_text("f", widths) == "f: the band is 0.90 of the force wide; with a calibration 0.30\n"
     nothing = narrower_text("f", {**widths, "a calibration": 0.85})
-    assert nothing == "f: the band is 0.90 of the force wide; no narrower with a calibration, 3 sections\n"
+    assert nothing == "f: the band is 0.90 of the force wide; hardly narrower with a calibration, 3 sections\n"
     assert not narrower_text("f", {})
