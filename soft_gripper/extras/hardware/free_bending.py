@@ -32,15 +32,14 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 
 from soft_gripper.arrays import Array, Planar
+from soft_gripper.extras.hardware.least_squares import Fit, Problem, fit
 from soft_gripper.extras.hardware.left_out_regions import (
     COVERAGE,
     LeftOut,
     fitted_disagreement,
     learned_widths,
-    moved_without,
     regions_left_out,
 )
 from soft_gripper.fingers.finger import Finger
@@ -140,24 +139,23 @@ def calibrate(layout: SensorLayout, recordings: Sequence[FreeBending], sought: C
     def left_at(x: Array) -> Array:
         return _left(x, parts.at(x, *predict(x[0])), holds, parts)
 
+    def residuals(x: Array) -> Array:
+        return np.concatenate([left_at(x)[known], prior @ x])
+
+    def slopes(x: Array, residuals: Array) -> Array:
+        here, beyond = (parts.at(x, *predict(log_ratio)) for log_ratio in (x[0], x[0] + _STEP))
+        return np.vstack([-_slopes(x, here, beyond, predict(x[0])[1], holds, parts)[known], prior])
+
+    most = np.append(np.log(_RATIOS[1]), np.full(len(x) - 1, np.inf))
+    least = np.append(np.log(_RATIOS[0]), -most[1:])
+    problem = Problem(np.asarray, residuals, slopes, bounds=(least, most), options={"x_scale": "jac"})
     for _ in range(_PASSES):
-        scale = (np.sqrt(weights)[:, None] / np.array([*noise.strain, noise.tip, noise.tip]))[known]
-
-        def residuals(x: Array, scale: Array = scale) -> Array:
-            return np.concatenate([left_at(x)[known] * scale, prior @ x])
-
-        def slopes(x: Array, scale: Array = scale) -> Array:
-            here, beyond = (parts.at(x, *predict(log_ratio)) for log_ratio in (x[0], x[0] + _STEP))
-            found = _slopes(x, here, beyond, predict(x[0])[1], holds, parts)[known]
-            return np.vstack([-found * scale[:, None], prior])
-
-        most = np.append(np.log(_RATIOS[1]), np.full(len(x) - 1, np.inf))
-        least = np.append(np.log(_RATIOS[0]), -most[1:])
-        fit = least_squares(residuals, x, slopes, bounds=(least, most), x_scale="jac")
-        x = np.asarray(fit.x)
+        scale = np.sqrt(weights)[:, None] / np.array([*noise.strain, noise.tip, noise.tip])
+        found = fit(replace(problem, weights=np.append(scale[known], np.ones(len(prior)))), x)
+        x = found.x.copy()
         noise, weights = _scatter(left_at(x))
     x[[at for name, at in parts.sought.items() if name not in sought]] = 0.0
-    covariance = np.linalg.inv(fit.jac.T @ fit.jac)
+    covariance = found.covariance
     left, gains = left_at(x), np.exp(x[parts.bends] - x[0])
     from_bends = np.eye(len(x))[parts.bends] - np.eye(len(x))[0]  # to the logarithms of the gains
     of_gains, stds = from_bends @ covariance @ from_bends.T, np.sqrt(np.diagonal(covariance))
@@ -172,34 +170,17 @@ def calibrate(layout: SensorLayout, recordings: Sequence[FreeBending], sought: C
         ),
         *((float(x[parts.pressure]), float(stds[parts.pressure])) if "pressure" in sought else (0.0, 0.0)),
         *((float(x[parts.response]), float(stds[parts.response])) if "response" in sought else (0.0, 0.0)),
-        _states(layout, recordings, holds, _Fitted(fit.fun, fit.jac, scale, known), x),
+        _states(layout, recordings, found, known, x),
     )
 
 
-class _Fitted(NamedTuple):
-    """Residuals of the unknowns, weighed, those that are measured of the holds first, and then those of the prior."""
-
-    residuals: Array
-    slopes: Array  # by the unknowns
-    scale: Array  # of what is measured
-    known: NDArray[np.bool_]  # (M, R + 2) what is measured
-
-    def left(self, moved: Array) -> Array:
-        """Residuals of the strains if the unknowns move, (M, R), NaN where nothing is read."""
-        count, left = len(self.scale), np.full(self.known.shape, np.nan)
-        left[self.known] = (self.residuals + self.slopes @ moved)[:count] / self.scale
-        return left[:, :-2]
-
-    def kept(self, left_out: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Which residuals count without some holds, (M,)."""
-        of_holds = np.broadcast_to(~left_out[:, None], self.known.shape)[self.known]
-        return np.append(of_holds, np.ones(len(self.residuals) - len(of_holds), bool))
-
-
 def _states(
-    layout: SensorLayout, recordings: Sequence[FreeBending], holds: _Holds, fit: _Fitted, x: Array
+    layout: SensorLayout, recordings: Sequence[FreeBending], fit: Fit[Array], measured: NDArray[np.bool_], x: Array
 ) -> CalibratedStates | None:
-    """Where the finger was calibrated; None if no hold has all readings."""
+    """Where the finger was calibrated; None if no hold has all readings.
+
+    The residuals of the fit are first those that are `measured`, (M, R + 2), of the holds, then those of the prior.
+    """
     parts, R = _Parts(layout.readings), layout.readings
     finger = replace(softened(layout.finger, float(np.exp(x[0]))), pressure_offset=float(x[parts.pressure]))
     gains, offsets = (tuple(each.tolist()) for each in (np.exp(x[parts.bends] - x[0]), x[parts.offsets]))
@@ -221,18 +202,23 @@ def _states(
         left_out = whole.copy()
         left_out[whole] = region
         near = replace(known, fitted=FittedStates(states[whole & ~left_out], spread))
-        errors = fit.left(moved_without(fit.slopes, fit.residuals, fit.kept(left_out)))[left_out]
-        return LeftOut(of_all(errors), by_distance(near.of_states(states[left_out]), layout.paths).reshape(-1, 1))
+        of_holds = np.broadcast_to(~left_out[:, None], measured.shape)[measured]
+        kept = np.append(of_holds, np.ones(len(fit.residuals) - len(of_holds), bool))
+        distance = by_distance(near.of_states(states[left_out]), layout.paths)
+        return LeftOut(errors(fit.moved_without(kept))[left_out].reshape(-1, 1), distance.reshape(-1, 1))
 
-    def of_all(errors: Array) -> Array:
-        return np.abs(errors).reshape(-1, 1)  # sensors are alike, and holds too few for a width of each
+    def errors(moved: Array) -> Array:
+        """Errors of the strains if the unknowns move, (M, R), NaN where nothing is read."""
+        left = np.full(measured.shape, np.nan)
+        left[measured] = np.abs(fit.residuals + fit.slopes @ moved)[: measured.sum()]
+        return left[:, :-2]
 
     # Under a drive that is a little away from a fitted one, the readings are as far away again.
     read = [states[np.isfinite(states).all(axis=-1)] for states in by_recording]
     groups = read if len(read) > 1 else np.array_split(read[0], 2)
     apart = fitted_disagreement(groups, spread, R) + np.sqrt(2) * KNOWN_DRIVE
     known = CalibratedStates(FittedStates(states[whole], spread), Widths(np.zeros(1), 0.0), apart, layout.sections)
-    fitted = of_all(fit.left(np.zeros(len(x)))[whole])
+    fitted = errors(np.zeros(len(x)))[whole].reshape(-1, 1)  # sensors are alike, and holds too few for widths of each
     widths = learned_widths(fitted, [*regions_left_out([space.regions() for space in known.spaces], without)])
     holds_of = [each.hold for each in recordings]
     return replace(known, widths=widths, noise=_noise(by_recording, holds_of, layout.paths) / spread[0])

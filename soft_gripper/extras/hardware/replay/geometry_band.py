@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
+from soft_gripper.extras.hardware.least_squares import Fit
 from soft_gripper.extras.hardware.left_out_regions import (
     LeftOut,
     disagreement,
@@ -24,7 +25,7 @@ from soft_gripper.extras.hardware.left_out_regions import (
     regions_left_out,
 )
 from soft_gripper.extras.hardware.replay.arm_estimation import ArmRecording
-from soft_gripper.extras.hardware.replay.geometry_fit import ArmGeometry, FittedGeometry, measured, places, without
+from soft_gripper.extras.hardware.replay.geometry_fit import ArmGeometry, measured, places, without
 from soft_gripper.extras.hardware.replay.warnings_of_states import disagreeing, extrapolated
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import as_points
@@ -66,18 +67,19 @@ def section_states(geometry: ArmGeometry, recording: ArmRecording) -> list[Array
     ]
 
 
-def learn_band(geometry: FittedGeometry, recordings: Sequence[ArmRecording], finger: Finger) -> GeometryBand:
+def learn_band(fitted: Fit[ArmGeometry], recordings: Sequence[ArmRecording], finger: Finger) -> GeometryBand:
     """The band of an arm, from the recordings that its geometry was fitted to."""
+    geometry = fitted.model
     by_recording = [section_states(geometry, one) for one in recordings]
     together = [np.concatenate(parts) for parts in zip(*by_recording, strict=True)]
     sections = tuple(map(FittedStates, together, _spreads(together)))
 
     def without(region: NDArray[np.bool_]) -> LeftOut:
-        return _left_out(geometry, recordings, finger, sections, region)
+        return _left_out(fitted, recordings, finger, sections, region)
 
     errors = np.concatenate([_errors(geometry, one, finger) for one in recordings])
-    fitted = errors[np.isfinite(errors).all(axis=-1)]
-    widths = learned_widths(fitted, [*regions_left_out([section.regions() for section in sections], without)])
+    seen = errors[np.isfinite(errors).all(axis=-1)]
+    widths = learned_widths(seen, [*regions_left_out([section.regions() for section in sections], without)])
     disagreed = [
         fitted_disagreement([states[section] for states in by_recording], of.spread, _SHAPE)
         for section, of in enumerate(sections)
@@ -86,7 +88,7 @@ def learn_band(geometry: FittedGeometry, recordings: Sequence[ArmRecording], fin
 
 
 def _left_out(
-    geometry: FittedGeometry,
+    fitted: Fit[ArmGeometry],
     recordings: Sequence[ArmRecording],
     finger: Finger,
     sections: Sequence[FittedStates],
@@ -94,16 +96,16 @@ def _left_out(
 ) -> LeftOut:
     """Errors in a region of states of all recordings one after the other, by a fit to what is not in it."""
     hidden = np.split(region, np.cumsum([len(one.time) for one in recordings])[:-1])
-    fitted = without(geometry, hidden)
+    geometry = without(fitted, hidden)
     kept = [states.without(region) for states in sections]
     errors, grown = [], []
     for recording, left_out in zip(recordings, hidden, strict=True):
         rows = np.flatnonzero(left_out & np.isfinite(recording.positions).all(axis=-1))[::_STRIDE]
         if len(rows):
-            states = section_states(geometry, recording)
+            states = section_states(fitted.model, recording)
             distances = [near.distance(of[rows]) for near, of in zip(kept, states, strict=True)]
-            errors.append(_errors(fitted, recording, finger)[rows])
-            grown.append(_grown(fitted, recording, finger, np.stack(distances, axis=-1), rows))
+            errors.append(_errors(geometry, recording, finger)[rows])
+            grown.append(_grown(geometry, recording, finger, np.stack(distances, axis=-1), rows))
     none = np.zeros((0, len(sections)))
     of_region = np.concatenate([none, *errors]), np.concatenate([none, *grown])
     seen = np.isfinite(of_region[0]).all(axis=-1)

@@ -22,11 +22,10 @@ from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 from scipy.signal import lfilter
 
 from soft_gripper.arrays import Array, Planar
-from soft_gripper.extras.hardware.left_out_regions import moved_without
+from soft_gripper.extras.hardware.least_squares import Fit, Problem, fit
 from soft_gripper.extras.hardware.replay.arm_estimation import PERIOD, ArmRecording, RigidParts, stretched_arm
 from soft_gripper.extras.hardware.replay.wire_lengths import WireGeometry
 from soft_gripper.extras.hardware.scoring import Split, each_left_out, predictions
@@ -62,42 +61,31 @@ class ArmGeometry:
     delay: float  # s, delay of the wires relative to motion capture
 
 
-@dataclass(frozen=True)
-class FittedGeometry(ArmGeometry):
-    """The most probable geometry, and the residuals of its P unknowns about it, see `fit_geometry`."""
-
-    nominal: Array  # (S,) m, see `_nominal_offsets`
-    x: Array  # (P,) what was found, see `_geometry`
-    residuals: Array  # (R,) those of the prior, P, then those of every recording, see `_misfit`
-    slopes: Array  # (R, P)
-
-
-def fit_geometry(recordings: Sequence[ArmRecording], finger: Finger) -> FittedGeometry:
-    """The geometry of an arm that explains its recordings, which are of one arm, best."""
+def fit_geometry(recordings: Sequence[ArmRecording], finger: Finger) -> Fit[ArmGeometry]:
+    """The most probable geometry of the arm of some recordings, with the residuals of the prior, then of each."""
     nominal, spacing = _nominal_offsets(recordings), recordings[0].spacing
 
+    def at(x: Array) -> ArmGeometry:
+        return _geometry(x, nominal, spacing)
+
     def residuals(x: Array) -> Array:
-        geometry = _geometry(x, nominal, spacing)
-        return np.concatenate([x, *(_misfit(geometry, recording, finger) for recording in recordings)])
+        return np.concatenate([x, *(_misfit(at(x), recording, finger) for recording in recordings)])
 
-    found = least_squares(residuals, np.zeros(len(_WIDTHS) * len(nominal) + 3), max_nfev=30)
-    best = _geometry(found.x, nominal, spacing)
-    return FittedGeometry(best.wires, best.parts, best.delay, nominal, found.x, found.fun, found.jac)
+    return fit(Problem(at, residuals, options={"max_nfev": 30}), np.zeros(len(_WIDTHS) * len(nominal) + 3))
 
 
-def without(geometry: FittedGeometry, left_out: Sequence[NDArray[np.bool_]]) -> ArmGeometry:
+def without(fitted: Fit[ArmGeometry], left_out: Sequence[NDArray[np.bool_]]) -> ArmGeometry:
     """The geometry that explains best what is kept of its recordings, to the first order.
 
     Args:
-        geometry: fitted to all.
+        fitted: fitted to all.
         left_out: samples of every recording, (T,) each.
     """
-    sections = len(geometry.nominal)
-    kept = [np.ones(len(geometry.x), bool)]
+    sections = len(fitted.model.wires.bend_offsets)
+    kept = [np.ones(len(fitted.x), bool)]
     for rows in left_out:
         kept += [np.repeat(~rows[::_SAMPLE_STRIDE], count * sections) for count in (2, 1)]  # places, then headings
-    moved = moved_without(geometry.slopes, geometry.residuals, np.concatenate(kept))
-    return _geometry(geometry.x + moved, geometry.nominal, geometry.wires.spacing)
+    return fitted.without(np.concatenate(kept))
 
 
 def places(geometry: ArmGeometry, finger: Finger, theta: Array, length: Array) -> tuple[Planar, Array]:

@@ -204,7 +204,8 @@ def _replayed(
 
 def fit_arm(recordings: Sequence[ArmRecording], finger: Finger, gravity: Array) -> Fitted:
     """The nominal model of an arm, fitted to recordings of it."""
-    geometry = fit_geometry(recordings, finger)
+    fitted = fit_geometry(recordings, finger)
+    geometry = fitted.model
     drive = fit_drive(recordings, geometry, finger, gravity)
     driven = np.argmax(finger.pressure_gain)
     load = _LOAD_SHARE * drive.angle_std * finger.stiffness[driven] / finger.pressure_gain[driven]
@@ -212,7 +213,7 @@ def fit_arm(recordings: Sequence[ArmRecording], finger: Finger, gravity: Array) 
         reading=_noise(recordings), angle=drive.angle_std, bend_per_pressure=EXACT, load_pressure=float(load)
     )
     arm = NominalArm(drive.finger, drive.gains, drive.rest, geometry.wires, geometry.parts, uncertainty, gravity)
-    return Fitted(arm, geometry, learn_band(geometry, recordings, finger))
+    return Fitted(arm, geometry, learn_band(fitted, recordings, finger))
 
 
 def replay_inputs(recording: ArmRecording, delay: float) -> ReplayInputs:

@@ -13,11 +13,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 
 from soft_gripper.arrays import Array
 from soft_gripper.estimators.plane import planar_gravity
 from soft_gripper.extras.hardware.finger_logs import FingerLog
+from soft_gripper.extras.hardware.least_squares import Problem, fit
 from soft_gripper.extras.hardware.replay.arm_estimation import ArmRecording
 from soft_gripper.extras.hardware.replay.geometry_fit import HEADING, ArmGeometry, measured, places
 from soft_gripper.files.document import require
@@ -52,21 +52,32 @@ def zeroed(geometry: ArmGeometry, recording: ArmRecording, finger: Finger, secon
         InputError: if the recording is not longer, or no row of these shows all bodies.
     """
     rows = _first(recording.name, recording.time, seconds)
-    at, headings = (values[rows] for values in measured(recording, geometry.delay))
-    seen = np.isfinite(at + headings).all(axis=-1)
+    measured_positions, headings = (values[rows] for values in measured(recording, geometry.delay))
+    seen = np.isfinite(measured_positions + headings).all(axis=-1)
     expected = "its first seconds must show all bodies: give more, or cut what comes before"
     require(bool(seen.any()), recording.name, "--zero", seconds, expected)
     inner, outer = recording.inner[rows][seen], recording.outer[rows][seen]
 
+    def at(x: Array) -> ArmGeometry:
+        """The geometry with other offsets, of the bends (rad), then of the lengths (m)."""
+        bends, lengths = x.reshape(2, -1)
+        wires = geometry.wires
+        shifted = replace(wires, bend_offsets=wires.bend_offsets + bends, length_offsets=wires.length_offsets + lengths)
+        return replace(geometry, wires=shifted)
+
     def residuals(x: Array) -> Array:
-        moved = _shifted(geometry, x)
+        moved = at(x)
         positions, turned = places(moved, finger, *moved.wires.sections(inner, outer))
-        away, apart = (positions - at[seen]).mean(axis=0) / std, (turned - headings[seen]).mean(axis=0) / HEADING
+        away, apart = (
+            (positions - measured_positions[seen]).mean(axis=0) / std,
+            (turned - headings[seen]).mean(axis=0) / HEADING,
+        )
         return np.concatenate([as_points(away).ravel(), apart])
 
-    found = least_squares(residuals, np.zeros(2 * len(std)), x_scale=np.repeat(_TYPICAL, len(std)))
-    deviations = np.linalg.cholesky(np.linalg.inv(found.jac.T @ found.jac)).T
-    return Zeroed(_shifted(geometry, found.x), tuple(_shifted(geometry, found.x + one) for one in deviations))
+    problem = Problem(at, residuals, options={"x_scale": np.repeat(_TYPICAL, len(std))})
+    found = fit(problem, np.zeros(2 * len(std)))
+    deviations = np.linalg.cholesky(found.covariance).T
+    return Zeroed(found.model, tuple(at(found.x + one) for one in deviations))
 
 
 def zeroed_log(log: FingerLog, layout: MeasurementModel, seconds: float) -> FingerLog:
@@ -87,11 +98,3 @@ def _first(name: str, time: Array, seconds: float) -> NDArray[np.bool_]:
     """Which samples are in the first seconds, of times from 0 on, (T,)."""
     require(seconds < time[-1], name, "--zero", seconds, f"give less than the {time[-1]:g} s that it lasts")
     return time <= seconds
-
-
-def _shifted(geometry: ArmGeometry, x: Array) -> ArmGeometry:
-    """With other offsets, of the bends (rad), then of the lengths (m)."""
-    bends, lengths = x.reshape(2, -1)
-    wires = geometry.wires
-    at = replace(wires, bend_offsets=wires.bend_offsets + bends, length_offsets=wires.length_offsets + lengths)
-    return ArmGeometry(at, geometry.parts, geometry.delay)

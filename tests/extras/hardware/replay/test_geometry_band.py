@@ -12,13 +12,18 @@ from soft_gripper.extras.hardware.replay.zeroing import zeroed
 
 
 @pytest.fixture(scope="module")
-def geometry(arms, arm_finger):
+def fitted(arms, arm_finger):
     return fit_geometry(arms[:3], arm_finger)
 
 
 @pytest.fixture(scope="module")
-def band(arms, arm_finger, geometry):
-    return learn_band(geometry, arms[:3], arm_finger)
+def geometry(fitted):
+    return fitted.model
+
+
+@pytest.fixture(scope="module")
+def band(arms, arm_finger, fitted):
+    return learn_band(fitted, arms[:3], arm_finger)
 
 
 def stretched(arm, by, section=0):

@@ -32,7 +32,7 @@ def trials(folder):
 
 @pytest.fixture(scope="module")
 def geometry(trials, arm_finger):
-    return fit_geometry(trials[:4], arm_finger)
+    return fit_geometry(trials[:4], arm_finger).model
 
 
 def at_samples(truth, trial):
@@ -88,7 +88,7 @@ def test_each_number_of_the_geometry_is_found_where_the_others_are_known(tmp_pat
     monkeypatch.setattr(geometry_fit, "_WIDTHS", widths)
     for of_all in {"base", "tilt", "delay"} - free:
         monkeypatch.setattr(geometry_fit, f"_{of_all.upper()}", 1e-9)
-    found = fit_geometry(arms, arm_finger)
+    found = fit_geometry(arms, arm_finger).model
     wires, parts = found.wires, found.parts
     numbers = {
         "bend_offset": wires.bend_offsets[0],

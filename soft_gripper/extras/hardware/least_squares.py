@@ -1,0 +1,159 @@
+"""Least squares, as everything that is fitted to recordings uses them: a problem, and the fit that solves it.
+
+Over a vector x of P unknowns, a fit minimises the sum of (w_i r_i(x))^2 of R residuals r with weights w. If outliers
+are expected, a residual beyond f counts less than by its square, as  2 f^2 (sqrt(1 + (r / f)^2) - 1) ; where such a
+search ends, ordinary least squares with the weights  (1 + (r / f)^2)^(-1/4)  end, too. With the slopes J of the
+residuals there, what the fit would be without some of them follows to the first order, without another search.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any, Generic, NamedTuple, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy import optimize
+
+from soft_gripper.arrays import Array
+from soft_gripper.errors import InputError
+from soft_gripper.files.document import require
+
+M = TypeVar("M")  # what the unknowns are the numbers of
+
+
+class Progress(NamedTuple, Generic[M]):
+    """A search, after a step."""
+
+    step: int
+    error: float  # see `Problem`
+    model: M
+    missing: int = 0  # residuals that are not to be had, which do not count in the error
+
+
+Report = Callable[[Progress[Any]], None]
+
+
+def no_report(progress: Progress[Any]) -> None:
+    """Reports nothing."""
+
+
+@dataclass(frozen=True)
+class Problem(Generic[M]):
+    """A problem of R residuals and P unknowns."""
+
+    at: Callable[[Array], M]  # the model of a vector
+    residuals: Callable[[Array], Array]  # (P,) -> (R,); NaN: not to be had
+    slopes: Callable[[Array, Array], Array] | None = None  # vector, residuals there -> (R, P); None: by differences
+    weights: Array | float = 1.0  # (R,)
+    outlier: float | None = None  # residual beyond which one counts less; None: all count by their squares
+    missing: float = 0.0  # what counts for a residual that is not to be had
+    bounds: tuple[ArrayLike, ArrayLike] = (-np.inf, np.inf)
+    error: Callable[[Array], float] | None = None  # figure of merit of residuals; above 1: no fit
+    options: Mapping[str, Any] = field(default_factory=dict)  # of scipy's search
+
+
+@dataclass(frozen=True)
+class Fit(Generic[M]):
+    """The result of a search."""
+
+    at: Callable[[Array], M]  # the model of a vector, see `Problem`
+    x: Array  # (P,)
+    residuals: Array  # (R,) without their weights
+    slopes: Array  # (R, P) likewise
+    weights: Array  # (R,) with which ordinary least squares have the same minimum
+    cost: float = 0.0  # half of what was minimised
+    converged: bool = True
+
+    @property
+    def model(self) -> M:
+        """The fitted model."""
+        return self.at(self.x)
+
+    @property
+    def covariance(self) -> Array:
+        """Covariance of the unknowns, (P, P), of independent weighted residuals of variance 1."""
+        slopes = self.weights[:, None] * self.slopes
+        covariance: Array = np.linalg.inv(slopes.T @ slopes)
+        return covariance
+
+    def moved_without(
+        self, kept: NDArray[np.bool_], unobservable: float | None = None, scales: ArrayLike = 1.0
+    ) -> Array:
+        """How far the unknowns move if only some of the residuals count, to the first order, (P,).
+
+        Args:
+            kept: which count, (R,); those of a prior among them.
+            unobservable: share of the strongest change of these residuals, up to which unknowns stay; None: rounding.
+            scales: typical changes of the unknowns, by which changes are compared.
+        """
+        slopes, residuals = (self.weights * self.slopes.T).T * scales, self.weights * self.residuals
+        moved: Array = scales * np.linalg.lstsq(slopes[kept], -residuals[kept], rcond=unobservable)[0]
+        return moved
+
+    def without(self, kept: NDArray[np.bool_]) -> M:
+        """The model that is fitted to some of the residuals, (R,), to the first order."""
+        return self.at(self.x + self.moved_without(kept))
+
+    def profile(self, count: int) -> "Fit[M]":
+        """The fit of the first unknowns, which the others follow: their best values are taken out of the slopes."""
+        slopes = self.weights[:, None] * self.slopes
+        first, others = slopes[:, :count], slopes[:, count:]
+        first = first - others @ np.linalg.lstsq(others, first, rcond=None)[0]
+        return replace(self, x=self.x[:count], slopes=first / self.weights[:, None])
+
+
+def fit(problem: Problem[M], starts: ArrayLike, report: Report = no_report) -> Fit[M]:
+    """The fit with the least cost of those from any of the starts, (K, P), that come near what was measured.
+
+    Raises:
+        InputError: if none does.
+    """
+    fits = list[Fit[M]]()
+    for start in np.atleast_2d(starts):
+        try:
+            fits.append(_fit_from(problem, start, report))
+        except InputError as error:
+            last = error
+    if not fits:
+        raise last
+    return min(fits, key=lambda found: found.cost)
+
+
+def _fit_from(problem: Problem[M], start: Array, report: Report) -> Fit[M]:
+    weights, last, step = np.asarray(problem.weights), dict[str, Array](), 0
+
+    def filled(residuals: Array) -> Array:
+        return np.nan_to_num(residuals, nan=problem.missing)
+
+    def residuals(x: Array) -> Array:
+        last["residuals"] = problem.residuals(x)
+        return weights * filled(last["residuals"])
+
+    def slopes(x: Array) -> Array:
+        """Slopes, which the search asks for where it has computed residuals last."""
+        nonlocal step
+        assert problem.slopes is not None
+        step += 1
+        if problem.error is not None:
+            error, missing = problem.error(last["residuals"]), int(np.isnan(last["residuals"]).sum())
+            report(Progress(step, error, problem.at(x), missing))
+        last["slopes"] = problem.slopes(x, last["residuals"])
+        return weights[..., None] * last["slopes"]
+
+    found = optimize.least_squares(
+        residuals,
+        np.clip(start, *problem.bounds),
+        "2-point" if problem.slopes is None else slopes,
+        bounds=problem.bounds,
+        loss="linear" if problem.outlier is None else "soft_l1",
+        f_scale=problem.outlier or 1.0,
+        **problem.options,
+    )
+    left: Array = found.fun / weights
+    if problem.error is not None:
+        error, expected = problem.error(left), "no fit comes near what was measured: start closer, or free fewer keys"
+        require(bool(np.isfinite(found.cost)) and error <= 1, "identify", "residual", f"{100 * error:.3g} %", expected)
+    far = 0.0 if problem.outlier is None else left / problem.outlier
+    by_squares = np.broadcast_to(weights * (1 + far**2) ** -0.25, left.shape)
+    by_unknowns = last.get("slopes", found.jac / weights[..., None])
+    return Fit(problem.at, found.x, left, by_unknowns, by_squares, float(found.cost), bool(found.success))
