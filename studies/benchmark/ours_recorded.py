@@ -292,7 +292,7 @@ class _Pulled:
     def fitted(self, keys: Sequence[str], states: Sequence[SettledStates]) -> tuple[Model, Array]:
         """The model with keys fitted to states, and where its base is in the axes of the recording, (3,) m."""
         free = free_parameters(self.finger, keys, [])
-        model = fit_states(free, states, [np.full(len(of.pulled), True) for of in states], free.start).model
+        model = fit_states(free, states).model
         away = [of.markers - _markers(model, of) for of in states]
         return model, np.concatenate(away).mean(axis=(0, 1)) @ axes_of(self.description).T
 

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from soft_gripper.arrays import Array, Planar
-from soft_gripper.extras.hardware.identification.fit import UNHELD, MotionScore, Report
+from soft_gripper.extras.hardware.identification.fit import UNHELD, MotionScore
 from soft_gripper.extras.hardware.identification.identified_finger import (
     MEASURED,
     Identified,
@@ -25,6 +25,7 @@ from soft_gripper.extras.hardware.identification.simulated_motion import (
     simulated_markers,
     turned,
 )
+from soft_gripper.extras.hardware.least_squares import Report
 from soft_gripper.extras.hardware.recordings import HardwareRecording, find_recordings
 from soft_gripper.extras.hardware.replay.held_out import ALL, ArmReplay, ReplayRow
 from soft_gripper.extras.hardware.scoring import FITTED, TESTED
@@ -159,7 +160,7 @@ def _decrement(found: Identified, role: str, text: str) -> Claim:
 
 
 def _of_segment(found: Identified) -> list[Claim]:
-    fitted = 100 * found.fit.root_mean_square
+    fitted = 100 * found.fit.error
     rise = float(np.max([_off(found, name) for name in ("t50_ms", "t63_ms")]))
     tip = _worst(found, lambda row: row.tip_error_percent)
     return [

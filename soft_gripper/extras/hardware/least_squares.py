@@ -7,6 +7,7 @@ residuals there, what the fit would be without some of them follows to the first
 """
 
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import Any, Generic, NamedTuple, TypeVar
 
@@ -61,8 +62,9 @@ class Fit(Generic[M]):
     residuals: Array  # (R,) without their weights
     slopes: Array  # (R, P) likewise
     weights: Array  # (R,) with which ordinary least squares have the same minimum
-    cost: float = 0.0  # half of what was minimised
-    converged: bool = True
+    cost: float  # half of what was minimised
+    error: float  # see `Problem`; NaN: none
+    converged: bool
 
     @property
     def model(self) -> M:
@@ -136,7 +138,8 @@ def _fit_from(problem: Problem[M], start: Array, report: Report) -> Fit[M]:
         step += 1
         if problem.error is not None:
             error, missing = problem.error(last["residuals"]), int(np.isnan(last["residuals"]).sum())
-            report(Progress(step, error, problem.at(x), missing))
+            with suppress(InputError):  # a step of the search may lead to an impossible model
+                report(Progress(step, error, problem.at(x), missing))
         last["slopes"] = problem.slopes(x, last["residuals"])
         return weights[..., None] * last["slopes"]
 
@@ -150,10 +153,10 @@ def _fit_from(problem: Problem[M], start: Array, report: Report) -> Fit[M]:
         **problem.options,
     )
     left: Array = found.fun / weights
-    if problem.error is not None:
-        error, expected = problem.error(left), "no fit comes near what was measured: start closer, or free fewer keys"
-        require(bool(np.isfinite(found.cost)) and error <= 1, "identify", "residual", f"{100 * error:.3g} %", expected)
+    error = np.nan if problem.error is None else problem.error(left)
+    expected = "no fit comes near what was measured: start closer, or free fewer keys"
+    require(not error > 1 and bool(np.isfinite(found.cost)), "identify", "residual", f"{100 * error:.3g} %", expected)
     far = 0.0 if problem.outlier is None else left / problem.outlier
     by_squares = np.broadcast_to(weights * (1 + far**2) ** -0.25, left.shape)
     by_unknowns = last.get("slopes", found.jac / weights[..., None])
-    return Fit(problem.at, found.x, left, by_unknowns, by_squares, float(found.cost), bool(found.success))
+    return Fit(problem.at, found.x, left, by_unknowns, by_squares, float(found.cost), error, bool(found.success))

@@ -46,19 +46,6 @@ def regions_left_out(
                 yield found
 
 
-def moved_without(slopes: Array, residuals: Array, kept: NDArray[np.bool_], unobservable: float | None = None) -> Array:
-    """How far the P unknowns of a fit move if only some of its residuals count, to the first order, (P,).
-
-    Args:
-        slopes: of the residuals by the unknowns, where the fit ended, (R, P).
-        residuals: those of the prior among them, (R,).
-        kept: which count, (R,).
-        unobservable: share of the strongest change of these residuals, up to which unknowns stay; None: rounding.
-    """
-    moved: Array = np.linalg.lstsq(slopes[kept], -residuals[kept], rcond=unobservable)[0]
-    return moved
-
-
 def learned_widths(fitted: Array, left_out: Sequence[LeftOut]) -> Widths:
     """Widths that hold COVERAGE of the errors where the model was fitted, and in regions that were left out.
 

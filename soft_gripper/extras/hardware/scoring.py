@@ -12,14 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
-from soft_gripper.errors import InputError
 
 FITTED, TESTED, LEFT_OUT = "fit", "test", "left out"  # roles of what is scored
 NORMAL_95 = 1.959964  # standard deviations to either side that hold 95 % of normal errors
 
 _Recording = TypeVar("_Recording")
 _Prediction = TypeVar("_Prediction")
-_Fit = TypeVar("_Fit")
 
 
 @dataclass(frozen=True)
@@ -51,23 +49,6 @@ def predictions(
     for split in splits:
         predict = fit(split.fitted)
         yield from map(predict, split.tested)
-
-
-def best_fit(fit_from: Callable[[Array], _Fit], cost: Callable[[_Fit], float], starts: Array) -> _Fit:
-    """The fit with the least cost of those that converge from any of the starts, vectors (K, P).
-
-    Raises:
-        InputError: if none converges.
-    """
-    fits = []
-    for start in starts:
-        try:
-            fits.append(fit_from(start))
-        except InputError as error:
-            last = error
-    if not fits:
-        raise last
-    return min(fits, key=cost)
 
 
 _STATISTICS: dict[str, Callable[[Array], Any]] = {

@@ -48,20 +48,25 @@ from scipy.spatial import cKDTree
 from tqdm import tqdm
 
 from soft_gripper.arrays import Array
-from soft_gripper.extras.hardware.identification.confidence import UNOBSERVABLE, confidence_of, correlation_time
+from soft_gripper.extras.hardware.identification.confidence import (
+    UNOBSERVABLE,
+    confidence_of,
+    correlation_time,
+    mean_correlation_time,
+)
 from soft_gripper.extras.hardware.identification.free_parameters import Model
 from soft_gripper.extras.hardware.identification.kept_confidence import ConfidenceConfig
 from soft_gripper.extras.hardware.identification.model_band import are_far
 from soft_gripper.extras.hardware.identification.settled_states import (
     IdentifiedStates,
     SettledStates,
+    by_rows,
     in_balance,
-    lasting,
     marker_slopes,
     note_unbalanced,
     state_errors,
 )
-from soft_gripper.extras.hardware.left_out_regions import LeftOut, learned_widths, moved_without, regions_left_out
+from soft_gripper.extras.hardware.left_out_regions import LeftOut, learned_widths, regions_left_out
 from soft_gripper.files.document import require
 from soft_gripper.pictures.style import ESTIMATOR_COLORS, STYLE
 from soft_gripper.scenario.fitted_states_config import FittedStatesConfig
@@ -178,16 +183,18 @@ def learned_growth(found: IdentifiedStates) -> float:
         return 0.0
     slope = np.concatenate([_by_mass(found.model, of, of.load)[1] for of in states])
     size, known = slope[0].size, in_balance(slope)
-    residuals, by_keys = fit.residuals.reshape(slope.shape), fit.jacobian.reshape(*slope.shape, -1)
-    weights, recording = fit.weights, np.repeat(np.arange(count), [len(of.pulled) for of in states])
+    residuals, by_keys = fit.residuals.reshape(slope.shape), fit.slopes.reshape(*slope.shape, -1)
+    recording = np.repeat(np.arange(count), [len(of.pulled) for of in states])
     pulled = np.concatenate([of.pulled for of in states])
-    shapes, last = FittedStates(pulled, np.full(pulled.shape[1], spread_of(pulled))), lasting(errors)
+    shapes, last = (
+        FittedStates(pulled, np.full(pulled.shape[1], spread_of(pulled))),
+        mean_correlation_time(by_rows(errors)),
+    )
 
     def without(region: NDArray[np.bool_]) -> LeftOut:
         kept = np.repeat(~region, size)
-        slopes = weights[:, None] * fit.jacobian * fit.free.scales
-        moved = fit.free.scales * moved_without(slopes, weights * fit.residuals, kept, UNOBSERVABLE)
-        covariance = confidence_of(fit.free, fit.x, fit.residuals[kept], fit.jacobian[kept], last).covariance
+        moved = fit.moved_without(kept, UNOBSERVABLE, fit.free.scales)
+        covariance = confidence_of(fit.free, fit.x, fit.residuals[kept], fit.slopes[kept], last).covariance
         of_recordings = [np.flatnonzero(region & known & (recording == i)) for i in range(count)]
         weighed, distances = [], []
         for rows in [rows for rows in of_recordings if len(rows) >= _FEWEST_ROWS]:

@@ -41,7 +41,7 @@ def test_without_some_residuals_it_is_the_fit_to_the_others():
 def test_an_unknown_that_what_is_left_hardly_shows_stays_where_it_is():
     """One of two is seen by a millionth in the rows that are kept: it moves by all that they ask, or not at all."""
     slopes, residuals = np.array([[1.0, 0.0], [0.0, 1e-6], [0.0, 1.0]]), np.array([-0.5, 1e-3, 0.0])
-    found = Fit(np.asarray, np.zeros(2), residuals, slopes, np.ones(3), 0.0, True)
+    found = Fit(np.asarray, np.zeros(2), residuals, slopes, np.ones(3), 0.0, 0.0, True)
     kept = np.array([True, True, False])
     np.testing.assert_allclose(found.moved_without(kept), [0.5, -1000])
     np.testing.assert_allclose(found.moved_without(kept, 1e-3), [0.5, 0.0], atol=1e-12)

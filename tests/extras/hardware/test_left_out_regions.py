@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from soft_gripper.extras.hardware.left_out_regions import LeftOut, learned_widths, moved_without
+from soft_gripper.extras.hardware.left_out_regions import LeftOut, learned_widths
 
 
 def test_widths_hold_brownian_errors_at_every_distance():
@@ -20,14 +20,6 @@ def test_widths_hold_brownian_errors_at_every_distance():
     for d in (0.0, 1.0, 4.0, 12.0):
         errors, by_distance = region(d)
         assert (errors <= widths.band(by_distance)).mean() == pytest.approx(0.95, abs=0.015)
-
-
-def test_an_unknown_that_what_is_left_hardly_shows_stays_where_it_is():
-    """One of two is seen by a millionth in the rows that are kept: it moves by all that they ask, or not at all."""
-    slopes, residuals = np.array([[1.0, 0.0], [0.0, 1e-6], [0.0, 1.0]]), np.array([-0.5, 1e-3, 0.0])
-    kept = np.array([True, True, False])
-    np.testing.assert_allclose(moved_without(slopes, residuals, kept), [0.5, -1000])
-    np.testing.assert_allclose(moved_without(slopes, residuals, kept, 1e-3), [0.5, 0.0], atol=1e-12)
 
 
 def test_a_region_counts_the_same_however_long_it_was_stayed_in():

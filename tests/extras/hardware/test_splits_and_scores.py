@@ -2,12 +2,9 @@
 
 import numpy as np
 import pytest
-from refusals import refused
 
-from soft_gripper.errors import InputError
 from soft_gripper.extras.hardware.scoring import (
     Split,
-    best_fit,
     each_left_out,
     error_columns,
     groups_left_out,
@@ -36,17 +33,6 @@ def test_groups_are_left_out_of_all_recordings_and_rows_without_one_never():
     first, second = groups_left_out([np.array(["b", "", "a"]), np.array(["a", "a"])])
     assert [rows.tolist() for rows in first] == [[True, True, False], [False, False]]
     assert [rows.tolist() for rows in second] == [[False, True, True], [True, True]]
-
-
-def test_the_best_of_the_fits_that_converge_is_kept():
-    def fit(start):
-        if start[0] < 0:
-            raise InputError("identify", "residual", start[0], "does not converge")
-        return start[0]
-
-    assert best_fit(fit, lambda found: found, np.array([[-1.0], [3.0], [2.0]])) == 2.0
-    with refused("residual", -2.0):
-        best_fit(fit, lambda found: found, np.array([[-1.0], [-2.0]]))
 
 
 def test_statistics_are_those_that_their_columns_name():

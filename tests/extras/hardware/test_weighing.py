@@ -9,14 +9,13 @@ from here_executor import HereExecutor
 from refusals import refused
 
 from soft_gripper.extras.hardware.identification.confidence import confidence_of
-from soft_gripper.extras.hardware.identification.free_parameters import Model, free_parameters
+from soft_gripper.extras.hardware.identification.free_parameters import FingerFit, Model, free_parameters
 from soft_gripper.extras.hardware.identification.identified_finger import read_finger
 from soft_gripper.extras.hardware.identification.kept_confidence import CONFIDENCE, ConfidenceConfig, kept_confidence
 from soft_gripper.extras.hardware.identification.model_band import learned_band
 from soft_gripper.extras.hardware.identification.settled_states import (
     IdentifiedStates,
     SettledStates,
-    StatesFit,
     fit_states,
     identify_states,
     marker_slopes,
@@ -80,7 +79,7 @@ def states_of(load, seed, rows=300):
 def fitted():
     recordings = [states_of(0.0, 1), states_of(0.1, 2)]
     free = free_parameters(GUESS, FREE, [])
-    return fit_states(free, recordings, [of.families == "block 1" for of in recordings], free.start).model.finger
+    return fit_states(free, recordings, [of.families == "block 1" for of in recordings]).model.finger
 
 
 @pytest.mark.slow
@@ -133,7 +132,7 @@ def test_a_load_between_two_known_ones_with_tendons_that_lead():
 
     free = free_parameters(trunk(8e5), ["youngs_modulus", "delay"], [])
     known = [late(0.2, 1), late(0.4, 2)]
-    model = fit_states(free, known, [np.full(len(of.time), True) for of in known], free.start).model
+    model = fit_states(free, known).model
     assert model.setup.delay == pytest.approx(-0.4, abs=0.02)
     *_, whole = weigh(model, late(0.3, 3), WINDOW)
     assert abs(whole.load_g - 300) < 1.5 * whole.band_g < 15
@@ -177,7 +176,9 @@ def fit_of(model, recordings):
     free = free_parameters(model.finger, ["youngs_modulus", "tendon.lever"], [])
     errors = tuple(state_errors(model, of) for of in recordings)
     slopes = [marker_slopes(free, free.start, of, np.full(len(of.pulled), True)) for of in recordings]
-    fit = StatesFit(free, free.start, np.concatenate(errors).ravel(), np.concatenate(slopes), 0.0, True)
+    left = np.concatenate(errors).ravel()
+    weights = (1 + (left / (0.02 * model.finger.length)) ** 2) ** -0.25
+    fit = FingerFit(free.at, free.start, left, np.concatenate(slopes), weights, 0.0, 0.0, True, free, tuple(recordings))
     return IdentifiedStates(model, tuple(recordings), errors, (), errors, fit, None)
 
 

@@ -46,7 +46,7 @@ ARM = [
 def identified(*rows, modulus=330e3, share=0.2, rms=0.039):
     """What claims look at of an identified finger."""
     finger = SimpleNamespace(base=SimpleNamespace(youngs_modulus=modulus), creep=(CreepBranch(share, 1.0),))
-    fit = SimpleNamespace(root_mean_square=rms)
+    fit = SimpleNamespace(error=rms)
     return SimpleNamespace(scores=rows, model=SimpleNamespace(finger=finger), fit=fit)
 
 

@@ -6,8 +6,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from soft_gripper.extras.hardware.identification.fit import Progress
 from soft_gripper.extras.hardware.identification.free_parameters import Model
+from soft_gripper.extras.hardware.least_squares import Progress
 
 
 class FitProgress:
@@ -20,10 +20,10 @@ class FitProgress:
         self._title, self._write = title, write
         self._best, self._begin = np.inf, time.monotonic()
 
-    def __call__(self, progress: Progress) -> None:
+    def __call__(self, progress: Progress[Model]) -> None:
         """Reports a step."""
         error = f"marker error {100 * progress.error:.2f} %"
-        left = f", {progress.unbalanced} markers in no balance" if progress.unbalanced else ""
+        left = f", {progress.missing // 3} markers in no balance" if progress.missing else ""
         since = f"{time.monotonic() - self._begin:.0f} s"
         print(f"{self._title}: step {progress.step}, {error}{left}, {since}", file=sys.stderr, flush=True)
         if progress.error < self._best:

@@ -29,7 +29,7 @@ _PRINTED_CORRELATION = 0.9
 def print_identified(found: Tested) -> None:
     """Prints a line for each recording; of a fit first the parameters, with their confidence and correlations."""
     if isinstance(found, Identified):
-        print(f"\nmarker error {100 * found.fit.root_mean_square:.2f} % of the largest displacement (root mean square)")
+        print(f"\nmarker error {100 * found.fit.error:.2f} % of the largest displacement (root mean square)")
         _print_parameters(found.fit.free, found.fit.x, found.confidence)
         finger = found.model.finger
         remains = 1 - sum(branch.share for branch in finger.creep)

@@ -109,8 +109,14 @@ def _covariance(jacobian: Array) -> tuple[Array, list[_Group]]:
     return covariance, groups
 
 
+def mean_correlation_time(series: Sequence[Array]) -> float:
+    """Mean correlation time of the columns of some series, (T, K) each, that are not constant, in samples."""
+    times = [correlation_time(column) for columns in series for column in columns.T if np.ptp(column) > 0]
+    return float(np.mean(times)) if times else 1.0
+
+
 def correlation_time(series: Array) -> float:
-    """1 + 2 sum of autocorrelations, in samples."""
+    """1 + 2 sum of autocorrelations, in samples, at least 1."""
     centred = series - series.mean()
     spectrum = np.abs(np.fft.rfft(centred, 2 * len(centred))) ** 2
     correlations = np.fft.irfft(spectrum)[: len(centred)]

@@ -6,20 +6,17 @@ pressure, which was not recorded, hides the creep of the material there. The tim
 unknown and fitted with the rest; for a held-out recording, nothing else is fitted.
 """
 
-from collections.abc import Callable, Sequence
-from concurrent.futures import Executor, Future
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.optimize import least_squares
+from numpy.typing import ArrayLike
 from scipy.signal import find_peaks
 
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.errors import InputError, SimulationDivergedError
-from soft_gripper.extras.hardware.identification.confidence import Confidence, confidence_of, correlation_time
-from soft_gripper.extras.hardware.identification.free_parameters import FreeParameters, Model
+from soft_gripper.extras.hardware.identification.confidence import Confidence, confidence_of, mean_correlation_time
+from soft_gripper.extras.hardware.identification.free_parameters import FingerFit, FreeParameters, Model
 from soft_gripper.extras.hardware.identification.simulated_motion import (
     SETTLED_TIME,
     MeasuredMotion,
@@ -27,7 +24,8 @@ from soft_gripper.extras.hardware.identification.simulated_motion import (
     simulated_markers,
     turned,
 )
-from soft_gripper.files.document import require
+from soft_gripper.extras.hardware.least_squares import Problem, Report, no_report
+from soft_gripper.extras.hardware.least_squares import fit as solve
 from soft_gripper.fingers.kinematics import as_points
 
 _DIFFERENCE_STEP = 0.02  # step of the finite differences, in typical changes
@@ -41,101 +39,80 @@ _EMPTIED_WEIGHT = 4.0  # weight of a sample of creep without pressure
 _IMPOSSIBLE_ERROR = 10.0  # largest displacements: the error assigned to an impossible or diverging finger
 
 
-class Progress(NamedTuple):
-    """A search, after a step."""
-
-    step: int
-    error: float  # root mean square of the markers' errors, relative to the largest displacement, or to the length
-    model: Model
-    unbalanced: int = 0  # markers in rows in which the finger finds no balance, which do not count in the error
-
-
-Report = Callable[[Progress], None]
-
-
-@dataclass(frozen=True)
-class Fit:
-    """The result."""
-
-    free: FreeParameters
-    x: Array  # (P,) the vector of the free parameters
-    motions: tuple[MeasuredMotion, ...]  # as fitted, with their events
-    residuals: Array  # (R,) weighted
-    jacobian: Array  # (R, P) of these by the free parameters, with the events projected out
-    weights: Array | float = 1.0  # (R,)
-    converged: bool = True
-
-    @property
-    def model(self) -> Model:
-        """The fitted finger in its set-up."""
-        return self.free.at(self.x)
-
-    @property
-    def root_mean_square(self) -> float:
-        """Root mean square of the residuals without their weights, relative to the largest displacements."""
-        return _root_mean_square(self.residuals / self.weights, len(self.motions))
+Run = Callable[..., Iterable[Array]]
 
 
 def fit(
     free: FreeParameters,
     motions: Sequence[MeasuredMotion],
-    executor: Executor,
-    report: Report = lambda progress: None,
-    start: Array | None = None,
-) -> Fit:
+    run: Run,
+    report: Report = no_report,
+    starts: ArrayLike | None = None,
+) -> FingerFit[MeasuredMotion]:
     """Fits free parameters, and the times of events, to recordings.
 
     Args:
         free: the free parameters, with their initial values.
         motions: motions of the recordings.
-        executor: runs the simulations.
+        run: calls a function with every pair of a model and a motion, as `map` does, or that of an executor.
         report: called after each step.
-        start: initial vector of the free parameters; None: that of the given model.
+        starts: initial vectors of the free parameters, (K, P); None: that of the given model.
 
     Raises:
         InputError: if the result comes nowhere near the markers.
     """
-    problem = _Problem(free, tuple(motions), executor, report)
-    x0 = np.concatenate([free.start if start is None else start, *(motion.unknowns for motion in motions)])
-    bounds, weights = problem.bounds(x0), np.concatenate([*map(_weights, motions)])
-    found = least_squares(
-        lambda x: weights * problem.residuals(x),
-        np.clip(x0, *bounds),
-        lambda x: weights[:, None] * problem.jacobian(x),
-        bounds=bounds,
-        x_scale=problem.scales,
-        ftol=_TOLERANCE,
-        max_nfev=_MOST_STEPS,
+    motions, count = tuple(motions), len(free.start)
+    unknowns = np.concatenate([motion.unknowns for motion in motions])
+    tails = np.split(np.arange(len(unknowns)) + count, np.cumsum([len(motion.unknowns) for motion in motions])[:-1])
+    scales, room = (np.concatenate([*map(of, motions)]) for of in (_scales, _room))
+    lower, upper = free.bounds
+
+    def at(x: Array) -> Model:
+        return free.at(x[:count])
+
+    def with_unknowns(x: Array) -> tuple[MeasuredMotion, ...]:
+        return tuple(motion.with_unknowns(x[tail]) for motion, tail in zip(motions, tails, strict=True))
+
+    def possible(x: Array) -> Model | None:
+        try:
+            return at(x)
+        except InputError:  # a step of the search may lead to an impossible finger
+            return None
+
+    def residuals(x: Array) -> Array:
+        return np.concatenate([*run(_residuals_or_impossible, [possible(x)] * len(motions), with_unknowns(x))])
+
+    def slopes(x: Array, residuals: Array) -> Array:
+        """By one-sided differences; the unknowns of a recording do not affect other recordings."""
+        steps = np.concatenate([free.steps(x[:count], _DIFFERENCE_STEP), _DIFFERENCE_STEP * scales])
+        moved = x + np.diag(steps)
+        calls = [(column, i) for column in range(count) for i in range(len(motions))]
+        calls += [(column, i) for i, tail in enumerate(tails) for column in tail]
+        models, changed = [*map(possible, moved)], [*map(with_unknowns, moved)]
+        results = run(_residuals_or_impossible, [models[c] for c, _ in calls], [changed[c][i] for c, i in calls])
+        ends = np.cumsum([2 * motion.markers.size for motion in motions])
+        rows, found = np.split(np.arange(len(residuals)), ends[:-1]), np.zeros((len(residuals), len(x)))
+        for (column, i), result in zip(calls, results, strict=True):
+            found[rows[i], column] = (result - residuals[rows[i]]) / steps[column]
+        return found
+
+    problem = Problem(
+        at,
+        residuals,
+        slopes,
+        weights=np.concatenate([*map(_weights, motions)]),
+        bounds=(np.append(lower, unknowns - room), np.append(upper, unknowns + room)),
+        error=(lambda residuals: float(np.sqrt(np.sum(residuals**2) / len(motions)))) if count else None,
+        options={"x_scale": np.append(free.scales, scales), "ftol": _TOLERANCE, "max_nfev": _MOST_STEPS},
     )
-    of_free = len(free.start)
-    error = _root_mean_square(found.fun / weights, len(motions))
-    rms = f"{100 * error:.3g} % of the largest displacement"
-    expected = "the fit found no finger that comes near the markers: start closer, or free fewer keys"
-    require(bool(np.isfinite(found.cost)) and error <= 1, "identify", "residual", rms, expected)
-    fitted = tuple(problem.with_unknowns(found.x))
-    of_unknowns = found.jac[:, of_free:]
-    seen = found.jac[:, :of_free]
-    seen = seen - of_unknowns @ np.linalg.lstsq(of_unknowns, seen, rcond=None)[0]
-    return Fit(free, found.x[:of_free], fitted, found.fun, seen, weights, bool(found.success))
+    begin = np.atleast_2d(free.start if starts is None else starts)
+    found = solve(problem, np.column_stack([begin, np.tile(unknowns, (len(begin), 1))]), report)
+    return FingerFit(**vars(found.profile(count)), free=free, recordings=with_unknowns(found.x))
 
 
 def fit_unknowns(model: Model, motion: MeasuredMotion) -> MeasuredMotion:
     """A recording with the events, and held sag, at which a model that was not fitted to it agrees best."""
-
-    def residuals(values: Array) -> Array:
-        return marker_residuals(model, motion.with_unknowns(values))
-
-    seen, scales = motion.unknowns, _scales(motion)
-    found = least_squares(
-        residuals,
-        seen,
-        bounds=(seen - _room(motion), seen + _room(motion)),
-        x_scale=scales,
-        diff_step=_DIFFERENCE_STEP * scales / np.maximum(np.abs(seen), scales),
-        ftol=_TOLERANCE,
-        max_nfev=_MOST_STEPS,
-    )
-    return motion.with_unknowns(found.x)
+    return fit(FreeParameters(model, {}), [motion], map).recordings[0]
 
 
 def _scales(motion: MeasuredMotion) -> Array:
@@ -144,7 +121,7 @@ def _scales(motion: MeasuredMotion) -> Array:
 
 
 def _room(motion: MeasuredMotion) -> Array:
-    """How far what was not recorded may be from its first guess."""
+    """How far what was not recorded may be from its first guess: events are near, and the held finger is straight."""
     event = _OF_HAND if motion.pressure is None else _OF_VALVE
     return np.array([event, event, _MOST_SAG * motion.largest, _MOST_TURN][: len(motion.unknowns)])
 
@@ -175,87 +152,13 @@ def _residuals_or_impossible(model: Model | None, motion: MeasuredMotion) -> Arr
     return np.full(2 * motion.markers.size, _IMPOSSIBLE_ERROR / np.sqrt(motion.markers.size))
 
 
-def _root_mean_square(residuals: Array, recordings: int) -> float:
-    return float(np.sqrt(np.sum(residuals**2) / recordings))
-
-
-@dataclass
-class _Problem:
-    """The least squares of a fit; a vector holds the free parameters and then the events of every recording."""
-
-    free: FreeParameters
-    motions: tuple[MeasuredMotion, ...]
-    executor: Executor
-    report: Report
-    step: int = 0  # how many Jacobians were computed
-
-    @property
-    def scales(self) -> Array:
-        return np.concatenate([self.free.scales, *map(_scales, self.motions)])
-
-    def bounds(self, x0: Array) -> tuple[Array, Array]:
-        """Events stay close to their detected times, and the held finger close to straight."""
-        (lower, upper), unknowns = self.free.bounds, x0[len(self.free.start) :]
-        room = np.concatenate([_room(motion) for motion in self.motions])
-        return np.concatenate([lower, unknowns - room]), np.concatenate([upper, unknowns + room])
-
-    def unknowns_of(self, i: int) -> NDArray[np.int_]:
-        """The indices in the vector of what was not recorded of a motion."""
-        before = len(self.free.start) + sum(len(motion.unknowns) for motion in self.motions[:i])
-        return before + np.arange(len(self.motions[i].unknowns))
-
-    def with_unknowns(self, x: Array) -> list[MeasuredMotion]:
-        return [motion.with_unknowns(x[self.unknowns_of(i)]) for i, motion in enumerate(self.motions)]
-
-    def residuals(self, x: Array) -> Array:
-        return np.concatenate([future.result() for future in self._submit(x, range(len(self.motions)))])
-
-    def jacobian(self, x: Array) -> Array:
-        """By one-sided differences; the unknowns of a recording do not affect other recordings."""
-        base = [future.result() for future in self._submit(x, range(len(self.motions)))]
-        self.step += 1
-        of_free = x[: len(self.free.start)]
-        error = _root_mean_square(np.concatenate(base), len(base))
-        self.report(Progress(self.step, error, self.free.at(of_free)))
-        steps, everything = _DIFFERENCE_STEP * self.scales, range(len(self.motions))
-        steps[: len(of_free)] = self.free.steps(of_free, _DIFFERENCE_STEP)
-        owner = {column: i for i in everything for column in self.unknowns_of(i)}
-        pending = {}
-        for column, step in enumerate(steps):
-            moved = x.copy()
-            moved[column] += step
-            concerned = [owner[column]] if column in owner else list(everything)
-            for i, future in zip(concerned, self._submit(moved, concerned), strict=True):
-                pending[column, i] = future
-        rows = np.concatenate([[0], np.cumsum([len(part) for part in base])])
-        jacobian = np.zeros((rows[-1], len(x)))
-        for (column, i), future in pending.items():
-            jacobian[rows[i] : rows[i + 1], column] = (future.result() - base[i]) / steps[column]
-        return jacobian
-
-    def _submit(self, x: Array, which: Sequence[int]) -> list["Future[Array]"]:
-        motions = self.with_unknowns(x)
-        try:
-            model = self.free.at(x[: len(self.free.start)])
-        except InputError:
-            model = None  # a step of the search may lead to an impossible finger
-        return [self.executor.submit(_residuals_or_impossible, model, motions[i]) for i in which]
-
-
-def confidence(fit: Fit) -> Confidence:
+def confidence(fit: FingerFit[MeasuredMotion]) -> Confidence:
     """Confidence in a fit to motions."""
-    return confidence_of(fit.free, fit.x, fit.residuals, fit.jacobian, _lasting(fit))
-
-
-def _lasting(fit: Fit) -> float:
-    """Mean correlation time of the residuals of the recordings, in samples, at least 1."""
-    lasting, begin = [], 0
-    for motion in fit.motions:
-        samples, markers = motion.markers.shape
-        part = fit.residuals[begin : begin + 2 * samples * markers].reshape(samples, -1)
-        begin += part.size
-        lasting += [correlation_time(column) for column in part.T if np.ptp(column) > 0]
-    return float(np.mean(lasting)) if lasting else 1.0
+    residuals = fit.weights * fit.residuals
+    ends = np.cumsum([2 * motion.markers.size for motion in fit.recordings])
+    by_motion = zip(np.split(residuals, ends[:-1]), fit.recordings, strict=True)
+    lasting = mean_correlation_time([of.reshape(len(motion.time), -1) for of, motion in by_motion])
+    return confidence_of(fit.free, fit.x, residuals, fit.weights[:, None] * fit.slopes, lasting)
 
 
 _SHARES = (0.5, 0.63)  # of the settled turn, whose times say how fast a finger rises

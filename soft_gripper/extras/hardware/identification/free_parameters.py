@@ -13,7 +13,7 @@ alone is fitted. It is written to the file as points.
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from operator import attrgetter
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
 from soft_gripper.extras.hardware.identification.simulated_motion import Setup
+from soft_gripper.extras.hardware.least_squares import Fit
 from soft_gripper.files.document import require
 from soft_gripper.fingers.cross_section import SIZES
 from soft_gripper.fingers.finger import Finger
@@ -235,7 +236,7 @@ class FreeParameters:
 
     @property
     def _free(self) -> NDArray[np.bool_]:
-        return np.array([name not in self.fixed for name in self._all_names])
+        return np.array([name not in self.fixed for name in self._all_names], dtype=bool)
 
     def _of_numbers(self, of_key: Callable[[Key], Any]) -> list[Any]:
         """A property of every free number's key."""
@@ -322,6 +323,17 @@ class FreeParameters:
     def fixing(self, x: Array, names: Iterable[str]) -> "FreeParameters":
         """These at a vector, of which the numbers of these names are no longer free."""
         return replace(self, model=self.at(x), fixed=self.fixed | frozenset(names))
+
+
+R = TypeVar("R")  # a kind of recordings
+
+
+@dataclass(frozen=True)
+class FingerFit(Fit[Model], Generic[R]):
+    """Free parameters fitted to recordings; events and placements of these follow them."""
+
+    free: FreeParameters
+    recordings: tuple[R, ...]  # with what was not recorded, as fitted
 
 
 def free_parameters(

@@ -11,7 +11,6 @@ import xml.etree.ElementTree as ET
 from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import asdict, dataclass, replace
-from operator import attrgetter
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -27,9 +26,7 @@ from soft_gripper.errors import InputError, SimulationDivergedError
 from soft_gripper.extras.hardware.identification.confidence import Confidence
 from soft_gripper.extras.hardware.identification.fit import (
     UNHELD,
-    Fit,
     MotionScore,
-    Report,
     confidence,
     fit,
     fit_unknowns,
@@ -40,11 +37,12 @@ from soft_gripper.extras.hardware.identification.free_parameters import (
     HELD_POSE,
     MARGINS,
     PRESSURE_LAW,
+    FingerFit,
     Model,
     free_parameters,
     pressure_law,
 )
-from soft_gripper.extras.hardware.identification.settled_states import IdentifiedStates, StatesFit, slack_tendons
+from soft_gripper.extras.hardware.identification.settled_states import IdentifiedStates, slack_tendons
 from soft_gripper.extras.hardware.identification.simulated_motion import (
     Hold,
     MeasuredMotion,
@@ -52,8 +50,9 @@ from soft_gripper.extras.hardware.identification.simulated_motion import (
     simulated_markers,
     turned,
 )
+from soft_gripper.extras.hardware.least_squares import Report, no_report
 from soft_gripper.extras.hardware.progress import wait_for
-from soft_gripper.extras.hardware.scoring import FITTED, TESTED, best_fit
+from soft_gripper.extras.hardware.scoring import FITTED, TESTED
 from soft_gripper.files.document import load_config, require
 from soft_gripper.files.notes import LEFT_OUT, note
 from soft_gripper.files.output import atomic_file
@@ -82,7 +81,7 @@ class Tested:
 class Identified(Tested):
     """The result of a fit: the recordings that were fitted, then those held out."""
 
-    fit: Fit
+    fit: FingerFit[MeasuredMotion]
     confidence: Confidence
 
 
@@ -94,7 +93,7 @@ def identify(
     executor: Executor,
     starts: int = 1,
     seed: int = 0,
-    report: Report = lambda progress: None,
+    report: Report = no_report,
     setup: Setup | None = None,
 ) -> Identified:
     """Fits keys of a finger to recordings, and tests the result on others.
@@ -122,12 +121,8 @@ def identify(
     if PRESSURE_LAW in names:
         free = replace(free, model=replace(free.model, finger=_with_static_law(free.model.finger, fitted)))
     fitted = [as_held(free.model.setup, motion) for motion in fitted]
-    best = best_fit(
-        lambda start: fit(free, fitted, executor, report, start),
-        attrgetter("root_mean_square"),
-        free.starts(starts, seed, _JITTER),
-    )
-    calls = [(best.model, motion, FITTED) for motion in best.motions] + _tests(best.model, tested)
+    best = fit(free, fitted, executor.map, report, free.starts(starts, seed, _JITTER))
+    calls = [(best.model, motion, FITTED) for motion in best.recordings] + _tests(best.model, tested)
     return Identified(best.model, *_scored(calls, executor), best, confidence(best))
 
 
@@ -233,7 +228,7 @@ def _spread_of(rows: Sequence[MotionScore]) -> str:
     return f"{names} repeat each other: settled turn {turn} degrees{swing}"
 
 
-def doubts_of_fit(fit: Fit | StatesFit, confidence: Confidence) -> list[str]:
+def doubts_of_fit(fit: FingerFit[Any], confidence: Confidence) -> list[str]:
     """Keys that are all undetermined, or at an end of their range, and a search that was ended before it converged."""
     free, x, (lower, upper) = fit.free, fit.x, fit.free.bounds
     ends = np.minimum(x - lower, upper - x) < _END_OF_RANGE * free.scales

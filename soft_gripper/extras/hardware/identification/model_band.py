@@ -33,7 +33,7 @@ from soft_gripper.extras.hardware.identification.settled_states import (
 )
 from soft_gripper.extras.hardware.identification.simulated_motion import MeasuredMotion, simulated_markers
 from soft_gripper.extras.hardware.kept_states import kept_states
-from soft_gripper.extras.hardware.left_out_regions import LeftOut, learned_widths, moved_without, regions_left_out
+from soft_gripper.extras.hardware.left_out_regions import LeftOut, learned_widths, regions_left_out
 from soft_gripper.extras.hardware.scoring import LEFT_OUT
 from soft_gripper.files.document import require
 from soft_gripper.fingers.finger import Finger
@@ -75,8 +75,7 @@ class _Learned(NamedTuple):
 
     states: Array  # (n, D)
     errors: Array  # (n, K) m, or shares of the largest displacement; NaN where a sample is not seen
-    weights: Array  # (R,) of the residuals in the fit, as far as they are not in these
-    to_error: Array  # (R,) factors that make errors of weighted residuals
+    to_error: Array | float  # (R,) factors that make errors of residuals
     parts: int  # residuals of an error
     is_local: bool  # whether errors differ between the states
 
@@ -86,8 +85,7 @@ def learned_band(found: Identified | IdentifiedStates) -> FittedStatesConfig:
     fit, learned = found.fit, _learned(found)
     seen = np.isfinite(learned.errors).all(axis=1)
     states, count = learned.states, learned.errors.shape[1] * learned.parts
-    spread, slopes = _spreads(states), learned.weights[:, None] * fit.jacobian * fit.free.scales
-    residuals = learned.weights * fit.residuals
+    spread = _spreads(states)
 
     def sizes(rows: NDArray[np.bool_]) -> Array:
         """Sizes of the errors near some of the samples."""
@@ -96,13 +94,13 @@ def learned_band(found: Identified | IdentifiedStates) -> FittedStatesConfig:
         return FittedStates(states[rows], spread).local_size(learned.errors[rows])
 
     def errors(moved: Array, rows: NDArray[np.bool_]) -> Array:
-        away = ((residuals + slopes @ moved) * learned.to_error).reshape(*learned.errors.shape, learned.parts)
+        away = ((fit.residuals + fit.slopes @ moved) * learned.to_error).reshape(*learned.errors.shape, learned.parts)
         return np.linalg.norm(away, axis=-1)[rows]
 
     def without(region: NDArray[np.bool_]) -> LeftOut:
         left_out = np.zeros(len(states), bool)
         left_out[np.flatnonzero(seen)[region]] = True
-        moved = moved_without(slopes, residuals, np.repeat(~left_out, count), UNOBSERVABLE)
+        moved = fit.moved_without(np.repeat(~left_out, count), UNOBSERVABLE, fit.free.scales)
         kept = seen & ~left_out
         others = FittedStates(states[kept], spread)
         size = sizes(kept)[others.nearest(states[left_out])]
@@ -125,13 +123,13 @@ def _learned(found: Identified | IdentifiedStates) -> _Learned:
         count = len(found.left_out)
         recordings = [*_of_states(TestedStates(found.model, found.states[:count], found.errors[:count], ()))]
         states, errors = (np.concatenate(each) for each in zip(*(one[1:3] for one in recordings), strict=True))
-        return _Learned(states, errors, found.fit.weights, 1 / found.fit.weights, 3, is_local=True)
-    recordings = [*_of_motions(Tested(found.model, found.fit.motions, ()), every=1)]
+        return _Learned(states, errors, 1.0, 3, is_local=True)
+    recordings = [*_of_motions(Tested(found.model, found.fit.recordings, ()), every=1)]
     states = np.concatenate([np.repeat(each.states, each.errors.shape[1], axis=0) for each in recordings])
     errors = np.concatenate([(each.errors / each.scale).reshape(-1, 1) for each in recordings])
     sizes = [each.errors.size for each in recordings]
-    to_error = np.concatenate([np.full(2 * size, np.sqrt(size)) for size in sizes]) / found.fit.weights
-    return _Learned(states, errors, np.ones(len(to_error)), to_error, 2, is_local=False)
+    to_error = np.concatenate([np.full(2 * size, np.sqrt(size)) for size in sizes])
+    return _Learned(states, errors, to_error, 2, is_local=False)
 
 
 def _names(finger: Finger, states: Array) -> list[str]:

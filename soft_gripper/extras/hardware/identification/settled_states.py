@@ -15,26 +15,29 @@ positions by the parameters are finite differences, which takes no kinematics.
 from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
-from operator import attrgetter
 from typing import Annotated
 
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
-from scipy.optimize import least_squares
+from numpy.typing import ArrayLike, NDArray
 
 from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
-from soft_gripper.extras.hardware.identification.confidence import Confidence, confidence_of, correlation_time
-from soft_gripper.extras.hardware.identification.fit import Progress, Report
-from soft_gripper.extras.hardware.identification.free_parameters import FreeParameters, Model, free_parameters
+from soft_gripper.extras.hardware.identification.confidence import Confidence, confidence_of, mean_correlation_time
+from soft_gripper.extras.hardware.identification.free_parameters import (
+    FingerFit,
+    FreeParameters,
+    Model,
+    free_parameters,
+)
 from soft_gripper.extras.hardware.identification.simulated_motion import Setup
 from soft_gripper.extras.hardware.identification.tendon_balance import pulled_positions
+from soft_gripper.extras.hardware.least_squares import Problem, Report, fit, no_report
 from soft_gripper.extras.hardware.progress import wait_for
 from soft_gripper.extras.hardware.recordings import HardwareRecording
-from soft_gripper.extras.hardware.scoring import FITTED, LEFT_OUT, TESTED, best_fit, error_columns, groups_left_out
+from soft_gripper.extras.hardware.scoring import FITTED, LEFT_OUT, TESTED, error_columns, groups_left_out
 from soft_gripper.extras.hardware.text_pattern import find
 from soft_gripper.files.document import given, require
 from soft_gripper.files.notes import LEFT_OUT as LEFT_OUT_OF_FILE
@@ -226,41 +229,17 @@ def in_balance(errors: Array) -> NDArray[np.bool_]:
     return found
 
 
-@dataclass(frozen=True)
-class StatesFit:
-    """Parameters fitted to some rows of recordings."""
-
-    free: FreeParameters
-    x: Array  # (P,) the vector of the free parameters
-    residuals: Array  # (K,) m, of the fitted rows, without their weights
-    jacobian: Array  # (K, P)
-    cost: float
-    converged: bool
-
-    @property
-    def model(self) -> Model:
-        """The fitted finger in its set-up."""
-        return self.free.at(self.x)
-
-    @property
-    def weights(self) -> Array:
-        """Weights of the residuals with which ordinary least squares have the same minimum, (K,)."""
-        far = self.residuals / (_HUBER_DISTANCE * self.model.finger.length)
-        weights: Array = (1 + far**2) ** -0.25
-        return weights
-
-
 Rows = Sequence[NDArray[np.bool_]]  # (R,) each: which rows of the recordings are fitted
 
 
 def fit_states(
     free: FreeParameters,
     recordings: Sequence[SettledStates],
-    rows: Rows,
-    start: Array,
-    report: Report = lambda progress: None,
-) -> StatesFit:
-    """Fits free parameters to the rows of recordings that are true in `rows`, from a vector.
+    rows: Rows | None = None,
+    report: Report = no_report,
+    starts: ArrayLike | None = None,
+) -> FingerFit[SettledStates]:
+    """Fits free parameters to the rows of recordings that are true in `rows`, None for all, from vectors (K, P).
 
     A row in which the finger finds no balance counts as if its markers were off by the finger's length, so that the
     search does not seek such fingers, and has no slope.
@@ -268,45 +247,34 @@ def fit_states(
     Raises:
         InputError: if the result comes nowhere near the markers.
     """
-    length, count = free.model.finger.length, 0
-
-    def errors(x: Array) -> Array:
-        """NaN where there is no balance."""
-        model = free.at(x)
-        found = [state_errors(model, *each)[each[1]] for each in zip(recordings, rows, strict=True)]
-        return np.concatenate([error.reshape(-1, 3) for error in found])
+    length = free.model.finger.length
+    kept = [np.full(len(of.pulled), True) for of in recordings] if rows is None else rows
 
     def residuals(x: Array) -> Array:
         try:
-            return np.nan_to_num(errors(x), nan=length).ravel()
+            model = free.at(x)
+            errors = [state_errors(model, *of)[of[1]].ravel() for of in zip(recordings, kept, strict=True)]
         except InputError:  # a step of the search may lead to an impossible finger
-            return np.full(fitted * 3, length)
+            errors = [
+                np.full(3 * keep.sum() * of.markers.shape[1], length) for of, keep in zip(recordings, kept, strict=True)
+            ]
+        return np.concatenate(errors)
 
-    def jacobian(x: Array) -> Array:
-        nonlocal count
-        count, error = count + 1, errors(x)
-        seen = np.isfinite(error).all(axis=-1)
-        report(Progress(count, root_mean_square(error[seen]) / length, free.at(x), int((~seen).sum())))
-        return np.concatenate([marker_slopes(free, x, *each) for each in zip(recordings, rows, strict=True)])
+    def slopes(x: Array, residuals: Array) -> Array:
+        return np.concatenate([marker_slopes(free, x, *of) for of in zip(recordings, kept, strict=True)])
 
-    fitted = sum(int(keep.sum()) * of.markers.shape[1] for of, keep in zip(recordings, rows, strict=True))
-    found = least_squares(
+    problem = Problem(
+        free.at,
         residuals,
-        np.clip(start, *free.bounds),
-        jacobian,
+        slopes,
+        outlier=_HUBER_DISTANCE * length,
+        missing=length,
         bounds=free.bounds,
-        x_scale=free.scales,
-        loss="soft_l1",
-        f_scale=_HUBER_DISTANCE * length,
-        ftol=_TOLERANCE,
-        xtol=_TOLERANCE,
-        max_nfev=_MOST_STEPS,
+        error=lambda residuals: root_mean_square(residuals[np.isfinite(residuals)].reshape(-1, 3)) / length,
+        options={"x_scale": free.scales, "ftol": _TOLERANCE, "xtol": _TOLERANCE, "max_nfev": _MOST_STEPS},
     )
-    at_end = residuals(found.x)
-    rms = root_mean_square(at_end.reshape(-1, 3))
-    expected = "the fit found no finger that comes near the markers: start closer, or free fewer keys"
-    require(rms < length, "identify", "residual", f"{1e3 * rms:.3g} mm", expected)
-    return StatesFit(free, found.x, at_end, jacobian(found.x), float(found.cost), bool(found.success))
+    found = fit(problem, free.start if starts is None else starts, report)
+    return FingerFit(**vars(found), free=free, recordings=tuple(recordings))
 
 
 def marker_slopes(free: FreeParameters, x: Array, states: SettledStates, rows: NDArray[np.bool_]) -> Array:
@@ -396,7 +364,7 @@ class IdentifiedStates(TestedStates):
     """The result of a fit: the recordings that were fitted, then those held out."""
 
     left_out: tuple[Array, ...]  # errors of the fitted ones by fits without the row's family; NaN where it has none
-    fit: StatesFit
+    fit: FingerFit[SettledStates]
     confidence: Confidence
 
 
@@ -408,7 +376,7 @@ def identify_states(
     executor: Executor,
     starts: int = 1,
     seed: int = 0,
-    report: Report = lambda progress: None,
+    report: Report = no_report,
     setup: Setup | None = None,
 ) -> IdentifiedStates:
     """Fits keys of a finger to settled states, and tests the result on others and on families left out of the fit.
@@ -432,14 +400,9 @@ def identify_states(
     if len(slack_tendons(free.model, fitted)) == len(tendons):
         expected = "no row tightens any of them: do they pull the other way, or is their slack too large?"
         raise InputError(fitted[0].name, "tendons", ", ".join(tendons), expected)
-    everything = [np.full(len(states.pulled), True) for states in fitted]
-    best = best_fit(
-        lambda start: fit_states(free, fitted, everything, start, report),
-        attrgetter("cost"),
-        free.starts(starts, seed, _JITTER),
-    )
+    best = fit_states(free, fitted, report=report, starts=free.starts(starts, seed, _JITTER))
     own, others = _compared(best.model, fitted, FITTED), compared_states(best.model, tested)
-    known = confidence_of(free, best.x, best.residuals, best.jacobian, lasting(own.errors))
+    known = confidence_of(free, best.x, best.residuals, best.slopes, mean_correlation_time(by_rows(own.errors)))
     left_out = _left_out(best, names, [each.name for each in known.undetermined], fitted, executor)
     scores = list(own.scores)
     for of, error in zip(fitted, left_out, strict=True):
@@ -451,11 +414,9 @@ def identify_states(
     return IdentifiedStates(best.model, states, errors, (*scores, *others.scores), left_out, best, known)
 
 
-def lasting(errors: Sequence[Array]) -> float:
-    """Mean correlation time of the errors of recordings, (R, M, 3) each, in rows, at least 1."""
-    columns = [column for error in errors for column in error[in_balance(error)].reshape(-1, error[0].size).T]
-    times = [correlation_time(column) for column in columns if np.ptp(column) > 0]
-    return max(float(np.mean(times)), 1.0) if times else 1.0
+def by_rows(errors: Sequence[Array]) -> list[Array]:
+    """Errors of recordings, (R, M, 3), as series of the rows in which the finger found a balance."""
+    return [error[in_balance(error)].reshape(-1, error[0].size) for error in errors]
 
 
 def compared_states(model: Model, states: Sequence[SettledStates]) -> TestedStates:
@@ -472,7 +433,7 @@ def _compared(model: Model, states: Sequence[SettledStates], role: str) -> Teste
 
 
 def _left_out(
-    best: StatesFit,
+    best: FingerFit[SettledStates],
     names: Sequence[str],
     undetermined: Sequence[str],
     fitted: Sequence[SettledStates],
@@ -503,7 +464,7 @@ def _fit_from(
     free = free.fixing(free.start, undetermined)
     if not free.names:
         return free.model
-    return fit_states(free, fitted, rows, free.start).model
+    return fit_states(free, fitted, rows).model
 
 
 def _scores(states: SettledStates, role: str, family: str, errors: Array) -> list[StateScore]:

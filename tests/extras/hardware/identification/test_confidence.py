@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from identified import recorded, release
 
-from soft_gripper.extras.hardware.identification.fit import Fit, confidence
-from soft_gripper.extras.hardware.identification.free_parameters import free_parameters
+from soft_gripper.extras.hardware.identification.fit import confidence
+from soft_gripper.extras.hardware.identification.free_parameters import FingerFit, free_parameters
 
 NAMES = ["youngs_modulus", "density", "mounting_x"]
 SCALES = np.array([0.1, 0.1, 1e-3])
@@ -22,7 +22,8 @@ def made_up(beam, motion):
 
     def make(by_changes, residuals):
         free = free_parameters(beam, NAMES[: by_changes.shape[1]], [])
-        return Fit(free, free.start, (motion,), residuals, by_changes / free.scales)
+        slopes, weights = by_changes / free.scales, np.ones(len(residuals))
+        return FingerFit(free.at, free.start, residuals, slopes, weights, 0.0, 0.0, True, free, (motion,))
 
     return make
 

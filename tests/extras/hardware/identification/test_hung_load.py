@@ -66,4 +66,4 @@ def test_friction_is_found(beam, pool):
     light, hung = replace(beam, relaxation_time=2e-3), TipLoad(0.05, -0.015, 0.0)
     motion = recorded(light, replace(release(1.0), load=hung, string=0.2), Setup(load_friction=FRICTION))
     free = free_parameters(light, ["load_friction"], [])
-    assert free.values(fit(free, [motion], pool).x) == pytest.approx([FRICTION], rel=0.02)
+    assert free.values(fit(free, [motion], pool.map).x) == pytest.approx([FRICTION], rel=0.02)

@@ -8,7 +8,7 @@ import pytest
 import yaml
 from refusals import refused
 
-from soft_gripper.extras.hardware.identification.free_parameters import Model
+from soft_gripper.extras.hardware.identification.free_parameters import FingerFit, Model
 from soft_gripper.extras.hardware.identification.model_band import STATES, band_rows, extrapolations, learned_band
 from soft_gripper.extras.hardware.identification.settled_states import IdentifiedStates, SettledStates, StateScore
 from soft_gripper.extras.hardware.identification.settled_states import TestedStates as Compared
@@ -43,7 +43,7 @@ def found(finger):
     x = np.linalg.lstsq(slopes, measured)[0]
     errors = (slopes @ x - measured).reshape(-1, 1, 3)
     free = SimpleNamespace(scales=np.ones(len(x)))
-    fit = SimpleNamespace(free=free, x=x, residuals=errors.ravel(), jacobian=slopes, weights=np.ones(errors.size))
+    fit = FingerFit(np.asarray, x, errors.ravel(), slopes, np.ones(errors.size), 0.0, 0.0, True, free, ())
     states, score = states_of("fitted", pulled)
     return IdentifiedStates(Model(finger), (states,), (errors,), (score,), (errors,), fit, None)
 
@@ -73,13 +73,8 @@ def test_bands_are_wide_where_errors_were_large_in_the_fit(finger):
     rng = np.random.default_rng(3)
     pulled = np.concatenate([rng.uniform(0, 1e-3, (100, 2)), rng.uniform(9e-3, 1e-2, (100, 2))])
     errors = rng.normal(0, NOISE, (200, 1, 3)) * np.repeat([1, 10], 100)[:, None, None]
-    fit = SimpleNamespace(
-        free=SimpleNamespace(scales=np.ones(1)),
-        x=np.zeros(1),
-        residuals=errors.ravel(),
-        jacobian=np.ones((600, 1)),
-        weights=np.ones(600),
-    )
+    free, weights = SimpleNamespace(scales=np.ones(1)), np.ones(600)
+    fit = FingerFit(np.asarray, np.zeros(1), errors.ravel(), np.ones((600, 1)), weights, 0.0, 0.0, True, free, ())
     states, score = states_of("fitted", pulled)
     kept = learned_band(IdentifiedStates(Model(finger), (states,), (errors,), (score,), (errors,), fit, None))
     for rows, noise in ((slice(100), NOISE), (slice(100, None), 10 * NOISE)):

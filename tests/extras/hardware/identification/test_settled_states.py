@@ -108,9 +108,10 @@ def test_families_left_out_are_predicted_without_them(found, monkeypatch):
     """And each is placed as a recording of its own: markers of one that are all shifted harm the other's fit alone."""
     fitted = []
 
-    def remembered(free, recordings, rows, *others):
-        fitted.append([list(recordings[0].families[rows[0]])])
-        return fit_states(free, recordings, rows, *others)
+    def remembered(free, recordings, rows=None, *others, **more):
+        families = recordings[0].families
+        fitted.append([list(families if rows is None else families[rows[0]])])
+        return fit_states(free, recordings, rows, *others, **more)
 
     monkeypatch.setattr(module, "fit_states", remembered)
     states = states_of(rows=60)
@@ -273,7 +274,7 @@ def test_a_step_to_an_impossible_finger_is_not_taken(monkeypatch):
     """The search goes on from before it, and ends where it would have."""
     states, free = states_of(rows=30), free_parameters(TRUE.finger, ["tendon.stiffness"], [])
     rows, start = [np.arange(30) > 4], 0.9 * free.start
-    expected, tried = fit_states(free, [states], rows, start).x, []
+    expected, tried = fit_states(free, [states], rows, starts=start).x, []
 
     def impossible_at_first(model, *others):
         tried.append(model)
@@ -282,7 +283,7 @@ def test_a_step_to_an_impossible_finger_is_not_taken(monkeypatch):
         return state_errors(model, *others)
 
     monkeypatch.setattr(module, "state_errors", impossible_at_first)
-    np.testing.assert_allclose(fit_states(free, [states], rows, start).x, expected, rtol=1e-2)
+    np.testing.assert_allclose(fit_states(free, [states], rows, starts=start).x, expected, rtol=1e-2)
     assert len(tried) > 3
 
 
@@ -307,7 +308,7 @@ def test_rows_without_a_balance_are_left_out_and_named():
     assert [note.element for note in notes] == ["row at 3 s", "row at 9 s"]
     assert found.scores[0].rows == 14
     assert found.scores[0].rms_mm == pytest.approx(expected.scores[0].rms_mm, rel=1e-2)
-    assert {step.unbalanced for step in steps} == {2}
+    assert {step.missing for step in steps} == {3 * 2}
     assert steps[-1].error < steps[0].error
     assert len(states_figure(found).axes) == 3
 
@@ -319,7 +320,7 @@ def test_the_search_ends_where_the_section_does():
     _, upper = free.bounds
     assert np.exp(upper[0]) == pytest.approx(SECTION.thickness / 2)
     doubled = replace(states, pulled=2 * states.pulled)
-    fitted = fit_states(free, [doubled], [np.full(30, True)], free.start)
+    fitted = fit_states(free, [doubled])
     assert fitted.x[0] == pytest.approx(upper[0], abs=1e-3)
     assert fitted.x[0] <= upper[0]
     at_end = np.append(upper[0], free.start[1:])
