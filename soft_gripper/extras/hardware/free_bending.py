@@ -205,7 +205,7 @@ def _states(
         of_holds = np.broadcast_to(~left_out[:, None], measured.shape)[measured]
         kept = np.append(of_holds, np.ones(len(fit.residuals) - len(of_holds), bool))
         distance = by_distance(near.of_states(states[left_out]), layout.paths)
-        return LeftOut(errors(fit.moved_without(kept))[left_out].reshape(-1, 1), distance.reshape(-1, 1))
+        return LeftOut(errors(fit.change_without(kept))[left_out].reshape(-1, 1), distance.reshape(-1, 1))
 
     def errors(moved: Array) -> Array:
         """Errors of the strains if the unknowns move, (M, R), NaN where nothing is read."""

@@ -42,7 +42,7 @@ def no_report(progress: Progress[Any]) -> None:
 class Problem(Generic[M]):
     """A problem of R residuals and P unknowns."""
 
-    at: Callable[[Array], M]  # the model of a vector
+    build_model: Callable[[Array], M]  # from a vector
     residuals: Callable[[Array], Array]  # (P,) -> (R,); NaN: not to be had
     slopes: Callable[[Array, Array], Array] | None = None  # vector, residuals there -> (R, P); None: by differences
     weights: Array | float = 1.0  # (R,)
@@ -57,7 +57,7 @@ class Problem(Generic[M]):
 class Fit(Generic[M]):
     """The result of a search."""
 
-    at: Callable[[Array], M]  # the model of a vector, see `Problem`
+    build_model: Callable[[Array], M]  # from a vector, see `Problem`
     x: Array  # (P,)
     residuals: Array  # (R,) without their weights
     slopes: Array  # (R, P) likewise
@@ -69,7 +69,7 @@ class Fit(Generic[M]):
     @property
     def model(self) -> M:
         """The fitted model."""
-        return self.at(self.x)
+        return self.build_model(self.x)
 
     @property
     def covariance(self) -> Array:
@@ -78,23 +78,24 @@ class Fit(Generic[M]):
         covariance: Array = np.linalg.inv(slopes.T @ slopes)
         return covariance
 
-    def moved_without(
-        self, kept: NDArray[np.bool_], unobservable: float | None = None, scales: ArrayLike = 1.0
+    def change_without(
+        self, kept: NDArray[np.bool_], unobservable: float | None = None, scales: Array | float = 1.0
     ) -> Array:
-        """How far the unknowns move if only some of the residuals count, to the first order, (P,).
+        """Change of the unknowns if only some of the residuals count, to the first order, (P,).
 
         Args:
             kept: which count, (R,); those of a prior among them.
             unobservable: share of the strongest change of these residuals, up to which unknowns stay; None: rounding.
             scales: typical changes of the unknowns, by which changes are compared.
         """
-        slopes, residuals = (self.weights * self.slopes.T).T * scales, self.weights * self.residuals
-        moved: Array = scales * np.linalg.lstsq(slopes[kept], -residuals[kept], rcond=unobservable)[0]
-        return moved
+        slopes = self.weights[:, None] * self.slopes * scales
+        residuals = self.weights * self.residuals
+        change: Array = np.linalg.lstsq(slopes[kept], -residuals[kept], rcond=unobservable)[0]
+        return scales * change
 
-    def without(self, kept: NDArray[np.bool_]) -> M:
+    def model_without(self, kept: NDArray[np.bool_]) -> M:
         """The model that is fitted to some of the residuals, (R,), to the first order."""
-        return self.at(self.x + self.moved_without(kept))
+        return self.build_model(self.x + self.change_without(kept))
 
     def profile(self, count: int) -> "Fit[M]":
         """The fit of the first unknowns, which the others follow: their best values are taken out of the slopes."""
@@ -118,7 +119,7 @@ def fit(problem: Problem[M], starts: ArrayLike, report: Report = no_report) -> F
             last = error
     if not fits:
         raise last
-    return min(fits, key=lambda found: found.cost)
+    return min(fits, key=lambda solution: solution.cost)
 
 
 def _fit_from(problem: Problem[M], start: Array, report: Report) -> Fit[M]:
@@ -139,11 +140,11 @@ def _fit_from(problem: Problem[M], start: Array, report: Report) -> Fit[M]:
         if problem.error is not None:
             error, missing = problem.error(last["residuals"]), int(np.isnan(last["residuals"]).sum())
             with suppress(InputError):  # a step of the search may lead to an impossible model
-                report(Progress(step, error, problem.at(x), missing))
+                report(Progress(step, error, problem.build_model(x), missing))
         last["slopes"] = problem.slopes(x, last["residuals"])
         return weights[..., None] * last["slopes"]
 
-    found = optimize.least_squares(
+    search = optimize.least_squares(
         residuals,
         np.clip(start, *problem.bounds),
         "2-point" if problem.slopes is None else slopes,
@@ -152,11 +153,13 @@ def _fit_from(problem: Problem[M], start: Array, report: Report) -> Fit[M]:
         f_scale=problem.outlier or 1.0,
         **problem.options,
     )
-    left: Array = found.fun / weights
+    left: Array = search.fun / weights
     error = np.nan if problem.error is None else problem.error(left)
     expected = "no fit comes near what was measured: start closer, or free fewer keys"
-    require(not error > 1 and bool(np.isfinite(found.cost)), "identify", "residual", f"{100 * error:.3g} %", expected)
+    require(not error > 1 and bool(np.isfinite(search.cost)), "identify", "residual", f"{100 * error:.3g} %", expected)
     far = 0.0 if problem.outlier is None else left / problem.outlier
     by_squares = np.broadcast_to(weights * (1 + far**2) ** -0.25, left.shape)
-    by_unknowns = last.get("slopes", found.jac / weights[..., None])
-    return Fit(problem.at, found.x, left, by_unknowns, by_squares, float(found.cost), error, bool(found.success))
+    by_unknowns = last.get("slopes", search.jac / weights[..., None])
+    return Fit(
+        problem.build_model, search.x, left, by_unknowns, by_squares, float(search.cost), error, bool(search.success)
+    )

@@ -193,7 +193,7 @@ def learned_growth(found: IdentifiedStates) -> float:
 
     def without(region: NDArray[np.bool_]) -> LeftOut:
         kept = np.repeat(~region, size)
-        moved = fit.moved_without(kept, UNOBSERVABLE, fit.free.scales)
+        moved = fit.change_without(kept, UNOBSERVABLE, fit.free.scales)
         covariance = confidence_of(fit.free, fit.x, fit.residuals[kept], fit.slopes[kept], last).covariance
         of_recordings = [np.flatnonzero(region & known & (recording == i)) for i in range(count)]
         weighed, distances = [], []

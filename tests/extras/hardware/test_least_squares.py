@@ -34,7 +34,7 @@ def test_slopes_by_differences_are_without_the_weights():
 
 def test_without_some_residuals_it_is_the_fit_to_the_others():
     kept = PLACES < 0.5
-    found = fit(line(), [0.0, 0.0]).without(kept)
+    found = fit(line(), [0.0, 0.0]).model_without(kept)
     np.testing.assert_allclose(found, np.linalg.lstsq(LINE[kept], NOISY[kept], rcond=None)[0], rtol=1e-6)
 
 
@@ -43,9 +43,9 @@ def test_an_unknown_that_what_is_left_hardly_shows_stays_where_it_is():
     slopes, residuals = np.array([[1.0, 0.0], [0.0, 1e-6], [0.0, 1.0]]), np.array([-0.5, 1e-3, 0.0])
     found = Fit(np.asarray, np.zeros(2), residuals, slopes, np.ones(3), 0.0, 0.0, True)
     kept = np.array([True, True, False])
-    np.testing.assert_allclose(found.moved_without(kept), [0.5, -1000])
-    np.testing.assert_allclose(found.moved_without(kept, 1e-3), [0.5, 0.0], atol=1e-12)
-    np.testing.assert_allclose(found.moved_without(kept, 1e-3, [1.0, 1e6]), [0.5, -1000])
+    np.testing.assert_allclose(found.change_without(kept), [0.5, -1000])
+    np.testing.assert_allclose(found.change_without(kept, 1e-3), [0.5, 0.0], atol=1e-12)
+    np.testing.assert_allclose(found.change_without(kept, 1e-3, [1.0, 1e6]), [0.5, -1000])
 
 
 def test_an_outlier_does_little_harm_and_weights_say_by_how_much():
@@ -55,7 +55,7 @@ def test_an_outlier_does_little_harm_and_weights_say_by_how_much():
     found = fit(problem, [0.0, 0.0])
     np.testing.assert_allclose(found.x, [1.0, 2.0], atol=0.1)
     assert found.weights[7] < 0.1
-    np.testing.assert_allclose(found.moved_without(np.full(len(PLACES), True)), 0.0, atol=1e-3)
+    np.testing.assert_allclose(found.change_without(np.full(len(PLACES), True)), 0.0, atol=1e-3)
 
 
 def test_unknowns_of_no_interest_follow_the_others():

@@ -67,7 +67,7 @@ def fit(
     scales, room = (np.concatenate([*map(of, motions)]) for of in (_scales, _room))
     lower, upper = free.bounds
 
-    def at(x: Array) -> Model:
+    def build_model(x: Array) -> Model:
         return free.at(x[:count])
 
     def with_unknowns(x: Array) -> tuple[MeasuredMotion, ...]:
@@ -75,7 +75,7 @@ def fit(
 
     def possible(x: Array) -> Model | None:
         try:
-            return at(x)
+            return build_model(x)
         except InputError:  # a step of the search may lead to an impossible finger
             return None
 
@@ -87,17 +87,18 @@ def fit(
         steps = np.concatenate([free.steps(x[:count], _DIFFERENCE_STEP), _DIFFERENCE_STEP * scales])
         moved = x + np.diag(steps)
         calls = [(column, i) for column in range(count) for i in range(len(motions))]
-        calls += [(column, i) for i, tail in enumerate(tails) for column in tail]
+        calls += [(column, i) for i, tail in enumerate(tails) for column in tail.tolist()]
         models, changed = [*map(possible, moved)], [*map(with_unknowns, moved)]
         results = run(_residuals_or_impossible, [models[c] for c, _ in calls], [changed[c][i] for c, i in calls])
         ends = np.cumsum([2 * motion.markers.size for motion in motions])
-        rows, found = np.split(np.arange(len(residuals)), ends[:-1]), np.zeros((len(residuals), len(x)))
+        rows = np.split(np.arange(len(residuals)), ends[:-1])
+        jacobian = np.zeros((len(residuals), len(x)))
         for (column, i), result in zip(calls, results, strict=True):
-            found[rows[i], column] = (result - residuals[rows[i]]) / steps[column]
-        return found
+            jacobian[rows[i], column] = (result - residuals[rows[i]]) / steps[column]
+        return jacobian
 
     problem = Problem(
-        at,
+        build_model,
         residuals,
         slopes,
         weights=np.concatenate([*map(_weights, motions)]),

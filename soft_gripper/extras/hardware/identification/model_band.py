@@ -100,7 +100,7 @@ def learned_band(found: Identified | IdentifiedStates) -> FittedStatesConfig:
     def without(region: NDArray[np.bool_]) -> LeftOut:
         left_out = np.zeros(len(states), bool)
         left_out[np.flatnonzero(seen)[region]] = True
-        moved = fit.moved_without(np.repeat(~left_out, count), UNOBSERVABLE, fit.free.scales)
+        moved = fit.change_without(np.repeat(~left_out, count), UNOBSERVABLE, fit.free.scales)
         kept = seen & ~left_out
         others = FittedStates(states[kept], spread)
         size = sizes(kept)[others.nearest(states[left_out])]

@@ -65,13 +65,13 @@ def fit_geometry(recordings: Sequence[ArmRecording], finger: Finger) -> Fit[ArmG
     """The most probable geometry of the arm of some recordings, with the residuals of the prior, then of each."""
     nominal, spacing = _nominal_offsets(recordings), recordings[0].spacing
 
-    def at(x: Array) -> ArmGeometry:
+    def build_geometry(x: Array) -> ArmGeometry:
         return _geometry(x, nominal, spacing)
 
     def residuals(x: Array) -> Array:
-        return np.concatenate([x, *(_misfit(at(x), recording, finger) for recording in recordings)])
+        return np.concatenate([x, *(_misfit(build_geometry(x), recording, finger) for recording in recordings)])
 
-    return fit(Problem(at, residuals, options={"max_nfev": 30}), np.zeros(len(_WIDTHS) * len(nominal) + 3))
+    return fit(Problem(build_geometry, residuals, options={"max_nfev": 30}), np.zeros(len(_WIDTHS) * len(nominal) + 3))
 
 
 def without(fitted: Fit[ArmGeometry], left_out: Sequence[NDArray[np.bool_]]) -> ArmGeometry:
@@ -85,7 +85,7 @@ def without(fitted: Fit[ArmGeometry], left_out: Sequence[NDArray[np.bool_]]) -> 
     kept = [np.ones(len(fitted.x), bool)]
     for rows in left_out:
         kept += [np.repeat(~rows[::_SAMPLE_STRIDE], count * sections) for count in (2, 1)]  # places, then headings
-    return fitted.without(np.concatenate(kept))
+    return fitted.model_without(np.concatenate(kept))
 
 
 def places(geometry: ArmGeometry, finger: Finger, theta: Array, length: Array) -> tuple[Planar, Array]:

@@ -58,7 +58,7 @@ def zeroed(geometry: ArmGeometry, recording: ArmRecording, finger: Finger, secon
     require(bool(seen.any()), recording.name, "--zero", seconds, expected)
     inner, outer = recording.inner[rows][seen], recording.outer[rows][seen]
 
-    def at(x: Array) -> ArmGeometry:
+    def build_geometry(x: Array) -> ArmGeometry:
         """The geometry with other offsets, of the bends (rad), then of the lengths (m)."""
         bends, lengths = x.reshape(2, -1)
         wires = geometry.wires
@@ -66,7 +66,7 @@ def zeroed(geometry: ArmGeometry, recording: ArmRecording, finger: Finger, secon
         return replace(geometry, wires=shifted)
 
     def residuals(x: Array) -> Array:
-        moved = at(x)
+        moved = build_geometry(x)
         positions, turned = places(moved, finger, *moved.wires.sections(inner, outer))
         away, apart = (
             (positions - measured_positions[seen]).mean(axis=0) / std,
@@ -74,10 +74,10 @@ def zeroed(geometry: ArmGeometry, recording: ArmRecording, finger: Finger, secon
         )
         return np.concatenate([as_points(away).ravel(), apart])
 
-    problem = Problem(at, residuals, options={"x_scale": np.repeat(_TYPICAL, len(std))})
+    problem = Problem(build_geometry, residuals, options={"x_scale": np.repeat(_TYPICAL, len(std))})
     found = fit(problem, np.zeros(2 * len(std)))
     deviations = np.linalg.cholesky(found.covariance).T
-    return Zeroed(found.model, tuple(at(found.x + one) for one in deviations))
+    return Zeroed(found.model, tuple(build_geometry(found.x + one) for one in deviations))
 
 
 def zeroed_log(log: FingerLog, layout: MeasurementModel, seconds: float) -> FingerLog:
