@@ -72,6 +72,7 @@ from soft_gripper.estimators.force_posterior import (
     contact_posterior,
     fitted,
     weighed,
+    whitening,
 )
 from soft_gripper.estimators.free_motion import AT_REST, STILL, FreeMotion, Lag, may_exceed
 from soft_gripper.estimators.gaussian import GaussianShape, gain_of
@@ -126,8 +127,7 @@ class Explained(NamedTuple):
     """Values explained by one force: what it is in every cell, and how probable."""
 
     left: Unexplained
-    cells: Cells
-    found: FittedCells  # in the whitened cells
+    found: FittedCells
     posterior: Believed
     heaviest: Later[HeaviestCells]
 
@@ -148,18 +148,19 @@ class SurfaceContact:
 
     def explain(self, left: Unexplained) -> Explained:
         """The forces in all cells."""
-        cells = self.cells(left.q, left.at, left.slopes)
+        W = whitening(left.covariance)
+        cells, r = self.cells(left.q, left.at, W @ left.slopes), (W @ left.residual[..., None])[..., 0]
         refined = not self.mechanics.only_bends  # there, friction has cells of its own
-        found = fitted(left.residual, left.covariance, cells, self._possible.largest, refined)
+        found = fitted(r, cells, self._possible.largest, refined)
         posterior = believed(found, left.read, self._possible)
-        return Explained(left, cells, found, posterior, Later(lambda: self._heaviest(left, found, posterior)))
+        return Explained(left, found, posterior, Later(lambda: self._heaviest(left, found, posterior)))
 
     def stated(self, explained: Explained) -> tuple[ContactForce, Array]:
         """The contact, and its torques at the joints: none where noise explains the values, or too few are read.
 
         One force, or several on the side that it presses if it leaves more than noise and more is read than it takes.
         """
-        left, _, found, posterior, _ = explained
+        left, found, posterior, _ = explained
         contact, torque, side = self.best(explained)
         noise = _most_of_noise(left.read - self.fewest)
         many = (left.read > self.fewest) & (found.chi_squared.min(axis=-1) > noise)
@@ -178,10 +179,10 @@ class SurfaceContact:
 
     def posterior(self, explained: Explained) -> ContactPosterior:
         """Posterior of the contact."""
-        left, cells, found, posterior, _ = explained
+        left, found, posterior, _ = explained
         length = self.mechanics.layout.finger.length
         nearest = self.mechanics.uncertainty.nearest_contact * length
-        several = None if self.mechanics.only_bends else self._corners(cells)
+        several = None if self.mechanics.only_bends else self._corners(found.cells)
         heaviest = explained.heaviest
         transverse = Later(lambda: weighed(*transverse_forces(heaviest.value), heaviest.value.weights))
         return contact_posterior(
@@ -203,33 +204,38 @@ class SurfaceContact:
         turn, origins = np.swapaxes(at.rotations[..., links, :, :], -1, -2), at.origins[..., links, :]
         about = vector_product(np.swapaxes(moments, -1, -2), origins[..., None, :])  # forces act at the links' origins
         forces = forces + np.swapaxes(about, -1, -2)
-        by_link = np.concatenate([turn @ moments, turn @ forces], axis=-2)  # (..., L, 6, S)
-        changes = _product(self._by_wrench, by_link)
-        changes = changes.reshape(*changes.shape[:-2], len(surface.place), -1, changes.shape[-1])
-        spreads = changes[..., 1:, :]
+        known = [np.concatenate([turn @ moments, turn @ forces], axis=-2)]  # (..., L, 6, S)
         if self.mechanics.only_bends:
             link, joint, _ = surface.pairs
-            straddled = _product(self._by_moment, turn[..., link, :, :] @ np.diff(moments, axis=-3)[..., joint, :, :])
-            spreads = np.concatenate([spreads, straddled[..., None, :]], axis=-2)
-        return Cells(changes[..., 0, :], spreads, surface.place, surface.side, surface.prior, surface.angle)
+            known.append(turn[..., link, :, :] @ np.diff(moments, axis=-3)[..., joint, :, :])  # (..., X, 3, S)
+        known = [each.reshape(*each.shape[:-3], -1, each.shape[-1]) for each in known]
+        changes = _product(self._by_wrench, np.concatenate(known, axis=-2))
+        changes = changes.reshape(*changes.shape[:-1], -1, len(surface.place))  # (S, ..., 1 + D, C)
+        response, spreads = np.moveaxis(changes[..., 0, :], 0, -1), np.moveaxis(changes[..., 1:, :], (0, -2), (-1, -2))
+        return Cells(response, spreads, surface.place, surface.side, surface.prior, surface.angle)
 
     @cached_property
     def _by_wrench(self) -> "csr_array":
-        """The wrenches of all cells as one matrix, (C (1 + 2 T), 6 L), of what wrenches on the links do."""
-        wrenches = self.surface.wrenches
-        rows, links = wrenches.reshape(-1, 6), self.surface.link.repeat(wrenches.shape[1])
-        return _sparse(rows, links, len(self.mechanics.links))
+        """The changes by forces in all cells as one matrix, ((1 + D) C, 6 L).
 
-    @cached_property
-    def _by_moment(self) -> "csr_array":
-        """The straddled moments likewise, (C, 3 X), of what moments do at the joint and on the link of each pair."""
-        link, _, number = self.surface.pairs
-        return _sparse(self.surface.straddled, number, len(link))
+        It is of what wrenches on the links do, and, if the finger only bends, moments at the joint and on the link of
+        each pair, (..., 3 X) more.
+        """
+        from scipy.sparse import block_diag
+
+        surface = self.surface
+        wrenches = np.swapaxes(surface.wrenches, 0, 1)
+        rows, links = wrenches.reshape(-1, 6), np.tile(surface.link, len(wrenches))
+        blocks = [_sparse(rows, links, len(self.mechanics.links))]
+        if self.mechanics.only_bends:
+            link, _, number = surface.pairs
+            blocks.append(_sparse(surface.straddled, number, len(link)))
+        return block_diag(blocks, "csr")
 
     def best(self, explained: Explained) -> tuple[ContactForce, Array, NDArray[np.int_]]:
         """The most probable contact, its torques at the joints, (..., D), and the side that it presses, (...)."""
         surface, heaviest = self.surface, explained.heaviest.value
-        left, _, _, posterior, _ = explained
+        left, _, posterior, _ = explained
         cells, force, z, of_z = heaviest.cells, heaviest.force, heaviest.z, heaviest.covariance
         vector, of_vector = _about_best(heaviest.weights, heaviest.vectors)
         sizes, deviations = transverse_forces(heaviest)
@@ -342,7 +348,7 @@ class SurfaceContact:
         """The forces on a side that explain sample k best."""
         from scipy.optimize import nnls
 
-        left, _, found, _, _ = explained
+        left, found, _, _ = explained
         surface, assumed = self.surface, self.mechanics.uncertainty
         smooth = np.flatnonzero(self._smooth_places & (surface.side == side))
         responses, usual, tangents = found.cells.response[k, smooth].T, self._possible.usual, surface.tangents
@@ -685,11 +691,13 @@ def _sparse(rows: Array, blocks: NDArray[np.int_], count: int) -> "csr_array":
 
     M, n = rows.shape
     indices = (n * blocks[:, None] + np.arange(n)).ravel()
-    return csr_array((rows.ravel(), indices, n * np.arange(M + 1)), shape=(M, n * count))
+    matrix = csr_array((rows.ravel(), indices, n * np.arange(M + 1)), shape=(M, n * count))
+    matrix.eliminate_zeros()
+    return matrix
 
 
 def _product(matrix: "csr_array", values: Array) -> Array:
-    """A sparse matrix, (M, B n), times (..., B, n, S)."""
-    flat = np.moveaxis(values, (-3, -2), (0, 1))
+    """A sparse matrix, (M, B), times (..., B, S), as (S, ..., M)."""
+    flat = np.moveaxis(values, (-2, -1), (0, 1))
     found = np.asarray(matrix @ flat.reshape(matrix.shape[1], -1))
-    return np.moveaxis(found.reshape(-1, *flat.shape[2:]), 0, -2)
+    return np.ascontiguousarray(found.T).reshape(*flat.shape[1:], -1)

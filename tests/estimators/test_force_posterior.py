@@ -21,6 +21,7 @@ from soft_gripper.estimators.force_posterior import (
     believed,
     contact_posterior,
     fitted,
+    whitened,
 )
 from soft_gripper.estimators.mechanics import Mechanics
 from soft_gripper.estimators.shape_estimator import POSTERIOR
@@ -44,7 +45,7 @@ def few_cells(count=12, width=0.0):
 
 def posterior(r, covariance, read, cells, forces=POSSIBLE):
     """The posterior of one force on a finger at rest."""
-    found = fitted(r, covariance, cells, forces.largest)
+    found = fitted(*whitened(r, covariance, cells), forces.largest)
     in_cells = believed(found, read, forces)
     return contact_posterior(found, in_cells, Later(lambda: in_cells), read, LENGTH, forces, NEAREST, np.zeros(()))
 
@@ -81,7 +82,7 @@ def test_the_posterior_is_the_dense_sum(r, width):
     assert found.misfit < 1
     prior = np.exp(-((FORCES / POSSIBLE.usual) ** 2) / 2)  # of forces that are equally spaced in their logarithm
     by_force = cells.prior @ likelihood * prior
-    of_cells = believed(fitted(np.array(r), COVARIANCE, cells, LARGEST), np.array(2), POSSIBLE)
+    of_cells = believed(fitted(*whitened(np.array(r), COVARIANCE, cells), LARGEST), np.array(2), POSSIBLE)
     assert of_cells.weight @ of_cells.mean == pytest.approx(by_force @ FORCES / by_force.sum(), rel=0.02, abs=0.07)
     upto = by_force.cumsum() / by_force.sum()
     lows = np.linspace(0, 0.05, 501)
@@ -112,8 +113,8 @@ def test_the_second_mode_is_the_likeliest_place_that_does_not_adjoin_the_first()
 
 def test_the_interval_encloses_that_with_equal_tails_on_the_flat_side_of_the_density():
     force = np.linspace(0, 1, 1001)
-    assert _interval(force**8, force)[0] == pytest.approx(0.025 ** (1 / 8), abs=1e-4)
-    assert _interval(1 - (1 - force) ** 8, force)[2] == pytest.approx(1 - 0.025 ** (1 / 8), abs=1e-4)
+    assert _interval(force[None] ** 8, force[None])[0, 0] == pytest.approx(0.025 ** (1 / 8), abs=1e-4)
+    assert _interval(1 - (1 - force[None]) ** 8, force[None])[0, 2] == pytest.approx(1 - 0.025 ** (1 / 8), abs=1e-4)
 
 
 def test_what_is_drawn_from_the_prior_lies_in_its_intervals():
