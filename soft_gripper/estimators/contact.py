@@ -182,11 +182,18 @@ class SurfaceContact:
         left, found, posterior, _ = explained
         length = self.mechanics.layout.finger.length
         nearest = self.mechanics.uncertainty.nearest_contact * length
-        several = None if self.mechanics.only_bends else self._corners(found.cells)
         heaviest = explained.heaviest
         transverse = Later(lambda: weighed(*transverse_forces(heaviest.value), heaviest.value.weights))
         return contact_posterior(
-            found, posterior, transverse, left.read, length, self._possible, nearest, left.moving, several
+            found,
+            posterior,
+            transverse,
+            left.read,
+            length,
+            self._possible,
+            nearest,
+            left.moving,
+            self._outermost(found.cells),
         )
 
     @property
@@ -399,13 +406,23 @@ class SurfaceContact:
         moved = frames > np.arange(at.screws.shape[-2])
         return np.asarray((moved * (at.screws @ in_base[..., None])[..., 0])[..., self.mechanics.from_chain])
 
-    def _corners(self, cells: Cells) -> Cells:
-        """Cells of each of several forces: on the middles and the sides of faces, with friction at the cone."""
+    def _outermost(self, cells: Cells) -> Cells:
+        """Cells of each of several forces, with friction at the cone: what others do, these do together.
+
+        If the finger only bends, these are those of the most friction in every place; else they are on the middles and
+        the sides of faces.
+        """
         surface = self.surface
-        chosen = np.flatnonzero(surface.rough & surface.on_face & (cells.place % 2 == 1))
-        response = cells.response[..., chosen, None, :] + _CORNERS @ cells.spreads[..., chosen, :, :]
-        response = response.reshape(*response.shape[:-3], -1, response.shape[-1])
-        chosen = np.repeat(chosen, len(_CORNERS))
+        if self.mechanics.only_bends:
+            rough = np.flatnonzero(surface.rough)
+            begins = np.diff(surface.arc_length[rough], prepend=np.nan, append=np.nan) != 0
+            chosen = rough[begins[:-1] | begins[1:]]
+            response = cells.response[..., chosen, :]
+        else:
+            chosen = np.flatnonzero(surface.rough & surface.on_face & (cells.place % 2 == 1))
+            response = cells.response[..., chosen, None, :] + _CORNERS @ cells.spreads[..., chosen, :, :]
+            response = response.reshape(*response.shape[:-3], -1, response.shape[-1])
+            chosen = np.repeat(chosen, len(_CORNERS))
         others = cells.place[chosen], cells.side[chosen], cells.prior[chosen], cells.angle[chosen]
         return Cells(response, cells.spreads, *others)
 
@@ -581,8 +598,9 @@ def _heaviest(posterior: Believed) -> tuple[Array, NDArray[np.int_]]:
 
 def _chosen(values: Array, numbers: NDArray[np.int_]) -> Array:
     """Values chosen for each sample, (..., C, ...), by their numbers, (..., K)."""
-    more = values.ndim - numbers.ndim
-    return np.take_along_axis(values, numbers.reshape(*numbers.shape, *[1] * more), axis=numbers.ndim - 1)
+    samples = np.arange(numbers.size // numbers.shape[-1]).reshape(*numbers.shape[:-1], 1)
+    flat = values.reshape(-1, *values.shape[numbers.ndim :])
+    return np.asarray(flat[numbers + values.shape[numbers.ndim - 1] * samples])
 
 
 def _within(r: Array, force: Array, response: Array, spreads: Array) -> tuple[Array, Array, Array]:
@@ -590,11 +608,27 @@ def _within(r: Array, force: Array, response: Array, spreads: Array) -> tuple[Ar
 
     Also their covariance, and their change with the force: what a larger one bends more, they take back.
     """
-    U = force[..., None, None] * spreads
-    covariance = np.linalg.inv(np.eye(U.shape[-2]) + U @ np.swapaxes(U, -1, -2))
-    rest = r[..., None, :] - force[..., None] * response
-    z, turn = np.moveaxis(covariance @ (U @ np.stack([rest, -response], axis=-1)), -1, 0)
-    return z, covariance, turn
+    # (S, ..., K) and (D, S, ..., K): sums over short first axes are quick
+    r, c = np.moveaxis(r, -1, 0)[..., None], np.moveaxis(response, -1, 0)
+    U = force * np.moveaxis(spreads, (-2, -1), (0, 1))
+    covariance = _inverse(
+        np.einsum("ds...,es...->de...", U, U) + np.eye(len(U)).reshape(*U.shape[:1] * 2, *[1] * force.ndim)
+    )
+    seen = np.einsum("ds...,s...->d...", U, r - force * c), np.einsum("ds...,s...->d...", U, -c)
+    z, turn = (np.moveaxis(np.einsum("de...,e...->d...", covariance, each), 0, -1) for each in seen)
+    return z, np.moveaxis(covariance, (0, 1), (-2, -1)), turn
+
+
+def _inverse(matrices: Array) -> Array:
+    """Inverses of small positive definite matrices, (D, D, ...), by Gauss and Jordan."""
+    found = matrices.copy()
+    for k in range(len(found)):
+        pivot = 1 / found[k, k]
+        row, column = found[k] * pivot, found[:, k].copy()
+        found -= column[:, None] * row
+        found[k], found[:, k] = row, -column * pivot
+        found[k, k] = pivot
+    return found
 
 
 def _forces(directions: Array, force: Array, std: Array, z: Array, of_z: Array, turn: Array) -> Array:

@@ -69,7 +69,7 @@ _EDGES, _FINER = 41, 2  # of the bins of force, and how often what holds nearly 
 _INTERVAL, _TAIL, _LOWER_TAILS = 0.95, 1e-4, 41
 _FIRST = 1.0  # N, force whose uncertainty within a cell is assumed first, if refined
 _NEGLIGIBLE = 1e-6  # weight of a cell, relative to the largest
-_TOGETHER = 40_000  # integrals of cells that are computed together: those fit into a processor's cache
+_TOGETHER = 20_000  # integrals of cells that are computed together: those fit into a processor's cache
 _BEYOND = 8.0  # standard deviations below 0, of a force that leaves nothing above
 _WIDE = 0.7  # deviation over mean of a force above 0, at most
 _TINY = 1e-30
@@ -187,7 +187,7 @@ def contact_posterior(
     forces: Forces,
     nearest: float,
     moving: Array,
-    several: Cells | None = None,
+    several: Cells,
 ) -> ContactPosterior:
     """The posterior of one force.
 
@@ -200,13 +200,12 @@ def contact_posterior(
         forces: which are possible.
         nearest: place from which the second bound holds, m.
         moving: 1 where a free finger in motion may have the bends, else 0, (...).
-        several: where each of several forces may act, whitened, if not in the cells of one.
+        several: where each of several forces may act, whitened.
     """
     from scipy.special import chdtri
 
     r, cells, fits, chi_squared = found
     largest = forces.largest
-    several = cells if several is None else several
     most_of_noise = chdtri(np.maximum(read - 2, 1), _CHANCE)
     misfit = chi_squared.min(axis=-1) / most_of_noise
     distribution = _distribution(posterior, largest)
@@ -267,30 +266,34 @@ def _fits(r: Array, cells: Cells, largest: float, refined: bool) -> Fits:
         np.moveaxis(c, -1, 0),
         np.moveaxis(deviations, (-2, -1), (0, 1)),
     )
+    vectors = [*deviations, c, r]
+    products = [[_dot(vector, other) for other in vectors[: i + 1]] for i, vector in enumerate(vectors)]
     if not refined:
-        return _fit(r, c, deviations, np.clip(_dot(c, r) / (_dot(c, c) + _TINY), 0, largest), largest)
-    first = _fit(r, c, deviations, np.full(c.shape[1:], _FIRST), largest)
-    return _fit(r, c, deviations, np.clip(first.force, 0, largest), largest)
+        return _fit(products, np.clip(products[-1][-2] / (products[-2][-1] + _TINY), 0, largest), largest)
+    first = _fit(products, np.full(c.shape[1:], _FIRST), largest)
+    return _fit(products, np.clip(first.force, 0, largest), largest)
 
 
-def _fit(r: Array, c: Array, deviations: Array, guess: Array, largest: float) -> Fits:
-    """Fits for guesses F_0 of the forces: each deviation u of the response turns the identity into I + u u^T.
+def _fit(products: list[list[Array]], guess: Array, largest: float) -> Fits:
+    """Fits for guesses F_0 of the forces: the deviations u of the response turn the identity into  M = I + sum u u^T .
 
-    Vectors are multiplied by the inverse square root of that, one u after the other.
+    The products are those of u, c and r with each other, (..., C), up to the diagonal. Elimination of all u leaves
+    c^T M^-1 c , c^T M^-1 r  and  r^T M^-1 r ; the pivots have the determinant of M.
     """
-    vectors, log_determinant = [r, c, *(guess * u for u in deviations)], np.zeros(guess.shape)
-    while len(vectors) > 2:
-        u = vectors.pop()
-        square = _dot(u, u)
-        log_determinant += np.log1p(square)
-        shrunk = (1 - 1 / np.sqrt(1 + square)) / (square + _TINY)
-        vectors = [v - shrunk * _dot(v, u) * u for v in vectors]
-    left, c = vectors
-    information = _dot(c, c) + (1e-3 / largest) ** 2  # where nothing bends, any force is equally likely
-    explained = _dot(c, left)
+    D = len(products) - 2
+    rows = [[product * guess ** ((i < D) + (k < D)) for k, product in enumerate(row)] for i, row in enumerate(products)]
+    determinant = np.ones(guess.shape)
+    for k in range(D):
+        pivot = rows[k][k] + 1.0
+        determinant *= pivot
+        for i in range(k + 1, D + 2):
+            share = rows[i][k] / pivot
+            for j in range(k + 1, i + 1):
+                rows[i][j] -= share * rows[j][k]
+    (*_, information), (*_, explained, left) = rows[-2:]
+    information += (1e-3 / largest) ** 2  # where nothing bends, any force is equally likely
     force = explained / information
-    unexplained = np.maximum(_dot(left, left) - force * explained, 0)
-    return Fits(force, information**-0.5, unexplained, log_determinant)
+    return Fits(force, information**-0.5, np.maximum(left - force * explained, 0), np.log(determinant))
 
 
 def _dot(x: Array, y: Array) -> Array:
@@ -326,7 +329,6 @@ def _several(r: Array, cells: Cells, beyond: NDArray[np.bool_], most_of_noise: A
     from scipy.optimize import nnls
 
     response = np.broadcast_to(cells.response, (*r.shape[:-1], *cells.response.shape[-2:]))
-    beyond = beyond & ~_between(response, cells)
     sides = [response[..., beyond & (cells.side == side), :] for side in np.unique(cells.side)]
     bound = np.zeros(r.shape[:-1])
     for sample in np.ndindex(bound.shape):
@@ -337,14 +339,6 @@ def _several(r: Array, cells: Cells, beyond: NDArray[np.bool_], most_of_noise: A
         possible = ((side, forces) for side, (forces, left) in zip(columns, best, strict=True) if left**2 <= level)
         bound[sample] = max(_largest_sum(side, forces, r[sample], level, largest) for side, forces in possible)
     return bound
-
-
-def _between(response: Array, cells: Cells) -> NDArray[np.bool_]:
-    """Cells halfway between two of the same side and place, which do nothing that these do not, (C)."""
-    off = np.abs(response[..., 2:, :] + response[..., :-2, :] - 2 * response[..., 1:-1, :])
-    halfway = (off <= _EQUAL * np.abs(response[..., 1:-1, :]).max(axis=-1, keepdims=True)).all(axis=-1)
-    alike = (cells.place[2:] == cells.place[:-2]) & (cells.side[2:] == cells.side[:-2])
-    return np.pad(alike & halfway.all(axis=tuple(range(halfway.ndim - 1))), 1)
 
 
 def _largest_sum(columns: Array, forces: Array, r: Array, level: float, largest: float) -> float:
@@ -610,18 +604,20 @@ def _normal_integral(x: Array, mean: Array, std: Array) -> Array:
     scale = _NODES / std
     at = x * scale
     at += _BEYOND * _NODES - mean * scale
-    np.fmin(np.fmax(at, 0.0, out=at), len(values) - 1.0, out=at)
-    node = at.astype(np.intp)
+    with np.errstate(invalid="ignore"):  # NaN is kept: whatever its node is
+        node = at.astype(np.intp)
     at -= node
-    at *= changes.take(node)
-    at += values.take(node)
+    at *= changes.take(node, mode="clip")
+    at += values.take(node, mode="clip")
     return at
 
 
 @cache
 def _table() -> tuple[Array, Array]:
-    """The integral at the nodes, and its change up to the next one."""
+    """The integral at the nodes, and its change up to the next one, 0 at both ends of the table and beyond."""
     from scipy.special import ndtr
 
-    values = ndtr(np.arange(2 * _BEYOND * _NODES + 2) / _NODES - _BEYOND)
-    return values[:-1], np.diff(values)
+    values = ndtr(np.arange(2 * _BEYOND * _NODES + 1) / _NODES - _BEYOND)
+    changes = np.diff(values, append=values[-1:])
+    changes[0] = 0.0
+    return values, changes

@@ -47,7 +47,9 @@ def posterior(r, covariance, read, cells, forces=POSSIBLE):
     """The posterior of one force on a finger at rest."""
     found = fitted(*whitened(r, covariance, cells), forces.largest)
     in_cells = believed(found, read, forces)
-    return contact_posterior(found, in_cells, Later(lambda: in_cells), read, LENGTH, forces, NEAREST, np.zeros(()))
+    return contact_posterior(
+        found, in_cells, Later(lambda: in_cells), read, LENGTH, forces, NEAREST, np.zeros(()), found.cells
+    )
 
 
 def cells_of(layout, q):
