@@ -64,7 +64,7 @@ _SET, _BOUND = 3.84, 2.71  # chi-squared of one degree of freedom: 95 % on two s
 _CHANCE = 1e-3  # that noise alone exceeds a misfit of 1
 _DECADES = 3  # of forces, below the largest
 _STRONGLY = 1e3  # draws to the largest sum, relative to the largest response
-_MOST_SETS, _EQUAL, _SINGULAR = 50, 1e-9, 1e-10  # of forces that are tried; relative
+_MOST_SETS, _EQUAL, _ALIKE, _SINGULAR = 50, 1e-9, 1e-7, 1e-10  # of forces that are tried; relative
 _EDGES, _FINER = 41, 2  # of the bins of force, and how often what holds nearly all is divided again
 _INTERVAL, _TAIL, _LOWER_TAILS = 0.95, 1e-4, 41
 _FIRST = 1.0  # N, force whose uncertainty within a cell is assumed first, if refined
@@ -352,15 +352,17 @@ def _largest_sum(columns: Array, forces: Array, r: Array, level: float, largest:
 
     sizes = np.abs(columns).max(axis=0)
     low, high, most, reached = 0.0, np.inf, _STRONGLY * sizes.max() + _TINY, 0.0
+    rows, aim = np.empty((len(r) + 1, len(sizes))), np.append(r, 0.0)
+    rows[:-1] = columns
     for _ in range(_MOST_SETS):
         pressing = forces > 0 if forces.any() else sizes <= sizes.min()
         m, total, best = _at_level(columns, columns[:, pressing], r, level)
-        if best or abs(m - reached) <= _EQUAL * m:  # not best: several sets have the same forces
+        if best or abs(m - reached) <= _ALIKE * m:  # not best: several sets have these forces
             break
         m = m if low < m < high else (low + high) / 2
         weight = min(math.sqrt(m / (2 * largest - min(max(total, 0.0), largest))), most)
-        rows = np.vstack([columns, np.full(columns.shape[1], weight)])
-        forces, _ = nnls(rows, np.append(r, 2 * weight * largest))
+        rows[-1], aim[-1] = weight, 2 * weight * largest
+        forces, _ = nnls(rows, aim)
         left, reached = r - columns @ forces, weight**2 * max(2 * largest - forces.sum(), 0.0)
         low, high = (reached, high) if left @ left <= level else (low, reached)
         if low == reached and forces.sum() >= largest:
@@ -370,9 +372,12 @@ def _largest_sum(columns: Array, forces: Array, r: Array, level: float, largest:
 
 def _at_level(columns: Array, pressing: Array, r: Array, level: float) -> tuple[float, float, bool]:
     """The multiplier m with which forces in some columns have the misfit `level`, their sum, and if none is larger."""
-    sought = np.stack([pressing.T @ r, np.ones(pressing.shape[1])], axis=-1)
-    first, more = _solved(pressing.T @ pressing, sought).T
-    least, turned = r - pressing @ first, pressing @ more
+    sought = np.ones((pressing.shape[1], 2))
+    sought[:, 0] = r @ pressing
+    solved = _solved(pressing.T @ pressing, sought)
+    first, more = solved.T
+    explained, turned = (pressing @ solved).T
+    least = r - explained
     m = math.sqrt(max(level - least @ least, 0.0) / max(turned @ turned, _TINY))
     forces, others = first + m * more, columns.T @ (least - m * turned) + m
     best = (forces >= 0).all() and others.max() <= _EQUAL * m
