@@ -216,9 +216,8 @@ class SurfaceContact:
             link, joint, _ = surface.pairs
             known.append(turn[..., link, :, :] @ np.diff(moments, axis=-3)[..., joint, :, :])  # (..., X, 3, S)
         known = [each.reshape(*each.shape[:-3], -1, each.shape[-1]) for each in known]
-        changes = _product(self._by_wrench, np.concatenate(known, axis=-2))
-        changes = changes.reshape(*changes.shape[:-1], -1, len(surface.place))  # (S, ..., 1 + D, C)
-        response, spreads = np.moveaxis(changes[..., 0, :], 0, -1), np.moveaxis(changes[..., 1:, :], (0, -2), (-1, -2))
+        changes = _product(self._by_wrench, np.concatenate(known, axis=-2), len(surface.place))  # (1 + D, S, ..., C)
+        response, spreads = np.moveaxis(changes[0], 0, -1), np.moveaxis(changes[1:], (0, 1), (-2, -1))
         return Cells(response, spreads, surface.place, surface.side, surface.prior, surface.angle)
 
     @cached_property
@@ -611,11 +610,10 @@ def _within(r: Array, force: Array, response: Array, spreads: Array) -> tuple[Ar
     # (S, ..., K) and (D, S, ..., K): sums over short first axes are quick
     r, c = np.moveaxis(r, -1, 0)[..., None], np.moveaxis(response, -1, 0)
     U = force * np.moveaxis(spreads, (-2, -1), (0, 1))
-    covariance = _inverse(
-        np.einsum("ds...,es...->de...", U, U) + np.eye(len(U)).reshape(*U.shape[:1] * 2, *[1] * force.ndim)
-    )
-    seen = np.einsum("ds...,s...->d...", U, r - force * c), np.einsum("ds...,s...->d...", U, -c)
-    z, turn = (np.moveaxis(np.einsum("de...,e...->d...", covariance, each), 0, -1) for each in seen)
+    products, identity = np.einsum("ds...,es...->de...", U, U), np.eye(len(U))
+    covariance = _inverse(products + identity.reshape(*identity.shape, *[1] * force.ndim))
+    seen = (np.einsum("ds...,s...->d...", U, vectors) for vectors in (r - force * c, -c))
+    z, turn = (np.moveaxis(np.einsum("de...,e...->d...", covariance, vectors), 0, -1) for vectors in seen)
     return z, np.moveaxis(covariance, (0, 1), (-2, -1)), turn
 
 
@@ -730,8 +728,9 @@ def _sparse(rows: Array, blocks: NDArray[np.int_], count: int) -> "csr_array":
     return matrix
 
 
-def _product(matrix: "csr_array", values: Array) -> Array:
-    """A sparse matrix, (M, B), times (..., B, S), as (S, ..., M)."""
+def _product(matrix: "csr_array", values: Array, cells: int) -> Array:
+    """A sparse matrix, (M C, B), times (..., B, S), as (M, S, ..., C)."""
     flat = np.moveaxis(values, (-2, -1), (0, 1))
     found = np.asarray(matrix @ flat.reshape(matrix.shape[1], -1))
-    return np.ascontiguousarray(found.T).reshape(*flat.shape[1:], -1)
+    by_cell = np.ascontiguousarray(np.swapaxes(found.reshape(-1, cells, found.shape[-1]), -1, -2))
+    return by_cell.reshape(-1, *flat.shape[1:], cells)
