@@ -330,32 +330,38 @@ def _several(r: Array, cells: Cells, beyond: NDArray[np.bool_], most_of_noise: A
 
     response = np.broadcast_to(cells.response, (*r.shape[:-1], *cells.response.shape[-2:]))
     sides = [response[..., beyond & (cells.side == side), :] for side in np.unique(cells.side)]
-    bound = np.zeros(r.shape[:-1])
+    bound, before = np.zeros(r.shape[:-1]), [np.zeros(side.shape[-2], bool) for side in sides]
     for sample in np.ndindex(bound.shape):
         columns = [side[sample].T for side in sides]
         best = [nnls(side, r[sample]) for side in columns]
         least = min(left for _, left in best) ** 2
         level = least + _BOUND * max(1.0, least / float(most_of_noise[sample]))
-        possible = ((side, forces) for side, (forces, left) in zip(columns, best, strict=True) if left**2 <= level)
-        bound[sample] = max(_largest_sum(side, forces, r[sample], level, largest) for side, forces in possible)
+        for i, (forces, left) in enumerate(best):
+            if left**2 <= level:
+                # Those of the sample before are often the right ones.
+                pressing = before[i] if before[i].any() else forces > 0
+                total, before[i] = _largest_sum(columns[i], pressing, r[sample], level, largest)
+                bound[sample] = max(bound[sample], total)
     return bound
 
 
-def _largest_sum(columns: Array, forces: Array, r: Array, level: float, largest: float) -> float:
-    """The largest sum of forces with a misfit of up to `level`, N, not more than `largest`.
+def _largest_sum(
+    columns: Array, pressing: NDArray[np.bool_], r: Array, level: float, largest: float
+) -> tuple[float, NDArray[np.bool_]]:
+    """The largest sum of forces with a misfit of up to `level`, N, not more than `largest`, and which are above zero.
 
     Drawn to a larger sum, with a multiplier m, forces leave  e = r - C f  with  C^T e <= -m , and equality for those
     above zero. While these are the same, e is linear in m, and the level gives m. Which are above zero is found by
-    least squares with this m; the first ones are the `forces` that fit best.
+    least squares with this m; those that are `pressing` are tried first.
     """
     from scipy.optimize import nnls
 
     sizes = np.abs(columns).max(axis=0)
-    low, high, most, reached = 0.0, np.inf, _STRONGLY * sizes.max() + _TINY, 0.0
+    low, high, most, reached = 0.0, np.inf, _STRONGLY * sizes.max() + _TINY, np.inf
     rows, aim = np.empty((len(r) + 1, len(sizes))), np.append(r, 0.0)
     rows[:-1] = columns
     for _ in range(_MOST_SETS):
-        pressing = forces > 0 if forces.any() else sizes <= sizes.min()
+        pressing = pressing if pressing.any() else sizes <= sizes.min()
         m, total, best = _at_level(columns, columns[:, pressing], r, level)
         if best or abs(m - reached) <= _ALIKE * m:  # not best: several sets have these forces
             break
@@ -363,11 +369,12 @@ def _largest_sum(columns: Array, forces: Array, r: Array, level: float, largest:
         weight = min(math.sqrt(m / (2 * largest - min(max(total, 0.0), largest))), most)
         rows[-1], aim[-1] = weight, 2 * weight * largest
         forces, _ = nnls(rows, aim)
+        pressing = forces > 0
         left, reached = r - columns @ forces, weight**2 * max(2 * largest - forces.sum(), 0.0)
         low, high = (reached, high) if left @ left <= level else (low, reached)
         if low == reached and forces.sum() >= largest:
-            return largest
-    return min(total, largest)
+            return largest, pressing
+    return min(total, largest), pressing
 
 
 def _at_level(columns: Array, pressing: Array, r: Array, level: float) -> tuple[float, float, bool]:
@@ -508,7 +515,7 @@ class _Masses(NamedTuple):
 
     def integrals(self, edges: Array) -> Array:
         """Integrals of a sample's densities from its first edge up to each, (N, E)."""
-        parts = np.array_split(edges.T, math.ceil(len(self.weights) * edges.shape[-1] / _TOGETHER))
+        parts = np.array_split(edges.T, 1 + len(self.weights) * edges.shape[-1] // _TOGETHER)
         below = np.concatenate([self._below(part) for part in parts])
         between = np.maximum(np.diff(below, axis=0), 0) / np.sqrt(edges[:, 1:] * edges[:, :-1]).T
         return np.pad(between.cumsum(axis=0), ((1, 0), (0, 0))).T
@@ -539,8 +546,8 @@ def _distribution(posterior: Believed, largest: float) -> _Distribution:
     weights, forces, stds = (each.reshape(-1, each.shape[-1]) for each in (weights, posterior.force, posterior.std))
     kept = (weights > _NEGLIGIBLE) & (forces > -_BEYOND * stds)
     kept[np.arange(len(kept)), weights.argmax(axis=-1)] = True
-    samples, begins = np.nonzero(kept)[0], np.append(0, kept.sum(axis=-1).cumsum()[:-1])
-    masses = _Masses(begins, samples, weights[kept], forces[kept], stds[kept])
+    samples, counts = np.nonzero(kept)[0], kept.sum(axis=-1)
+    masses = _Masses(counts.cumsum() - counts, samples, weights[kept], forces[kept], stds[kept])
     edges = _divided(np.full(len(kept), largest / 10**_DECADES), np.full(len(kept), largest))
     return _Distribution(masses, edges, masses.integrals(edges))
 

@@ -6,7 +6,7 @@ from loaded_fingers import Push, in_balance, vector
 from scipy.optimize import brentq, nnls
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
-from scipy.special import chdtri
+from scipy.special import chdtri, ndtr
 
 from soft_gripper.estimators.batches import Later
 from soft_gripper.estimators.contact import ContactShape, SurfaceContact
@@ -18,6 +18,7 @@ from soft_gripper.estimators.force_posterior import (
     Forces,
     _interval,
     _joined,
+    _normal_integral,
     believed,
     contact_posterior,
     fitted,
@@ -117,6 +118,11 @@ def test_the_interval_encloses_that_with_equal_tails_on_the_flat_side_of_the_den
     force = np.linspace(0, 1, 1001)
     assert _interval(force[None] ** 8, force[None])[0, 0] == pytest.approx(0.025 ** (1 / 8), abs=1e-4)
     assert _interval(1 - (1 - force[None]) ** 8, force[None])[0, 2] == pytest.approx(1 - 0.025 ** (1 / 8), abs=1e-4)
+
+
+def test_the_table_of_the_normal_integral_is_exact_to_3e_8_and_keeps_nan():
+    x = np.append(np.linspace(-40, 40, 100_003), [np.nan, -1e9, 1e9])
+    np.testing.assert_allclose(_normal_integral(0.3 * x + 2, np.array(2.0), np.array(0.3)), ndtr(x), rtol=0, atol=3e-8)
 
 
 def test_what_is_drawn_from_the_prior_lies_in_its_intervals():
@@ -296,3 +302,23 @@ def test_a_piece_of_the_likelihood_set_is_a_connected_component(around):
         begin[tuple(rng.choice(np.argwhere(likely)))] = True
         expected = likely & (component == component[begin])
         np.testing.assert_array_equal(_joined(begin, likely, around), expected)
+
+
+@pytest.mark.parametrize("sections", [2, 4])
+def test_friction_at_the_cone_bounds_what_any_friction_does(shipped_finger, sections):
+    """The bound of several forces with the most friction alone is that of forces in all cells."""
+    layout, possible, rng = SensorLayout(shipped_finger, sections), Forces(2.0, 100.0), np.random.default_rng(3)
+    q = in_balance(shipped_finger, 60e3, 9.81, [Push(0.08, 0.5)])
+    contact = SurfaceContact(Mechanics(layout, Uncertainty(friction=0.45)))
+    cells = contact.cells(q, contact.mechanics.posture(q), layout.matrix / 1e-3)
+    r = cells.response[[100, 420]].sum(axis=0) + rng.standard_normal((4, sections))
+    found = fitted(r, cells, possible.largest)
+    in_cells, read = believed(found, np.full(4, sections), possible), np.full(4, sections)
+    bounds = [
+        contact_posterior(
+            found, in_cells, Later(lambda: in_cells), read, LENGTH, possible, NEAREST, np.zeros(4), several
+        ).force_bounds
+        for several in (cells, contact._outermost(cells))
+    ]
+    assert len(contact._outermost(cells).place) < len(cells.place) / 2
+    np.testing.assert_allclose(bounds[1], bounds[0], rtol=1e-6)
