@@ -77,7 +77,7 @@ from numpy.typing import NDArray
 from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array
 from soft_gripper.estimators.batches import in_parts, shared
-from soft_gripper.estimators.contact import SurfaceContact, Unexplained
+from soft_gripper.estimators.contact import Explained, SurfaceContact, Unexplained
 from soft_gripper.estimators.estimate import ShapeEstimate
 from soft_gripper.estimators.force_posterior import ContactPosterior
 from soft_gripper.estimators.gaussian import gain_of
@@ -241,17 +241,24 @@ class RecursiveShape:
     def _estimate(
         self, q: Array, mean: Array, covariance: Array, away: Array, loaded: Array, driving: Array
     ) -> ShapeEstimate:
-        left, by_joint = self._unexplained(q, mean, covariance, away, driving)
-        contact, _ = self.contact.stated(self.contact.explain(left))
+        explained, by_joint = shared(RecursiveShape._explained, self, q, mean, covariance, away, driving)
+        contact, _ = self.contact.stated(explained)
         of_joints = by_joint @ covariance @ np.swapaxes(by_joint, -1, -2) + self.mechanics.deviations
         of_joints = of_joints + outer((1 - loaded)[..., None] * self.uncertainty.gain * q)
         if self.layout.calibrated is not None:
-            of_joints = of_joints + self._away_from_states(left, away, loaded) + self.mechanics.of_scale(q)
+            of_joints = of_joints + self._away_from_states(explained.left, away, loaded) + self.mechanics.of_scale(q)
         return ShapeEstimate(q, of_joints, contact)
 
     def _posterior(self, q: Array, mean: Array, covariance: Array, away: Array, driving: Array) -> ContactPosterior:
-        left, _ = self._unexplained(q, mean, covariance, away, driving)
-        return self.contact.posterior(self.contact.explain(left))
+        explained, _ = shared(RecursiveShape._explained, self, q, mean, covariance, away, driving)
+        return self.contact.posterior(explained)
+
+    def _explained(
+        self, q: Array, mean: Array, covariance: Array, away: Array, driving: Array
+    ) -> tuple[Explained, Array]:
+        """The forces in all cells, and the Jacobian of the joints with respect to the states."""
+        left, by_joint = self._unexplained(q, mean, covariance, away, driving)
+        return self.contact.explain(left), by_joint
 
     def _away_from_states(self, left: Unexplained, away: Array, loaded: Array) -> Array:
         """Covariance of the joints, (..., D, D), due to errors away from a calibration.

@@ -1,11 +1,9 @@
 """Contacts in space: what a force does to the readings, forces found again, and the posterior by dense conditioning."""
 
 from dataclasses import fields, replace
-from unittest.mock import patch
 
 import numpy as np
 import pytest
-from scipy.optimize import nnls
 
 from soft_gripper.estimators.contact import ContactShape, _about_best, _forces
 from soft_gripper.estimators.contact_cells import SurfaceCells
@@ -244,13 +242,3 @@ def test_a_place_is_as_uncertain_as_readings_leave_it_within_the_cell_that_is_pr
     else:
         assert contact.arc_length_std < 0.1 * length
     assert contact.arc_length == pytest.approx(surface.arc_length[number], abs=0.1 * length)
-
-
-def test_the_bound_of_several_forces_is_found_in_a_few_searches():
-    """Though several sets of forces in space often have the same sum."""
-    found, contacts = estimator(4), contacts_in_space(16, 0.2, 3)
-    known = found.posterior(*(values[:1] for values in read(found, contacts, 1e-3)))
-    assert known.force_bounds.shape == (1, 3)
-    with patch("scipy.optimize.nnls", side_effect=nnls) as search:
-        found.posterior(*read(found, contacts, 1e-3))
-    assert search.call_count < 12 * 16
