@@ -341,7 +341,7 @@ def _several(r: Array, cells: Cells, beyond: NDArray[np.bool_], most_of_noise: A
                 # Those of the sample before are often the right ones.
                 pressing = before[i] if before[i].any() else forces > 0
                 total, before[i] = _largest_sum(columns[i], pressing, r[sample], level, largest)
-                bound[sample] = max(bound[sample], total)
+                bound[sample] = max(float(bound[sample]), total)
     return bound
 
 
