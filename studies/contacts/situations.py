@@ -176,7 +176,7 @@ DIFFERENCES = {
     "a border between sections 10 mm off": Statics(_contacts_on_faces, border_shift=BORDER_SHIFT),
     "forces of 2 to 5 N before a third of the length": Statics(partial(_contacts_on_faces, places=NEAR, forces=STRONG)),
     "sliding with friction of 1.3": Statics(partial(_contacts_on_faces, friction=ROUGH, share=1.0)),
-    "a neo-Hookean plant": Statics(partial(_contacts_on_faces, finger=RUBBER.finger)),
+    "a neo-Hookean plant": Statics(partial(_contacts_on_faces, finger=lambda: RUBBER.finger(read_finger()))),
 }
 PEG, ARM = ("peg, at rest", "peg, after a step"), ("carried by an arm",)
 _contacts = cache(lambda make, number, seed: make(number, seed))  # the same for all cases
