@@ -187,7 +187,7 @@ _COLORS = "#0072b2", "#009e73", "#d55e00", "#cc79a7", "#e69f00", "#56b4e9", "#00
 def coverage_figure(rows: Sequence[Any]) -> Figure:
     """Shares of intervals and of bounds that are true, by tenths of the length, a line a situation."""
     panels = list(product(("interval", "bound_beyond"), ("2", "4")))
-    cases = list(dict.fromkeys((row["sensors"], row["model"]) for row in rows))
+    cases = list(dict.fromkeys((row.sensors, row.model) for row in rows))
     places = np.array(_TENTHS) / 10 + 0.05
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(3 * len(cases), 2.3 * len(panels)), layout="constrained")

@@ -2,9 +2,8 @@
 
 import argparse
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import product
-from typing import Annotated, Any
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -14,29 +13,12 @@ from soft_gripper.extras.paper.claims import Claim
 from soft_gripper.extras.paper.commands.printing import print_claims
 from soft_gripper.files.row_table import columns, print_rows
 from soft_gripper.pictures.style import STYLE, save_figure
-from studies.drift.hour import MINUTES, POLICIES, DriftRow, drift_rows
+from studies.drift.hour import MINUTES, POLICIES, DriftRow, PolicyRow, drift_rows
 from studies.kept_rows import counted_jobs, kept_rows
 
 TABLE, SUMMARY, FIGURE = "drift_parts.csv", "drift.csv", "drift"
 COVERED = 90.0, 99.0  # %, at the last minute, under each policy
 LARGEST_TIP = 2.9  # % of the length, under the best policy
-
-
-@dataclass(frozen=True)
-class PolicyRow:
-    """All parts of the study under one policy, in the SPAN before `minute`."""
-
-    policy: str
-    minute: int
-    pose_mm: Annotated[float, ".2f"]  # mean
-    tip_mm: Annotated[float, ".2f"]  # mean
-    tip_percent: Annotated[float, ".2f"]  # of the length
-    shape_covered_percent: Annotated[float, ".1f"]
-    force_error_n: Annotated[float, ".3f"]  # median of each part, in the mean
-    force_width_n: Annotated[float, ".3f"]  # likewise
-    force_covered_percent: Annotated[float, ".1f"]  # of what is stated
-    force_stated_percent: Annotated[float, ".1f"]
-    samples: int
 
 
 def run(options: argparse.Namespace) -> int:

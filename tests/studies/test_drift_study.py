@@ -15,12 +15,13 @@ from soft_gripper.files.row_table import read_csv
 from studies import kept_rows
 from studies.contacts.contacts import read_finger
 from studies.drift import drift as study
-from studies.drift.drift import FIGURE, SUMMARY, TABLE, PolicyRow, drift_claims, summary
+from studies.drift.drift import FIGURE, SUMMARY, TABLE, drift_claims, summary
 from studies.drift.grasps import Grasps
 from studies.drift.hour import (
     MINUTES,
     POLICIES,
     DriftRow,
+    PolicyRow,
     held_rows,
     hour_of,
     in_free_motion,

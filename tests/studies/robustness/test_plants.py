@@ -45,10 +45,10 @@ def test_a_tapered_finger_bends_about_as_far_at_its_pressures(shipped_finger) ->
 
 
 @pytest.mark.parametrize("plant", PLANTS, ids=lambda plant: plant.name)
-def test_stations_have_these_fingers(tmp_path, plant) -> None:
+def test_stations_have_these_fingers(tmp_path, shipped_finger, plant) -> None:
     """Of a scenario whose peg a thicker finger would overlap."""
     station = make_station(plant.scenario("obstructed_outside", tmp_path))
-    assert {finger.finger.segments for finger in station.fingers} == {plant.segments}
+    assert {finger.finger.segments for finger in station.fingers} == {plant.finger(shipped_finger).segments}
     assert station.scenario.pressure.steps["all"][-1] == pytest.approx(-50e3 * plant.pressure)
     assert station.scenario.plant_config.time_step == plant.time_step
 
@@ -84,7 +84,7 @@ def test_samples_are_those_of_the_held_steps(held) -> None:
 
 
 def test_true_points_are_those_of_the_samples_that_are_read(held) -> None:
-    tips = held.recording.samples(f"{held.finger.name}.true_joint_positions")[held.samples]
+    tips = held.recording.samples(f"{held.finger.name}.true_tip_position")[held.samples]
     np.testing.assert_allclose(held.points(np.array([held.simulated.length]))[:, 0], tips, rtol=0, atol=1e-15)
 
 
