@@ -100,9 +100,9 @@ def summary(
         key = RUBBER.name, scenario, name
         chosen = {row.sections: row for row in plants if (row.plant, row.scenario, row.estimator) == key}
         if not math.isnan(chosen[2].coverage):
-            cells = [errors([chosen[n]]) for n in counts]
+            one, two, four = (errors([chosen[n]]) for n in counts)
             table = "another plant: mean/95th percentile [mm]"
-            yield SummaryRow(table, scenario, name, *cells, f"{100 * chosen[2].coverage:.0f}")
+            yield SummaryRow(table, scenario, name, one, two, four, f"{100 * chosen[2].coverage:.0f}")
 
 
 def run(options: argparse.Namespace) -> int:

@@ -254,7 +254,7 @@ def plant_table(
 
     rows = []
     for (_, sections, estimator), found in errors_by(fingers, nominals, errors, seeds, estimators).items():
-        *pose, coverage = in_mm(found)
+        mean, p95, worst, coverage = in_mm(found)
         tip = 1e3 * float(found.tip.mean())
-        rows.append(PlantRow(plant.name, name, estimator, sections, *pose, tip, coverage, seeds))
+        rows.append(PlantRow(plant.name, name, estimator, sections, mean, p95, worst, tip, coverage, seeds))
     return rows

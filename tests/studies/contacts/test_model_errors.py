@@ -23,6 +23,7 @@ from studies.contacts.situations import DIFFERENCES, MODELS, NOMINAL, Case, Stat
 from studies.contacts.statics import rubbing_contacts
 from studies.robustness.plants import RUBBER
 
+FAR = 0.42, 0.99  # of the length, where a finger is usually touched
 FOUR = Case(4, realistic=False, model=NOMINAL)
 
 
@@ -34,7 +35,7 @@ def test_a_graded_finger_is_stiffer_at_its_base_and_its_neutral_axis_stays():
 
 
 def test_contacts_of_rubber_are_in_balance():
-    contacts = rubbing_contacts(20, 0.45, 1.0, 2, finger=RUBBER.finger(read_finger()))
+    contacts = rubbing_contacts(20, 2, 0.45, 1.0, FAR, lambda: RUBBER.finger(read_finger()))
     finger = contacts.finger
     weight = gravity_torque(finger, contacts.q, as_planar(contacts.gravity[:, ::2])[:, None])
     loads = finger.pressure_torque(contacts.pressure) + weight + contacts.torque
