@@ -98,11 +98,11 @@ COMMANDS = (
         "count how often what `contact` states is true, where finger or scene differ from what is declared",
         *CONSOLE,
         count("--contacts", "number of contacts in each case, and of free fingers", 500),
-        *(SEED, *EXECUTOR, out("results/model_errors")),
-        examples=("", "--contacts 50"),
+        *(SEED, RESUME, *EXECUTOR, out("results/model_errors")),
+        examples=("", "--contacts 50 --resume"),
     ),
     _estimates(
-        "commands",
+        "drift",
         "drift",
         "estimate shape and force during an hour of grasping with sensors that drift, by policies of zeroing them",
         *CONSOLE,
@@ -111,7 +111,7 @@ COMMANDS = (
         examples=("", "--parts 4 --resume"),
     ),
     _estimates(
-        "commands",
+        "robustness",
         "robustness",
         "repeat an evaluation with sensor errors, wrong nominal models and other plants",
         *(*CONSOLE, out("results/evaluation"), *EXECUTOR, RESUME),

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from soft_gripper.files.output import lock_folder
-from soft_gripper.files.row_table import headings, print_table, write_csv
+from soft_gripper.files.row_table import print_rows, write_csv
 from soft_gripper.runs.executor import open_executor
 from studies.contacts.contacts import Contacts, load_contacts, save_contacts
 from studies.contacts.estimates import ESTIMATOR, check_estimator
@@ -19,11 +19,11 @@ from studies.contacts.trials import (
     ERRORS,
     FIGURE,
     SCORES,
-    ContactErrorRow,
     score_contacts,
 )
 
 TABLE, ARRAYS = "contacts.csv", "contacts.nc"
+_UNPRINTED = "side", "contacts", "friction", "force_within_2_std_percent", "place_within_2_std_percent"
 
 
 def run(options: argparse.Namespace) -> None:
@@ -36,7 +36,8 @@ def run(options: argparse.Namespace) -> None:
     contacts = _simulate(options, out) if kept is None else kept
     with options.console.counter(SCORES * len(estimators), "scores") as bar:
         rows = score_contacts(contacts, out, bar.update, estimators)
-    _print_errors(rows)
+    title = "errors of both sides, relative to force and length; borders of sections in mm"
+    print_rows([row for row in rows if row.side == BOTH], title, leave=_UNPRINTED)
     lost = sum(row.found_percent == 0 for row in rows)
     if lost:
         print(f"note: no contact was detected in {lost} of {len(rows)} rows: their errors are NaN", file=sys.stderr)
@@ -68,28 +69,3 @@ def _print_summary(contacts: Sequence[Contact]) -> None:
     reasons = Counter(reason for contact in contacts for reason in contact.redrawn)
     listed = ", ".join(f"{count} {reason}" for reason, count in reasons.most_common())
     print(f"{reasons.total():5} drawn again" + (f": {listed}" if listed else ""))
-
-
-_ERRORS = [f"{of}_{statistic}_percent" for of in ("force", "place") for statistic in ("mean", "median", "90")]
-
-
-def _print_errors(rows: Sequence[ContactErrorRow]) -> None:
-    """Prints the errors of both sides together; the table also lists them by side."""
-    columns = {"estimator": "", "sections": "", "sensors": "", "stiffness": "", "calibrated": "", "found [%]": ".0f"}
-    title = "errors (mean, median, 90th percentile), relative to force and length; section boundaries in mm"
-    print_table(columns | headings(ContactErrorRow, _ERRORS), [_cells(row) for row in rows if row.side == BOTH], title)
-
-
-def _cells(row: ContactErrorRow) -> list[str | float]:
-    sensors = f"{row.sensors} {row.averaged}" if row.averaged > 1 else row.sensors
-    nominal = row.nominal.removeprefix("youngs_modulus ").removeprefix("as simulated") or "exact"
-    layout = f"{row.sections}: {row.borders}"
-    return [
-        row.estimator,
-        layout,
-        sensors,
-        nominal,
-        row.calibration,
-        row.found_percent,
-        *(getattr(row, name) for name in _ERRORS),
-    ]

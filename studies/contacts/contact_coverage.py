@@ -7,10 +7,9 @@ are counted by themselves.
 
 import argparse
 from collections.abc import Callable, Sequence
-from concurrent.futures import Executor
+from dataclasses import make_dataclass
 from itertools import product
-from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import matplotlib as mpl
 import numpy as np
@@ -19,11 +18,8 @@ from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
 from soft_gripper.estimators.force_posterior import DETECTED
-from soft_gripper.files.output import lock_folder
-from soft_gripper.files.row_table import print_table
+from soft_gripper.files.row_table import print_rows
 from soft_gripper.pictures.style import STYLE, save_figure
-from soft_gripper.runs.executor import open_executor
-from soft_gripper.runs.study import StudyTables
 from studies.contacts.situations import (
     ARM,
     MODELS,
@@ -36,8 +32,9 @@ from studies.contacts.situations import (
     pressed,
 )
 from studies.contacts.trials import statistics
+from studies.kept_rows import counted_jobs, kept_rows
 
-TABLE, ABOUT, FIGURE = "contact_coverage.csv", "contact_coverage.txt", "contact_coverage"
+TABLE, FIGURE = "contact_coverage.csv", "contact_coverage"
 SITUATIONS = (*STATICS, *PEG, *ARM)
 CASES = tuple(Case(*each) for each in product((2, 4), (False, True), MODELS))
 ENOUGH = 92.0  # %, of the bar
@@ -61,7 +58,11 @@ WIDTHS = (
     "transverse_rms_z",
 )
 COLUMNS = (*KEYS, *SHARES, *ERRORS, *WIDTHS)
-Row = dict[str, str]
+# Cells of numbers stand on the right.
+CoverageRow: Any = make_dataclass(
+    "CoverageRow", [(name, str if name in KEYS else Annotated[str, ">"]) for name in COLUMNS], frozen=True
+)
+CoverageRow.__module__ = __name__  # for the processes that make the rows
 Job = tuple[str, Case]
 
 
@@ -70,7 +71,7 @@ def key_of(situation: str, case: Case) -> tuple[str, ...]:
     return situation, str(case.sections), case.sensors, case.model
 
 
-def coverage_row(situation: str, case: Case, stated: Stated) -> Row:
+def coverage_row(situation: str, case: Case, stated: Stated) -> Any:
     """Shares of what is stated that is true, %, and errors of forces, N, and places, % of the length.
 
     The interval counts where it is stated; bounds where they are below the largest force; the place where it is known.
@@ -118,7 +119,7 @@ def coverage_row(situation: str, case: Case, stated: Stated) -> Row:
             part = detected & (begin <= stated.place) & (stated.place < end)
             row[f"{band}_width_{third}"] = f"{_average(np.median, (widths / true_force)[part]):.3g}"
             row[f"{band}_score_{third}"] = f"{_average(np.mean, (scores / true_force)[part]):.3g}"
-    return row | {"transverse_rms_z": f"{rms_z(stated):.3g}"}
+    return CoverageRow(**row, transverse_rms_z=f"{rms_z(stated):.3g}")
 
 
 def interval_score(interval: Array, true: Array) -> Array:
@@ -157,7 +158,7 @@ def _percent(holds: NDArray[np.bool_]) -> str:
     return f"{100 * holds.mean():.1f}" if len(holds) else "nan"
 
 
-def rows_of(kind: str, case: Case, number: float, seed: int) -> list[Row]:
+def rows_of(kind: str, case: Case, number: float, seed: int) -> list[Any]:
     """The rows of a job: one of a situation by statics, or those of runs with a peg or with an arm.
 
     `number` is the size of the study, relative to that of the docs.
@@ -169,58 +170,24 @@ def rows_of(kind: str, case: Case, number: float, seed: int) -> list[Row]:
     return [coverage_row(kind, case, drawn(STATICS[kind], case, max(round(number * CONTACTS), 1), seed))]
 
 
-def coverage_jobs() -> list[Job]:
-    """Kinds and cases of situations, those that take longest first."""
-    known = product(["arm", "peg", *reversed(STATICS)], CASES)
-    # With realistic sensors, the task of the arm does not hold its box.
-    return [(kind, case) for kind, case in known if kind != "arm" or not case.realistic]
-
-
-def _keys(job: Job) -> list[tuple[str, ...]]:
-    """The keys of the rows of a job."""
-    kind, case = job
-    return [key_of(situation, case) for situation in {"peg": PEG, "arm": ARM}.get(kind, (kind,))]
-
-
-def run_coverage(
-    folder: Path, number: float, seed: int, executor: Executor, report: Callable[[Job], Any], resume: bool = False
-) -> list[Row]:
-    """Runs the study, writes its table and figure, and returns the rows.
-
-    Args:
-        folder: of the files.
-        number: size of the study, relative to that of the docs.
-        seed: of all that is random.
-        executor: makes the calls.
-        report: called with each of `coverage_jobs` as it ends, or at once if its rows exist.
-        resume: keep existing rows.
-
-    Raises:
-        InputError: if the study to be resumed is another one.
-    """
-    tables = StudyTables(folder, ABOUT, {TABLE: COLUMNS}, len(KEYS))
-    tables.begin(f"seed: {seed}\nsize: {number}\n", resume)
-    jobs = {job: (*job, number, seed) for job in coverage_jobs()}
-
-    def keep(job: Job, rows: list[Row]) -> None:
-        for row in rows:
-            tables.add([row[column] for column in COLUMNS])
-
-    tables.run(executor, rows_of, jobs, keep, ended=report, keys=_keys)
-    order = [key_of(situation, case) for situation in SITUATIONS for case in CASES]
-    tables.finish([key for key in order if key in tables.rows])
-    rows = [dict(zip(COLUMNS, found[0], strict=True)) for found in tables.rows.values()]
-    save_figure(coverage_figure(rows), folder / FIGURE)
-    return rows
+def coverage_jobs() -> dict[Job, list[tuple[str, ...]]]:
+    """Kinds and cases of situations, those that take longest first, and the keys of their rows."""
+    situations = {"arm": ARM, "peg": PEG} | {name: (name,) for name in reversed(STATICS)}
+    return {
+        (kind, case): [key_of(situation, case) for situation in situations[kind]]
+        for kind, case in product(situations, CASES)
+        # With realistic sensors, the task of the arm does not hold its box.
+        if situations[kind] and (kind != "arm" or not case.realistic)
+    }
 
 
 _COLORS = "#0072b2", "#009e73", "#d55e00", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#999999", "#7f3c8d", "#8c564b"
 
 
-def coverage_figure(rows: Sequence[Row]) -> Figure:
+def coverage_figure(rows: Sequence[Any]) -> Figure:
     """Shares of intervals and of bounds that are true, by tenths of the length, a line a situation."""
     panels = list(product(("interval", "bound_beyond"), ("2", "4")))
-    cases = list(dict.fromkeys((row["sensors"], row["model"]) for row in rows))
+    cases = list(dict.fromkeys((row.sensors, row.model) for row in rows))
     places = np.array(_TENTHS) / 10 + 0.05
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(3 * len(cases), 2.3 * len(panels)), layout="constrained")
@@ -229,11 +196,11 @@ def coverage_figure(rows: Sequence[Row]) -> Figure:
             line[0].set_ylabel(f"{sections} sections: {field.replace('_', ', ')}\ntrue [%]")
             for case, panel in zip(cases, line, strict=True):
                 panel.axhline(ENOUGH, color="0.6", lw=0.8, ls="--")
-                chosen = [row for row in rows if (row["sections"], row["sensors"], row["model"]) == (sections, *case)]
+                chosen = [row for row in rows if (row.sections, row.sensors, row.model) == (sections, *case)]
                 for row in chosen:
-                    shares = [float(cell) for cell in row[f"{field}_by_tenth"].split()]
-                    color = _COLORS[SITUATIONS.index(row["situation"])]
-                    panel.plot(places, shares, color=color, marker="o", ms=2.5, lw=1.2, label=row["situation"])
+                    shares = [float(cell) for cell in getattr(row, f"{field}_by_tenth").split()]
+                    color = _COLORS[SITUATIONS.index(row.situation)]
+                    panel.plot(places, shares, color=color, marker="o", ms=2.5, lw=1.2, label=row.situation)
                 panel.set(ylim=(39, 101), xlim=(0.1, 1))
         for case, panel in zip(cases, axes[0], strict=True):
             panel.set_title(f"{case[0]} sensors; model {case[1]}", fontsize="medium")
@@ -246,12 +213,14 @@ def coverage_figure(rows: Sequence[Row]) -> Figure:
 
 def run(options: argparse.Namespace) -> None:
     """Runs the command."""
-    executor, out = open_executor(options.jobs, options.scheduler), lock_folder(options.out)
-    kept = "--resume goes on with them"
-    with options.console.jobs(len(coverage_jobs()), "cases", kept) as ended, executor as opened:
-        rows = run_coverage(out, options.size, options.seed, opened, lambda job: ended(), options.resume)
-    names = [name for name in COLUMNS if not name.endswith("by_tenth")]  # which the table and the figure have
-    headings = {name.replace("_", " "): "" if name in KEYS else ">" for name in names}
-    print_table(headings, [[row[name] for name in names] for row in rows])
-    options.console.document["coverage"] = rows
-    options.console.wrote(*(out / file for file in (TABLE, f"{FIGURE}.png", f"{FIGURE}.svg")))
+    file, jobs, settings = options.out / TABLE, coverage_jobs(), {"size": options.size, "seed": options.seed}
+    with counted_jobs(options, len(jobs), "cases") as (executor, ended):
+        rows = kept_rows(
+            *(file, CoverageRow, rows_of, jobs, settings, executor, ended, options.resume),
+            order=lambda key: SITUATIONS.index(key[0]),
+        )
+    save_figure(coverage_figure(rows), options.out / FIGURE)
+    # The figure and the table have shares of tenths.
+    print_rows(rows, leave=[name for name in COLUMNS if name.endswith("by_tenth")])
+    options.console.table("coverage", rows)
+    options.console.wrote(file, *(options.out / f"{FIGURE}.{kind}" for kind in ("png", "svg")))

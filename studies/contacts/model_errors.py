@@ -5,23 +5,18 @@ that nothing touches.
 """
 
 import argparse
-from collections.abc import Callable
-from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import partial
 from itertools import product
-from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 
 from soft_gripper.estimators.force_posterior import DETECTED
-from soft_gripper.files.output import lock_folder
-from soft_gripper.files.row_table import print_rows, write_csv
-from soft_gripper.runs.executor import open_executor
-from soft_gripper.runs.study import results
+from soft_gripper.files.row_table import print_rows
 from studies.contacts.contact_coverage import encloses, rms_z
 from studies.contacts.situations import DIFFERENCES, NOMINAL, Case, drawn
+from studies.kept_rows import counted_jobs, kept_rows
 
 TABLE = "model_errors.csv"
 CASES = tuple(Case(*each, NOMINAL) for each in product((2, 4), (False, True)))
@@ -45,7 +40,7 @@ class ModelErrorRow:
     seed: int
 
 
-def model_error_row(difference: str, case: Case, number: int, seed: int) -> ModelErrorRow:
+def model_error_rows(difference: str, case: Case, number: int, seed: int) -> list[ModelErrorRow]:
     """The row of a case of about `number` contacts."""
     situation = DIFFERENCES[difference]
     stated = drawn(situation, case, number, seed)
@@ -59,28 +54,15 @@ def model_error_row(difference: str, case: Case, number: int, seed: int) -> Mode
     masks = *covered, stated.probability > DETECTED, free.probability > DETECTED
     interval, transverse, place, detected, touched = (100 * float(m.mean()) if len(m) else np.nan for m in masks)
     of_case = difference, case.sections, case.sensors, len(stated.force)
-    return ModelErrorRow(*of_case, interval, transverse, rms_z(stated), place, detected, touched, seed)
-
-
-def run_model_errors(
-    folder: Path, number: int, seed: int, executor: Executor, report: Callable[[Any], Any]
-) -> list[ModelErrorRow]:
-    """Runs the study with about `number` contacts a row, writes its table, and returns the rows.
-
-    `executor` makes the calls; `report` is called as each ends.
-    """
-    jobs = {job: (*job, number, seed) for job in product(DIFFERENCES, CASES)}
-    rows = list(results(executor, model_error_row, jobs, report).values())
-    write_csv(folder / TABLE, rows)
-    return rows
+    return [ModelErrorRow(*of_case, interval, transverse, rms_z(stated), place, detected, touched, seed)]
 
 
 def run(options: argparse.Namespace) -> None:
     """Runs the command."""
-    executor, out = open_executor(options.jobs, options.scheduler), lock_folder(options.out)
-    number = len(DIFFERENCES) * len(CASES)
-    with options.console.jobs(number, "cases", "nothing is written until the last case") as ended, executor as opened:
-        rows = run_model_errors(out, options.contacts, options.seed, opened, lambda job: ended())
+    file, settings = options.out / TABLE, {"contacts": options.contacts, "seed": options.seed}
+    jobs = {(name, case): [(name, str(case.sections), case.sensors)] for name, case in product(DIFFERENCES, CASES)}
+    with counted_jobs(options, len(jobs), "cases") as (executor, ended):
+        rows = kept_rows(file, ModelErrorRow, model_error_rows, jobs, settings, executor, ended, options.resume)
     print_rows(rows)
     options.console.table("model_errors", rows)
-    options.console.wrote(out / TABLE)
+    options.console.wrote(file)

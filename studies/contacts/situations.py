@@ -10,7 +10,7 @@ is declared or not: the uncertainty is the default one then. In DIFFERENCES the 
 the scene from the default uncertainty, in a way that this does not declare.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cache, partial
 from typing import Any, NamedTuple
@@ -36,7 +36,7 @@ from studies.contacts.contacts import Contacts, read_finger
 from studies.contacts.estimates import REALISTIC, Condition, preset_errors
 from studies.contacts.found_contact import FoundContact, driving_torque
 from studies.contacts.statics import (
-    FORCES,
+    FRICTION,
     contacts_in_space,
     finger_in_space,
     rubbing_contacts,
@@ -44,8 +44,7 @@ from studies.contacts.statics import (
 )
 from studies.robustness.plants import RUBBER
 
-PLACES = 0.1, 1.0  # of the length
-FRICTION, MOST_FRICTION = 0.9, 1.0  # of contacts at rest, at most, and of sliding ones
+MOST_FRICTION = 1.0  # of sliding contacts
 FINER = 48  # segments of a plant under a nominal finger of 12
 STRONG, NEAR = {"inner": (2.0, 5.0), "outer": (2.0, 5.0)}, (0.1, 1 / 3)  # N; fractions of the length
 ROUGH = 1.3  # friction, above the 0.9 of the default uncertainty
@@ -110,10 +109,6 @@ def joined(parts: list[Stated]) -> Stated:
     return Stated(*(np.concatenate(values) for values in zip(*parts, strict=True)))
 
 
-def _uniform(number: int, seed: int) -> Array:
-    return np.random.default_rng(seed).uniform(size=number)
-
-
 class Statics(NamedTuple):
     """Contacts by statics of a finger, and the nominal finger and sensors, which by default know of bending alone."""
 
@@ -123,28 +118,15 @@ class Statics(NamedTuple):
     border_shift: float = 0.0  # fraction of the length by which the middle border lies beyond the nominal one
 
 
-def _contacts_on_faces(
-    number: int,
-    seed: int,
-    friction: Array | float = FRICTION,
-    share: Array | float | None = None,
-    places: tuple[float, float] = PLACES,
-    finger: Callable[[], Finger] = read_finger,
-    forces: Mapping[str, tuple[float, float]] = FORCES,
-) -> Contacts:
-    """Contacts with a share of the friction; None: any."""
-    share = _uniform(number, seed) if share is None else share
-    return rubbing_contacts(number, friction, share, seed, places, finger(), forces)
-
-
 def _sliding(number: int, seed: int) -> Contacts:
     """Contacts at the edge of a cone of up to MOST_FRICTION."""
     cone = np.random.default_rng(seed).uniform(0.2, MOST_FRICTION, number)
-    return _contacts_on_faces(number, seed, cone, 1.0)
+    return rubbing_contacts(number, seed, cone, 1.0)
 
 
 def _of_plant_in_space(number: int, seed: int, faces: int) -> Contacts:
-    return contacts_in_space(number, FRICTION * _uniform(number, seed), seed, faces=faces)
+    friction = FRICTION * np.random.default_rng(seed).uniform(size=number)
+    return contacts_in_space(number, friction, seed, faces=faces)
 
 
 def graded(change: float) -> Finger:
@@ -155,28 +137,24 @@ def graded(change: float) -> Finger:
 
 
 STATICS = {
-    "at rest": Statics(_contacts_on_faces),
+    "at rest": Statics(rubbing_contacts),
     "sliding": Statics(_sliding),
     "two contacts": Statics(lambda number, seed: several_contacts(number, FRICTION, seed)),
     "a spread contact": Statics(lambda number, seed: several_contacts(number, FRICTION, seed, spread=True)),
-    "a plant of 48 segments": Statics(
-        partial(_contacts_on_faces, finger=lambda: replace(read_finger(), segments=FINER))
-    ),
+    "a plant of 48 segments": Statics(partial(rubbing_contacts, finger=lambda: replace(read_finger(), segments=FINER))),
     "a plant in space": Statics(lambda number, seed: _of_plant_in_space(number, seed, faces=2)),
     "in space": Statics(
         lambda number, seed: _of_plant_in_space(number // 2, seed, faces=4), finger_in_space, "four_faces_and_diagonal"
     ),
 }
 DIFFERENCES = {
-    "none": Statics(_contacts_on_faces),
-    "stiffness +5 % at the base, -5 % at the tip": Statics(partial(_contacts_on_faces, finger=partial(graded, 0.05))),
-    "stiffness -10 % at the base, +10 % at the tip": Statics(
-        partial(_contacts_on_faces, finger=partial(graded, -0.10))
-    ),
-    "a border between sections 10 mm off": Statics(_contacts_on_faces, border_shift=BORDER_SHIFT),
-    "forces of 2 to 5 N before a third of the length": Statics(partial(_contacts_on_faces, places=NEAR, forces=STRONG)),
-    "sliding with friction of 1.3": Statics(partial(_contacts_on_faces, friction=ROUGH, share=1.0)),
-    "a neo-Hookean plant": Statics(partial(_contacts_on_faces, finger=RUBBER.finger)),
+    "none": Statics(rubbing_contacts),
+    "stiffness +5 % at the base, -5 % at the tip": Statics(partial(rubbing_contacts, finger=partial(graded, 0.05))),
+    "stiffness -10 % at the base, +10 % at the tip": Statics(partial(rubbing_contacts, finger=partial(graded, -0.10))),
+    "a border between sections 10 mm off": Statics(rubbing_contacts, border_shift=BORDER_SHIFT),
+    "forces of 2 to 5 N before a third of the length": Statics(partial(rubbing_contacts, places=NEAR, forces=STRONG)),
+    "sliding with friction of 1.3": Statics(partial(rubbing_contacts, friction=ROUGH, share=1.0)),
+    "a neo-Hookean plant": Statics(partial(rubbing_contacts, finger=lambda: RUBBER.finger(read_finger()))),
 }
 PEG, ARM = ("peg, at rest", "peg, after a step"), ("carried by an arm",)
 _contacts = cache(lambda make, number, seed: make(number, seed))  # the same for all cases

@@ -4,7 +4,7 @@ A force turns with the link that it presses on: it is fixed in the link's frame,
 of each.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import cache
 from typing import NamedTuple
@@ -89,35 +89,36 @@ def in_balance(
     return Contacts(finger, q, pressure, gravity, normal_force, force, torque, s, side, mu).at(kept)
 
 
-FAR = 0.42, 0.99  # of the length, where a finger is usually touched
+FRICTION = 0.9  # Coulomb, of contacts at rest, at most
 FORCES = {"inner": (0.1, 2.0), "outer": (0.1, 1.8)}  # N
 PRESSURES = {"inner": (30e3, 150e3), "outer": (-30e3, 100e3)}  # Pa
 
 
 def rubbing_contacts(
     number: int,
-    friction: Array | float,
-    share: Array | float,
     seed: int,
-    places: tuple[float, float] = FAR,
-    finger: Finger | None = None,
+    friction: Array | float = FRICTION,
+    share: Array | float | None = None,
+    places: tuple[float, float] = (0.1, 1.0),
+    finger: Callable[[], Finger] = read_finger,
     forces: Mapping[str, tuple[float, float]] = FORCES,
 ) -> Contacts:
     """About `number` random contacts in the bending plane, with a share of the friction one way or the other.
 
-    `friction`, a coefficient, and `share` are one for all or (number); `finger` is the shipped one unless another is
-    given, `places` are shares of its length, `forces` ranges by side, N.
+    `friction`, a coefficient, and `share` are one for all or (number); without a share, shares are random. `places`
+    are fractions of the length of the finger that `finger` returns, `forces` ranges by side, N.
     """
-    rng, finger = np.random.default_rng(seed), finger or read_finger()
+    share = np.random.default_rng(seed).uniform(size=number) if share is None else share
+    rng, pressed = np.random.default_rng(seed), finger()
     side = np.asarray(rng.choice(list(_SIDES), number), dtype=str)
-    s = finger.length * rng.uniform(*places, number)
+    s = pressed.length * rng.uniform(*places, number)
     force, pressure = (np.array([rng.uniform(*ranges[one]) for one in side]) for ranges in (forces, PRESSURES))
     rub = share * friction * rng.choice([-1, 1], number)
     strength = G * rng.uniform(size=number)
     gravity = strength[:, None] * _in_plane(2 * np.pi * rng.uniform(size=number))
-    pressing = _on_faces(finger, side, s[:, None], force[:, None], rub[:, None])
+    forces_on_faces = _on_faces(pressed, side, s[:, None], force[:, None], rub[:, None])
     sides, mu = np.array([_SIDES[one] for one in side]), np.broadcast_to(friction, number)
-    return in_balance(finger, pressure, gravity, pressing, force, s, sides, mu)
+    return in_balance(pressed, pressure, gravity, forces_on_faces, force, s, sides, mu)
 
 
 def _in_plane(angle: Array) -> Array:

@@ -107,10 +107,9 @@ POLICIES: dict[str, Callable[[Hour, NDArray[np.int_]], Stated]] = {
 
 
 @dataclass(frozen=True)
-class DriftRow:
-    """One set of grasps and sensors, under one policy, in the SPAN before `minute`."""
+class PolicyRow:
+    """One policy in the SPAN before `minute`; of several parts the mean, weighted by their samples."""
 
-    part: int  # of the study
     policy: str
     minute: int
     pose_mm: Annotated[float, ".2f"]  # mean error of the joints
@@ -122,6 +121,16 @@ class DriftRow:
     force_covered_percent: Annotated[float, ".1f"]  # of the intervals that are stated
     force_stated_percent: Annotated[float, ".1f"]
     samples: int
+
+
+@dataclass(frozen=True)
+class _Part:
+    part: int  # of the study
+
+
+@dataclass(frozen=True)
+class DriftRow(PolicyRow, _Part):
+    """One set of grasps and sensors; `part` is the first column."""
 
 
 def drift_rows(part: int, seed: int) -> list[DriftRow]:

@@ -1,4 +1,4 @@
-"""Plants that differ from the shipped finger: model files made from the shipped ones, and scenarios with them.
+"""Plants that differ from the shipped finger, scenarios with them, and fingers at rest in their recordings.
 
 The moment of a section of rubber, which replaces E I times the curvature where strains are large.
 
@@ -16,12 +16,10 @@ measure. The plants differ from the nominal model in segments, elastic law and t
 right because it is wrong in the same way as the plant.
 """
 
-import xml.etree.ElementTree as ET
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -31,20 +29,18 @@ from soft_gripper.arrays import Array
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.extras.paper.contact_table import contact_table, of_touched_fingers
-from soft_gripper.files.output import atomic_file
-from soft_gripper.files.xml_text import read_xml
 from soft_gripper.fingers.cross_section import CrossSection
 from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.finger_parts import ElasticLaw
+from soft_gripper.fingers.kinematics import forward_kinematics, in_space
 from soft_gripper.fingers.plant_finger import PlantFinger
-from soft_gripper.fingers.urdf import expand_urdf
+from soft_gripper.fingers.urdf import changed_urdf
 from soft_gripper.runs.scores.poses import held_rows
 from soft_gripper.runs.scores.readings import ReadAgain, read_again
 from soft_gripper.scenario.model_files import model_path
 from soft_gripper.scenario.scenario_file import changed_scenario, load_scenario
 from soft_gripper.scenario.schema import Scenario
 from soft_gripper.sensors.strain_errors import StrainErrors, disturb
-from soft_gripper.truth.poses import TRUE_JOINTS, TRUE_TIP, corners
-from studies.contacts.contacts import FINGER
 
 _STRIPS = 400
 
@@ -69,16 +65,33 @@ _CURVATURES = np.linspace(-10, 26, 19)  # 1/m, of the points of the elastic law 
 _AGREE = 8.7  # 1/m, where rubber is as stiff as nominal: 60 degrees of bend in 120 mm
 
 
+def _rubber(finger: Finger) -> Finger:
+    """The finger with the elastic law of rubber in twice the segments."""
+
+    def moments(section: CrossSection) -> tuple[float, ...]:
+        linear = _AGREE * section.bending_stiffness
+        moments = rubber_moment(section, _CURVATURES) * linear / rubber_moment(section, np.array(_AGREE))
+        return tuple(moments.tolist())
+
+    law = ElasticLaw(tuple(_CURVATURES.tolist()), moments(finger.base), moments(finger.tip))
+    return replace(finger, segments=24, elastic_law=law)
+
+
+def _tapered(finger: Finger) -> Finger:
+    base, tip = (
+        replace(section, thickness=thickness, chamber_thickness=thickness / 2, chamber_center=-thickness / 20)
+        for section, thickness in ((finger.base, 0.035), (finger.tip, 0.015))
+    )
+    return replace(finger, base=base, tip=tip, sensor_spacing=0.013)
+
+
 @dataclass(frozen=True)
 class Plant:
     """The differences from the shipped fingers and scenarios."""
 
     name: str
-    segments: int = 12
-    base: Mapping[str, str] = field(default_factory=dict)  # attributes of the sections, as in a <finger>
-    tip: Mapping[str, str] = field(default_factory=dict)
-    sensors: Mapping[str, str] = field(default_factory=dict)
-    rubber: bool = False  # neo-Hookean instead of linear
+    finger: Callable[[Finger], Finger]  # from the shipped one
+    is_known: bool = True  # whether the nominal finger is this one, and sensors are ideal
     pressure: float = 1.0  # times the pressures of the scenarios
     time_step: float = 0.01  # s
     changes: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)  # more, by dotted keys, of each scenario
@@ -90,62 +103,20 @@ class Plant:
         for i, model in enumerate(shipped.models):
             if model.file.endswith(".urdf"):
                 file = folder / Path(model.file).name
-                self.write(model_path(model.file), file)
+                text = changed_urdf(model_path(model.file), change=lambda m: replace(m, finger=self.finger(m.finger)))
+                file.write_text(text, encoding="utf-8")
                 changes[f"models.{i}.file"] = str(file.resolve())
         for end in ("minimum", "maximum"):
             changes[f"pressure.{end}"] = self.pressure * getattr(shipped.pressure, end)
         changes["pressure.steps.all"] = [self.pressure * step for step in shipped.pressure.steps["all"]]
         return changed_scenario(name, changes)
 
-    def finger(self) -> Finger:
-        """The shipped finger of a single finger's file with these differences."""
-        with TemporaryDirectory(prefix="soft-gripper-") as folder:
-            file = Path(folder) / "finger.urdf"
-            self.write(model_path(FINGER), file)
-            (finger,) = expand_urdf(file).fingers
-        return finger
 
-    def write(self, shipped: Path, file: Path) -> None:
-        """Writes a shipped file in which these fingers replace its own."""
-        tree = ET.ElementTree(read_xml(shipped))
-        fingers = {finger.name: finger for finger in expand_urdf(shipped).fingers}
-        for element in tree.iter("finger"):
-            changes = {"body": {"segments": str(self.segments)}}
-            changes |= {"base": dict(self.base), "tip": dict(self.tip), "sensors": dict(self.sensors)}
-            for tag, attributes in changes.items():
-                part = element.find(tag)
-                assert part is not None
-                part.attrib.update(attributes)
-            if self.rubber:
-                element.append(_rubber_law(replace(fingers[element.attrib["name"]], segments=self.segments)))
-        with atomic_file(file) as partial:
-            tree.write(partial)
-
-
-def _rubber_law(finger: Finger) -> ET.Element:
-    """The <elastic_law> of a finger of rubber."""
-    angles = _CURVATURES * finger.segment_length
-    ends = {"base_torque": finger.base, "tip_torque": finger.tip}
-    torques = {name: _text(_moments(section)) for name, section in ends.items()}
-    return ET.Element("elastic_law", {"angle": _text(angles), **torques})
-
-
-def _moments(section: CrossSection) -> Array:
-    linear = _AGREE * section.bending_stiffness
-    return rubber_moment(section, _CURVATURES) * linear / rubber_moment(section, np.array(_AGREE))
-
-
-def _text(numbers: Array) -> str:
-    return " ".join(f"{number:.9g}" for number in numbers)
-
-
-_THICK = {"thickness": "0.035", "chamber_thickness": "17.5e-3", "chamber_center": "-1.75e-3"}
-_THIN = {"thickness": "0.015", "chamber_thickness": "7.5e-3", "chamber_center": "-0.75e-3"}
 # The peg stays as far from the thicker finger, and the pressure bends the stiffer one as far.
 _PEG_FARTHER = {"obstructed_outside": {"models.1.X_PC.translation": [-0.0685, 0, 0.125]}}
-FINE = Plant("24 segments", segments=24)
-TAPERED = Plant("tapered", 12, _THICK, _THIN, {"spacing": "0.013"}, pressure=1.2, changes=_PEG_FARTHER)
-RUBBER = Plant("rubber", segments=24, rubber=True, time_step=0.005)
+FINE = Plant("24 segments", lambda finger: replace(finger, segments=24))
+TAPERED = Plant("tapered", _tapered, pressure=1.2, changes=_PEG_FARTHER)
+RUBBER = Plant("rubber", _rubber, is_known=False, time_step=0.005)
 PLANTS = (RUBBER, TAPERED, FINE)
 
 
@@ -199,9 +170,8 @@ class FingerAtRest:
 
     def points(self, s: Array) -> Array:
         """The true points of the finger at arc lengths (M) m from the base, (K, M, 3) m in B."""
-        names = (f"{self.finger.name}.{name}" for name in (TRUE_JOINTS, TRUE_TIP))
-        joints, tip = (self.recording.samples(name)[self.samples] for name in names)
-        return points_along(self.simulated, corners(joints, tip), s)
+        q = self.recording.samples(f"{self.finger.name}.sampled_joint_angles")[self.samples]
+        return in_space(forward_kinematics(q, self.simulated.segment_length).at(s).points)
 
 
 def touched_fingers(name: str, station: Station, recording: Recording) -> Sequence[FingerAtRest]:
@@ -209,12 +179,3 @@ def touched_fingers(name: str, station: Station, recording: Recording) -> Sequen
     contacts = contact_table(name, station, recording)
     touched = {row.finger for row in of_touched_fingers(contacts, contacts)}
     return [FingerAtRest(station, recording, finger) for finger in station.fingers if finger.name in touched]
-
-
-def points_along(finger: Finger, corners: Array, s: Array) -> Array:
-    """Points at arc lengths (M) m from the base, (..., M, 3) m, of links from corner to corner, (..., N + 2, 3) m."""
-    link = np.searchsorted(finger.joint_arc_lengths, s)
-    share = (s - finger.link_ends[link]) / np.diff(finger.link_ends)[link]
-    begins = corners[..., link, :]
-    points: Array = begins + share[:, None] * (corners[..., link + 1, :] - begins)
-    return points

@@ -9,10 +9,10 @@ another time step, its sensors have errors, and the nominal model stays the ship
 """
 
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import chain
-from typing import NamedTuple, TypeVar
+from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,19 +26,16 @@ from soft_gripper.estimators.uncertainty import EXACT, Uncertainty, uncertainty_
 from soft_gripper.extras.paper.scenario_run import SECTIONS
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import forward_kinematics, in_space
-from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.runs.scores.readings import with_sections
-from soft_gripper.scenario.model_files import model_path
 from soft_gripper.scenario.nominal_model import read_nominal_model
-from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.schema import NominalConfig, SensorConfig, StrainErrorsConfig
 from soft_gripper.scenario.sensor_presets import sensor_layout, strain_errors
 from soft_gripper.sensors.measurement import MeasurementModel
 from soft_gripper.sensors.strain_errors import StrainErrors
 from soft_gripper.truth.poses import fingertip_error, pose_error
+from studies.contacts.contacts import read_finger
 from studies.robustness.plants import FingerAtRest, Plant
 
-Key = TypeVar("Key")
 BAND = 1.96  # standard deviations on either side of a 95 % band
 
 
@@ -104,11 +101,32 @@ def together(parts: list[Errors]) -> Errors:
     return Errors(*(np.concatenate(part) for part in zip(*parts, strict=True)))
 
 
-def together_by(fingers: Iterable[Iterable[tuple[Key, Errors]]]) -> dict[Key, Errors]:
-    """The errors of all fingers for each key."""
-    found: dict[Key, list[Errors]] = defaultdict(list)
-    for key, errors in chain.from_iterable(fingers):
-        found[key].append(errors)
+class Nominal(NamedTuple):
+    """What an estimator is told of a finger."""
+
+    layout: MeasurementModel
+    uncertainty: Uncertainty
+    gain: float = 1.0  # of the pressure sensor
+
+
+def errors_by(
+    fingers: Sequence[FingerAtRest],
+    nominals: Callable[[FingerAtRest], Mapping[str, Nominal]],
+    errors: StrainErrors | None,
+    seeds: int,
+    estimators: Sequence[str],
+) -> dict[tuple[str, int, str], Errors]:
+    """Errors of all fingers together by nominal model, number of sections and estimator.
+
+    Without errors of the sensors all seeds would be the same, and one is enough.
+    """
+    found: dict[tuple[str, int, str], list[Errors]] = defaultdict(list)
+    for held in fingers:
+        readings = {sections: held.readings(sections, errors, seeds if errors else 1) for sections in SECTIONS}
+        for (name, nominal), sections, estimator in product(nominals(held).items(), SECTIONS, estimators):
+            layout, uncertainty, gain = nominal
+            given = with_sections(layout, sections), uncertainty, held, readings[sections], gain
+            found[name, sections, estimator].append(estimated(estimator, *given))
     return {key: together(parts) for key, parts in found.items()}
 
 
@@ -184,30 +202,23 @@ def robustness_table(
     estimators: Sequence[str],
     nominal_errors: Sequence[NominalError] = NOMINAL_ERRORS,
 ) -> list[RobustnessRow]:
-    """A row for every nominal model, number of sections and estimator, in this order, at one noise.
+    """A row for every nominal model, number of sections and estimator, in this order, at one noise."""
+    errors = errors_at(noise)
 
-    Without noise all seeds would be the same, and one is enough.
-    """
-    each = (_errors(finger, noise, seeds if noise else 1, estimators, nominal_errors) for finger in fingers)
+    def nominals(held: FingerAtRest) -> dict[str, Nominal]:
+        return {
+            wrong.name: Nominal(
+                read_nominal_model(wrong.config).layout(held.simulated, held.station.scenario.sensor),
+                uncertainty_of(errors, None, wrong.size),
+                1 + wrong.pressure,
+            )
+            for wrong in nominal_errors
+        }
+
     return [
-        RobustnessRow(name, estimator, nominal, noise, sections, *in_mm(errors), seeds)
-        for (estimator, nominal, sections), errors in together_by(each).items()
+        RobustnessRow(name, estimator, nominal, noise, sections, *in_mm(found), seeds)
+        for (nominal, sections, estimator), found in errors_by(fingers, nominals, errors, seeds, estimators).items()
     ]
-
-
-def _errors(
-    held: FingerAtRest, noise: float, seeds: int, estimators: Sequence[str], nominal_errors: Sequence[NominalError]
-) -> Iterator[tuple[tuple[str, str, int], Errors]]:
-    errors, sensor = errors_at(noise), held.station.scenario.sensor
-    readings = {sections: held.readings(sections, errors, seeds) for sections in SECTIONS}
-    for nominal_error in nominal_errors:
-        nominal = read_nominal_model(nominal_error.config).layout(held.simulated, sensor)
-        uncertainty = uncertainty_of(errors, None, nominal_error.size)
-        for sections in SECTIONS:
-            layout = with_sections(nominal, sections)
-            for estimator in estimators:
-                found = estimated(estimator, layout, uncertainty, held, readings[sections], 1 + nominal_error.pressure)
-                yield (estimator, nominal_error.name, sections), found
 
 
 MODULUS = 0.1  # share, standard deviation of the nominal modulus of rubber
@@ -232,35 +243,18 @@ class PlantRow:
 def plant_table(
     plant: Plant, name: str, fingers: Sequence[FingerAtRest], seeds: int, estimators: Sequence[str]
 ) -> list[PlantRow]:
-    """A row for every number of sections and estimator, in this order; of rubber with realistic sensors, else ideal."""
+    """A row for every number of sections and estimator, in this order; of a known plant with ideal sensors."""
+    errors = None if plant.is_known else errors_at(1.0)
+    exact = Uncertainty(bend_per_pressure=EXACT)
+    uncertainty = exact if plant.is_known else uncertainty_of(errors, None, MODULUS)
+
+    def nominals(held: FingerAtRest) -> dict[str, Nominal]:
+        finger = held.simulated if plant.is_known else read_finger()
+        return {plant.name: Nominal(sensor_layout(finger, held.station.scenario.sensor), uncertainty)}
+
     rows = []
-    each = (_plant_errors(plant, name, held, seeds, estimators) for held in fingers)
-    for (sections, estimator), errors in together_by(each).items():
-        mean, p95, worst, coverage = in_mm(errors)
-        tip = 1e3 * float(errors.tip.mean())
+    for (_, sections, estimator), found in errors_by(fingers, nominals, errors, seeds, estimators).items():
+        mean, p95, worst, coverage = in_mm(found)
+        tip = 1e3 * float(found.tip.mean())
         rows.append(PlantRow(plant.name, name, estimator, sections, mean, p95, worst, tip, coverage, seeds))
     return rows
-
-
-def _plant_errors(
-    plant: Plant, name: str, held: FingerAtRest, seeds: int, estimators: Sequence[str]
-) -> Iterator[tuple[tuple[int, str], Errors]]:
-    errors = errors_at(1.0) if plant.rubber else None
-    nominal = shipped_finger(name, held.simulated.name) if plant.rubber else held.simulated
-    uncertainty = uncertainty_of(errors, None, MODULUS) if plant.rubber else Uncertainty(bend_per_pressure=EXACT)
-    layout = sensor_layout(nominal, held.station.scenario.sensor)
-    for sections in SECTIONS:
-        readings: Array = held.readings(sections, errors, seeds if plant.rubber else 1)
-        for estimator in estimators:
-            found = estimated(estimator, with_sections(layout, sections), uncertainty, held, readings)
-            yield (sections, estimator), found
-
-
-def shipped_finger(scenario: str, name: str) -> Finger:
-    """A finger of a shipped scenario, by its name; of a model with a single finger it is that of the model."""
-    for model in load_scenario(scenario).models:
-        if model.file.endswith(".urdf"):
-            fingers = {finger.name: finger for finger in expand_urdf(model_path(model.file)).fingers}
-            if name in fingers or (model.name == name and len(fingers) == 1):
-                return fingers.get(name) or next(iter(fingers.values()))
-    raise KeyError(name)

@@ -20,10 +20,10 @@ from soft_gripper.runs.scores.poses import held_samples
 from soft_gripper.scenario.scenario_file import changed_scenario
 from soft_gripper.scenario.schema import presets
 from studies import ROOT
+from studies.robustness.rows import BAND
 
 TABLE = ROOT / "docs" / "sensor_presets.csv"
 SEEDS = 10
-BAND = 1.96  # standard deviations on either side of a 95 % band
 UP = [0.0, 30e3, 60e3, 90e3, 120e3]  # Pa
 CHANGES = {
     "sensor.sections": 4,

@@ -1,5 +1,6 @@
 """An hour of drift: what zeroing is worth in a synthetic series, and the study's table, figure and claims."""
 
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,28 +12,21 @@ from printed_numbers import table_problems
 from study_line import study_line
 
 from soft_gripper.files.row_table import read_csv
-from studies.commands import drift as command
+from studies import kept_rows
 from studies.contacts.contacts import read_finger
-from studies.drift import study
+from studies.drift import drift as study
+from studies.drift.drift import FIGURE, SUMMARY, TABLE, drift_claims, summary
 from studies.drift.grasps import Grasps
 from studies.drift.hour import (
     MINUTES,
     POLICIES,
     DriftRow,
+    PolicyRow,
     held_rows,
     hour_of,
     in_free_motion,
     never,
     rows_of,
-)
-from studies.drift.study import (
-    FIGURE,
-    SUMMARY,
-    TABLE,
-    PolicyRow,
-    drift_claims,
-    run_drift,
-    summary,
 )
 
 HELD, OPEN, PRESSURE = 80, 40, 90e3  # samples of a grasp; Pa
@@ -93,22 +87,30 @@ def test_claims_are_of_the_last_minute_under_every_policy():
     assert "never" in claims[-1].number
 
 
-def test_the_study_is_resumed(tmp_path, monkeypatch):
-    def rows_of_part(part: int, seed: int) -> list[DriftRow]:
+@pytest.fixture
+def rows_of_part(monkeypatch):
+    """Parts at once, in this process; what is appended to the list is asked for."""
+    made: list[tuple[int, int]] = []
+
+    def rows(part: int, seed: int) -> list[DriftRow]:
         made.append((part, seed))
         return [row(part, policy, minute) for policy in POLICIES for minute in MINUTES]
 
-    made: list[tuple[int, int]] = []
-    monkeypatch.setattr(study, "drift_rows", rows_of_part)
-    ended: list[int] = []
-    whole = run_drift(tmp_path, 2, 7, HereExecutor(), ended.append)
-    assert (sorted(made), sorted(ended)) == ([(0, 7), (1, 7)], [0, 1])
-    table = (tmp_path / TABLE).read_text()
+    monkeypatch.setattr(study, "drift_rows", rows)
+    monkeypatch.setattr(kept_rows, "open_executor", lambda *_: nullcontext(HereExecutor()))
+    return made
+
+
+def test_the_study_is_resumed(tmp_path, rows_of_part):
+    arguments = "drift", "--parts", "2", "--seed", "7", "--out", tmp_path
+    study_line(*arguments)
+    assert sorted(rows_of_part) == [(0, 7), (1, 7)]
+    table, written = (tmp_path / TABLE).read_text(), (tmp_path / SUMMARY).read_text()
     (tmp_path / TABLE).write_text("".join(table.splitlines(keepends=True)[:-3]))
-    assert run_drift(tmp_path, 2, 7, HereExecutor(), ended.append, resume=True) == whole
-    assert made[2:] == [(1, 7)]
-    assert (tmp_path / TABLE).read_text() == table
-    assert len((tmp_path / SUMMARY).read_text().splitlines()) == 1 + len(POLICIES) * len(MINUTES)
+    study_line(*arguments, "--resume")
+    assert rows_of_part[2:] == [(1, 7)]
+    assert ((tmp_path / TABLE).read_text(), (tmp_path / SUMMARY).read_text()) == (table, written)
+    assert len(written.splitlines()) == 1 + len(POLICIES) * len(MINUTES)
     assert (tmp_path / f"{FIGURE}.png").stat().st_size > 10_000
 
 
@@ -130,9 +132,9 @@ def test_the_page_shows_what_the_command_writes(tmp_path):
 
 
 @pytest.mark.parametrize(("share", "code"), [(95.0, 0), (99.9, 1)])
-def test_the_command_prints_rows_and_claims(share, code, tmp_path, monkeypatch):
+def test_the_command_prints_rows_and_claims(share, code, tmp_path, monkeypatch, rows_of_part):
     found = summary([row(0, policy, minute, force_covered_percent=share) for policy in POLICIES for minute in (5, 60)])
-    monkeypatch.setattr(command, "run_drift", lambda *_: found)
+    monkeypatch.setattr(study, "summary", lambda _: found)
     outcome = study_line("drift", "--out", tmp_path)
     assert outcome.code == code
     assert "in free motion" in outcome.out

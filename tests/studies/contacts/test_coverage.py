@@ -1,5 +1,7 @@
 """How often what is stated of a contact is true: the rows, the situations, and the study on few contacts."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -44,13 +46,13 @@ def stated(count, **changes):
 def test_a_row_has_the_share_of_what_is_stated_that_is_true():
     force = np.where(np.arange(40) < 10, 1.15, 1.0)
     row = coverage_row("at rest", IDEAL, stated(40, force=force, estimated_force=force + 0.2))
-    assert (row["contacts"], row["withheld_percent"], row["unbounded_percent"]) == ("40", "0.0", "0.0")
-    assert row["interval_percent"] == row["bound_percent"] == row["bound_beyond_percent"] == "75.0"
-    assert row["bound_several_percent"] == row["place_percent"] == "100.0"
-    assert row["interval_by_tenth"].split()[2] == row["interval_least_percent"] == "75.0"
-    assert row["force_n_mean_middle"] == "nan"
-    assert row["force_n_mean_near"] == row["force_n_90_near"] == "0.2"
-    assert tuple(row) == COLUMNS
+    assert (row.contacts, row.withheld_percent, row.unbounded_percent) == ("40", "0.0", "0.0")
+    assert row.interval_percent == row.bound_percent == row.bound_beyond_percent == "75.0"
+    assert row.bound_several_percent == row.place_percent == "100.0"
+    assert row.interval_by_tenth.split()[2] == row.interval_least_percent == "75.0"
+    assert row.force_n_mean_middle == "nan"
+    assert row.force_n_mean_near == row.force_n_90_near == "0.2"
+    assert tuple(vars(row)) == COLUMNS
 
 
 def test_widths_scores_and_errors_of_the_transverse_force_are_relative():
@@ -58,22 +60,22 @@ def test_widths_scores_and_errors_of_the_transverse_force_are_relative():
     true = np.where(np.arange(40) < 30, 1.25, 1.0)
     changes = {"transverse": true, "estimated_transverse": true + 0.1, "transverse_std": np.full(40, 0.05)}
     row = coverage_row("at rest", IDEAL, stated(40, **changes))
-    assert row["interval_width_near"] == row["interval_score_near"] == "0.2"
-    assert (row["transverse_percent"], row["transverse_width_near"]) == ("25.0", "0.16")
-    assert float(row["transverse_score_near"]) == pytest.approx(0.75 * (0.2 + 40 * 0.15) / 1.25 + 0.25 * 0.2, abs=0.01)
-    assert row["transverse_rms_z"] == "2"
-    assert row["transverse_width_far"] == "nan"
+    assert row.interval_width_near == row.interval_score_near == "0.2"
+    assert (row.transverse_percent, row.transverse_width_near) == ("25.0", "0.16")
+    assert float(row.transverse_score_near) == pytest.approx(0.75 * (0.2 + 40 * 0.15) / 1.25 + 0.25 * 0.2, abs=0.01)
+    assert row.transverse_rms_z == "2"
+    assert row.transverse_width_far == "nan"
     unseen = coverage_row("at rest", IDEAL, stated(40, probability=np.full(40, 0.5)))
-    assert unseen["transverse_width_near"] == unseen["transverse_rms_z"] == "nan"
+    assert unseen.transverse_width_near == unseen.transverse_rms_z == "nan"
 
 
 def test_what_is_withheld_or_unbounded_is_counted_by_itself():
     nothing = np.where(np.arange(40)[:, None] < 30, np.nan, stated(40).interval)
     bounds = np.where(np.arange(40)[:, None] < 30, [10.0, 10.0, 0.5], stated(40).bounds)
     row = coverage_row("at rest", IDEAL, stated(40, interval=nothing, bounds=bounds))
-    assert (row["withheld_percent"], row["unbounded_percent"], row["interval_percent"]) == ("75.0", "75.0", "100.0")
-    assert row["interval_least_percent"] == "inf", "ten are too few for a share of a tenth"
-    assert (row["bound_percent"], row["bound_several_percent"]) == ("100.0", "25.0")
+    assert (row.withheld_percent, row.unbounded_percent, row.interval_percent) == ("75.0", "75.0", "100.0")
+    assert row.interval_least_percent == "inf", "ten are too few for a share of a tenth"
+    assert (row.bound_percent, row.bound_several_percent) == ("100.0", "25.0")
 
 
 @pytest.mark.parametrize("situation", STATICS)
@@ -122,7 +124,7 @@ def test_the_study_is_resumed(tmp_path, monkeypatch, capsys):
 
 def test_the_figure_has_a_panel_for_every_case():
     rows = rows_of("at rest", IDEAL, 0.03, 1)
-    figure = coverage_figure([*rows, *[{**each, "sections": "2"} for each in rows]])
+    figure = coverage_figure([*rows, *[replace(each, sections="2") for each in rows]])
     assert len(figure.axes) == 4
     assert len(SITUATIONS) == 10
 

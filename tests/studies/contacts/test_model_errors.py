@@ -1,27 +1,29 @@
 """Plants that differ from the nominal finger, and coverage of what is stated of contacts with them."""
 
+from contextlib import nullcontext
 from dataclasses import fields
 
 import numpy as np
 import pytest
 from here_executor import HereExecutor
+from study_line import study_line
 
-from soft_gripper.commands.parser import parsed
 from soft_gripper.estimators.contact import ContactShape
 from soft_gripper.estimators.force_posterior import DETECTED
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.files.row_table import read_csv
 from soft_gripper.fingers.kinematics import as_planar, gravity_torque
 from soft_gripper.sensors.sensor_layout import SensorLayout
-from studies.commands import STUDIES
+from studies import kept_rows
 from studies.contacts import model_errors
 from studies.contacts.contacts import read_finger
 from studies.contacts.found_contact import driving_torque
-from studies.contacts.model_errors import TABLE, ModelErrorRow, model_error_row, run_model_errors
+from studies.contacts.model_errors import TABLE, ModelErrorRow, model_error_rows
 from studies.contacts.situations import DIFFERENCES, MODELS, NOMINAL, Case, Stated, drawn, graded
 from studies.contacts.statics import rubbing_contacts
 from studies.robustness.plants import RUBBER
 
+FAR = 0.42, 0.99  # of the length, where a finger is usually touched
 FOUR = Case(4, realistic=False, model=NOMINAL)
 
 
@@ -33,7 +35,7 @@ def test_a_graded_finger_is_stiffer_at_its_base_and_its_neutral_axis_stays():
 
 
 def test_contacts_of_rubber_are_in_balance():
-    contacts = rubbing_contacts(20, 0.45, 1.0, 2, finger=RUBBER.finger())
+    contacts = rubbing_contacts(20, 2, 0.45, 1.0, FAR, lambda: RUBBER.finger(read_finger()))
     finger = contacts.finger
     weight = gravity_torque(finger, contacts.q, as_planar(contacts.gravity[:, ::2])[:, None])
     loads = finger.pressure_torque(contacts.pressure) + weight + contacts.torque
@@ -62,7 +64,7 @@ def test_forces_and_places_are_those_of_the_difference(difference):
 def test_a_stiffness_that_varies_along_the_finger_is_no_contact_and_intervals_cover_it(realistic):
     """By 10 % at both ends; to an estimator that believes in one factor it looks like a contact."""
     case = Case(4, realistic, NOMINAL)
-    row = model_error_row("stiffness -10 % at the base, +10 % at the tip", case, 60, 1)
+    (row,) = model_error_rows("stiffness -10 % at the base, +10 % at the tip", case, 60, 1)
     assert row.touched_percent == 0
     assert min(row.interval_percent, row.transverse_percent, row.place_percent) > 93
     assert 0.5 < row.transverse_rms_z < 1.2
@@ -101,19 +103,20 @@ def test_a_row_counts_what_is_stated(monkeypatch):
     free = contacts._replace(probability=np.array([1.0, 0.0, 0.0, 0.0]))
     found = [contacts, free]
     monkeypatch.setattr(model_errors, "drawn", lambda *given: found.pop(0))
-    row = model_error_row("none", FOUR, 4, 7)
+    (row,) = model_error_rows("none", FOUR, 4, 7)
     rms_z = 2 * (0.25 / 3) ** 0.5
     expected = ModelErrorRow("none", 4, "ideal", 4, 200 / 3, 200 / 3, rms_z, 50.0, 75.0, 25.0, 7)
     assert [getattr(row, each.name) for each in fields(row)] == pytest.approx(list(vars(expected).values()))
 
 
-def test_the_command_writes_a_row_for_each_case(tmp_path, monkeypatch):
-    options = parsed(["model-errors", "--contacts", "2", "--seed", "3"], STUDIES)
+def test_the_command_writes_a_row_for_each_case_and_resumes(tmp_path, monkeypatch):
     monkeypatch.setattr(model_errors, "CASES", [FOUR])
-    rows = run_model_errors(tmp_path, options.contacts, options.seed, HereExecutor(), lambda job: None)
-    assert [row.difference for row in rows] == [*DIFFERENCES]
-    assert {row.seed for row in rows} == {3}
-    for read, row in zip(read_csv(tmp_path / TABLE, ModelErrorRow), rows, strict=True):
-        assert (read.difference, read.sensors) == (row.difference, row.sensors)
-        cells, numbers = ([v for v in vars(each).values() if not isinstance(v, str)] for each in (read, row))
-        assert cells == pytest.approx(numbers, rel=1e-4, nan_ok=True)
+    monkeypatch.setattr(kept_rows, "open_executor", lambda *_: nullcontext(HereExecutor()))
+    arguments = "model-errors", "--contacts", "2", "--seed", "3", "--out", tmp_path
+    assert study_line(*arguments).code == 0
+    rows = read_csv(tmp_path / TABLE, ModelErrorRow)
+    assert [(row.difference, row.sections, row.seed) for row in rows] == [(name, 4, 3) for name in DIFFERENCES]
+    whole = (tmp_path / TABLE).read_text()
+    (tmp_path / TABLE).write_text("".join(whole.splitlines(keepends=True)[:-2]))
+    assert study_line(*arguments, "--resume").code == 0
+    assert (tmp_path / TABLE).read_text() == whole

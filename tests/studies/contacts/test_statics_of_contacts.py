@@ -10,6 +10,8 @@ from studies.contacts.estimates import Condition, contact_readings, estimate_con
 from studies.contacts.statics import Forces, in_balance, rubbing_contacts
 from studies.contacts.trials import contact_errors
 
+FAR = 0.42, 0.99  # of the length, where a finger is usually touched
+
 
 def median_errors(contacts, sections):
     layout = SensorLayout(contacts.finger, sections)
@@ -34,7 +36,7 @@ def test_torque_of_a_force_on_a_straight_finger_by_hand():
 
 
 def test_contacts_are_in_balance():
-    contacts = rubbing_contacts(20, 0.45, 1.0, 2)
+    contacts = rubbing_contacts(20, 2, 0.45, 1.0, FAR)
     finger = contacts.finger
     weight = gravity_torque(finger, contacts.q, as_planar(contacts.gravity[:, ::2])[:, None])
     elastic = relaxed_law(finger).inverse()(finger.pressure_torque(contacts.pressure) + weight + contacts.torque)
@@ -47,12 +49,12 @@ def test_contacts_are_in_balance():
 def test_friction_spoils_what_is_exact_without_it_where_it_is_not_seen():
     """Two sections do not tell friction from another place; four do, which are exact with it as well."""
     for sections in (2, 4):
-        force, place = median_errors(rubbing_contacts(60, 0.45, 0.0, 3), sections)
+        force, place = median_errors(rubbing_contacts(60, 3, 0.45, 0.0, FAR), sections)
         assert force < 0.005
         assert place < 0.002
-    force, place = median_errors(rubbing_contacts(60, 0.45, 1.0, 3), 2)
+    force, place = median_errors(rubbing_contacts(60, 3, 0.45, 1.0, FAR), 2)
     assert 0.05 < force < 0.2
     assert place > 0.01
-    force, place = median_errors(rubbing_contacts(60, 0.45, 1.0, 3), 4)
+    force, place = median_errors(rubbing_contacts(60, 3, 0.45, 1.0, FAR), 4)
     assert force < 0.02
     assert place < 0.005

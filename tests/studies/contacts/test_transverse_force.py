@@ -18,7 +18,7 @@ FRICTION, FAR = 0.6, 0.4  # coefficient; of the length, beyond which contacts co
 @pytest.fixture(scope="module")
 def contacts():
     """With any friction up to the cone, on both sides."""
-    return rubbing_contacts(200, FRICTION, np.random.default_rng(31).uniform(size=200), 31, (0.3, 1.0))
+    return rubbing_contacts(200, 31, FRICTION, places=(0.3, 1.0))
 
 
 @pytest.mark.parametrize(
@@ -55,7 +55,7 @@ def test_its_errors_are_small_and_its_interval_is_true(contacts, sections, borde
 @pytest.fixture(scope="module")
 def along_the_finger():
     """Contacts from the base on."""
-    return rubbing_contacts(400, FRICTION, np.random.default_rng(5).uniform(size=400), 5, (0.1, 1.0))
+    return rubbing_contacts(400, 5, FRICTION)
 
 
 @pytest.mark.parametrize("degrees", [-30, 0, 30])

@@ -20,11 +20,11 @@ from studies import ROOT
 from studies.commands import STUDIES
 from studies.contacts.contact_coverage import SITUATIONS, rows_of
 from studies.contacts.estimates import REALISTIC
-from studies.contacts.model_errors import CASES, TABLE, ModelErrorRow, model_error_row
+from studies.contacts.model_errors import CASES, TABLE, ModelErrorRow, model_error_rows
 from studies.contacts.situations import ARM, DIFFERENCES, MODELS, PEG, Case
 from studies.contacts.trials import ContactErrorRow
-from studies.robustness.jobs import plant_rows
 from studies.robustness.plants import RUBBER
+from studies.robustness.robustness import plant_rows
 from studies.robustness.sensor_presets import TABLE as PRESETS_TABLE
 from studies.robustness.sensor_presets import PresetRow, preset_row
 
@@ -110,7 +110,7 @@ def test_limitations_say_what_the_command_wrote(pattern):
 def test_the_command_still_writes_it(difference, case):
     """Within two contacts, which another processor may round apart."""
     written = row_of(difference, case.sections, case.sensors)
-    row = model_error_row(difference, case, 500, written.seed)
+    (row,) = model_error_rows(difference, case, 500, written.seed)
     assert row.contacts == written.contacts
     for name in SHARES:
         assert getattr(row, name) == pytest.approx(getattr(written, name), abs=200 / row.contacts, nan_ok=True)
@@ -215,7 +215,7 @@ def test_the_study_still_counts_as_much():
     (row,) = rows_of(SINGLE[0], Case(2, realistic=False), 1.0, 1)
     written = COVERED[SINGLE[0], "2", "ideal", EXACT]
     for name in ("contacts", "interval_percent", "bound_several_percent", "place_percent"):
-        assert float(row[name]) == pytest.approx(float(written[name]), abs=0.5)
+        assert float(getattr(row, name)) == pytest.approx(float(written[name]), abs=0.5)
 
 
 def test_the_table_of_errors_is_what_the_command_wrote():

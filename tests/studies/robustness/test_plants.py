@@ -7,16 +7,15 @@ import pytest
 
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.station import make_station
-from soft_gripper.fingers.kinematics import forward_kinematics, in_space
+from soft_gripper.fingers.kinematics import forward_kinematics
 from soft_gripper.runs.scores.poses import held_samples
 from soft_gripper.runs.scores.readings import read_again
 from soft_gripper.sensors.strain_errors import StrainErrors
-from soft_gripper.truth.poses import corners
-from studies.robustness.plants import EVERY, FINE, PLANTS, RUBBER, TAPERED, points_along, rubber_moment, touched_fingers
+from studies.robustness.plants import EVERY, FINE, PLANTS, RUBBER, TAPERED, rubber_moment, touched_fingers
 
 
-def test_files_say_what_is_different(shipped_finger) -> None:
-    fine, tapered, rubber = (plant.finger() for plant in (FINE, TAPERED, RUBBER))
+def test_fingers_differ_as_they_say(shipped_finger) -> None:
+    fine, tapered, rubber = (plant.finger(shipped_finger) for plant in (FINE, TAPERED, RUBBER))
     assert (fine.segments, fine.base, fine.elastic_law) == (24, shipped_finger.base, None)
     assert (tapered.segments, tapered.base.thickness, tapered.tip.thickness) == (12, 0.035, 0.015)
     assert rubber.segments == 24
@@ -24,7 +23,7 @@ def test_files_say_what_is_different(shipped_finger) -> None:
 
 
 def test_rubber_is_as_stiff_as_believed_at_60_degrees_and_softer_beyond(shipped_finger) -> None:
-    rubber = RUBBER.finger()
+    rubber = RUBBER.finger(shipped_finger)
     nominal = [np.full(12, np.radians(bend) / 12) for bend in (60, 120, -30)]
     simulated = [np.repeat(q, 2) / 2 for q in nominal]
     linear, curved = (
@@ -37,7 +36,7 @@ def test_rubber_is_as_stiff_as_believed_at_60_degrees_and_softer_beyond(shipped_
 
 
 def test_a_tapered_finger_bends_about_as_far_at_its_pressures(shipped_finger) -> None:
-    tapered = TAPERED.finger()
+    tapered = TAPERED.finger(shipped_finger)
     shipped, other = (
         finger.angle(factor * 1e5 * finger.pressure_gain).sum()
         for finger, factor in ((shipped_finger, 1.0), (tapered, TAPERED.pressure))
@@ -46,10 +45,10 @@ def test_a_tapered_finger_bends_about_as_far_at_its_pressures(shipped_finger) ->
 
 
 @pytest.mark.parametrize("plant", PLANTS, ids=lambda plant: plant.name)
-def test_stations_have_these_fingers(tmp_path, plant) -> None:
+def test_stations_have_these_fingers(tmp_path, shipped_finger, plant) -> None:
     """Of a scenario whose peg a thicker finger would overlap."""
     station = make_station(plant.scenario("obstructed_outside", tmp_path))
-    assert {finger.finger.segments for finger in station.fingers} == {plant.segments}
+    assert {finger.finger.segments for finger in station.fingers} == {plant.finger(shipped_finger).segments}
     assert station.scenario.pressure.steps["all"][-1] == pytest.approx(-50e3 * plant.pressure)
     assert station.scenario.plant_config.time_step == plant.time_step
 
@@ -85,10 +84,8 @@ def test_samples_are_those_of_the_held_steps(held) -> None:
 
 
 def test_true_points_are_those_of_the_samples_that_are_read(held) -> None:
-    finger = held.simulated
-    q = held.recording[f"{held.finger.name}.sampled_joint_angles"].values[held.samples + 1]
-    tips = forward_kinematics(q, finger.segment_length).tip
-    np.testing.assert_allclose(held.points(np.array([finger.length]))[:, 0], in_space(tips), rtol=0, atol=1e-15)
+    tips = held.recording.samples(f"{held.finger.name}.true_tip_position")[held.samples]
+    np.testing.assert_allclose(held.points(np.array([held.simulated.length]))[:, 0], tips, rtol=0, atol=1e-15)
 
 
 def test_without_errors_all_seeds_read_the_truth(held) -> None:
@@ -107,18 +104,6 @@ def test_seeds_err_differently_and_every_time_alike(held) -> None:
     np.testing.assert_array_equal(read, held.readings(2, errors, 3))
     assert (read - truth).std(axis=0) == pytest.approx(1e-3, rel=0.4)
     assert np.abs(read[:, 0] - read[:, 1]).min() > 0
-
-
-def test_points_of_a_chain_are_its_joints_and_its_tip(shipped_finger, bent) -> None:
-    q = bent(4, 12)
-    chain = forward_kinematics(q, shipped_finger.segment_length)
-    s = np.append(shipped_finger.joint_arc_lengths, shipped_finger.length)
-    ends = corners(in_space(chain.joints), in_space(chain.tip))
-    np.testing.assert_allclose(points_along(shipped_finger, ends, s), in_space(chain.points), atol=1e-15)
-    between = 0.3 * s + 0.02
-    np.testing.assert_allclose(
-        points_along(shipped_finger, ends, between), in_space(chain.at(between).points), atol=1e-15
-    )
 
 
 def test_points_of_finer_chains_converge_to_an_arc(shipped_finger) -> None:

@@ -25,7 +25,6 @@ from studies.robustness.rows import (
     in_mm,
     plant_table,
     robustness_table,
-    shipped_finger,
     together,
 )
 
@@ -132,13 +131,6 @@ def test_fingers_are_taken_together(held) -> None:
         assert (row.mean_mm, row.worst_mm) == pytest.approx((same.mean_mm, same.worst_mm))
 
 
-def test_believed_fingers_are_the_shipped_ones() -> None:
-    assert shipped_finger("free_bending", "right_finger").segments == 12
-    assert shipped_finger("box_grasp", "left_finger").name == "left_finger"
-    with pytest.raises(KeyError):
-        shipped_finger("box_grasp", "thumb")
-
-
 def test_a_finger_that_is_known_errs_by_no_more_than_its_chain(held) -> None:
     rows = plant_table(FINE, "free_bending", [held], 20, ["gaussian"])
     assert [row.sections for row in rows] == [1, 2, 3, 4]
@@ -173,7 +165,7 @@ def test_of_rubber_the_shipped_finger_is_believed_and_else_the_one_that_is_simul
     nominal = []
     monkeypatch.setattr(module, "estimated", lambda *args: nominal.append(args[1].finger) or Errors(*np.zeros((3, 1))))
     shipped = softened(held.simulated, 2.0)
-    monkeypatch.setattr(module, "shipped_finger", lambda *_: shipped)
+    monkeypatch.setattr(module, "read_finger", lambda: shipped)
     for plant, finger in ((RUBBER, shipped), (FINE, held.simulated)):
         nominal.clear()
         plant_table(plant, "free_bending", [held], 1, ["gaussian"])

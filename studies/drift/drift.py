@@ -1,76 +1,42 @@
-"""The study of drift: its jobs, table, figure and claims."""
+"""Shape and force during an hour of grasping with sensors that drift: the summary of all parts, figure and claims."""
 
-from collections.abc import Callable, Sequence
-from concurrent.futures import Executor
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Annotated, Any
+import argparse
+from collections.abc import Sequence
+from itertools import product
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
 from soft_gripper.extras.paper.claims import Claim
-from soft_gripper.files.row_table import cells, columns, of_cells, write_csv
+from soft_gripper.extras.paper.commands.printing import print_claims
+from soft_gripper.files.row_table import columns, print_rows
 from soft_gripper.pictures.style import STYLE, save_figure
-from soft_gripper.runs.study import StudyTables
-from studies.drift.hour import MINUTES, POLICIES, DriftRow, drift_rows
+from studies.drift.hour import MINUTES, POLICIES, DriftRow, PolicyRow, drift_rows
+from studies.kept_rows import counted_jobs, kept_rows
 
-TABLE, ABOUT, SUMMARY, FIGURE = "drift_parts.csv", "drift_parts.txt", "drift.csv", "drift"
+TABLE, SUMMARY, FIGURE = "drift_parts.csv", "drift.csv", "drift"
 COVERED = 90.0, 99.0  # %, at the last minute, under each policy
 LARGEST_TIP = 2.9  # % of the length, under the best policy
 
 
-@dataclass(frozen=True)
-class PolicyRow:
-    """All parts of the study under one policy, in the SPAN before `minute`."""
-
-    policy: str
-    minute: int
-    pose_mm: Annotated[float, ".2f"]  # mean
-    tip_mm: Annotated[float, ".2f"]  # mean
-    tip_percent: Annotated[float, ".2f"]  # of the length
-    shape_covered_percent: Annotated[float, ".1f"]
-    force_error_n: Annotated[float, ".3f"]  # median of each part, in the mean
-    force_width_n: Annotated[float, ".3f"]  # likewise
-    force_covered_percent: Annotated[float, ".1f"]  # of what is stated
-    force_stated_percent: Annotated[float, ".1f"]
-    samples: int
-
-
-def run_drift(
-    folder: Path, parts: int, seed: int, executor: Executor, report: Callable[[int], Any], resume: bool = False
-) -> list[PolicyRow]:
-    """Runs the study, writes its tables and figure, and returns the rows.
-
-    Args:
-        folder: of the files.
-        parts: sets of grasps and sensors, each an hour under every policy.
-        seed: of all that is random.
-        executor: makes the calls.
-        report: called with the number of each part as it ends, or at once if its rows exist.
-        resume: keep existing rows.
-
-    Raises:
-        InputError: if the study to be resumed is another one.
-    """
-    tables = StudyTables(folder, ABOUT, {TABLE: columns(DriftRow)}, 3)
-    tables.begin(f"seed: {seed}\nparts: {parts}\n", resume)
-
-    def keep(part: int, rows: list[DriftRow]) -> None:
-        for row in rows:
-            tables.add(cells(row))
-
-    def keys(part: int) -> list[tuple[str, ...]]:
-        return [(str(part), policy, str(minute)) for policy in POLICIES for minute in MINUTES]
-
-    jobs = {part: (part, seed) for part in range(parts)}
-    tables.run(executor, drift_rows, jobs, keep, ended=report, keys=keys)
-    tables.finish(key for part in jobs for key in keys(part))
-    rows = summary([of_cells(row, DriftRow) for (row,) in tables.rows.values()])
-    write_csv(folder / SUMMARY, rows)
-    save_figure(drift_figure(rows), folder / FIGURE)
-    return rows
+def run(options: argparse.Namespace) -> int:
+    """Runs the command; the exit code is 1 if a claim does not hold."""
+    console, out, seed = options.console, options.out, {"seed": options.seed}
+    keys = list(product(POLICIES, map(str, MINUTES)))
+    jobs = {(part,): [(str(part), *key) for key in keys] for part in range(options.parts)}
+    with counted_jobs(options, len(jobs), "hours") as (executor, ended):
+        parts = kept_rows(out / TABLE, DriftRow, drift_rows, jobs, seed, executor, ended, options.resume)
+    rows = summary(parts)
+    claims = drift_claims(rows)
+    print_rows(rows)
+    console.table("drift", rows, out / SUMMARY)
+    save_figure(drift_figure(rows), out / FIGURE)
+    print_claims(claims)
+    console.table("claims", claims)
+    console.wrote(*(out / file for file in (SUMMARY, TABLE, f"{FIGURE}.png", f"{FIGURE}.svg")))
+    return 0 if all(claim.holds for claim in claims) else 1
 
 
 def summary(rows: Sequence[DriftRow]) -> list[PolicyRow]:
