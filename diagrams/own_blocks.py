@@ -72,18 +72,27 @@ def blamed(station: Station, context: Context, failure: BaseException) -> InputE
         context: the context of its diagram, at the time of the failure.
         failure: the exception from Drake or from a block.
     """
-    blocks, when = own_blocks(station), f"failed at t = {context.get_time():.6g} s"
-    for own in (own for own in blocks if own.runs):
+    for own in (own for own in own_blocks(station) if own.runs):
         for port in vector_outputs(own.block):
             again = _failure_of(own, port, context)
             if again is not None and type(again) is type(failure):
-                return own.error(port, f"{when}: {described(failure)}")
+                return own.error(port, _failed(context.get_time(), failure))
+    return blamed_by_traceback(station, context.get_time(), failure)
+
+
+def blamed_by_traceback(station: Station, time: float, failure: BaseException) -> InputError | None:
+    """A failure at a time, s, as an error of the user block whose code raised it; None if there is none."""
+    blocks = own_blocks(station)
     frames = list(_frames(failure))
     of_block = (own for own in blocks if any(frame.f_locals.get("self") is own.block for frame in frames))
     modules = {str(frame.f_globals.get("__name__")) for frame in frames}
     of_module = (own for own in blocks if module_of(own.name) in modules)
     at_fault = next(of_block, None) or next(of_module, None)  # in an update: no port is at fault
-    return None if at_fault is None else at_fault.error(at_fault.port, f"{when}: {described(failure)}")
+    return None if at_fault is None else at_fault.error(at_fault.port, _failed(time, failure))
+
+
+def _failed(time: float, failure: BaseException) -> str:
+    return f"failed at t = {time:.6g} s: {described(failure)}"
 
 
 def _failure_of(own: OwnBlock, port: str, context: Context) -> BaseException | None:

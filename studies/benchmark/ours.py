@@ -12,7 +12,7 @@ from studies.benchmark.ours_recorded import (
     trunk_load,
     trunk_shape,
 )
-from studies.benchmark.ours_simulated import contact_force, contact_place, contact_tip, grasp_shape
+from studies.benchmark.ours_simulated import contact_force, contact_place, contact_tip, contact_transverse, grasp_shape
 
 _SHAPES = ("arcs", "gaussian", "contact")
 _OVER_TIME = ("arcs", "gaussian", "recursive")
@@ -21,6 +21,7 @@ _OURS: dict[str, dict[str, Estimator]] = {
     "contact_tip": {name: contact_tip(name) for name in _SHAPES},
     "contact_force": {"contact": contact_force},
     "contact_place": {"contact": contact_place},
+    "contact_transverse": {"contact": contact_transverse},
     "grasp_shape": {"fitted": grasp_shape},
     "grasp_new": {"fitted": grasp_shape},
     "arm_tip": {name: arm_tip(name) for name in _OVER_TIME},

@@ -69,12 +69,25 @@ def _contact(of: Callable[[ContactShape, Array], tuple[Array, Array]]) -> Estima
 
 
 def _force(found: ContactShape, inputs: Array) -> tuple[Array, Array]:
-    """The force, with a band as wide as the 95 % interval of its posterior; 0 where nothing is detected."""
+    """The normal force; 0 where nothing is detected."""
     known = _known(inputs)
     contact = found(*known).contact
     assert contact is not None
-    low, _, high = np.nan_to_num(found.posterior(*known).force_interval, nan=0.0).T
-    mean = np.nan_to_num(contact.force)
+    return _with_interval(contact.force, found.posterior(*known).force_interval)
+
+
+def _transverse(found: ContactShape, inputs: Array) -> tuple[Array, Array]:
+    """The transverse force; 0 where nothing is detected."""
+    known = _known(inputs)
+    contact = found(*known).contact
+    assert contact is not None
+    assert contact.transverse_force is not None
+    return _with_interval(contact.transverse_force, found.posterior(*known).transverse_force_interval)
+
+
+def _with_interval(force: Array, interval: Array) -> tuple[Array, Array]:
+    """Forces, (T) N, with bands as wide as 95 % intervals of their sizes, (T, 3), need."""
+    mean, (low, _, high) = np.nan_to_num(force), np.nan_to_num(interval, nan=0.0).T
     return mean[:, None], np.maximum(high - np.abs(mean), np.abs(mean) - low)[:, None] / NORMAL_95
 
 
@@ -91,6 +104,7 @@ def _place(found: ContactShape, inputs: Array) -> tuple[Array, Array]:
 
 contact_force = _contact(_force)
 contact_place = _contact(_place)
+contact_transverse = _contact(_transverse)
 
 
 @cache

@@ -40,19 +40,19 @@ PUBLISHED = (
         "MoSSNet, arXiv 2303.00891",
     ),
     Published(
-        ("contact_force", "contact_place"),
+        ("contact_force", "contact_transverse", "contact_place"),
         "5.25 to 12.87 % of the force, 1.02 to 2.19 % of the location",
         "contacts on a continuum robot, from curvatures of fibre Bragg gratings and a rod model",
         "arXiv 2109.12469",
     ),
     Published(
-        ("contact_force", "contact_place"),
+        ("contact_force", "contact_transverse", "contact_place"),
         "8.7 mN (5.8 %), 1.7 mm (2.3 %)",
         "mean errors of contacts on a cable-driven robot on hardware, from tensions, shape and a network",
         "Soft Robotics, doi 10.1177/21695172251388808",
     ),
     Published(
-        ("contact_force",),
+        ("contact_force", "contact_transverse"),
         "0.17 N",
         "force that a finger with drifting soft sensors and a recurrent network exerts in closed loop, on hardware",
         "Soft Robotics, doi 10.1089/soro.2021.0012",

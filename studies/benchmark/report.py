@@ -64,7 +64,16 @@ def _score(file: Path, row: Any) -> Score:
     for field in ("task", "region", "estimator", "unit"):
         if not isinstance(getattr(score, field), str):
             raise InputError(file, f"scores.{field}", getattr(score, field), "must be text")
-    for field in ("mean", "median", "percentile_95", "proper", "within_band_percent", "band", "unknown_percent"):
+    for field in (
+        "mean",
+        "median",
+        "percentile_95",
+        "proper",
+        "within_band_percent",
+        "band",
+        "unknown_percent",
+        "interval_score",
+    ):
         value = getattr(score, field)
         if not (isinstance(value, int | float) and np.isfinite(value)) and (
             value is not None or field in ("mean", "proper")

@@ -11,6 +11,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.extras.hardware.scoring import NORMAL_95, error_columns, percent_within
 from studies.benchmark.benchmark_task import Task, Tested
 from studies.benchmark.estimates import Answers
+from studies.contacts.contact_coverage import interval_score
 
 _SET = 0.95  # of the probability, that a set of answers holds
 
@@ -36,6 +37,7 @@ class Score:
     within_band_percent: float | None  # of single outputs, in their band; None without a band
     band: float | None  # mean width from end to end, in the unit; in recognition the mean number of answers
     unknown_percent: float | None = None  # of answers in recognition
+    interval_score: float | None = None  # mean of single outputs, in the unit; None in recognition, or without a band
 
 
 def scores(task: Task, name: str, stated: Answers, tested: Tested) -> Iterator[Score]:
@@ -69,9 +71,11 @@ def _measured(task: Task, truth: Array, mean: Array, std: Array | None) -> dict[
     distances = error_columns(np.linalg.norm(errors, axis=1), "mean", "median", "percentile_95")
     proper = float(crps(errors, np.zeros_like(errors) if std is None else std).mean())
     within = None if std is None else percent_within(errors, NORMAL_95 * std)
-    width = None if std is None else 2 * NORMAL_95 * float(std.mean())
-    unit = task.outputs[0].unit
-    return distances | {"unit": unit, "proper": proper, "within_band_percent": within, "band": width}
+    band = None if std is None else NORMAL_95 * std
+    width = None if band is None else 2 * float(band.mean())
+    missed = None if band is None else float(interval_score(np.stack([-band, band], axis=-1), errors).mean())
+    found = {"proper": proper, "within_band_percent": within, "band": width, "interval_score": missed}
+    return distances | found | {"unit": task.outputs[0].unit}
 
 
 def _recognized(task: Task, truth: Array, mean: Array, std: Array | None) -> dict[str, Any]:

@@ -2,7 +2,7 @@
 
 import csv
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import astuple, fields
 from io import StringIO
 from pathlib import Path
@@ -18,7 +18,7 @@ from soft_gripper.files.text import MAX_BYTES, read_text
 from soft_gripper.fingers.kinematics import as_points
 from studies.benchmark import grasps
 from studies.benchmark.benchmark_task import Channel, Part, Recorded, Task
-from studies.benchmark.contacts import FOLDER, ContactSample
+from studies.benchmark.contacts import FOLDER, ContactSample, Measured, TransverseSample
 from studies.benchmark.random_objects import SHAPES
 from studies.hardware.published import BEAM, SEGMENT, recording_file
 
@@ -27,17 +27,15 @@ def _channels(unit: str, names: str) -> tuple[Channel, ...]:
     return tuple(Channel(name, unit) for name in names.split())
 
 
-def _read_contacts(outputs: Sequence[str]) -> Callable[[Path], Recorded]:
+def _read_contacts(kind: type[Measured], outputs: Sequence[str]) -> Callable[[Path], Recorded]:
     def read(path: Path) -> Recorded:
-        table = read_csv(path, ContactSample)
-        names = [each.name for each in fields(ContactSample)]
-        values = np.array([astuple(row) for row in table])
-        return Recorded(values[:, :_MEASURED], values[:, [names.index(name) for name in outputs]])
+        names = [each.name for each in fields(kind)]
+        values = np.array([astuple(row) for row in read_csv(path, kind)])
+        return Recorded(values[:, : len(fields(Measured))], values[:, [names.index(name) for name in outputs]])
 
     return read
 
 
-_MEASURED = 7  # columns of a contact: readings, pressure and gravity
 _CONTACT_FILES = {
     "contacts_train.csv": "b173dc9c27a2f654d2851e987796a9438f8c5a7a8030e22bd2a3511717649246",
     "contacts_test.csv": "9cd9e4f2099c1491451a55d2f4ef1e35eab3d8a2ba7fe330b0dde706dc4c04cf",
@@ -47,16 +45,29 @@ _CONTACT_INPUTS += _channels("Pa", "pressure") + _channels("m/s^2", "gravity_x g
 _SHARES = {"near base": (0, 1 / 3), "middle": (1 / 3, 2 / 3), "near tip": (2 / 3, 1)}  # of the contacts, by place
 
 
-def _contacts(name: str, unit: str, outputs: Sequence[str]) -> Task:
+_TRANSVERSE_FILES = {
+    "transverse_train.csv": "fcfd3642e276b02f0a76bfd8552c02e0e1032ad90c65e7db1105a0a19b4ceba0",
+    "transverse_test.csv": "d2a9dfd06e87bd66586b57e5b242ad2eb127fb042ca3f5e5127b74a654daad56",
+}
+
+
+def _contacts(
+    name: str,
+    unit: str,
+    outputs: Sequence[str],
+    kind: type[Measured] = ContactSample,
+    sha256: Mapping[str, str] = _CONTACT_FILES,
+) -> Task:
+    train, test = sha256
     return Task(
         name,
         "simulated by python -m studies.benchmark.contacts",
-        _CONTACT_FILES,
+        sha256,
         _CONTACT_INPUTS,
         _channels(unit, " ".join(outputs)),
-        (Part("contacts_train.csv"),),
-        {region: (Part("contacts_test.csv", *share),) for region, share in _SHARES.items()},
-        _read_contacts(outputs),
+        (Part(train),),
+        {region: (Part(test, *share),) for region, share in _SHARES.items()},
+        _read_contacts(kind, outputs),
         FOLDER,
     )
 
@@ -260,6 +271,7 @@ TASKS = (
     _contacts("contact_tip", "m", ["tip_x", "tip_z"]),
     _contacts("contact_force", "N", ["force"]),
     _contacts("contact_place", "m", ["place"]),
+    _contacts("contact_transverse", "N", ["transverse_force"], TransverseSample, _TRANSVERSE_FILES),
     _grasps("grasp_shape", list(SHAPES)),
     _grasps("grasp_new", [shape for shape in SHAPES if shape != "sphere"]),
     Task(

@@ -152,7 +152,9 @@ def print_scores(scores: list[Score]) -> None:
     """Prints a line for every score, and then what others have published."""
     widths = [max(len(getattr(s, of)) for s in scores) for of in ("task", "region", "estimator")]
     titles = [f"{title:{width}}" for title, width in zip(("task", "region", "estimator"), widths, strict=True)]
-    print(*titles, *(f"{title:>9}" for title in ("mean", "median", "95 %", "proper")), "  ", " in band     band")
+    print(
+        *titles, *(f"{title:>9}" for title in ("mean", "median", "95 %", "proper")), "  ", " in band     band    score"
+    )
     for score in scores:
         numbers = score.mean, score.median, score.percentile_95, score.proper
         errors = " ".join(f"{_number(value):>9}" for value in numbers)
@@ -178,7 +180,7 @@ def _band(score: Score) -> str:
     if score.within_band_percent is None:
         return " no band"
     unknown = "" if score.unknown_percent is None else f"   {score.unknown_percent:.1f} % unknown"
-    return f"{score.within_band_percent:6.1f} % {_number(score.band):>8}{unknown}"
+    return f"{score.within_band_percent:6.1f} % {_number(score.band):>8} {_number(score.interval_score):>8}{unknown}"
 
 
 def compare(files: list[Path]) -> None:

@@ -123,11 +123,11 @@ def coverage_row(situation: str, case: Case, stated: Stated) -> Any:
 
 
 def interval_score(interval: Array, true: Array) -> Array:
-    """Width of intervals of 95 %, (M, 3), plus 40 times the distance to a true value outside of them, (M).
+    """Width of intervals of 95 %, (..., 2 or 3), plus 40 times the distance to a true value outside of them, (...).
 
     The mean is least for the quantiles of what is known: Gneiting and Raftery (2007, doi 10.1198/016214506000001437).
     """
-    low, high = interval[:, 0], interval[:, -1]
+    low, high = interval[..., 0], interval[..., -1]
     outside = np.maximum(low - true, 0) + np.maximum(true - high, 0)
     return np.asarray(high - low + 2 / 0.05 * outside)
 

@@ -59,7 +59,7 @@ def run(options: argparse.Namespace) -> None:
             vectors[number].reset(seed=seed)
             found[name].append(clocked(partial(episode, vectors[number], number), time.perf_counter))
     median = {name: float(np.median(times)) for name, times in found.items()}
-    simulated = STEPS * env.time_step
+    simulated = STEPS * env.environment.config.time_step
     print(f"reset: {1e3 * median['reset']:.1f} ms")
     print(f"SoftGrasp-v0: {simulated / median['episode']:.1f} times real time")
     print(f"box_grasp, no signal read: {2.0 / median['box']:.1f} times real time")

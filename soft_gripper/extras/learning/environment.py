@@ -1,22 +1,19 @@
-"""SoftGripperEnv: an environment file as a Gymnasium environment, through Drake's DrakeGymEnv.
+"""SoftGripperEnv: an environment file as a Gymnasium environment, whose station is simulated in Drake.
 
 The time limit is the environment's own rather than Gymnasium's TimeLimit: it is in the file, next to the step.
 """
 
-import warnings
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
-from gymnasium.spaces import Box
+from gymnasium import Env
 from numpy.typing import NDArray
-from pydrake.common import RandomGenerator
-from pydrake.geometry import Meshcat
-from pydrake.gym import DrakeGymEnv
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
-from pydrake.systems.framework import Context, System
+from pydrake.systems.framework import Context
 
+from soft_gripper.arrays import Array
 from soft_gripper.diagrams.simulation import solver_config
 from soft_gripper.diagrams.view.meshcat_view import open_meshcat
 from soft_gripper.errors import InputError, first_line
@@ -27,24 +24,18 @@ from soft_gripper.extras.learning.agent_inputs import (
     finite_actions,
     integer_seed,
 )
-from soft_gripper.extras.learning.config import EnvironmentConfig, load_environment
-from soft_gripper.extras.learning.episode_variation import Draw, apply_draw, draw, varied_fingers
-from soft_gripper.extras.learning.station import LARGEST, LearningStation, home, make_learning_station, resting_action
-from soft_gripper.extras.learning.tasks import Grasp, Judgement, PickPlace, Reach, Task
+from soft_gripper.extras.learning.config import Environment, load_environment
+from soft_gripper.extras.learning.episode_variation import Draw, apply_draw, varied_fingers
+from soft_gripper.extras.learning.episodes import Episodes, Rows
+from soft_gripper.extras.learning.station import home, make_learning_station, resting_action
+from soft_gripper.fingers.kinematics import as_planar, in_space
 
 MODES = ("human", "rgb_array")
 Vector = NDArray[np.float32]
+_NONE: Rows = np.zeros(0, int)  # no environment begins anew unasked
 
 
-class _Built(NamedTuple):
-    """One of the grippers that episodes take."""
-
-    simulator: Simulator
-    station: LearningStation
-    task: Task
-
-
-class SoftGripperEnv(DrakeGymEnv):
+class SoftGripperEnv(Env[Vector, Vector]):
     """An agent acts on a station from -1 to 1, and observes estimates from the sensors of the gripper.
 
     Episodes vary what can be set in the context of a built diagram; the springs of fingers cannot, so several grippers
@@ -70,33 +61,13 @@ class SoftGripperEnv(DrakeGymEnv):
         """
         if render_mode not in (None, *MODES):
             raise InputError("environment", "render_mode", render_mode, f"known: {', '.join(MODES)}; or None")
-        self.environment = load_environment(environment, changes)
+        self.environment, self.render_mode = load_environment(environment, changes), render_mode
         config = self.environment.config
-        meshcat = open_meshcat() if render_mode == "human" else None
-        self._pool = [self._build(i, render_mode, meshcat) for i in range(config.variation.grippers)]
-        self._now, self._drawn = self._pool[0], Draw()
-        self._judgement = Judgement(0.0, False, {})
-        diagram = self._now.station.diagram
-        self._resting = resting_action(config.action, home(self._now.station.parts))
-        size = diagram.GetOutputPort("observation").size()
-        self._observed: Vector = np.zeros(size, np.float32)
-        self.metadata = {}  # a copy of its own: DrakeGymEnv writes into it
-        super().__init__(
-            simulator=self._begin,
-            time_step=config.time_step,
-            action_space=Box(-1.0, 1.0, (len(self._resting),), np.float32),
-            observation_space=Box(-LARGEST, LARGEST, (size,), np.float32),
-            reward=self._reward,
-            action_port_id="action",
-            observation_port_id="observation",
-            render_rgb_port_id="picture" if render_mode == "rgb_array" else None,
-            render_mode=render_mode,
-            hardware=True,  # a reset keeps the context that `_begin` made: it would be initialized twice otherwise
-        )
+        self._station = DrakeStation(self.environment, render_mode)
+        self._episodes = Episodes(config, self._station, 1)
+        self.action_space, self.observation_space = self._episodes.action_space, self._episodes.observation_space
         self.metadata = {"render_modes": [*MODES], "render_fps": round(1 / config.time_step)}
-        # The ground truth at the start of an episode; DrakeGymEnv drops a handler that is given to its constructor.
-        self.info_handler = lambda _: asdict(self._drawn)
-        self._is_closed = False
+        self._is_begun = self._is_closed = False
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Vector, dict[str, Any]]:
         """Begins an episode.
@@ -107,9 +78,10 @@ class SoftGripperEnv(DrakeGymEnv):
         """
         check_order("reset", is_begun=True, is_closed=self._is_closed)
         check_options(options)
-        observation, info = super().reset(seed=integer_seed(seed))
-        self._observed = observation.astype(np.float32)
-        return self._observed, info
+        super().reset(seed=integer_seed(seed))
+        (observed,), (drawn,) = self._episodes.begin([self.np_random])
+        self._is_begun = True
+        return observed, asdict(drawn)
 
     def step(self, action: Any) -> tuple[Vector, float, bool, bool, dict[str, Any]]:
         """Applies an action for a time step.
@@ -119,12 +91,12 @@ class SoftGripperEnv(DrakeGymEnv):
                 after `close`.
         """
         self._check_begun("step")
-        numbers = finite_actions(action, "action", self.action_space.shape)
-        reason = self._advance(np.clip(numbers, -1.0, 1.0))
-        if reason:
-            return self._observed, 0.0, False, True, {"diverged": reason}
-        is_late = bool(self._now.simulator.get_context().get_time() > self.environment.config.duration - 1e-9)
-        return self._observed, *self._judgement[:2], is_late, self._judgement.info
+        numbers = finite_actions(action, "action", self._station.resting.shape)
+        stepped = self._episodes.step(np.clip(numbers, -1.0, 1.0)[None], _NONE, [self.np_random])
+        (observed,), (reason,) = stepped.observed, stepped.diverged
+        reward, *ends = (values.item() for values in (stepped.reward, stepped.terminated, stepped.truncated))
+        info = {"diverged": reason} if reason else {name: _of_one(value[0]) for name, value in stepped.info.items()}
+        return observed, reward, *ends, info
 
     def render(self) -> NDArray[np.uint8] | None:
         """The scene as a picture, (height, width, 3), or in Meshcat.
@@ -134,65 +106,102 @@ class SoftGripperEnv(DrakeGymEnv):
         """
         self._check_begun("render")
         check_rendered(self.render_mode, MODES)
-        picture = super().render()
-        return None if picture is None else picture.copy()  # Drake's own is overwritten by the next one
+        if self.render_mode == "rgb_array":
+            return self._station.picture()
+        self._station.show()
+        return None
 
     def close(self) -> None:
         """Ends the use of the environment."""
         self._is_closed = True
-        super().close()
 
     def _check_begun(self, act: str) -> None:
-        check_order(act, is_begun=self.simulator is not None, is_closed=self._is_closed)
-
-    def _advance(self, action: NDArray[np.float64]) -> str:
-        """Takes a step; returns why it diverged, if it did."""
-        with warnings.catch_warnings(record=True) as caught:
-            warnings.simplefilter("always", UserWarning)
-            try:
-                observation, *_, failed, _ = super().step(action)
-            except (RuntimeError, SystemExit) as error:  # the latter comes from failed conditions of Drake
-                return first_line(error)
-        if failed:
-            return str(caught[-1].message)
-        plant, context = self._now.station.parts.plant, self._now.simulator.get_context()
-        if not np.isfinite(plant.GetPositionsAndVelocities(plant.GetMyContextFromRoot(context))).all():
-            return "the state is no longer finite"
-        self._observed = observation.astype(np.float32)
-        return ""
-
-    def _build(self, number: int, render_mode: str | None, meshcat: Meshcat | None) -> _Built:
-        config = self.environment.config
-        scenario = varied_fingers(self.environment.scenario, config.variation, number)
-        station = make_learning_station(config, scenario, render_mode == "rgb_array", meshcat)
-        simulator = Simulator(station.diagram)
-        ApplySimulatorConfig(solver_config(scenario), simulator)
-        if meshcat is not None:
-            simulator.set_target_realtime_rate(1.0)
-        return _Built(simulator, station, make_task(station, config))
-
-    def _begin(self, _: RandomGenerator) -> Simulator:
-        """A simulator ready for an episode; DrakeGymEnv then initializes it."""
-        self._drawn = draw(self.np_random, self.environment.config.variation)
-        self._now = self._pool[self._drawn.gripper]
-        simulator, station, task = self._now
-        context = simulator.get_mutable_context()
-        station.diagram.SetDefaultContext(context)
-        station.diagram.GetInputPort("action").FixValue(context, self._resting)
-        apply_draw(station, context, self._drawn)
-        task.begin(context, self.np_random)
-        return simulator
-
-    def _reward(self, _: System, context: Context) -> float:
-        self._judgement = self._now.task.judge(context)
-        return self._judgement.reward
+        check_order(act, self._is_begun, self._is_closed)
 
 
-def make_task(station: LearningStation, config: EnvironmentConfig) -> Task:
-    """The task of an environment, on one of its stations."""
-    if config.reach is not None:
-        return Reach(station, config.reach, config.time_step)
-    if config.grasp is not None:
-        return Grasp(station, config.grasp, config.time_step)
-    assert config.pick_place is not None
-    return PickPlace(station, config.pick_place, config.time_step)
+def _of_one(value: Any) -> Any:
+    """The value of one environment, a number as one of Python."""
+    return value if np.ndim(value) else value.item()
+
+
+class DrakeStation:
+    """The station of one environment, see `Stations`: one of a few grippers that episodes take."""
+
+    def __init__(self, environment: Environment, render_mode: str | None):
+        """`render_mode`: see `SoftGripperEnv`."""
+        self._config = config = environment.config
+        meshcat, self._grippers = open_meshcat() if render_mode == "human" else None, []
+        for number in range(config.variation.grippers):
+            scenario = varied_fingers(environment.scenario, config.variation, number)
+            station = make_learning_station(config, scenario, render_mode == "rgb_array", meshcat)
+            simulator = Simulator(station.diagram)
+            ApplySimulatorConfig(solver_config(scenario), simulator)
+            if meshcat is not None:
+                simulator.set_target_realtime_rate(1.0)
+            self._grippers.append((station, simulator))
+        self.station, self.simulator = self._grippers[0]
+        self.resting = resting_action(config.action, home(self.station.parts))
+        self._act(self.resting)
+
+    def begin(self, rows: Rows, draws: Sequence[Draw], drawn: Array) -> None:
+        self.station, self.simulator = self._grippers[draws[0].gripper]
+        context = self.simulator.get_mutable_context()
+        self.station.diagram.SetDefaultContext(context)
+        self._act(self.resting)
+        apply_draw(self.station, context, draws[0])
+        self.station.follow(context, drawn[0])
+        context.SetTime(0.0)
+        self.simulator.Initialize()
+
+    def step(self, actions: Array) -> list[str]:
+        self._act(actions[0])
+        context = self.simulator.get_mutable_context()
+        reason = ""
+        try:
+            self.simulator.AdvanceTo(context.get_time() + self._config.time_step)
+        except (RuntimeError, SystemExit) as error:  # the latter comes from failed conditions of Drake
+            reason = first_line(error)
+        plant = self.station.parts.plant
+        if not reason and not np.isfinite(plant.GetPositionsAndVelocities(self._of_plant)).all():
+            reason = "the state is no longer finite"
+        if reason:
+            self.station.diagram.SetDefaultContext(context)  # what diverged cannot be read
+        return [reason]
+
+    def observe(self) -> Array:
+        observed: Array = self.station.diagram.GetOutputPort("observation").Eval(self.simulator.get_context())
+        return observed[None]
+
+    def object_places(self) -> Array:
+        assert self.station.object is not None
+        return np.array([self.station.object.EvalPoseInWorld(self._of_plant).translation()])
+
+    def normal_forces(self) -> tuple[Array, Array]:
+        forces = self.station.forces
+        assert forces is not None
+        own = forces.GetMyContextFromRoot(self.simulator.get_context())
+        force, peak = (forces.GetOutputPort(name).Eval(own) for name in ("force", "peak"))
+        return force[None], np.array([max(peak.max(), force.max())])
+
+    def tip_errors(self) -> Array:
+        target, finger = self.station.target, self.station.parts.fingers[0]
+        assert target is not None
+        goal = target.get_output_port().Eval(target.GetMyContextFromRoot(self.simulator.get_context()))
+        tip = finger.frames[-1].CalcPose(self._of_plant, finger.base.body_frame()).translation()
+        return np.array([np.linalg.norm(tip - in_space(as_planar(goal)))])
+
+    def picture(self) -> NDArray[np.uint8]:
+        """The scene, (height, width, 3)."""
+        image = self.station.diagram.GetOutputPort("picture").Eval(self.simulator.get_context())
+        return np.array(image.data[:, :, :3])
+
+    def show(self) -> None:
+        """Shows the scene in Meshcat."""
+        self.station.diagram.ForcedPublish(self.simulator.get_context())
+
+    @property
+    def _of_plant(self) -> Context:
+        return self.station.parts.plant.GetMyContextFromRoot(self.simulator.get_context())
+
+    def _act(self, action: Array) -> None:
+        self.station.diagram.GetInputPort("action").FixValue(self.simulator.get_mutable_context(), action)

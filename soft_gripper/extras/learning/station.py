@@ -327,6 +327,13 @@ class LearningStation:
     target: TipTarget | None = None
     goal: ConstantVectorSource | None = None
 
+    def follow(self, context: Context, drawn: Array) -> None:
+        """Sets the random part of a task, if it has one, in a context of the diagram, see `Task.draw`."""
+        if self.target is not None:
+            self.target.swing(self.target.GetMyMutableContextFromRoot(context), *drawn)
+        if self.goal is not None:
+            self.goal.get_mutable_source_value(self.goal.GetMyMutableContextFromRoot(context)).SetFromVector(drawn)
+
 
 def make_learning_station(
     config: EnvironmentConfig,

@@ -1,173 +1,139 @@
-"""Tasks of a station: rewards computed from ground truth."""
+"""Tasks of E environments: what is random in an episode, and rewards computed from ground truth."""
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
-from pydrake.systems.framework import Context
+from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
-from soft_gripper.extras.learning.config import GraspConfig, PickPlaceConfig, ReachConfig
-from soft_gripper.extras.learning.station import LearningStation
-from soft_gripper.fingers.kinematics import as_planar, in_space
+from soft_gripper.extras.learning.config import EnvironmentConfig, GraspConfig, PickPlaceConfig, ReachConfig
 
 
 class Judgement(NamedTuple):
-    """Result of one step, of one environment or of several: (...)."""
+    """Result of one step, (E) each."""
 
-    reward: Any
-    terminated: Any
+    reward: Array
+    terminated: NDArray[np.bool_]
     info: dict[str, Any]  # ground truth, which observations do not contain
 
 
+class Truth(Protocol):
+    """Ground truth of E stations, now."""
+
+    def object_places(self) -> Array:
+        """The frame of the object of the task in the world, (E, 3) m."""
+
+    def normal_forces(self) -> tuple[Array, Array]:
+        """Normal force on each finger, (E, F) N, and the largest of any finger in the episode, (E) N."""
+
+    def tip_errors(self) -> Array:
+        """Distance of the tip from its target, (E) m."""
+
+
 class Task(Protocol):
-    """A task of a station; contexts are those of the station's whole diagram."""
+    """A task of E environments."""
 
-    def begin(self, context: Context, rng: np.random.Generator) -> None:
-        """Draws the random part of the task, and sets it in a context in which an episode begins."""
+    def draw(self, rng: np.random.Generator) -> Sequence[float]:
+        """Draws the random part of an episode: parameters of the source in a station that the policy follows."""
 
-    def judge(self, context: Context) -> Judgement:
+    def begin(self, rows: NDArray[np.int_], drawn: Array, truth: Truth) -> None:
+        """Notes the beginning of episodes of some environments, whose random parts are `drawn`, (rows, ...)."""
+
+    def judge(self, truth: Truth) -> Judgement:
         """Scores the state after a step."""
-
-
-class Handled(NamedTuple):
-    """The object of a task and the forces on it."""
-
-    place: Array  # (3,) m, of its frame, from where the episode began
-    force: Array  # (F,) N, normal, of each finger
-    peak: float  # N, the largest of any finger in the episode
-
-
-class HandledObject:
-    """A task that reads the object of a station."""
-
-    def __init__(self, station: LearningStation):
-        assert station.object is not None
-        self._station, self._body = station, station.object
-        self.begins_at: Array = np.zeros(3)  # m in the world, the object's frame at the start of an episode
-
-    def begin(self, context: Context, rng: np.random.Generator) -> None:
-        self.begins_at = self._place(context)
-
-    def look(self, context: Context) -> Handled:
-        """The object in a context of the whole diagram."""
-        forces = self._station.forces
-        assert forces is not None
-        own = forces.GetMyContextFromRoot(context)
-        force, peak = (forces.GetOutputPort(name).Eval(own) for name in ("force", "peak"))
-        return Handled(self._place(context) - self.begins_at, force, float(max(peak.max(), force.max())))
-
-    def _place(self, context: Context) -> Array:
-        place: Array = self._body.EvalPoseInWorld(self._station.parts.plant.GetMyContextFromRoot(context)).translation()
-        return place
 
 
 _HELD_HEIGHT_SHARE = 0.8  # share of the height above which a touched object counts as held up
 
 
-def grasp_judgement(config: GraspConfig, time_step: float, height: Array, force: Array, peak: Array) -> Judgement:
-    """The result of a step of `Grasp`, from the height, (...) m, the forces of F fingers, (..., F), and their peak."""
-    lifted = np.clip(height / config.height, 0.0, 1.0)
-    crushed = np.asarray(peak) > config.crushing_force
-    reward = time_step * (lifted - config.force_weight * force.max(axis=-1)) - crushed
-    held = (lifted >= _HELD_HEIGHT_SHARE) & (force > 0).all(axis=-1) & ~crushed
-    return Judgement(
-        reward, crushed, {"height": height, "force": force, "peak_force": peak, "crushed": crushed, "success": held}
-    )
-
-
-class Grasp(HandledObject):
+class Grasp:
     """Earns time_step (lifted share - force_weight force) a step, and -1 for a crushed object, which ends it."""
 
-    def __init__(self, station: LearningStation, config: GraspConfig, time_step: float):
-        """`time_step` from a step to the next, s."""
-        super().__init__(station)
+    def __init__(self, config: GraspConfig, time_step: float, count: int):
+        """`time_step` from a step to the next, s; `count` of environments."""
         self._config, self._time_step = config, time_step
+        self._begins = np.zeros((count, 3))
 
-    def judge(self, context: Context) -> Judgement:
-        seen = self.look(context)
-        return _of_one(grasp_judgement(self._config, self._time_step, seen.place[2], seen.force, np.array(seen.peak)))
+    def draw(self, rng: np.random.Generator) -> Sequence[float]:
+        return ()
 
+    def begin(self, rows: NDArray[np.int_], drawn: Array, truth: Truth) -> None:
+        self._begins[rows] = truth.object_places()[rows]
 
-def _of_one(judged: Judgement) -> Judgement:
-    """The judgement of one environment, with Python's own numbers."""
-    info = {name: value if np.ndim(value) else np.asarray(value).item() for name, value in judged.info.items()}
-    return Judgement(float(judged.reward), bool(judged.terminated), info)
+    def judge(self, truth: Truth) -> Judgement:
+        config, height = self._config, (truth.object_places() - self._begins)[:, 2]
+        force, peak = truth.normal_forces()
+        lifted = np.clip(height / config.height, 0.0, 1.0)
+        crushed = peak > config.crushing_force
+        reward = self._time_step * (lifted - config.force_weight * force.max(axis=-1)) - crushed
+        held = (lifted >= _HELD_HEIGHT_SHARE) & (force > 0).all(axis=-1) & ~crushed
+        info = {"height": height, "force": force, "peak_force": peak, "crushed": crushed, "success": held}
+        return Judgement(reward, crushed, info)
 
 
 _RESTING = 2e-3  # m, below which an object stands on the table
 
 
-class PickPlace(HandledObject):
+class PickPlace:
     """Earns time_step (share of the way - force_weight force) a step, and 1 when the object stands there alone.
 
     Either that or a crushed object, which earns -1, ends the episode. The way is at least as long as the tolerance.
     """
 
-    def __init__(self, station: LearningStation, config: PickPlaceConfig, time_step: float):
-        """`time_step` from a step to the next, s."""
-        assert station.goal is not None
-        super().__init__(station)
-        self._config, self._time_step, self._goal = config, time_step, station.goal
+    def __init__(self, config: PickPlaceConfig, time_step: float, count: int):
+        """`time_step` from a step to the next, s; `count` of environments."""
+        self._config, self._time_step = config, time_step
+        self._begins, self._ways = np.zeros((count, 3)), np.zeros(count)  # m; ways along x to the goals
 
-    def begin(self, context: Context, rng: np.random.Generator) -> None:
-        super().begin(context, rng)
+    def draw(self, rng: np.random.Generator) -> Sequence[float]:
         least, most = self._config.goal
-        own = self._goal.GetMyMutableContextFromRoot(context)
-        self._goal.get_mutable_source_value(own).SetFromVector([rng.uniform(least, most)])
+        return (rng.uniform(least, most),)
 
-    def judge(self, context: Context) -> Judgement:
-        seen = self.look(context)
-        goal = self._goal.get_output_port().Eval(self._goal.GetMyContextFromRoot(context))[0]
-        way = goal - self.begins_at[0]
-        judged = pick_place_judgement(self._config, self._time_step, way, seen.place, seen.force, np.array(seen.peak))
-        return _of_one(judged)
+    def begin(self, rows: NDArray[np.int_], drawn: Array, truth: Truth) -> None:
+        self._begins[rows] = truth.object_places()[rows]
+        self._ways[rows] = drawn[:, 0] - self._begins[rows, 0]
 
-
-def pick_place_judgement(
-    config: PickPlaceConfig, time_step: float, way: Array, place: Array, force: Array, peak: Array
-) -> Judgement:
-    """The result of a step of `PickPlace`.
-
-    Args:
-        config: of the task.
-        time_step: s.
-        way: to the goal from the begin, (...) m along x.
-        place: of the object from there, (..., 3) m.
-        force: of F fingers, (..., F) N.
-        peak: the largest so far, (...) N.
-    """
-    error, height = np.abs(way - place[..., 0]), place[..., 2]
-    crushed = peak > config.crushing_force
-    placed = (error < config.tolerance) & (np.abs(height) < _RESTING) & ~force.any(axis=-1)
-    share = np.clip(1 - error / np.maximum(np.abs(way), config.tolerance), 0.0, 1.0)
-    reward = time_step * (share - config.force_weight * force.max(axis=-1)) + placed - 1.0 * crushed
-    info = {"error": error, "height": height, "force": force, "peak_force": peak}
-    return Judgement(reward, placed | crushed, info | {"crushed": crushed, "success": placed})
+    def judge(self, truth: Truth) -> Judgement:
+        config, way = self._config, self._ways
+        place, (force, peak) = truth.object_places() - self._begins, truth.normal_forces()
+        error, height = np.abs(way - place[:, 0]), place[:, 2]
+        crushed = peak > config.crushing_force
+        placed = (error < config.tolerance) & (np.abs(height) < _RESTING) & ~force.any(axis=-1)
+        share = np.clip(1 - error / np.maximum(np.abs(way), config.tolerance), 0.0, 1.0)
+        reward = self._time_step * (share - config.force_weight * force.max(axis=-1)) + placed - 1.0 * crushed
+        info = {"error": error, "height": height, "force": force, "peak_force": peak}
+        return Judgement(reward, placed | crushed, info | {"crushed": crushed, "success": placed})
 
 
 class Reach:
     """Earns time_step / (1 + (error / scale)^2) a step: near 1 a second where the true tip is at the target."""
 
-    def __init__(self, station: LearningStation, config: ReachConfig, time_step: float):
+    def __init__(self, config: ReachConfig, time_step: float):
         """`time_step` from a step to the next, s."""
-        assert station.target is not None
-        self._station, self._config, self._time_step = station, config, time_step
-        self._finger, self._target = station.parts.fingers[0], station.target
-        self._tip, self._base = self._finger.frames[-1], self._finger.base.body_frame()
+        self._config, self._time_step = config, time_step
 
-    def begin(self, context: Context, rng: np.random.Generator) -> None:
-        least, most = self._config.pressure
+    def draw(self, rng: np.random.Generator) -> Sequence[float]:
+        """The swing of a `TipTarget`."""
+        (least, most), (shortest, longest) = self._config.pressure, self._config.period
         amplitude = rng.uniform(0.5, 1.0) * (most - least) / 2
         mean = rng.uniform(least + amplitude, most - amplitude)
-        shortest, longest = self._config.period
-        period, phase = rng.uniform(shortest, longest), rng.uniform(0.0, 2 * np.pi)
-        own = self._target.GetMyMutableContextFromRoot(context)
-        self._target.swing(own, mean, amplitude, period, phase)
+        return mean, amplitude, rng.uniform(shortest, longest), rng.uniform(0.0, 2 * np.pi)
 
-    def judge(self, context: Context) -> Judgement:
-        target = self._target.get_output_port().Eval(self._target.GetMyContextFromRoot(context))
-        plant = self._station.parts.plant
-        tip = self._tip.CalcPose(plant.GetMyContextFromRoot(context), self._base).translation()
-        error = float(np.linalg.norm(tip - in_space(as_planar(target))))
+    def begin(self, rows: NDArray[np.int_], drawn: Array, truth: Truth) -> None:
+        pass
+
+    def judge(self, truth: Truth) -> Judgement:
+        error = truth.tip_errors()
         reward = self._time_step / (1 + (error / self._config.scale) ** 2)
-        return Judgement(reward, False, {"tip_error": error})
+        return Judgement(reward, np.zeros(len(error), bool), {"tip_error": error})
+
+
+def make_task(config: EnvironmentConfig, count: int) -> Task:
+    """The task of `count` environments."""
+    if config.reach is not None:
+        return Reach(config.reach, config.time_step)
+    if config.grasp is not None:
+        return Grasp(config.grasp, config.time_step, count)
+    assert config.pick_place is not None
+    return PickPlace(config.pick_place, config.time_step, count)

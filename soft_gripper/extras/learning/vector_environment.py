@@ -5,12 +5,10 @@ leading axis. MuJoCo takes contact at points, as the shipped scenes do in Drake.
 """
 
 from collections.abc import Mapping, Sequence
-from copy import deepcopy
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from gymnasium.spaces import Box
 from gymnasium.utils.seeding import np_random
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
@@ -29,17 +27,16 @@ from soft_gripper.extras.learning.agent_inputs import (
     integer_seeds,
 )
 from soft_gripper.extras.learning.config import EnvironmentConfig, load_environment
-from soft_gripper.extras.learning.episode_variation import Draw, draw, varied_fingers
+from soft_gripper.extras.learning.episode_variation import Draw, varied_fingers
+from soft_gripper.extras.learning.episodes import Episodes, Rows
 from soft_gripper.extras.learning.station import (
-    LARGEST,
     PERIOD,
     Observation,
     home,
     make_learning_station,
     resting_action,
 )
-from soft_gripper.extras.learning.tasks import Judgement, grasp_judgement, pick_place_judgement
-from soft_gripper.extras.mujoco_engine.blocks import Rows, direct, together
+from soft_gripper.extras.mujoco_engine.blocks import direct, together
 from soft_gripper.extras.mujoco_engine.engine import LONGEST_STEP, dividing_step
 from soft_gripper.extras.mujoco_engine.network import Network
 from soft_gripper.extras.mujoco_engine.normal_forces import NormalForces
@@ -92,9 +89,11 @@ class SoftGripperVectorEnv(VectorEnv[Any, Any, Any]):
             expected = "handles no object; use vectorization_mode='async', whose environments are simulated in Drake"
             raise InputError("vector environment", "environment", environment, expected)
         self.num_envs, self.metadata = num_envs, {"autoreset_mode": AutoresetMode.NEXT_STEP}
-        self._stations = _Stations(config, replace(self.environment.scenario, engine="mujoco"), num_envs, threads)
-        self.single_action_space = Box(-1.0, 1.0, (len(self._stations.resting),), np.float32)
-        self.single_observation_space = Box(-LARGEST, LARGEST, (self._stations.observed.shape[1],), np.float32)
+        scenario = replace(self.environment.scenario, engine="mujoco")
+        self._stations = MujocoStations(config, scenario, num_envs, threads)
+        self._episodes = Episodes(config, self._stations, num_envs)
+        self.single_action_space = self._episodes.action_space
+        self.single_observation_space = self._episodes.observation_space
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self._random = [np_random(None)[0] for _ in range(num_envs)]
@@ -114,10 +113,9 @@ class SoftGripperVectorEnv(VectorEnv[Any, Any, Any]):
         for i, own in enumerate(integer_seeds(seed, self.num_envs)):
             if own is not None:
                 self._random[i] = np_random(own)[0]
-        self._stations.begin(np.arange(self.num_envs), self._random)
-        self._stations.observe()
+        observed, _ = self._episodes.begin(self._random)
         self._over[:], self._is_begun = False, True
-        return self._stations.observed.astype(np.float32), {}
+        return observed, {}
 
     def step(
         self, actions: Any
@@ -132,14 +130,12 @@ class SoftGripperVectorEnv(VectorEnv[Any, Any, Any]):
         shape = self.action_space.shape
         assert shape is not None
         given = finite_actions(actions, "actions", shape)
-        begun, stations = self._over.copy(), self._stations
-        anew = np.flatnonzero(begun)
-        judged = stations.step(np.clip(given, -1.0, 1.0), anew, self._random)
-        reward = np.where(begun, 0.0, judged.reward)
-        terminated, truncated = judged.terminated & ~begun, (stations.is_late | judged.info["diverged"]) & ~begun
-        info = {**judged.info, **{f"_{name}": ~begun for name in judged.info}}
-        self._over = terminated | truncated
-        return stations.observed.astype(np.float32), reward, terminated, truncated, info
+        is_anew = self._over.copy()
+        stepped = self._episodes.step(np.clip(given, -1.0, 1.0), np.flatnonzero(is_anew), self._random)
+        info = stepped.info | {"diverged": np.array([bool(reason) for reason in stepped.diverged])}
+        self._over = stepped.terminated | stepped.truncated
+        masks = {f"_{name}": ~is_anew for name in info}
+        return stepped.observed, stepped.reward, stepped.terminated, stepped.truncated, info | masks
 
     def render(self) -> tuple[Any, ...] | None:
         """Raises an InputError: these environments are not rendered."""
@@ -148,8 +144,11 @@ class SoftGripperVectorEnv(VectorEnv[Any, Any, Any]):
         return None
 
 
-class _Stations:
-    """The stations of all environments, in which grippers take turns."""
+_NOT_FINITE = "the state is no longer finite"
+
+
+class MujocoStations:
+    """The stations of many environments, see `Stations`, in which grippers take turns."""
 
     def __init__(self, config: EnvironmentConfig, scenario: Scenario, count: int, threads: int):
         self._config = config
@@ -182,11 +181,9 @@ class _Stations:
         self._network.give("action", self._actions)
         self._network.begin()
         self._place = self._body.floating_positions_start() + 4
-        self._steps = np.zeros(count, int)  # of the episodes
-        self._begins, self._goals = begins[:, self._place : self._place + 3], np.zeros(count)
+        self._goals = np.zeros((count, 1))
         self._force: Array = np.zeros((count, len(self._station.fingers)))
         self._peak: Array = np.zeros(count)
-        self.observe()
 
     def _check(self, scenario: Scenario) -> None:
         for name, of in (("plant_config.time_step", self._plant_step), ("sensor.period", self._period)):
@@ -194,37 +191,33 @@ class _Stations:
             if not steps or abs(steps - round(steps)) > 1e-6:
                 raise InputError("vector environment", name, of, f"must divide time_step, {self._config.time_step:g} s")
 
-    @property
-    def is_late(self) -> NDArray[np.bool_]:
-        """Which episodes have lasted as long as they may."""
-        return self._steps * self._config.time_step > self._config.duration - 1e-9
-
-    def begin(self, rows: Rows, random: Sequence[np.random.Generator]) -> None:
-        """Begins episodes in some environments, whose random numbers are given."""
-        if not len(rows):
-            return
-        drawn = [draw(each, self._config.variation) for each in random]
-        variations = [self._variation(each) for each in drawn]
+    def begin(self, rows: Rows, draws: Sequence[Draw], drawn: Array) -> None:
+        variations = [self._variation(each) for each in draws]
         plant, points = self._station.plant, self._station.scenario.contact_points
         exported = [self._exported[i] for i in rows]
         models = [
             varied(each.model, each.file, plant, of, points) for each, of in zip(exported, variations, strict=True)
         ]
-        begins = np.array([begin(plant, of) for of in variations])
-        self._plants.reset(rows, models, begins)
+        self._plants.reset(rows, models, np.array([begin(plant, of) for of in variations]))
         self._actions[rows] = self.resting
         self._network.give("action", self._actions)
-        self._network.begin(rows, [each.sensor_seed for each in drawn])
-        self._begins[rows] = begins[:, self._place : self._place + 3]
-        self._force[rows], self._peak[rows], self._steps[rows] = 0.0, 0.0, 0
+        self._network.begin(rows, [each.sensor_seed for each in draws])
+        self._force[rows], self._peak[rows] = 0.0, 0.0
         if self._config.pick_place is not None:
-            least, most = self._config.pick_place.goal
-            self._goals[rows] = [each.uniform(least, most) for each in random]
-            self._network.give("goal", self._goals[:, None])
+            self._goals[rows] = drawn
+            self._network.give("goal", self._goals)
 
-    def observe(self) -> None:
-        """Reads the observations, (E, k)."""
-        self.observed = self._network.read("observation")
+    def observe(self) -> Array:
+        return self._network.read("observation")
+
+    def object_places(self) -> Array:
+        return self._plants.state[:, self._place : self._place + 3]
+
+    def normal_forces(self) -> tuple[Array, Array]:
+        return self._force, self._peak
+
+    def tip_errors(self) -> Array:
+        raise NotImplementedError  # environments without an object are refused
 
     def _variation(self, drawn: Draw) -> Variation:
         name, X_WO = self._name, self._station.plant.GetDefaultFloatingBaseBodyPose(self._body)
@@ -234,11 +227,9 @@ class _Stations:
         changed = {field: {name: value} for field, value in given.items() if value is not None}
         return Variation({name: RigidTransform(X_WO.rotation(), X_WO.translation() + shift)}, **changed)
 
-    def step(self, actions: Array, anew: Rows, random: Sequence[np.random.Generator]) -> Judgement:
-        """Applies actions, (E, n), for a time step; environments `anew` begin an episode instead, drawn by `random`."""
+    def step(self, actions: Array) -> list[str]:
         self._actions[:] = actions
         self._network.give("action", self._actions)
-        before = self.observed
         plants, network, plant_step = self._plants, self._network, self._plant_step
         every = round(self._period / plant_step)
         for first in range(0, round(self._config.time_step / plant_step), every):
@@ -248,28 +239,8 @@ class _Stations:
             plants.finish_step(keeps=True)
             network.step([i * plant_step for i in range(first + 1, first + every)], keeps=True)
         self._look_at_forces()
-        self._steps += 1
         plants.look()
-        diverged = ~np.isfinite(self._plants.state).all(axis=1)
-        judged = self._judged()
-        judged.info["diverged"] = diverged
-        reward, terminated = np.where(diverged, 0.0, judged.reward), judged.terminated & ~diverged
-        # What is not finite would spread in blocks: it begins anew at once, with the episode that the next step draws.
-        bad = np.setdiff1d(np.flatnonzero(diverged), anew)
-        self.begin(bad, [deepcopy(random[i]) for i in bad.tolist()])
-        self.begin(anew, [random[i] for i in anew.tolist()])
-        self.observe()
-        self.observed[bad] = before[bad]
-        return Judgement(reward, terminated, judged.info)
-
-    def _judged(self) -> Judgement:
-        place = self._plants.state[:, self._place : self._place + 3] - self._begins
-        config, dt = self._config, self._config.time_step
-        if config.grasp is not None:
-            return grasp_judgement(config.grasp, dt, place[:, 2], self._force, self._peak)
-        assert config.pick_place is not None
-        way = self._goals - self._begins[:, 0]
-        return pick_place_judgement(config.pick_place, dt, way, place, self._force, self._peak)
+        return ["" if finite else _NOT_FINITE for finite in np.isfinite(plants.state).all(axis=1)]
 
     def _look_at_forces(self) -> None:
         """The normal force on each finger at the end of a step, (E, F) N, and the largest of all samples so far."""

@@ -181,8 +181,17 @@ def _at_once(station: Station) -> int:
 def _run_alike(served: Sequence[Served], described: bool) -> Iterator[Run | Exception]:
     """Runs stations of one structure together, with the step that suits some of them."""
     stations, models = [each.station for each in served], _Models(served)
-    step, words = _step_of(served, models)
-    logs, lengths, failed = simulated(stations[0], Network(stations, models.plants(served, [step]), stations[0].logs))
+    try:
+        step, words = _step_of(served, models)
+        network = Network(stations, models.plants(served, [step]), stations[0].logs)
+        logs, lengths, failed = simulated(stations[0], network)
+    except InputError as failure:  # of a user's block, in any of the runs
+        if len(served) == 1:
+            yield failure
+        half = len(served) // 2
+        for part in (served[:half], served[half:]) if half else ():
+            yield from _run_alike(part, described)
+        return
     times = np.arange(logs.samples) * stations[0].scenario.sensor.period
     for i, station in enumerate(stations):
         if i in failed:

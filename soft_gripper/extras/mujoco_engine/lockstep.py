@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
+from soft_gripper.diagrams.own_blocks import blamed_by_traceback
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.errors import SimulationDivergedError
 from soft_gripper.extras.mujoco_engine.network import Network, Plants
@@ -60,26 +61,33 @@ def simulated(station: Station, network: Network) -> tuple[Logs, NDArray[np.int_
     Returns the logs, the number of samples of each run, and the errors of those that diverged.
 
     What follows from a state is known once MuJoCo has stepped from it, so that samples are taken after the first step.
+
+    Raises:
+        InputError: if a block of the user's fails, in any of the runs.
     """
     plants = network.plants
     period, plant_step = station.scenario.sensor.period, station.plant.time_step()
     samples = round(station.scenario.duration / period) + 1
     logs, lengths = Logs(station, network, samples), np.zeros(network.count, int)
     failed: dict[int, SimulationDivergedError] = {}
-    network.begin()
-    for sample in range(samples):
-        time = sample * period
-        network.drive(time)
-        _find_diverged(station, plants, time, failed)
-        plants.begin_step()
-        logs.take(sample)
-        lengths[plants.active] = sample + 1
-        plants.active = plants.active[~network.is_over[plants.active]]
-        if not len(plants.active):
-            break
-        network.sample()
-        plants.finish_step()
-        network.step([time + i * plant_step for i in range(1, round(period / plant_step))])
+    time = 0.0
+    try:
+        network.begin()
+        for sample in range(samples):
+            time = sample * period
+            network.drive(time)
+            _find_diverged(station, plants, time, failed)
+            plants.begin_step()
+            logs.take(sample)
+            lengths[plants.active] = sample + 1
+            plants.active = plants.active[~network.is_over[plants.active]]
+            if not len(plants.active):
+                break
+            network.sample()
+            plants.finish_step()
+            network.step([time + i * plant_step for i in range(1, round(period / plant_step))])
+    except (Exception, SystemExit) as failure:
+        raise blamed_by_traceback(station, time, failure) or failure from failure
     return logs, lengths, failed
 
 

@@ -462,7 +462,7 @@ class Network:
     def _draw_anew(self, rows: Rows, seeds: Sequence[int]) -> None:
         drawn = self._draw(seeds)
         for leaf, block in self._blocks.items():
-            if isinstance(block, Streams) and not isinstance(leaf, str):
+            if isinstance(block, Streams) and isinstance(leaf, RandomSource):
                 block.give(drawn[leaf.get_name()], rows)
 
 

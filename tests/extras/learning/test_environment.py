@@ -89,7 +89,7 @@ def test_episodes_take_each_of_the_grippers_and_another_target():
     targets, moduli = [], []
     for seed in range(10):
         targets.append(tuple(env.reset(seed=seed)[0][-2:]))
-        moduli.append(env._now.station.parts.fingers[0].finger.base.youngs_modulus)
+        moduli.append(env._station.station.parts.fingers[0].finger.base.youngs_modulus)
     assert len(set(targets)) == 10
     assert max(moduli) == pytest.approx(1.1 / 0.9 * min(moduli))
 
@@ -115,7 +115,8 @@ def test_a_crushed_object_ends_an_episode():
 @pytest.mark.parametrize("fault", ["not finite", "solver"])
 def test_divergence_truncates_and_says_why(one_gripper, monkeypatch, fault):
     observed, _ = one_gripper.reset(seed=0)
-    simulator, plant = one_gripper._now.simulator, one_gripper._now.station.parts.plant
+    own = one_gripper._station
+    simulator, plant = own.simulator, own.station.parts.plant
     if fault == "not finite":
         context = plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
         context.get_mutable_discrete_state_vector().SetFromVector(np.full(plant.num_multibody_states(), np.nan))
@@ -128,7 +129,7 @@ def test_divergence_truncates_and_says_why(one_gripper, monkeypatch, fault):
             def AdvanceTo(self, time):  # noqa: N802
                 raise RuntimeError("no convergence")
 
-        monkeypatch.setattr(one_gripper, "simulator", Failing())
+        monkeypatch.setattr(own, "simulator", Failing())
     observation, reward, terminated, truncated, info = one_gripper.step(np.zeros(2, np.float32))
     np.testing.assert_array_equal(observation, observed)
     assert (reward, terminated, truncated) == (0.0, False, True)

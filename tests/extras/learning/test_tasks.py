@@ -1,88 +1,94 @@
 """What tasks of environments earn, where their goals are, and when episodes are over."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from pydrake.math import RigidTransform
 
 from soft_gripper.extras.learning.config import GraspConfig, PickPlaceConfig, ReachConfig, load_environment
-from soft_gripper.extras.learning.episode_variation import Draw, apply_draw
-from soft_gripper.extras.learning.station import PeakForce, make_learning_station
-from soft_gripper.extras.learning.tasks import Grasp, Handled, HandledObject, PickPlace, Reach
+from soft_gripper.extras.learning.environment import DrakeStation
+from soft_gripper.extras.learning.episode_variation import Draw
+from soft_gripper.extras.learning.station import PeakForce
+from soft_gripper.extras.learning.tasks import Grasp, PickPlace, Reach
+
+ROW = np.array([0])
 
 
-def begun(station):
-    """An object that begins 3 mm off, in a context."""
-    context = station.diagram.CreateDefaultContext()
-    apply_draw(station, context, Draw(offset=3e-3))
-    handled = HandledObject(station)
-    handled.begin(context, np.random.default_rng())
-    return handled, context
+def begun(name, drawn=(), offset=0.0):
+    """The station of a shipped environment, in an episode."""
+    station = DrakeStation(load_environment(name, {"variation.grippers": 1}), None)
+    station.begin(ROW, [Draw(offset=offset)], np.array([drawn]))
+    return station
 
 
-def test_its_place_is_counted_from_where_the_episode_began(grasp_station):
-    handled, context = begun(grasp_station)
-    np.testing.assert_array_equal(handled.look(context).place, np.zeros(3))
-    assert handled.begins_at[0] == 3e-3
-    plant, body = grasp_station.parts.plant, grasp_station.object
-    X_WO = RigidTransform(handled.begins_at + np.array([0.01, 0.0, 0.02]))
-    plant.SetFreeBodyPose(plant.GetMyMutableContextFromRoot(context), body, X_WO)
-    np.testing.assert_allclose(handled.look(context).place, [0.01, 0.0, 0.02], atol=1e-15)
+@pytest.fixture(scope="module")
+def grasping():
+    return begun("soft_grasp", offset=3e-3)
 
 
-def test_the_peak_is_that_of_the_finger_that_has_pressed_hardest(grasp_station):
-    handled, context = begun(grasp_station)
-    own = grasp_station.forces.GetMyMutableContextFromRoot(context)
+def root(station):
+    return station.simulator.get_mutable_context()
+
+
+def test_a_station_tells_where_its_object_is(grasping):
+    assert grasping.object_places()[0, 0] == 3e-3
+    plant, body = grasping.station.parts.plant, grasping.station.object
+    plant.SetFreeBodyPose(plant.GetMyMutableContextFromRoot(root(grasping)), body, RigidTransform([0.01, 0.0, 0.02]))
+    np.testing.assert_allclose(grasping.object_places(), [[0.01, 0.0, 0.02]], atol=1e-15)
+
+
+def test_the_peak_is_that_of_the_finger_that_has_pressed_hardest(grasping):
+    own = grasping.station.forces.GetMyMutableContextFromRoot(root(grasping))
     own.SetDiscreteState([0.3, 0.7])
-    seen = handled.look(context)
-    assert seen.peak == 0.7
-    assert not seen.force.any()
+    force, peak = grasping.normal_forces()
+    assert peak == [0.7]
+    assert not force.any()
 
 
-def test_the_peak_is_no_less_than_what_presses_between_its_samples(grasp_station, monkeypatch):
+def test_the_peak_is_no_less_than_what_presses_between_its_samples(monkeypatch):
     monkeypatch.setattr(PeakForce, "_now", lambda *_: np.array([0.9, 0.1]))
-    handled, context = begun(grasp_station)
-    assert handled.look(context).peak == 0.9
+    assert begun("soft_grasp").normal_forces()[1] == [0.9]
+
+
+class Told:
+    """Truth of one station, as it is told."""
+
+    def __init__(self, place, force=(0.0, 0.0), peak=1.0):
+        self.place, self.force, self.peak = np.array([place]), np.array([force]), np.array([peak])
+
+    def object_places(self):
+        return self.place
+
+    def normal_forces(self):
+        return self.force, self.peak
 
 
 REACH = ReachConfig(pressure=[-20e3, 120e3], period=[2.0, 5.0], scale=0.01)
 
 
-@pytest.fixture(scope="module")
-def reach_station():
-    environment = load_environment("soft_reach")
-    return make_learning_station(environment.config, environment.scenario)
-
-
-def true_tip(reach_station, context):
+def true_tip(station):
     """By Drake's kinematics of the plant, (2,) x, z in B, m: half a segment beyond the last joint."""
-    plant, (finger,) = reach_station.parts.plant, reach_station.parts.fingers
-    own, frame_B = plant.GetMyContextFromRoot(context), finger.base.body_frame()
+    plant, (finger,) = station.station.parts.plant, station.station.parts.fingers
+    own, frame_B = plant.GetMyContextFromRoot(root(station)), finger.base.body_frame()
     last = finger.joints[-1].frame_on_child()
     p_BTip = plant.CalcPointsPositions(own, last, [0.0, 0.0, finger.finger.segment_length / 2], frame_B)
     return p_BTip.ravel()[[0, 2]]
 
 
-def test_it_earns_by_the_distance_of_the_true_tip_from_the_target(reach_station):
-    context = reach_station.diagram.CreateDefaultContext()
-    plant, (finger,) = reach_station.parts.plant, reach_station.parts.fingers
-    plant.SetPositions(plant.GetMyMutableContextFromRoot(context), np.linspace(0.02, 0.1, len(finger.joints)))
-    task = Reach(reach_station, REACH, 0.05)
-    task.begin(context, np.random.default_rng(0))
-    target = reach_station.target.get_output_port().Eval(reach_station.target.GetMyContextFromRoot(context))
-    error = np.linalg.norm(true_tip(reach_station, context) - target)
-    found = task.judge(context)
-    assert found.info["tip_error"] == pytest.approx(error)
-    assert found.reward == pytest.approx(0.05 / (1 + (error / 0.01) ** 2))
-    assert not found.terminated
+def test_it_earns_by_the_distance_of_the_true_tip_from_the_target():
+    task = Reach(REACH, 0.05)
+    station = begun("soft_reach", task.draw(np.random.default_rng(0)))
+    plant, (finger,) = station.station.parts.plant, station.station.parts.fingers
+    plant.SetPositions(plant.GetMyMutableContextFromRoot(root(station)), np.linspace(0.02, 0.1, len(finger.joints)))
+    block = station.station.target
+    error = np.linalg.norm(true_tip(station) - block.get_output_port().Eval(block.GetMyContextFromRoot(root(station))))
+    found = task.judge(station)
+    assert found.info["tip_error"] == pytest.approx([error])
+    assert found.reward == pytest.approx([0.05 / (1 + (error / 0.01) ** 2)])
+    assert not found.terminated.any()
 
 
-def test_targets_swing_within_the_limits(reach_station):
-    context, swings = reach_station.diagram.CreateDefaultContext(), []
-    for seed in range(100):
-        Reach(reach_station, REACH, 0.05).begin(context, np.random.default_rng(seed))
-        swings.append(reach_station.target.GetMyContextFromRoot(context).get_numeric_parameter(0).value().copy())
+def test_targets_swing_within_the_limits():
+    swings = [Reach(REACH, 0.05).draw(np.random.default_rng(seed)) for seed in range(100)]
     mean, amplitude, period, phase = np.array(swings).T
     assert (mean - amplitude >= -20e3 - 1e-6).all()
     assert (mean + amplitude <= 120e3 + 1e-6).all()
@@ -95,16 +101,16 @@ def test_targets_swing_within_the_limits(reach_station):
 GRASP = GraspConfig(object="block", height=0.05, force_weight=0.2, crushing_force=5.0)
 
 
-@pytest.fixture
-def judge_grasp(grasp_station, monkeypatch):
-    """Judges a height, m, forces and their peak, N, after steps of 0.1 s."""
+def judged(task, begin, place, force, peak, drawn=()):
+    """The judgement of one episode, whose object begins at one place and is at another, m; forces and peak, N."""
+    task.begin(ROW, np.array([drawn]), Told(begin))
+    found = task.judge(Told(np.add(begin, place), force, peak))
+    return found.reward[0], found.terminated[0], {name: value[0] for name, value in found.info.items()}
 
-    def judged(height, force=(0.0, 0.0), peak=1.0):
-        seen = Handled(np.array([0.0, 0.0, height]), np.array(force), peak)
-        monkeypatch.setattr(HandledObject, "look", lambda *_: seen)
-        return Grasp(grasp_station, GRASP, 0.1).judge(None)
 
-    return judged
+def judge_grasp(height, force=(0.0, 0.0), peak=1.0):
+    """After a step of 0.1 s."""
+    return judged(Grasp(GRASP, 0.1, 1), [0.1, 0.0, 0.0], [0.0, 0.0, height], force, peak)
 
 
 @pytest.mark.parametrize(
@@ -116,17 +122,17 @@ def judge_grasp(grasp_station, monkeypatch):
         (-0.01, (0.0, 0.0), 0.0),
     ],
 )
-def test_height_earns_and_force_costs(judge_grasp, height, force, reward):
-    found = judge_grasp(height, force)
-    assert found.reward == pytest.approx(reward)
-    assert not found.terminated
+def test_height_earns_and_force_costs(height, force, reward):
+    earned, terminated, _ = judge_grasp(height, force)
+    assert earned == pytest.approx(reward)
+    assert not terminated
 
 
-def test_an_object_that_is_crushed_in_a_grasp_costs_one_and_ends_it(judge_grasp):
-    found = judge_grasp(0.05, (1.0, 1.0), 5.1)
-    assert found.reward == pytest.approx(0.1 * 0.8 - 1)
-    assert found.terminated
-    assert not judge_grasp(0.05, (1.0, 1.0), 4.9).terminated
+def test_an_object_that_is_crushed_in_a_grasp_costs_one_and_ends_it():
+    reward, terminated, _ = judge_grasp(0.05, (1.0, 1.0), 5.1)
+    assert reward == pytest.approx(0.1 * 0.8 - 1)
+    assert terminated
+    assert not judge_grasp(0.05, (1.0, 1.0), 4.9)[1]
 
 
 @pytest.mark.parametrize(
@@ -138,9 +144,9 @@ def test_an_object_that_is_crushed_in_a_grasp_costs_one_and_ends_it(judge_grasp)
         (0.05, (0.3, 0.3), 5.1, False),
     ],
 )
-def test_success_is_to_hang_in_all_fingers(judge_grasp, height, force, peak, success):
-    info = judge_grasp(height, force, peak).info
-    assert info["success"] is success
+def test_success_is_to_hang_in_all_fingers(height, force, peak, success):
+    *_, info = judge_grasp(height, force, peak)
+    assert info["success"] == success
     assert (info["height"], info["peak_force"], info["crushed"]) == (height, peak, peak > 5)
     np.testing.assert_array_equal(info["force"], force)
 
@@ -149,26 +155,10 @@ BEGINS = -0.08  # m, along x in the world
 PICK_PLACE = PickPlaceConfig(object="block", tolerance=0.01, force_weight=0.05, crushing_force=5.0)
 
 
-@pytest.fixture(scope="module")
-def station():
-    environment = load_environment("soft_pick_place")
-    return make_learning_station(environment.config, environment.scenario)
-
-
-@pytest.fixture
-def judge(station, monkeypatch):
-    """Judges where the object is, m from where it began, forces and their peak, N, and the way, m; steps of 0.1 s."""
-
-    def judged(x, z=0.0, force=(0.0, 0.0), peak=1.0, way=0.08):
-        context = station.diagram.CreateDefaultContext()
-        apply_draw(station, context, Draw(offset=0.02))
-        task = PickPlace(station, replace(PICK_PLACE, goal=[BEGINS + way] * 2), 0.1)
-        task.begin(context, np.random.default_rng(0))
-        seen = Handled(np.array([x, 0.0, z]), np.array(force), peak)
-        monkeypatch.setattr(HandledObject, "look", lambda *_: seen)
-        return task.judge(context)
-
-    return judged
+def judge(x, z=0.0, force=(0.0, 0.0), peak=1.0, way=0.08):
+    """Where the object is, m from where it began, forces and their peak, N, and the way, m; after a step of 0.1 s."""
+    task = PickPlace(PICK_PLACE, 0.1, 1)
+    return judged(task, [BEGINS, 0.0, 0.03], [x, 0.0, z], force, peak, [BEGINS + way])
 
 
 @pytest.mark.parametrize(
@@ -183,9 +173,9 @@ def judge(station, monkeypatch):
         (0.004, 0.0, 0.6),  # none: what is off counts by the tolerance
     ],
 )
-def test_what_of_the_way_is_done_earns_and_force_costs(judge, x, way, share):
-    assert judge(x, z=0.05, way=way).reward == pytest.approx(0.1 * share, abs=1e-12)
-    assert judge(x, 0.05, (1.0, 0.5), way=way).reward == pytest.approx(0.1 * (share - 0.05), abs=1e-12)
+def test_what_of_the_way_is_done_earns_and_force_costs(x, way, share):
+    assert judge(x, z=0.05, way=way)[0] == pytest.approx(0.1 * share, abs=1e-12)
+    assert judge(x, 0.05, (1.0, 0.5), way=way)[0] == pytest.approx(0.1 * (share - 0.05), abs=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -197,28 +187,26 @@ def test_what_of_the_way_is_done_earns_and_force_costs(judge, x, way, share):
         (0.08, 0.0, (0.1, 0.0), False),  # a finger still touches it
     ],
 )
-def test_an_object_that_stands_alone_at_the_goal_earns_one_and_ends_it(judge, x, z, force, placed):
-    found = judge(x, z, force)
+def test_an_object_that_stands_alone_at_the_goal_earns_one_and_ends_it(x, z, force, placed):
+    reward, terminated, info = judge(x, z, force)
     share = 1 - abs(x - 0.08) / 0.08 - 0.05 * max(force)
-    assert found.reward == pytest.approx(0.1 * share + placed)
-    assert found.terminated is placed
-    assert found.info["success"] is placed
-    assert found.info["error"] == pytest.approx(abs(x - 0.08))
+    assert reward == pytest.approx(0.1 * share + placed)
+    assert terminated == placed
+    assert info["success"] == placed
+    assert info["error"] == pytest.approx(abs(x - 0.08))
 
 
-def test_a_crushed_object_costs_one_and_ends_it(judge):
-    found = judge(0.0, peak=5.1)
-    assert found.reward == pytest.approx(-1.0)
-    assert found.terminated
-    assert found.info["crushed"]
+def test_a_crushed_object_costs_one_and_ends_it():
+    reward, terminated, info = judge(0.0, peak=5.1)
+    assert reward == pytest.approx(-1.0)
+    assert terminated
+    assert info["crushed"]
 
 
-def test_goals_are_drawn_within_their_limits_and_observed(station):
-    context, seen = station.diagram.CreateDefaultContext(), []
-    task = PickPlace(station, replace(PICK_PLACE, goal=[0.05, 0.12]), 0.1)
-    for seed in range(50):
-        task.begin(context, np.random.default_rng(seed))
-        observation = station.diagram.GetOutputPort("observation").Eval(context)
-        seen.append(0.1 * observation[-1])  # its scale
-    assert 0.05 <= min(seen) < 0.06
-    assert 0.11 < max(seen) <= 0.12
+def test_goals_are_drawn_within_their_limits_and_observed():
+    task = PickPlace(PickPlaceConfig(object="block", goal=[0.05, 0.12]), 0.1, 1)
+    goals = [task.draw(np.random.default_rng(seed)) for seed in range(50)]
+    assert 0.05 <= min(goals)[0] < 0.06
+    assert 0.11 < max(goals)[0] <= 0.12
+    station = begun("soft_pick_place", goals[0])
+    assert 0.1 * station.observe()[0, -1] == pytest.approx(goals[0][0])  # its scale

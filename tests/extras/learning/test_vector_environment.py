@@ -63,6 +63,21 @@ def test_the_same_seed_gives_the_same_episodes():
     assert np.ptp(found[0][0][:, -1]) > 0  # goals differ
 
 
+@pytest.mark.parametrize(("environment", "size"), [("soft_grasp", 2), ("soft_pick_place", 3)])
+def test_episodes_follow_each_other_in_every_task(environment, size):
+    """By their end, and by a reset; whatever is observed and acted is in the spaces of Gymnasium."""
+    env = SoftGripperVectorEnv(2, environment, {"variation.grippers": 1, "duration": 0.1})
+    first, _ = env.reset(seed=1)
+    assert first in env.observation_space
+    actions = env.action_space.sample()
+    ends = [env.step(actions) for _ in range(3)]
+    assert [ended[3].tolist() for ended in ends] == [[True] * 2, [False] * 2, [True] * 2]
+    assert all(ended[0] in env.observation_space for ended in ends)
+    assert (env.reset()[0] != first).any()
+    np.testing.assert_array_equal(env.reset(seed=1)[0], first)
+    assert actions.shape == (2, size)
+
+
 def test_an_environment_without_an_object_is_refused():
     with pytest.raises(InputError, match="handles no object"):
         SoftGripperVectorEnv(2, "soft_reach")

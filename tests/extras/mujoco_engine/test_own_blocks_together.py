@@ -8,6 +8,7 @@ pytest.importorskip("mujoco")
 
 from soft_gripper.array_block import ArrayBlock
 from soft_gripper.diagrams.simulation import run_many
+from soft_gripper.errors import InputError
 from soft_gripper.estimators.arcs import arcs_from_readings
 from soft_gripper.scenario.scenario_file import changed_scenario
 
@@ -44,13 +45,34 @@ def mean_bend(layout, gravity, period):
     return MeanBend(layout)
 
 
-def angles(function, seeds):
-    """Estimated joint angles in runs of these seeds, made together."""
+LIMIT = [np.inf]  # of readings
+
+
+class BreakableArcs(SmoothArcs):
+    """Arcs that fail at readings beyond a limit."""
+
+    def smooth(self, before, strain):
+        if (strain > LIMIT[0]).any():
+            raise ArithmeticError("beyond the limit")
+        return super().smooth(before, strain)
+
+
+def breakable_arcs(layout, gravity, period):
+    return BreakableArcs(layout, period)
+
+
+def runs(function, seeds):
+    """Runs of these seeds, made together."""
     changes = {**SHORT, "engine": "mujoco", "sensor.errors.preset": "realistic"}
     name = f"{__name__}:{function.__name__}"
     scenarios = [changed_scenario("free_bending", {**changes, "estimator.type": name, "sensor.seed": i}) for i in seeds]
     made.clear()
-    return [run.recording["left_finger.estimated_joint_angles"].values for run in run_many(scenarios)]
+    return list(run_many(scenarios))
+
+
+def angles(function, seeds):
+    """Estimated joint angles in runs of these seeds, made together."""
+    return [run.recording["left_finger.estimated_joint_angles"].values for run in runs(function, seeds)]
 
 
 def test_blocks_made_of_steps_share_a_station_and_do_what_each_does_alone():
@@ -67,3 +89,23 @@ def test_other_blocks_may_remember_a_run_and_have_a_station_for_each():
     fingers = len(made)
     angles(mean_bend, range(2))
     assert len(made) == 2 * fingers
+
+
+def test_a_run_whose_block_fails_is_blamed_on_it_and_the_others_go_on(monkeypatch):
+    whole = runs(breakable_arcs, range(4))
+    largest = [
+        max(float(run.recording[f"{side}_finger.strain"].values.max()) for side in ("left", "right")) for run in whole
+    ]
+    *_, second, bad = np.argsort(largest)
+    monkeypatch.setitem(globals(), "LIMIT", [(largest[second] + largest[bad]) / 2])
+    found = runs(breakable_arcs, range(4))
+    for seed, (one, other) in enumerate(zip(found, whole, strict=True)):
+        if seed == bad:
+            assert isinstance(one, InputError)
+            said = str(one)
+            assert said.startswith(f"scenario: estimator.type = '{__name__}:breakable_arcs': ")
+            assert "failed at t = 0." in said
+            assert said.endswith("ArithmeticError: beyond the limit")
+        else:
+            name = "left_finger.estimated_joint_angles"
+            np.testing.assert_array_equal(one.recording[name].values, other.recording[name].values)

@@ -21,7 +21,7 @@ def test_a_missing_folder_is_named(tmp_path, capsys):
     assert "--data" in capsys.readouterr().err
 
 
-SHIPPED = {"contact_tip", "contact_force", "contact_place", "grasp_shape", "grasp_new"}
+SHIPPED = {"contact_tip", "contact_force", "contact_place", "contact_transverse", "grasp_shape", "grasp_new"}
 
 
 def scored(tmp_path, *arguments):
@@ -137,7 +137,7 @@ def test_results_are_compared(shipped_file, capsys):
     file = str(shipped_file)
     assert main(["benchmark", "--compare", file, file], STUDIES) == 0
     printed = capsys.readouterr().out
-    assert printed.count("scores: contact ") == 2 * 9 - 9  # the same name in both files
+    assert printed.count("scores: contact ") == 2 * 12 - 12  # the same name in both files
     assert "contact_force, near tip [N]" in printed
 
 

@@ -27,6 +27,7 @@ from studies.benchmark.benchmark_task import (
 )
 from studies.benchmark.contacts import FOLDER
 from studies.benchmark.estimates import answers
+from studies.benchmark.ours import ours
 from studies.benchmark.report import document, load_scores
 from studies.benchmark.scores import Score, crps, scores, with_unknown
 from studies.benchmark.tasks import TASKS
@@ -87,6 +88,8 @@ def test_a_band_is_as_wide_as_it_states(twin, tmp_path, width, within):
     row = score(twin, tmp_path, oracle(read(tmp_path / "a.txt"), width))
     assert row.within_band_percent == within
     assert row.band == pytest.approx(2 * 1.96 * width, rel=1e-3)
+    missed = max(0.0, NOISE - 1.96 * width)  # the distance of what is true from the band
+    assert row.interval_score == pytest.approx(row.band + 40 * missed, rel=1e-3)
     assert row.mean == pytest.approx(NOISE * np.sqrt(2))
 
 
@@ -305,3 +308,16 @@ def test_files_that_no_task_reads_are_named(twin, tmp_path):
     other = replace(task, sha256={"later.csv": "0"})
     assert unread_files([task], tmp_path) == ["Kept_2.TXT", "later.csv"]
     assert unread_files([task, other], tmp_path) == ["Kept_2.TXT"]
+
+
+def test_the_transverse_force_of_shipped_contacts_is_better_known_than_the_normal_force():
+    rows = {}
+    for name in ("contact_force", "contact_transverse"):
+        (task,) = (task for task in TASKS if task.name == name)
+        train, tested = read_training(task, FOLDER, FOLDER), read_tests(task, FOLDER)
+        stated = answers(task.question, "contact", ours(task)["contact"], train, inputs_of(tested))
+        rows[name] = {row.region: row for row in scores(task, "contact", stated, tested)}
+    normal, transverse = (of["near tip"] for of in rows.values())
+    assert transverse.mean < 0.5 * normal.mean
+    assert transverse.interval_score < 0.4 * normal.interval_score
+    assert min(row.within_band_percent for row in rows["contact_transverse"].values()) > 90
