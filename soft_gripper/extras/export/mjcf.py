@@ -285,7 +285,10 @@ class _Writer:
         """Adds to every shape how it touches others, and the pairs that touch otherwise than two shapes say."""
         elements, bodies = list(self._geoms.values()), [self._body_of(geometry) for geometry in self._geoms]
         ranges = [self._range(*each) for each in zip(self._geoms, bodies, strict=True)]
-        fixed, is_filtered = {i for i, each in enumerate(ranges) if each.X_WG is not None}, self._inspector.CollisionFiltered
+        fixed, is_filtered = (
+            {i for i, each in enumerate(ranges) if each.X_WG is not None},
+            self._inspector.CollisionFiltered,
+        )
         geometries = list(self._geoms)
         order = sorted(range(len(geometries)), key=lambda i: geometries[i].get_value())  # as in Drake
         candidates = sorted(

@@ -1,7 +1,7 @@
 """Which blocks of several diagrams do the same, and which diagrams have one structure.
 
-Blocks do the same if their steps are the same functions of the same values: those in closures, in partial functions, and
-in the objects to which methods are bound. What Drake alone knows, such as a plant, is equal to itself alone.
+Blocks do the same if their steps are the same functions of the same values: those in closures, in partial functions,
+and in the objects to which methods are bound. What Drake alone knows, such as a plant, is equal to itself alone.
 """
 
 from collections.abc import Hashable, Mapping
@@ -56,7 +56,9 @@ def _contents(value: Any) -> Any:
     if not hasattr(value, "__dict__") or (isinstance(value, System) and not isinstance(value, ArrayBlock)):
         return None
     left_out = _OF_ANY_BLOCK if isinstance(value, ArrayBlock) else ()
-    derived = {name for kind in type(value).__mro__ for name, of in vars(kind).items() if isinstance(of, cached_property)}
+    derived = {
+        name for kind in type(value).__mro__ for name, of in vars(kind).items() if isinstance(of, cached_property)
+    }
     return {name: each for name, each in vars(value).items() if name not in derived and name not in left_out}
 
 
@@ -66,11 +68,15 @@ def structure(system: System) -> Hashable:
         return _leaf_structure(system)
     wires = ((to.get_name(), i, of.get_name(), j) for (to, i), (of, j) in system.connection_map().items())
     inputs = map(system.get_input_port, range(system.num_input_ports()))
-    ends = ([(each.get_name(), i) for each, i in system.GetInputPortLocators(port.get_index())] for port in inputs)
+    ends = (
+        sorted((each.get_name(), i) for each, i in system.GetInputPortLocators(port.get_index())) for port in inputs
+    )
     outputs = map(system.get_output_port, range(system.num_output_ports()))
     begins = (system.get_output_port_locator(port.get_index()) for port in outputs)
     shown = ((each.get_name(), int(i)) for each, i in begins)
-    return repr(([(each.get_name(), structure(each)) for each in system.GetSystems()], sorted(wires), [*ends], [*shown]))
+    return repr(
+        ([(each.get_name(), structure(each)) for each in system.GetSystems()], sorted(wires), [*ends], [*shown])
+    )
 
 
 def _leaf_structure(leaf: LeafSystem) -> Hashable:
