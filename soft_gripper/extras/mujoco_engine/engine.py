@@ -358,10 +358,8 @@ class _Models:
         ]
         begins = np.array([begin(each.station.plant, each.of) for each, _ in runs])
         is_one = all(each is exported[0] for each in exported)
-        touching = exported[0].touching
-        if isinstance(touching, TouchSensors):
-            touching = touching.beside([each.touching for each in exported])
-        return Plants(served[0].station, touching, models, begins, of_one_file=is_one)
+        sensors = [each.touching for each in exported if isinstance(each.touching, TouchSensors)]
+        return Plants(served[0].station, sensors[0].beside(sensors), models, begins, of_one_file=is_one)
 
     def _of(self, served: Served, step: float) -> Exported:
         key = served.plant or served.station.plant, step
