@@ -2,6 +2,7 @@
 
 import logging
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from math import dist
 from typing import NamedTuple
 
@@ -20,7 +21,7 @@ from pydrake.geometry import (
 from pydrake.math import RigidTransform
 from pydrake.multibody.parsing import ModelDirective
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant, MultibodyPlantConfig
-from pydrake.multibody.tree import Frame, Joint, ModelInstanceIndex, RigidBody, world_model_instance
+from pydrake.multibody.tree import ForceElementIndex, Frame, Joint, ModelInstanceIndex, RigidBody, world_model_instance
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder
 
 from soft_gripper.arrays import Array
@@ -244,6 +245,35 @@ def add_plant(
     scene = Scene(plant, scene_graph, fingers, found, coupled, mimics)
     remove_idle_skins(scene)
     return scene
+
+
+def add_copy(builder: DiagramBuilder, scene: Scene, models: Sequence[ModelConfig]) -> Scene:
+    """Adds a copy of a scene of rigid bodies, in a twentieth of the time that its files take to read.
+
+    Args:
+        builder: builder of the diagram.
+        scene: added to another one by `add_plant`.
+        models: from which it was made; their free ones may have other poses.
+    """
+    plant = builder.AddNamedSystem("plant", scene.plant.Clone())
+    scene_graph = builder.AddNamedSystem("scene_graph", scene.scene_graph.Clone())
+    builder.Connect(scene_graph.get_query_output_port(), plant.get_geometry_query_input_port())
+    source = plant.get_source_id()
+    builder.Connect(plant.get_geometry_pose_output_port(), scene_graph.get_source_pose_port(source))
+    configuration = plant.get_deformable_body_configuration_output_port()
+    builder.Connect(configuration, scene_graph.get_source_configuration_port(source))
+    plant.SetDefaultPositions(scene.plant.GetDefaultPositions())  # which are not copied
+    for model in (each for each in models if each.free):
+        plant.SetDefaultFloatingBaseBodyPose(first_body(plant, model.name), model.X_PC.GetDeterministicValue())
+    fingers = [
+        replace(finger, plant=plant, torsion_springs=tuple(map(plant.get_force_element, _indices(finger))))
+        for finger in scene.fingers
+    ]
+    return scene._replace(plant=plant, scene_graph=scene_graph, fingers=fingers)
+
+
+def _indices(finger: PlantFinger) -> list[ForceElementIndex]:
+    return [spring.index() for spring in finger.torsion_springs]
 
 
 def make_half_space(plant: MultibodyPlant, scene_graph: SceneGraph, config: ModelConfig, where: str) -> None:

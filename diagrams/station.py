@@ -7,7 +7,7 @@ from pydrake.systems.framework import DiagramBuilder
 
 from soft_gripper.diagrams.commanding import add_arm, add_drive_commands
 from soft_gripper.diagrams.private_run import keep_what_is_read
-from soft_gripper.diagrams.scene import add_plant
+from soft_gripper.diagrams.scene import add_copy, add_plant
 from soft_gripper.diagrams.signal_logs import SignalLogs, add_logs
 from soft_gripper.diagrams.station_parts import Station, StationParts
 from soft_gripper.diagrams.wiring.drive import add_pressure_drive
@@ -41,16 +41,18 @@ def make_station(
     return _built(builder, station, add_logs(builder, station.signals, station.scenario.sensor.period))
 
 
-def make_private_station(scenario: Scenario, meshcat: Meshcat | None = None, composed: bool = True) -> Station:
+def make_private_station(
+    scenario: Scenario, meshcat: Meshcat | None = None, composed: bool = True, like: StationParts | None = None
+) -> Station:
     """A station for runs whose diagram nobody reads: faster, with the same recording.
 
     Blocks that no other reads are left out of its diagram, and its outputs are the signals that it still computes;
-    unless they are `composed`, sensors and estimation stay diagrams of blocks.
+    unless they are `composed`, sensors and estimation stay diagrams of blocks. `like` as for `add_station`.
 
     Raises:
         InputError: if a part of the scenario cannot be built.
     """
-    builder, station = _begun(scenario, meshcat, composed=composed)
+    builder, station = _begun(scenario, meshcat, composed=composed, like=like)
     period = station.scenario.sensor.period
     logs = add_logs(builder, station.signals, period)
     station.signals, removed = keep_what_is_read(builder, station.signals)
@@ -63,6 +65,7 @@ def _begun(
     make_sensor: MakeSensor | None = None,
     make_estimator: MakeEstimator | None = None,
     composed: bool = False,
+    like: StationParts | None = None,
 ) -> tuple[DiagramBuilder, StationParts]:
     builder, looked_at = DiagramBuilder(), meshcat is not None  # nothing else that is added could look at the fingers
     station = add_station(
@@ -73,6 +76,7 @@ def _begun(
         make_estimator=make_estimator,
         visuals=looked_at,
         composed=composed,
+        like=like,
     )
     return builder, station
 
@@ -97,6 +101,7 @@ def add_station(
     make_estimator: MakeEstimator | None = None,
     visuals: bool = True,
     composed: bool = False,
+    like: StationParts | None = None,
 ) -> StationParts:
     """Adds the blocks of a scenario to a diagram, to which you can add your own blocks and logs.
 
@@ -115,6 +120,7 @@ def add_station(
         make_sensor, make_estimator: make user blocks that replace those named in the scenario.
         visuals: see `add_plant`; False is for a diagram in which no Meshcat or camera looks at the fingers.
         composed: sensors and estimation are one block each, not diagrams of blocks; the ports are the same.
+        like: of another diagram, with the same models but for poses of free ones; its plant is copied, not read anew.
 
     Raises:
         InputError: if a part of the scenario cannot be built, or the diagram already has a plant.
@@ -123,16 +129,20 @@ def add_station(
     with collected() as notes:
         scenario = checked_scenario("scenario", scenario)
         nominal = read_nominal_model(scenario.nominal)
-        scene = add_plant(
-            builder,
-            scenario.plant_config,
-            scenario.models,
-            scenario.gravity,
-            scenario.arm,
-            visuals,
-            scenario.points,
-            scenario.directives,
-        )
+        if like is None:
+            scene = add_plant(
+                builder,
+                scenario.plant_config,
+                scenario.models,
+                scenario.gravity,
+                scenario.arm,
+                visuals,
+                scenario.points,
+                scenario.directives,
+            )
+        else:
+            scene = add_copy(builder, like.scene, scenario.models)
+            notes += [each for each in like.notes if each not in notes]
         made_by = (name_of(make_sensor, scenario.sensor.type), name_of(make_estimator, scenario.estimator.type))
         check_finger_names("scenario", (finger.finger.name for finger in scene.fingers))
         plant, scene_graph, fingers, deformables, _, mimics = scene

@@ -12,7 +12,7 @@ from soft_gripper.control.task import TaskMachine
 from soft_gripper.diagrams.arm import Arm
 from soft_gripper.diagrams.provenance import provenance
 from soft_gripper.diagrams.recording import Recording, make_recording, read_logs
-from soft_gripper.diagrams.scene import check_starts_apart
+from soft_gripper.diagrams.scene import Scene, check_starts_apart
 from soft_gripper.diagrams.signal_logs import SignalLogs
 from soft_gripper.diagrams.task_plan import check_paths
 from soft_gripper.diagrams.wiring.external import External
@@ -48,6 +48,11 @@ class StationParts:
     # Of models that have others than the plant in the runs of this station.
     masses: Mapping[str, float] = field(default_factory=dict)  # kg
     frictions: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def scene(self) -> Scene:
+        """The simulated scene; of an arm it does not know how its joints depend on each other."""
+        return Scene(self.plant, self.scene_graph, [*self.fingers], self.deformables, None, self.mimics)
 
     @property
     def about(self) -> dict[str, str]:

@@ -12,6 +12,7 @@ stiffness.
 import xml.etree.ElementTree as ET
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
+from itertools import combinations
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -282,16 +283,23 @@ class _Writer:
 
     def _add_contacts(self, contact: ET.Element) -> None:
         """Adds to every shape how it touches others, and the pairs that touch otherwise than two shapes say."""
-        numbers = {geometry: number for number, geometry in enumerate(self._geoms)}
         elements, bodies = list(self._geoms.values()), [self._body_of(geometry) for geometry in self._geoms]
         ranges = [self._range(*each) for each in zip(self._geoms, bodies, strict=True)]
-        candidates = sorted(
-            (numbers[one], numbers[other])
-            for one, other in self._inspector.GetCollisionCandidates()
-            if one in numbers and other in numbers and may_touch(ranges[numbers[one]], ranges[numbers[other]])
+        fixed, is_filtered = (
+            {i for i, each in enumerate(ranges) if each.X_WG is not None},
+            self._inspector.CollisionFiltered,
         )
-        near = neighbors(self._plant)
-        filtered = {(one, other) for one, other in candidates if bodies[other].index() in near[bodies[one].index()]}
+        geometries = list(self._geoms)
+        order = sorted(range(len(geometries)), key=lambda i: geometries[i].get_value())  # as in Drake
+        candidates = sorted(
+            (one, other)
+            for one, other in combinations(order, 2)
+            if not is_filtered(geometries[one], geometries[other])
+            and (fixed.isdisjoint((one, other)) or may_touch(ranges[one], ranges[other]))
+        )
+        indices = [int(body.index()) for body in bodies]
+        near = {int(body): {int(other) for other in others} for body, others in neighbors(self._plant).items()}
+        filtered = {(one, other) for one, other in candidates if indices[other] in near[indices[one]]}
         surfaces, models = (
             self._surfaces(),
             [self._plant.GetModelInstanceName(body.model_instance()) for body in bodies],

@@ -14,7 +14,6 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 from pydrake.math import RigidTransform
-from pydrake.systems.primitives import MatrixGain
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.station_parts import Station
@@ -45,7 +44,6 @@ from soft_gripper.extras.mujoco_engine.variation import Variation, begin, varied
 from soft_gripper.files.document import check_config
 from soft_gripper.quantity import valid
 from soft_gripper.scenario.schema import Scenario
-from soft_gripper.sensors.sensor_block import SensorBlock
 
 
 @dataclass(frozen=True)
@@ -172,10 +170,8 @@ class MujocoStations:
         models = [each.model for each in self._exported]
         self._plants = Plants(self._station, exported[0].touching, models, begins, threads)
         graphs = {Observation: lambda block: direct(block, lambda *signals: block.observe(together(*signals)))}
-        # The neutral axis of a finger, and so what drives and strains it, depends on its modulus.
-        differing = (MatrixGain, SensorBlock) if len(stations) > 1 else ()
         wired = [stations[i] for i in turns]
-        self._network = Network(wired, self._plants, None, ["observation"], graphs, differing)
+        self._network = Network(wired, self._plants, None, ["observation"], graphs)
         self.resting = resting_action(config.action, home(self._learning.parts))
         self._actions = np.tile(self.resting, (count, 1))
         self._network.give("action", self._actions)

@@ -404,8 +404,6 @@ def _gain(block: MatrixGain) -> Steps:
 def gains(parts: Mapping[MatrixGain, Rows]) -> Steps:
     """Steps of gains that differ between environments, of which each has those given."""
     first, count = next(iter(parts)), sum(map(len, parts.values()))
-    if all(np.array_equal(first.D(), block.D()) for block in parts):
-        return _gain(first)
     matrices = np.empty((count, *np.shape(first.D())[::-1]))
     for block, rows in parts.items():
         matrices[rows] = np.transpose(block.D())

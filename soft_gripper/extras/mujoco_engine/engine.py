@@ -6,7 +6,7 @@ when they are read, as after a run in Drake.
 
 import math
 from collections import OrderedDict
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Hashable, Iterator, Sequence
 from copy import deepcopy
 from dataclasses import replace
 from functools import cache, partial
@@ -27,10 +27,12 @@ from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.diagrams.station_parts import Station, StationParts
 from soft_gripper.diagrams.task_plan import planned_task
 from soft_gripper.errors import InputError
+from soft_gripper.extras.mujoco_engine.equal_blocks import structure
 from soft_gripper.extras.mujoco_engine.library import load_mujoco
 from soft_gripper.extras.mujoco_engine.lockstep import Logs, rows_of, simulated
 from soft_gripper.extras.mujoco_engine.network import Network
 from soft_gripper.extras.mujoco_engine.plants import Exported, Plants, in_mujoco
+from soft_gripper.extras.mujoco_engine.touching import TouchSensors
 from soft_gripper.extras.mujoco_engine.variation import (
     Content,
     Key,
@@ -38,6 +40,7 @@ from soft_gripper.extras.mujoco_engine.variation import (
     begin,
     blocks_key,
     plain_objects,
+    plant_key,
     station_key,
     variation,
     varied,
@@ -57,6 +60,7 @@ _MEMORY = 2**28  # bytes that the logs of runs that are made together may take
 _MOST = 4  # cached stations
 Stations = OrderedDict[Key, Station]
 _stations: Stations = OrderedDict()
+_copied: Stations = OrderedDict()  # by the keys of their plants, which others are copies of
 
 
 def run_many(scenarios: Sequence[Scenario], described: bool = True) -> Iterator[Run | Exception]:
@@ -75,8 +79,7 @@ def run_many(scenarios: Sequence[Scenario], described: bool = True) -> Iterator[
     groups: dict[Any, list[int]] = {}
     for i, each in enumerate(served):
         if isinstance(each, Served):
-            key = blocks_key(each.station.scenario, content_of) if _serves_many(each.station) else None
-            groups.setdefault(key or i, []).append(i)
+            groups.setdefault(_structure(each.station) if _serves_many(each.station) else i, []).append(i)
     found: dict[int, Run | Exception] = {i: each for i, each in enumerate(served) if isinstance(each, Exception)}
     for numbers in groups.values():
         alike = [each for each in (served[i] for i in numbers) if isinstance(each, Served)]
@@ -100,11 +103,33 @@ def suited_step(scenario: Scenario) -> float | None:
     return _chosen_step([served], _Models([served]))[0]
 
 
+def _structure(station: Station) -> Hashable:
+    """What stations that run together have in common."""
+    scenario, plant = station.scenario, station.plant
+    times = scenario.sensor.period, scenario.duration, plant.time_step(), scenario.engine_step
+    joints = [(each.name(), each.type_name()) for each in map(plant.get_joint, plant.GetJointIndices())]
+    recorded = scenario.record.patches_every, station.logs.logged
+    shapes = [model.file for model in scenario.models], station.parts.scene_graph.model_inspector().num_geometries()
+    return structure(station.diagram), repr((times, joints, recorded, shapes, scenario.contact_points, scenario.arm))
+
+
 class Served(NamedTuple):
     """The station of a run, which may have been built for another scenario with the same key."""
 
     station: Station
     of: Variation  # how the objects of the run differ from those in the plant of the station
+    plant: Key | None  # of its plant, see `plant_key`
+    blocks: Key | None  # of its blocks, see `blocks_key`
+
+
+def _wired(served: Sequence[Served]) -> list[Station]:
+    """The stations of runs, each with the diagram of the first one that has equal blocks."""
+    diagrams: dict[Any, Diagram] = {}
+    keys = [each.station.diagram if each.blocks is None else each.blocks for each in served]
+    return [
+        replace(each.station, diagram=diagrams.setdefault(key, each.station.diagram))
+        for each, key in zip(served, keys, strict=True)
+    ]
 
 
 def _serve(
@@ -115,7 +140,8 @@ def _serve(
         scenario = checked_scenario("scenario", scenario)
         _check_carried_over(scenario)
         key = station_key(scenario, content_of)
-        build = partial(_built, deepcopy(plain_objects(scenario)))  # the caller may change it
+        plant = None if scenario.arm is not None else plant_key(scenario, content_of)
+        build = partial(_built, deepcopy(plain_objects(scenario)), plant)  # the caller may change it
         store = own if has_own_blocks(scenario) else _stations
         station = build() if key is None else kept(store, key, build, _MOST)
         if not _serves_many(station):
@@ -128,7 +154,7 @@ def _serve(
             _plan_anew(parts, station.diagram, begin(station.plant, of))
     except InputError as error:
         return error
-    return Served(replace(station, parts=parts), of)
+    return Served(replace(station, parts=parts), of, plant, blocks_key(scenario, content_of))
 
 
 def _serves_many(station: Station) -> bool:
@@ -153,9 +179,13 @@ def _plan_anew(parts: StationParts, diagram: Diagram, positions: Array) -> None:
         parts.check_task(diagram, positions)
 
 
-def _built(scenario: Scenario) -> Station:
-    station = make_private_station(scenario, composed=False)
+def _built(scenario: Scenario, plant: Key | None) -> Station:
+    """A station, around a copy of a plant that another one was built for, if there is one."""
+    like = None if plant is None else _copied.get(plant)
+    station = make_private_station(scenario, composed=False, like=None if like is None else like.parts)
     check_closed(station)
+    if plant is not None:
+        kept(_copied, plant, lambda: station, _MOST)
     return station
 
 
@@ -183,7 +213,7 @@ def _run_alike(served: Sequence[Served], described: bool) -> Iterator[Run | Exce
     stations, models = [each.station for each in served], _Models(served)
     try:
         step, words = _step_of(served, models)
-        network = Network(stations, models.plants(served, [step]), stations[0].logs)
+        network = Network(_wired(served), models.plants(served, [step]), stations[0].logs)
         logs, lengths, failed = simulated(stations[0], network)
     except InputError as failure:  # of a user's block, in any of the runs
         if len(served) == 1:
@@ -247,7 +277,8 @@ def _chosen_step(served: Sequence[Served], models: "_Models") -> tuple[float, Ch
     while True:
         steps = [step, step / 2][len(known) :]
         stations = [each.station for each in served] * len(steps)
-        logs, lengths, _ = simulated(stations[0], Network(stations, models.plants(served, steps)))
+        network = Network(_wired(served) * len(steps), models.plants(served, steps))
+        logs, lengths, _ = simulated(stations[0], network)
         ends = [_end(station, logs, i, lengths[i]) for i, station in enumerate(stations)]
         known += [ends[first : first + len(served)] for first in range(0, len(ends), len(served))]
         change = _change(*known)
@@ -323,22 +354,23 @@ class _Models:
     def __init__(self, served: Sequence[Served]):
         """`served` are all runs."""
         self._listed = {model.name for each in served for model in each.station.scenario.models if model.free}
-        self._exported: dict[tuple[MultibodyPlant, float], Exported] = {}
+        self._exported: dict[tuple[Key | MultibodyPlant, float], Exported] = {}
 
     def plants(self, served: Sequence[Served], steps: Sequence[float]) -> Plants:
         """The plants of some runs with one step of MuJoCo after the other, s."""
         runs = [(each, step) for step in steps for each in served]
-        exported = [self._of(each.station, step) for each, step in runs]
+        exported = [self._of(each, step) for each, step in runs]
         models = [
             varied(found.model, found.file, each.station.plant, each.of, each.station.scenario.contact_points)
             for (each, _), found in zip(runs, exported, strict=True)
         ]
         begins = np.array([begin(each.station.plant, each.of) for each, _ in runs])
         is_one = all(each is exported[0] for each in exported)
-        return Plants(served[0].station, exported[0].touching, models, begins, of_one_file=is_one)
+        sensors = [each.touching for each in exported if isinstance(each.touching, TouchSensors)]
+        return Plants(served[0].station, sensors[0].beside(sensors), models, begins, of_one_file=is_one)
 
-    def _of(self, station: Station, step: float) -> Exported:
-        key = station.plant, step
+    def _of(self, served: Served, step: float) -> Exported:
+        key = served.plant or served.station.plant, step
         if key not in self._exported:
-            self._exported[key] = in_mujoco(station, step, self._listed)
+            self._exported[key] = in_mujoco(served.station, step, self._listed)
         return self._exported[key]

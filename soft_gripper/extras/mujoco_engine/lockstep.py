@@ -37,7 +37,10 @@ class Logs:
             self._vectors[i][sample] = value
 
     def of(self, environment: int, samples: int) -> dict[int, Any]:
-        """Samples of one environment, up to a number of samples, by the number of the logged port."""
+        """Samples of one environment, up to a number of samples, by the number of the logged port.
+
+        Logs of diagrams of one structure have the same numbers.
+        """
         logged = self._station.logs.logged
         found: dict[int, Any] = {
             logged[i]: np.ascontiguousarray(value[:samples, environment]) for i, value in self._vectors.items()

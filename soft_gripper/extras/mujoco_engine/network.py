@@ -36,6 +36,7 @@ from soft_gripper.extras.mujoco_engine.blocks import (
     gains,
     in_turn,
 )
+from soft_gripper.extras.mujoco_engine.equal_blocks import is_equal
 from soft_gripper.scenario.schema import Scenario
 from soft_gripper.sensors.base_pose import BasePoseSensor
 from soft_gripper.steps import Step, Steps, row_by_row
@@ -115,22 +116,21 @@ class Network:
         logs: SignalLogs | None = None,
         outputs: Collection[str] = (),
         graphs: Graphs = MappingProxyType({}),
-        differing: tuple[type[LeafSystem], ...] = (),
     ):
         """
         Args:
-            wired: the diagram of each environment; the blocks of the first one run for all, but for tasks.
+            wired: the diagram of each environment, which several may share; blocks that do the same run together.
             plants: of all environments.
             logs: of the first diagram; None: nothing is logged.
             outputs: of the diagram, which are read.
             graphs: steps of further kinds of blocks, as of `GRAPHS`.
-            differing: kinds of blocks, other than tasks, of which each diagram has its own.
         """
         self._graphs = {**GRAPHS, **graphs}
         self._first, self.plants, self.count, self._wired = wired[0], plants, len(wired), wired
         diagram = self._first.diagram
         self._root = Level(diagram.connection_map())
-        self._levels, self._differing = _levels(diagram), differing
+        self._levels = _levels(diagram)
+        self._diagrams = _diagrams(wired)
         self._given = dict(_given(diagram))
         self._feeds: dict[Key, list[Output | None]] = {}
         self._blocks: dict[Key, Block] = {}
@@ -191,13 +191,13 @@ class Network:
                 continue
             inputs = range(leaf.num_input_ports())
             self._feeds[leaf] = [self._source(leaf, i, self._levels[leaf]) for i in inputs]
-            alike = self._alike(leaf) if isinstance(leaf, self._differing) else {}
-            if alike and isinstance(leaf, MatrixGain):
+            alike = self._alike(leaf)
+            if len(alike) > 1 and isinstance(leaf, MatrixGain):
                 self._blocks[leaf] = Functions(leaf, gains(alike), self.count)
-            elif alike:
-                self._blocks[leaf] = Several([(self._made(each, len(own)), own) for each, own in alike.items()])
+            elif len(alike) > 1:
+                self._blocks[leaf] = Several([(self._made(leaf, each, own), own) for each, own in alike.items()])
             else:
-                self._blocks[leaf] = self._made(leaf, self.count)
+                self._blocks[leaf] = self._made(leaf, leaf, np.arange(self.count))
             pending += [fed[0] for fed in self._feeds[leaf] if fed is not None]
 
     def _is_shared(self, leaf: Key) -> bool:
@@ -208,36 +208,46 @@ class Network:
         return all(source is not None and self._is_shared(source[0]) for source in fed)
 
     def _alike(self, leaf: LeafSystem) -> dict[LeafSystem, Rows]:
-        """The counterparts of a block of the first diagram in all diagrams, which are alike, and their environments."""
-        number = list(self._levels).index(leaf)
-        found: dict[Diagram, list[int]] = {}
-        for row, each in enumerate(self._wired):
-            found.setdefault(each.diagram, []).append(row)
-        return {[*_levels(diagram)][number]: np.array(rows) for diagram, rows in found.items()}
+        """One of the counterparts of a block in all diagrams of each that do the same, and their environments."""
+        if isinstance(leaf, RandomSource | TaskMachine):  # have values for every environment
+            return {leaf: np.arange(self.count)}
+        number, make = list(self._levels).index(leaf), self._graph_of(leaf)
+        found: list[tuple[LeafSystem, Any, list[int]]] = []
+        for leaves, rows in self._diagrams:
+            own = leaves[number]
+            steps = None if make is None else make(own)
+            says = own if steps is None else (steps, steps.outputs)
+            equal = next((to for _, other, to in found if is_equal(says, other)), None)
+            if equal is None:
+                found.append((own, says, list(rows)))
+            else:
+                equal += rows
+        return {each: np.array(rows) for each, _, rows in found}
 
     def _graph_of(self, leaf: LeafSystem) -> Callable[[Any], Steps] | None:
         """Makes the steps of a block; None: it is asked for each environment."""
         return next((self._graphs[kind] for kind in type(leaf).__mro__ if kind in self._graphs), None)
 
-    def _made(self, leaf: LeafSystem, count: int) -> Block:
+    def _made(self, leaf: LeafSystem, own: LeafSystem, rows: Rows) -> Block:
+        """The counterpart of a block of the first diagram for some environments."""
         if isinstance(leaf, RandomSource):
             return Streams(self._drawn[leaf.get_name()])
-        make = self._graph_of(leaf)
+        make, count = self._graph_of(leaf), len(rows)
         has_state = leaf.num_discrete_state_groups() or leaf.num_abstract_states()
         if make is None and has_state:
-            return Contexts(leaf, 1 if self._is_shared(leaf) else count)
+            return Contexts(own, 1 if self._is_shared(leaf) else count)
         if not has_state and self._is_shared(leaf):
             count = 1
-        steps = in_turn(leaf) if make is None else make(leaf)
+        steps = in_turn(own) if make is None else make(own)
         if isinstance(leaf, ArrayBlock) and not leaf.takes_axes:
-            rows = [steps] * count
+            alike = [steps] * count
             if isinstance(leaf, TaskMachine):  # its phases are those of its own environment
-                rows = [each.task.steps for each in self._wired if each.task is not None]
-            return Functions(leaf, row_by_row(rows), count)
+                alike = [each.task.steps for each in self._wired if each.task is not None]
+            return Functions(own, row_by_row(alike), count)
         steps = steps.stacked(count)
         if isinstance(leaf, BasePoseSensor):
-            steps["pose"] = Step(lambda: self.plants.pose(leaf.body).reshape(count, -1))
-        return Functions(leaf, steps, count)
+            steps["pose"] = Step(lambda: self.plants.pose(leaf.body)[rows].reshape(count, -1))
+        return Functions(own, steps, count)
 
     def _plant_ports(self) -> dict[int, Callable[[], Array]]:
         """The output ports of the plant by their numbers: what computes them."""
@@ -470,6 +480,14 @@ def _levels(diagram: Diagram) -> dict[LeafSystem, Level]:
     """The leaf systems of a diagram, and where they are."""
     root = Level(diagram.connection_map())
     return {leaf: level for part in diagram.GetSystems() for leaf, level in leaf_systems(part, root)}
+
+
+def _diagrams(wired: Sequence[Wired]) -> list[tuple[list[LeafSystem], list[int]]]:
+    """The leaf systems of each diagram, in the order of their counterparts, and its environments."""
+    rows: dict[Diagram, list[int]] = {}
+    for row, each in enumerate(wired):
+        rows.setdefault(each.diagram, []).append(row)
+    return [([*_levels(diagram)], of_diagram) for diagram, of_diagram in rows.items()]
 
 
 def _given(diagram: Diagram) -> Iterator[tuple[tuple[System, int], str]]:

@@ -6,7 +6,8 @@ and all that it touches, since a sensor of MuJoCo does not say what touches.
 
 import xml.etree.ElementTree as ET
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from copy import copy
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -56,6 +57,7 @@ class TouchSensors:
         self.objects = list(shapes)  # bodies of objects, and the numbers of these
         parts = 2 if max(shapes.values(), default=1) > 1 else 1
         self._most = max(FEWEST, most_shapes(station) * parts)  # contacts of a sensor
+        self._begins = np.array([[link.begin for link in self.links]])  # m, of links in each environment, or in all
         self._bodies = self._bases = np.zeros(len(self.links), int)
 
     def add_to(self, root: ET.Element) -> None:
@@ -72,6 +74,12 @@ class TouchSensors:
         """Finds the links in a model."""
         self._bodies = np.array([model.body(link.body).id for link in self.links], int)
         self._bases = np.array([model.body(link.base).id for link in self.links], int)
+
+    def beside(self, others: Sequence["TouchSensors"]) -> "TouchSensors":
+        """These sensors where each environment has fingers as long as those of another one's."""
+        found = copy(self)
+        found._begins = np.concatenate([other._begins for other in others])
+        return found
 
     def read(self, sensed: Array, xpos: Array, xmat: Array) -> tuple[Array, NDArray[np.int_]]:
         """Rows of `patch_table`, (P, 34), and where those of each environment begin, (E + 1,).
@@ -90,8 +98,9 @@ class TouchSensors:
         kept = self._once(environment * len(self.links) + link, other, found[:, _PLACE])
         environment, link, other, found = environment[kept], link[kept], other[kept], found[kept]
         rows = np.empty((len(found), COLUMNS))
-        of_link = np.array([(each.finger, each.link, each.begin) for each in self.links])
-        rows[:, :3], rows[:, 3] = of_link[link], 1.0
+        of_link = np.array([(each.finger, each.link) for each in self.links])
+        begins = np.broadcast_to(self._begins, (len(sensed), len(self.links)))
+        rows[:, :2], rows[:, 2], rows[:, 3] = of_link[link], begins[environment, link], 1.0
         rows[:, 4:7], rows[:, 7:10] = found[:, _PLACE], found[:, _NORMAL]
         rows[:, 10:13], rows[:, 13:16] = np.moveaxis(-_wrenches(found), 1, 0)
         body = self._bodies[link]

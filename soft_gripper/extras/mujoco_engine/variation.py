@@ -2,7 +2,8 @@
 
 Pose, mass and friction of free objects are numbers in MuJoCo's model and state, and a task is planned anew for the
 pose of its object, so that runs that differ in them share a station. A mesh of another size is another model: such runs
-have stations of their own, and share the blocks.
+have stations of their own, and share the blocks. Runs with other pressures, set points, gains or sensor errors share
+the plant, of which each station has a copy. Runs whose diagrams have one structure are stepped together in any case.
 """
 
 from collections.abc import Callable, Mapping
@@ -10,7 +11,7 @@ from copy import copy
 from dataclasses import dataclass, field, replace
 from functools import cache, partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from pydrake.common.schema import Transform
@@ -21,7 +22,17 @@ from soft_gripper.arrays import Array
 from soft_gripper.diagrams.simulation import built_of, content
 from soft_gripper.extras.export.mjcf import Mjcf
 from soft_gripper.extras.export.mjcf_contact import Surface, friction_of, touch
-from soft_gripper.scenario.schema import ModelConfig, PoseErrorConfig, Scenario, TaskConfig
+from soft_gripper.scenario.schema import (
+    ControlConfig,
+    EstimatorConfig,
+    ModelConfig,
+    PoseErrorConfig,
+    PressureConfig,
+    Scenario,
+    SensorConfig,
+    TaskConfig,
+    TendonConfig,
+)
 
 if TYPE_CHECKING:  # it is optional
     import mujoco
@@ -49,11 +60,17 @@ def plain_objects(scenario: Scenario) -> Scenario:
     return replace(scenario, models=models)
 
 
-def blocks_key(scenario: Scenario, content_of: Content = content) -> Key | None:
-    """Equal for scenarios whose stations have equal blocks, but for the phases of their tasks; None: no other has.
+def plant_key(scenario: Scenario, content_of: Content = content) -> Key | None:
+    """Equal for scenarios with equal plants, but for poses of free objects; None: no other has."""
+    plain = plain_objects(scenario)
+    models = [replace(each, X_PC=Transform()) if each.free else each for each in plain.models]
+    parts: dict[str, Any] = {"sensor": SensorConfig(), "estimator": EstimatorConfig(), "pressure": PressureConfig()}
+    parts |= {"tendons": TendonConfig(), "control": ControlConfig(), "task": None, "external": [], "success": []}
+    return built_of(replace(plain, description="", models=models, **parts), content_of)
 
-    Their models in MuJoCo are alike too: free objects of one file may differ in scale, not in their shapes.
-    """
+
+def blocks_key(scenario: Scenario, content_of: Content = content) -> Key | None:
+    """Equal for scenarios whose stations have equal blocks, but for the phases of their tasks; None: no other has."""
     models = [ModelConfig(name=model.name, file=_ANY, free=True) if model.free else model for model in scenario.models]
     files = repr([model.file for model in scenario.models if model.free])  # their contents need not be known
     built = replace(scenario, description=files, models=models, task=_without_places(scenario))

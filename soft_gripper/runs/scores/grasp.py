@@ -16,7 +16,7 @@ from soft_gripper.truth.contact import TOUCH
 WINDOW = 0.5  # s at the end, over which a grasp is judged
 IMPULSE_TIME = 0.05  # s, over which a force is summed up to an impulse
 SLIDES = 1e-3  # m/s on the fingers, above which an object slips
-SUPPORTED = 0.1  # share of its weight; what other bodies carry beyond it, the grasp does not hold
+SUPPORTED = 0.1  # share of its weight that counts as nothing, whether other bodies carry it or the fingers
 NEVER_TOUCHED, DROPPED, SLIPPING, RESTING, HELD = "never touched", "dropped", "slipping", "resting", "held"
 _LEAST_CORRELATION = 0.5  # share of the variance of the force that a stiffness must explain
 NAN = float("nan")
@@ -57,8 +57,8 @@ class FingerGrip:
 class Grasp:
     """A grasp of one object; NaN where there is nothing to measure.
 
-    grasp: "held", if it does not slide and the fingers carry nine tenths of its weight; "resting", if other bodies
-        carry more of it; "slipping", "dropped" or "never touched".
+    grasp: "held", if it does not slide and the fingers carry its weight, or a part of it with friction for all, see
+        `is_carried`; "resting", if it needs other bodies; "slipping", "dropped" or "never touched".
     normal_force_n, friction_force_n: held force of the finger that presses most.
     slip_ratio: the least force that would hold the object over the force of the grasp; at 1 it slips, see `slip_ratio`.
     least_force_n: that least force, of the finger that presses most.
@@ -119,7 +119,22 @@ def verdict(signals: GraspSignals, speed: float) -> str:
         return DROPPED
     if not speed <= SLIDES:
         return SLIPPING
-    return RESTING if signals.support[last(signals.time)].mean() > SUPPORTED * signals.weight else HELD
+    return HELD if is_carried(signals) else RESTING
+
+
+def is_carried(signals: GraspSignals) -> bool:
+    """Whether the fingers carry an object at the end, or would without the other bodies that it touches.
+
+    An object that creeps in the grasp, as friction that is regularised in time steps lets it, comes down on a table,
+    which then carries a part of its weight. It is still held if the fingers carry some of it, and by Coulomb's law have
+    friction for all of it. What they only press down, or squeeze with less, is not.
+    """
+    window = last(signals.time)
+    support, normal = signals.support[window].mean(), signals.normal[window].mean(axis=0)
+    if support <= SUPPORTED * signals.weight:
+        return True
+    has_friction = float(signals.coefficients @ normal) > signals.weight
+    return bool(has_friction and support <= (1 - SUPPORTED) * signals.weight)
 
 
 def slip_ratio(normal: Array, friction: Array, coefficients: Array) -> float:

@@ -69,7 +69,10 @@ def test_a_held_object_is_held_by_forces_at_the_end():
         (signals(1.0 * (TIME < 1.9)), np.nan, "dropped"),
         (signals(1.0 * (TIME < 1.9), WEIGHT), np.nan, "dropped"),
         (signals(), 2e-3, "slipping"),
-        (signals(1.0, 0.3 * WEIGHT), 0.0, "resting"),
+        (signals(1.0, 0.8 * WEIGHT), 0.0, "held"),  # it has come down on a table, and could be lifted
+        (signals(1.0, 0.95 * WEIGHT), 0.0, "resting"),  # what is squeezed but not carried
+        (signals(1.0, 1.2 * WEIGHT), 0.0, "resting"),  # what is pressed down
+        (signals(0.3, 0.3 * WEIGHT), 0.0, "resting"),  # with friction for 0.46 N of 0.5 N
         (signals(1.0, 0.3 * WEIGHT), 2e-3, "slipping"),
         (signals(1.0, 0.05 * WEIGHT), 5e-4, "held"),
         (signals(1.0, np.where(TIME < 1.0, WEIGHT, 0.0)), 0.0, "held"),
