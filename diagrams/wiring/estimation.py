@@ -195,7 +195,7 @@ def make_estimation(
     make_estimator: MakeEstimator | None = None,
 ) -> FingerEstimation:
     """The estimation of a finger, in no diagram yet; arguments and errors as of `add_estimation`."""
-    period, known = sensor.period, uncertainty(config, sensor)
+    period, known = sensor.period, uncertainty(config, sensor, layout.calibrated)
     make = make_estimator or find_estimator(config.type, known)
     compensated = np.asarray(gravity, dtype=float) * config.compensate_gravity
     made_by = ("estimator.type", name_of(make_estimator, config.type))

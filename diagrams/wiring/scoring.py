@@ -196,7 +196,7 @@ def add_alongside(
     signals: Ports = {}
     period = sensor.period
     for kind in config.alongside:
-        make = find_estimator(kind, uncertainty(config, sensor), "estimator.alongside")
+        make = find_estimator(kind, uncertainty(config, sensor, layout.calibrated), "estimator.alongside")
         estimator = make_block("estimator.alongside", kind, make, layout, gravity, period)
         with blamed_on("estimator.alongside", kind):
             estimation = AlongsideEstimation(estimator, layout.finger, period)

@@ -285,9 +285,16 @@ class Mechanics:
         return Away(of_drive / self._strain_per_pressure, of_sections / np.abs(self.layout.sensitivity).max(axis=0))
 
     def of_scale(self, q: Array) -> Array | float:
-        """Covariance of the common scale of finger and sensors, at angles `q`, (..., D, D); 0 if not calibrated."""
+        """Covariance of the scale of finger and sensors, at angles `q`, (..., D, D); 0 if not calibrated.
+
+        The scale is a common one, and one that changes linearly along the finger; neither changes what is read.
+        """
         states = self.layout.calibrated
-        return 0.0 if states is None else outer(states.bend_std * q)
+        if states is None:
+            return 0.0
+        finger = self.layout.finger
+        along = np.tile(2 * finger.joint_arc_lengths / finger.length - 1, len(self.layout.ways))
+        return outer(states.bend_std * q) + outer(states.variation_std * along * q)
 
     @cached_property
     def _strain_per_pressure(self) -> float:

@@ -4,16 +4,19 @@ Leading axes are free; N joints.
 """
 
 from dataclasses import replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.fingers.creep import shares
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.fingers.kinematics import gravity_torque
+from soft_gripper.fingers.finger_parts import PressureLaw
+from soft_gripper.fingers.kinematics import forward_kinematics, gravity_torque
 from soft_gripper.piecewise_linear import PiecewiseLinear, PiecewiseLinearBlock
 
-_REPETITIONS = 30
+_REPETITIONS, _ROUNDING = 30, 1e-12  # at most; rad
+_USUAL = 1e5  # Pa, of the point through which a straight pressure law runs
 _MODULI = ("youngs_modulus", "layer_modulus", "layer_shear_modulus")
 
 
@@ -28,30 +31,76 @@ def relaxed_law(finger: Finger) -> PiecewiseLinear:
     return PiecewiseLinear(law.x, law.y - crept[:, None] * law.x)
 
 
-def resting_angles(finger: Finger, pressure: Array | float, gravity: Planar | complex) -> Array:
+class FacePress(NamedTuple):
+    """A force that an instrument measures on a face of a finger, at `place`, along `axis`, with friction on the face.
+
+    A positive force presses on the inner face.
+    """
+
+    force: Array  # (...) N, the part along the axis
+    place: Array  # (...) m along the finger, from its base
+    axis: complex | None = None  # z + i x in B, of length 1; None: across the finger
+    friction: float = 0.0  # force along the face, toward the tip, over the force across it
+
+    def face(self, finger: Finger) -> Array:
+        """Distance of the face that is pressed from the axis, (...) m, positive on the inner side."""
+        section = finger.section(self.place)
+        return np.where(self.force < 0, section.outer_face, section.inner_face)
+
+    def torque(self, finger: Finger, q: Array) -> Array:
+        """Torque at the joints in a posture, (..., N) N m."""
+        site = forward_kinematics(q, finger.segment_length).at(self.place[..., None], self.face(finger)[..., None])
+        pushing = -site.normals + self.friction * site.directions
+        along = 1.0 if self.axis is None else (pushing * np.conj(self.axis)).real
+        return site.torques(self.force[..., None] * pushing / along)[..., 0, :]
+
+
+def resting_angles(
+    finger: Finger, pressure: Array | float, gravity: Planar | complex, press: FacePress | None = None
+) -> Array:
     """Joint angles of a finger that has crept, in balance with pressure (...) Pa and its own weight, rad, (..., N).
 
-    `gravity` is as for `gravity_torque`, a number or (...) m/s^2. Found by fixed-point iteration, which converges
-    unless the finger buckles under its weight.
+    `gravity` is as for `gravity_torque`, a number or (...) m/s^2, and `press` a force in addition. Found by fixed-point
+    iteration, which converges unless the finger buckles under its weight.
     """
     driven, gravity = finger.pressure_torque(pressure), np.asarray(gravity)[..., None]
     bends, remains = relaxed_law(finger).inverse(), 1 - shares(finger).sum()
     yields_more = (remains / (remains - finger.share_taken(pressure)))[..., None]  # of a linear finger: a factor
     q = yields_more * bends(driven)
     for _ in range(_REPETITIONS):
-        q = yields_more * bends(driven + gravity_torque(finger, q, gravity))
+        pressed = 0.0 if press is None else press.torque(finger, q)
+        before, q = q, yields_more * bends(driven + gravity_torque(finger, q, gravity) + pressed)
+        if np.abs(q - before).max(initial=0.0) < _ROUNDING:
+            break
     return q
 
 
-def softened(finger: Finger, ratio: float) -> Finger:
-    """The finger with all that is elastic in it divided by `ratio`; its neutral axis, creep and pressure gain stay."""
-    law = finger.elastic_law
+def softened(finger: Finger, ratio: float, variation: float = 0.0) -> Finger:
+    """The finger with all that is elastic in it divided by `ratio`; its neutral axis, creep and pressure gain stay.
+
+    The ratio changes linearly along the finger by the share `variation` from its middle to its tip, and by as much to
+    its base.
+    """
+    law, ratios = finger.elastic_law, ratio * (1 + variation * (2 * np.array(finger.places) - 1))
     if law is not None:
-        moments = {name: tuple(m / ratio for m in getattr(law, name)) for name in ("base_moment", "tip_moment")}
-        law = replace(law, **moments)
-    return finger.with_sections(
-        lambda section: replace(section, **{name: getattr(section, name) / ratio for name in _MODULI}), elastic_law=law
+        ends = {"base_moment": ratios[0], "tip_moment": ratios[-1]}
+        law = replace(law, **{name: tuple(m / end for m in getattr(law, name)) for name, end in ends.items()})
+    cross_sections: list[Any] = [*finger.cross_sections]
+    base, *between, tip = (
+        replace(section, **{name: getattr(section, name) / of for name in _MODULI})
+        for section, of in zip(cross_sections, ratios.tolist(), strict=True)
     )
+    return replace(finger, base=base, sections=tuple(between), tip=tip, elastic_law=law)
+
+
+def strengthened(finger: Finger, factor: float) -> Finger:
+    """The finger with stiffness and torque of its one pressure times a factor: under pressure alone it bends alike."""
+    if factor == 1:
+        return finger
+    law = finger.laws[0] or PressureLaw((0.0, _USUAL), (0.0, _USUAL))
+    law = replace(law, effective=tuple(factor * effective for effective in law.effective))
+    chambers = tuple(replace(chamber, law_pressure=None, law_effective=None) for chamber in finger.chambers)
+    return replace(softened(finger, 1 / factor), pressure_law=law, chambers=chambers)
 
 
 def elastic_law_block(finger: Finger) -> PiecewiseLinearBlock:

@@ -1,5 +1,6 @@
 """Calibration files: their schema, and how they are read and applied."""
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
@@ -8,7 +9,7 @@ import numpy as np
 from soft_gripper.errors import InputError
 from soft_gripper.files.document import load_config
 from soft_gripper.files.yaml_text import read_yaml
-from soft_gripper.fingers.statics import softened
+from soft_gripper.fingers.statics import softened, strengthened
 from soft_gripper.quantity import Misfit, quantity
 from soft_gripper.scenario.fitted_states_config import FittedStatesConfig
 from soft_gripper.scenario.model_files import model_path
@@ -27,13 +28,20 @@ class FingerCalibrationConfig:
     one_sided: bool = False
     section_lengths: list[float] = quantity([], "m")  # from the base to the tip
     bend_ratio: float = quantity(1.0, above=0)  # bend under the same pressure over that of the nominal model
+    bend_variation: float = quantity(0.0, above=-1, below=1)  # by which it changes from the middle to the tip
+    strength: float = quantity(1.0, above=0)  # stiffness and pressure torque over the nominal ones, by measured forces
     gains: list[float] = quantity([], above=0)  # of the strain of every reading
     offsets: list[float] = field(default_factory=list)  # of every reading, extension ratio
     response_curvature: float = 0.0  # of all readings: they are of s + curvature s^2, with the strain s
     pressure_offset: float = quantity(0.0, "Pa")  # what the pressure sensor reads too much
     residual: float = 0.0  # root mean square of the residuals, extension ratio
-    # Standard deviations, of which estimators use that of the bend, and what they do not use: hysteresis, drift, doubts
+    # Standard deviations, of which estimators use those of the bend; they use the hysteresis, but no drift, friction,
+    # strength_std or doubts
     bend_ratio_std: float = quantity(0.0, least=0)
+    bend_variation_std: float = quantity(0.0, least=0)
+    bend_gain_std: float = quantity(0.0, least=0)  # of the product of gain and bend of a reading, as a share
+    strength_std: float = quantity(0.0, least=0)  # 0 if no force was measured
+    friction: float = 0.0  # of the finger with what measured its force, positive toward the tip
     gain_stds: list[float] = quantity([], least=0)
     offset_stds: list[float] = quantity([], least=0)
     response_curvature_std: float = quantity(0.0, least=0)
@@ -83,7 +91,8 @@ def calibrated(sensors: MeasurementModel, calibration: CalibrationConfig) -> Sen
         raise InputError("nominal.calibration", name, found, f"{of} of the finger are {own}")
     assert isinstance(curve, ResponseCurve)  # as in a scenario
     response = CalibratedResponse(curve, tuple(config.gains), tuple(config.offsets), config.response_curvature)
-    finger = replace(softened(finger, config.bend_ratio), pressure_offset=config.pressure_offset)
+    finger = strengthened(softened(finger, config.bend_ratio, config.bend_variation), config.strength)
+    finger = replace(finger, pressure_offset=config.pressure_offset)
     return replace(layout, finger=finger, response=response, calibrated=_states(config, layout.sections))
 
 
@@ -92,8 +101,9 @@ def _states(config: FingerCalibrationConfig, sections: int) -> CalibratedStates 
     if kept is None:
         return None
     disagreement = float("inf") if kept.disagreement is None else kept.disagreement
-    bend_std = config.bend_ratio_std / config.bend_ratio
-    return CalibratedStates(kept.fitted, kept.widths, disagreement, sections, kept.noise, bend_std)
+    stds = config.bend_ratio_std / config.bend_ratio, config.bend_variation_std
+    left = math.hypot(config.bend_gain_std, config.hysteresis) if config.bend_gain_std > 0 else None
+    return CalibratedStates(kept.fitted, kept.widths, disagreement, sections, kept.noise, *stds, left)
 
 
 def load_calibration(file: str) -> CalibrationConfig:

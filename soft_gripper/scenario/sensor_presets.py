@@ -18,7 +18,7 @@ from typing import Any, TypeGuard
 from pydrake.systems.framework import System
 
 from soft_gripper.errors import InputError
-from soft_gripper.estimators.uncertainty import Uncertainty, uncertainty_of
+from soft_gripper.estimators.uncertainty import EXACT, Uncertainty, uncertainty_of
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.registry import Registry, blamed_on
 from soft_gripper.scenario.schema import (
@@ -30,6 +30,7 @@ from soft_gripper.scenario.schema import (
     StrainErrorsConfig,
     presets,
 )
+from soft_gripper.sensors.calibrated_states import CalibratedStates
 from soft_gripper.sensors.link_sensors import CurvatureSensors, OrientationSensors
 from soft_gripper.sensors.measurement import MeasurementModel
 from soft_gripper.sensors.path_sensors import LAYOUTS, PathSensors, SensorPath, named_paths
@@ -109,14 +110,19 @@ def strain_errors(sensor: SensorConfig, finger: str | None = None) -> StrainErro
     return StrainErrors(**values, dead=dead, faults=faults)
 
 
-def uncertainty(estimator: EstimatorConfig, sensor: SensorConfig) -> Uncertainty:
-    """Uncertainty that an estimator assumes: what is not given follows from the errors of the sensors.
+def uncertainty(
+    estimator: EstimatorConfig, sensor: SensorConfig, calibrated: CalibratedStates | None = None
+) -> Uncertainty:
+    """Uncertainty that an estimator assumes: what is not given follows from sensor errors, and from a calibration.
 
     Raises:
         InputError: as `strain_errors`.
     """
     given = {name: value for name, value in vars(estimator.uncertainty).items() if value is not None}
-    return replace(uncertainty_of(strain_errors(sensor), sensor.pressure_errors), **given)
+    of_errors = uncertainty_of(strain_errors(sensor), sensor.pressure_errors)
+    if calibrated is not None and calibrated.gain_std is not None:
+        of_errors = replace(of_errors, gain=calibrated.gain_std, bend_per_pressure=EXACT)
+    return replace(of_errors, **given)
 
 
 def sensor_faults(sensor: SensorConfig, finger: str | None = None) -> tuple[SensorFault, ...]:

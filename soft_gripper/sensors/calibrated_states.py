@@ -50,6 +50,9 @@ class CalibratedStates:
     # Standard deviation of the bend, as a share: readings and pressure alone cannot tell a finger that bends further
     # from sensors that all read as much more
     bend_std: float = 0.0
+    variation_std: float = 0.0  # likewise of its change from the middle of the finger to the tip
+    # Standard deviation of a reading that calibration leaves, as a share of the strain; None: it does not say
+    gain_std: float | None = None
 
     def distances(self, measured: Array, driving: Array, gravity: Array) -> StateDistances:
         """Distances of samples.

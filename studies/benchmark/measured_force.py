@@ -135,7 +135,7 @@ def measured_force(task: Question, train: Sequence[Recorded]) -> Predict:
     run = read_finger_logs(path, log)[0]
     layout = nominal_layout(log.scenario, run.finger)
     finger, instrument = layout.finger, run.measured["force"]
-    estimate = ContactShape(layout, uncertainty(log.scenario.estimator, log.scenario.sensor))
+    estimate = ContactShape(layout, uncertainty(log.scenario.estimator, log.scenario.sensor, layout.calibrated))
     gravity = run.X_WB[0].reshape(3, 4)[:, :3].T @ run.gravity
     weight = planar_gravity(run.X_WB[0], run.gravity)
 

@@ -5,11 +5,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from finger_plants import BENDING_STIFFNESS, LENGTH, uniform_finger
+from loaded_fingers import Push, in_balance
 
 from soft_gripper.fingers.creep import memory_torque
 from soft_gripper.fingers.finger_parts import CreepBranch, ElasticLaw, PressureLaw, TipLoad
 from soft_gripper.fingers.kinematics import forward_kinematics, gravity_torque
-from soft_gripper.fingers.statics import free_bending_angles, resting_angles, softened
+from soft_gripper.fingers.paths import Chamber
+from soft_gripper.fingers.statics import (
+    FacePress,
+    free_bending_angles,
+    resting_angles,
+    softened,
+    strengthened,
+)
 
 LAW = ElasticLaw(curvature=(-30.0, 0.0, 30.0), base_moment=(-0.5, 0.0, 0.2), tip_moment=(-0.2, 0.0, 0.3))
 PRESSURES = np.array([[-50e3, 0.0], [100e3, 200e3]])
@@ -93,3 +101,43 @@ def test_pressure_bends_by_its_law_and_before_anything_creeps(tapered_finger):
     np.testing.assert_allclose(q, 1.2 * free_bending_angles(tapered_finger, PRESSURES), rtol=1e-12)
     crept = resting_angles(finger, PRESSURES, np.zeros(PRESSURES.shape))
     np.testing.assert_allclose(crept, q / 0.7, rtol=1e-12, atol=1e-14)
+
+
+@pytest.mark.parametrize(("across", "friction"), [(0.6, 0.0), (0.5, 0.4), (-0.3, 0.2)])
+def test_a_press_on_a_face_balances_by_the_definition_of_a_torque(shipped_finger, across, friction):
+    """Measured along an axis, it is what that axis has of the force across the finger and of friction."""
+    place, gravity = 0.085, 3 - 9j
+    section = shipped_finger.section(place)
+    face = float(section.inner_face if across > 0 else section.outer_face)
+    expected = in_balance(shipped_finger, 7e4, gravity, [Push(place, across, across * friction, face)])
+    heading = expected[shipped_finger.joint_arc_lengths < place].sum()
+    for axis in (None, np.exp(-1.2j)):
+        part = 1.0 if axis is None else ((friction - 1j) * np.exp(1j * heading) * np.conj(axis)).real
+        press = FacePress(np.array(across * part), np.array(place), axis, friction)
+        np.testing.assert_allclose(resting_angles(shipped_finger, 7e4, gravity, press), expected, atol=1e-9)
+
+
+def test_a_stronger_finger_bends_alike_under_pressure_and_less_under_a_force(tapered_finger):
+    strong, none = strengthened(tapered_finger, 1.25), np.array(0.0)
+    q = resting_angles(tapered_finger, 6e4, none)
+    np.testing.assert_allclose(resting_angles(strong, 6e4, none), q, rtol=1e-12)
+    light, heavy = (FacePress(np.array(force), np.array(0.05)) for force in (0.2, 0.25))
+    pressed = resting_angles(tapered_finger, 6e4, none, light)
+    np.testing.assert_allclose(resting_angles(strong, 6e4, none, heavy), pressed, rtol=1e-9)
+    assert strengthened(tapered_finger, 1.0) is tapered_finger
+
+
+def test_a_stronger_finger_is_driven_by_the_law_of_its_chamber(shipped_finger):
+    bare = shipped_finger.with_sections(lambda part: replace(part, chamber_width=0.0, chamber_thickness=0.0))
+    law = {"law_pressure": (0.0, 1e5), "law_effective": (0.0, 1.3e5)}
+    chambered = replace(bare, chambers=(Chamber("c", (-1e-3,), (0.0,), width=(9e-3,), thickness=(9e-3,), **law),))
+    found, torque = strengthened(chambered, 1.25), chambered.pressure_torque(5e4)
+    np.testing.assert_allclose(found.pressure_torque(5e4), 1.25 * torque, rtol=1e-12)
+
+
+def test_a_bend_that_varies_changes_linearly_along_the_finger():
+    finger = uniform_finger(20)
+    stiffness = softened(finger, 1.1, 0.08).stiffness / finger.stiffness
+    base, tip = 1 / (1.1 * 0.92), 1 / (1.1 * 1.08)
+    along = finger.joint_arc_lengths / finger.length
+    np.testing.assert_allclose(stiffness, base + (tip - base) * along, rtol=1e-12)

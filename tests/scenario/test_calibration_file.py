@@ -9,6 +9,8 @@ import yaml
 from refusals import refused
 
 from soft_gripper.errors import InputError
+from soft_gripper.estimators.mechanics import Mechanics
+from soft_gripper.estimators.uncertainty import EXACT, Uncertainty
 from soft_gripper.scenario.calibration_file import (
     CalibrationConfig,
     FingerCalibrationConfig,
@@ -17,6 +19,8 @@ from soft_gripper.scenario.calibration_file import (
     load_calibration,
 )
 from soft_gripper.scenario.fitted_states_config import FittedStatesConfig
+from soft_gripper.scenario.schema import EstimatorConfig, SensorConfig, UncertaintyConfig
+from soft_gripper.scenario.sensor_presets import uncertainty
 from soft_gripper.sensors.sensor_layout import SensorLayout
 
 
@@ -64,6 +68,37 @@ def test_the_states_of_a_calibration_are_those_that_were_kept(layout, calibratio
     assert sorted(states.fitted.states[:, 0]) == [0.0, 7.0, 14.0]
     assert (states.widths.growth, states.disagreement, states.noise) == (2e-3, 0.2, 0.05)
     assert states.bend_std == 0.02 / 1.25
+
+
+def test_a_strength_leaves_the_bend_under_pressure_and_a_variation_its_middle(layout, calibration):
+    """Of measured forces: by 1.2 stiffer, and driven as much more, by a pressure of 50 kPa less its offset."""
+    before, stronger, graded = (
+        calibrated(layout, CalibrationConfig("", {"tapered": replace(calibration.fingers["tapered"], **change)})).finger
+        for change in ({}, {"strength": 1.2}, {"bend_variation": 0.1})
+    )
+    torque = stronger.pressure_torque(np.array([50e3]))
+    np.testing.assert_allclose(torque, 1.2 * before.pressure_torque(np.array([50e3])), rtol=1e-12)
+    np.testing.assert_allclose(stronger.stiffness, 1.2 * before.stiffness, rtol=1e-12)
+    softer = graded.stiffness / before.stiffness
+    assert np.all(np.diff(softer) < 0)
+    assert softer[2] == pytest.approx(1, rel=0.02)
+
+
+def test_what_a_calibration_leaves_is_what_estimators_assume(layout, calibration):
+    """Unless the scenario says otherwise; a file that does not say leaves the default of a finger not calibrated."""
+    says = replace(calibration.fingers["tapered"], bend_gain_std=3e-3, hysteresis=4e-3, bend_variation_std=0.03)
+    states = calibrated(layout, CalibrationConfig("", {"tapered": says})).calibrated
+    found = uncertainty(EstimatorConfig(), SensorConfig(), states)
+    assert (found.gain, found.bend_per_pressure) == (pytest.approx(5e-3), EXACT)
+    assert found.bend_stds[1] == 0
+    given = EstimatorConfig(uncertainty=UncertaintyConfig(bend_per_pressure=0.02))
+    assert uncertainty(given, SensorConfig(), states).bend_per_pressure == 0.02
+    silent = calibrated(layout, calibration).calibrated
+    assert uncertainty(EstimatorConfig(), SensorConfig(), silent) == Uncertainty()
+    q, along = np.full(5, 0.1), np.linspace(-0.8, 0.8, 5)
+    finger = replace(layout.finger, segments=5)
+    scale = Mechanics(replace(layout, finger=finger, calibrated=states), Uncertainty()).of_scale(q)
+    np.testing.assert_allclose(scale, (0.016**2 + 0.03**2 * np.outer(along, along)) * 0.01, rtol=1e-12)
 
 
 @pytest.mark.parametrize("other", ["name", "length", "sections", "one_sided", "borders"])

@@ -84,8 +84,8 @@ def sensed_fingers(scenario: Scenario) -> dict[str, SensedFinger]:
 
 
 def _sensed(finger: PlantFinger, scenario: Scenario) -> SensedFinger:
-    known = uncertainty(scenario.estimator, scenario.sensor)
     nominal = read_nominal_model(scenario.nominal).layout(finger.finger, scenario.sensor)
+    known = uncertainty(scenario.estimator, scenario.sensor, nominal.calibrated)
     function = estimator_function(scenario.estimator.type, nominal, known)
     if isinstance(function, RecursiveShape):
         expected = "depends on all samples before: choose arcs, spline, gaussian, contact or constant_curvature"

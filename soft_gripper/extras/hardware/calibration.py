@@ -2,7 +2,8 @@
 
 Recordings are those of `soft-gripper run` and `play`, or logs of hardware, any file of `tables`. Their columns are the
 fields of a bench (`live.bench_schema`), or those of a recording of one finger, markers included (`recording_schema`).
-Where an instrument measures a force, the finger is not free: these samples are left out.
+Where an instrument measures a force, the finger is not free. Its zero and drift are those of what it reads while it
+reads no more than at the beginning. It may be late: of each hold of the pressure, what it reads last counts.
 """
 
 from collections.abc import Collection, Iterator, Sequence
@@ -18,12 +19,15 @@ from soft_gripper.arrays import Array, Planar
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.plane import planar_gravity
 from soft_gripper.extras.hardware.clipping import stuck_readings
-from soft_gripper.extras.hardware.finger_logs import Log, read_finger_logs, steady
+from soft_gripper.extras.hardware.finger_logs import FingerLog, Log, read_finger_logs, steady
 from soft_gripper.extras.hardware.free_bending import Calibration, FreeBending, calibrate
+from soft_gripper.extras.hardware.instrument import InstrumentRun, find_instrument
 from soft_gripper.extras.hardware.kept_states import kept_states
+from soft_gripper.extras.hardware.measured import Measured, latest
 from soft_gripper.extras.hardware.recorded_run import load_run, read_signal
 from soft_gripper.files.output import atomic_file
 from soft_gripper.fingers.plant_finger import PlantFinger
+from soft_gripper.fingers.statics import FacePress
 from soft_gripper.scenario.calibration_file import CalibrationConfig, FingerCalibrationConfig, layout_identity
 from soft_gripper.scenario.nominal_model import read_nominal_model
 from soft_gripper.scenario.schema import Scenario
@@ -32,7 +36,7 @@ from soft_gripper.sensors.sensor_layout import SensorLayout, strain_sensors
 ASSUMED = "gains are 1 within 5 %, the shape of the response is right, and the finger's own weight is its only load"
 _REST = 0.3  # s of constant pressure, after which a finger is assumed to be at rest
 _STEADY_PRESSURE = 0.02  # share of the pressure range; allowed variation in that time
-_SAMPLES = 3000  # number of samples used per recording, spread evenly
+_SAMPLES, _PRESSED_SAMPLES = 3000, 800  # used per recording, spread evenly: of a free finger, and a pressed one
 _LEAST_FORCE = 0.05  # N, beyond which a measured force is a contact; scales drift by less in some minutes
 _MOTION = 0.01  # extension ratio: smallest range of the most stretched sensor
 _LEAST_GAIN = 0.5  # or its inverse; values further from 1 are rejected as errors
@@ -47,7 +51,7 @@ class _Measured(NamedTuple):
     gravity: Planar  # (T) see FreeBending
     ratios: Array  # (T, R) extension ratios
     tip: Planar | None = None  # (T) m
-    free: NDArray[np.bool_] | None = None  # (T) whether nothing touches, if an instrument says so
+    press: FacePress | None = None  # (T) what an instrument measures; 0 N if nothing, NaN if it is not known
 
 
 class _Recorded(NamedTuple):
@@ -81,8 +85,10 @@ def calibrate_recordings(
                 raise InputError(file, "finger", name, f"finger or sensors differ from those in {files[0]}")
             recorded.setdefault(name, []).append(found)
     fingers = {}
+    declared = None if log is None else log.scenario.estimator.uncertainty.friction
+    friction = {} if declared is None else {"friction": declared}
     for name, layout in layouts.items():
-        calibration = calibrate(layout, recorded[name], sought)
+        calibration = calibrate(layout, recorded[name], sought, **friction)
         at_rest = np.concatenate([each.ratios[each.hold >= 0] for each in recorded[name]])
         _check_fit(name, calibration, _range(at_rest[np.isfinite(at_rest).all(axis=1)]))
         doubtful = [f"{files[number].name} at {time:.1f} s" for number, time in calibration.doubtful]
@@ -103,6 +109,7 @@ def as_config(layout: SensorLayout, found: Calibration, doubtful: Sequence[str] 
         for name in (
             *("bend_ratio", "residual", "bend_ratio_std", "hysteresis", "tip_measured"),
             *("response_curvature", "response_curvature_std", "pressure_offset", "pressure_offset_std"),
+            *("bend_variation", "bend_variation_std", "strength", "strength_std", "friction", "bend_gain_std"),
         )
     }
     found_before = {**lists, **single}
@@ -142,19 +149,40 @@ def _simulated(file: Path) -> Iterator[_Recorded]:
 
 def _logged(file: Path, log: Log) -> Iterator[_Recorded]:
     """The fingers of a log."""
-    for each in read_finger_logs(file, log):
+    logs = read_finger_logs(file, log)
+    for each, press in zip(logs, _presses(logs), strict=True):
         layout = _nominal(log.scenario, each.finger, file)
         gravity = planar_gravity(each.X_WB, each.gravity)
         ratios = layout.response.ratio(each.readings)
-        free = None if "force" not in each.measured else _untouched(each.time, each.measured["force"].value)
-        measured = _Measured(each.time, each.pressure, gravity, ratios, each.tip, free)
+        measured = _Measured(each.time, each.pressure, gravity, ratios, each.tip, press)
         yield _Recorded(layout, _free_bending(file, layout, measured))
 
 
-def _untouched(time: Array, force: Array) -> NDArray[np.bool_]:
-    """Samples in which an instrument measures no more than at the beginning, (T,); it need not begin at 0."""
-    begins = force[(time <= time[0] + _REST) & np.isfinite(force)]
-    return ~(np.abs(force - (np.median(begins) if len(begins) else 0.0)) > _LEAST_FORCE)
+def _presses(logs: Sequence[FingerLog]) -> list[FacePress | None]:
+    """What instruments measure of forces in the runs of a file, without their zeros and drift."""
+    forces = [log.measured.get("force") for log in logs]
+    runs = [_run(log, force) for log, force in zip(logs, forces, strict=True) if force is not None]
+    scale = find_instrument(runs, _LEAST_FORCE, most_delay=0.0) if runs else None
+    corrected = iter([scale.corrected(i, run) for i, run in enumerate(runs)] if scale else [])
+    return [
+        None if force is None else _press(log, next(corrected), force) for log, force in zip(logs, forces, strict=True)
+    ]
+
+
+def _run(log: FingerLog, force: Measured) -> InstrumentRun:
+    """What an instrument reads, beside what it reads more than at the beginning."""
+    value = latest(log.time, force.value)
+    begins = value[(log.time <= log.time[0] + _REST) & np.isfinite(value)]
+    zero = float(np.median(begins)) if len(begins) else 0.0
+    return InstrumentRun(log.time, value, value - zero, _resting(log.time, log.pressure))
+
+
+def _press(log: FingerLog, force: Array, measured: Measured) -> FacePress:
+    """A force at its place; NaN where it presses at an unknown one."""
+    place = latest(log.time, measured.place)
+    pressing = np.where(np.abs(force) <= _LEAST_FORCE, 0.0, force + 0 * place)
+    axis = None if measured.along is None else complex(measured.along[1], measured.along[0])
+    return FacePress(pressing, np.nan_to_num(place), None if axis is None else axis / abs(axis))
 
 
 def _nominal(scenario: Scenario, finger: PlantFinger, file: Path) -> SensorLayout:
@@ -166,24 +194,43 @@ def _nominal(scenario: Scenario, finger: PlantFinger, file: Path) -> SensorLayou
 
 def _free_bending(file: Path, layout: SensorLayout, measured: _Measured) -> FreeBending:
     """The samples of a recording, checked."""
-    time, pressure, gravity, ratios, tip, free = measured
+    time, pressure, gravity, ratios, tip, press = measured
     name, rest = layout.finger.name, _resting(time, pressure)
-    if free is not None:
-        rest &= free
+    if press is not None:
+        rest = _last_steady(rest, press.force, time)
     _check_readings(file, name, ratios, pressure)
     read = rest & np.isfinite(ratios).all(axis=1)
     _check_motion(file, name, ratios[read].reshape(-1, layout.paths, layout.sections))
     begins = rest & ~np.append(False, rest[:-1])
     hold = np.where(rest, begins.cumsum() - 1, -1)
-    chosen = np.unique(np.linspace(0, len(time) - 1, min(_SAMPLES, len(time))).astype(int))
+    if press is not None and not np.nan_to_num(press.force).any():
+        press = None
+    most = _SAMPLES if press is None else _PRESSED_SAMPLES
+    chosen = np.unique(np.linspace(0, len(time) - 1, min(most, len(time))).astype(int))
     kept = None if tip is None else tip[chosen]
-    return FreeBending(time[chosen], pressure[chosen], gravity[chosen], ratios[chosen], hold[chosen], kept)
+    if press is not None:
+        press = press._replace(force=np.nan_to_num(press.force[chosen]), place=press.place[chosen])
+    return FreeBending(time[chosen], pressure[chosen], gravity[chosen], ratios[chosen], hold[chosen], kept, press)
 
 
 def _resting(time: Array, pressure: Array) -> NDArray[np.bool_]:
     """Samples before which the pressure has been steady for long enough, (T,)."""
-    period = float(np.median(np.diff(time))) if len(time) > 1 else _REST
-    return steady(pressure, round(_REST / period), _STEADY_PRESSURE * float(np.ptp(pressure)))
+    return steady(pressure, _rest_samples(time), _STEADY_PRESSURE * float(np.ptp(pressure)))
+
+
+def _rest_samples(time: Array) -> int:
+    return round(_REST / float(np.median(np.diff(time)))) if len(time) > 1 else 1
+
+
+def _last_steady(rest: NDArray[np.bool_], force: Array, time: Array) -> NDArray[np.bool_]:
+    """The samples of every stretch of rest in which the force has become steady, to its end, (T,)."""
+    is_steady = rest & steady(force, _rest_samples(time), _LEAST_FORCE / 2)
+    moves = np.flatnonzero(rest & ~is_steady)
+    stretch = (rest & ~np.append(False, rest[:-1])).cumsum()
+    last = np.full(stretch.max() + 1, -1)
+    last[stretch[moves]] = moves  # the last of each counts
+    found: NDArray[np.bool_] = is_steady & (np.arange(len(rest)) > last[stretch])
+    return found
 
 
 def _range(ratios: Array) -> float:

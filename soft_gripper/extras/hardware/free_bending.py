@@ -2,33 +2,35 @@
 
 The stiffness of the nominal finger is scaled: the joint angles q of a finger at rest follow from
 
-    k(q) / r = g(p) + w(q) ,
+    f k(q) / (r (1 + v x)) = f g(p) + w(q) + t(q) ,
 
-with k the elastic torque of a finger that has crept, g the torque of the pressure, w that of the weight and r the ratio
-that is found. A finger that is assumed to creep must rest for longer than its slowest branch. The sensor i reads the
-extension ratio
+with k the elastic torque of a finger that has crept, g the torque of the pressure, w that of the weight, t that of a
+measured force with friction on the face, x along the finger from -1 at its base to 1 at its tip; found are the ratio r,
+its variation v, and, if forces are measured, the strength f and the friction. A finger that is assumed to creep must
+rest for longer than its slowest branch. The sensor i reads the extension ratio
 
     1 + a_i (s_i + c s_i^2 + h l_i) + b_i + d_i t ,
 
 with s_i the strain, l_i how far the play operators of `strain_errors` lag behind it in the course of the recording, the
 gain a, the offset b, the drift d, and, one for all sensors of a finger, for they are those of the material, the width h
-of the hysteresis loop as a share of the stroke and the curvature c of the response. The curvature, and an offset of the
-pressure sensor, are 0 unless they are looked for.
+of the hysteresis loop as a share of the stroke and the curvature c of the response. The curvature, an offset of the
+pressure sensor and the variation are 0 unless they are looked for.
 
 Every hold of the pressure counts as one observation, the median of its samples: what is left is mostly what lasts
 longer than a hold. Its standard deviation is estimated from what is left. All numbers have priors, `GAIN` of the gains
 and so on, hence a posterior covariance; holds that do not fit count less (Huber). Strain and pressure alone cannot tell
-larger gains of all sensors from a finger that bends further, but for its weight, which is too weak to rely on: their
-mean is known no better than the prior says, unless the place of the tip is measured too.
+larger gains of all sensors from a finger that bends further, or those of a section from one that bends further there:
+these are known no better than the priors say, unless the place of the tip is measured too. A force tells nothing of
+them either, since strain per force, like strain per pressure, is of a gain times a compliance: it tells f, by which
+every estimated force is multiplied. What estimators trust, a gain times its bend, is known well in any case.
 
 Leading axes are free; T samples, M holds, R readings.
 """
 
 import warnings
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,7 +46,7 @@ from soft_gripper.extras.hardware.left_out_regions import (
 )
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import forward_kinematics, gravity_torque
-from soft_gripper.fingers.statics import resting_angles, softened
+from soft_gripper.fingers.statics import FacePress, resting_angles, softened, strengthened
 from soft_gripper.sensors.calibrated_states import DRIVE, KNOWN_DRIVE, CalibratedStates, by_distance, state_spreads
 from soft_gripper.sensors.fitted_states import FittedStates, Widths
 from soft_gripper.sensors.response_curve import CalibratedResponse, ResponseCurve
@@ -54,21 +56,31 @@ from soft_gripper.sensors.strain_errors import MINUTE, PLAYS, lagging_strain, mo
 GAIN, RATIO = 0.05, 0.5  # standard deviations before anything is measured: of gains, of the logarithm of the bend ratio
 OFFSET, DRIFT, HYSTERESIS = 0.1, 2e-3 / MINUTE, 0.02  # extension ratio, 1/s, share of the stroke
 TIP = 5e-4  # m, standard deviation of a measured place of the tip, at least
-SOUGHT = {"pressure": 1000.0, "response": 0.2}  # Pa, offset of its sensor; curvature of the response, over strain
+# Pa, offset of its sensor; curvature of the response, over strain; share, of the bend from the middle to the tip
+SOUGHT = {"pressure": 1000.0, "response": 0.2, "variation": 0.048}
+STRENGTH = 0.2  # of the logarithm of f
+_MOST_FRICTION = 3.0  # standard deviations, in the largest coefficient of friction
+PLACE = 2e-3  # m, standard deviation of the place of a press, which is that of a recording
 _FIXED_STD_SHARE = 1e-6  # share of these, where they are not looked for
-_PRESSURE_STEP = 100.0  # Pa, for differences
+_STEPS = {
+    "ratio": 1e-4,
+    "pressure": 100.0,
+    "variation": 1e-3,
+    "strength": 1e-3,
+    "friction": 1e-3,
+}  # for differences
 _RATIOS = (0.2, 5.0)
 _FIRST, _LEAST = 1e-3, 2e-5  # extension ratio, standard deviations of a median: guess, and least
 _UNKNOWNS, _SHARED = 3.0, 4.0  # of a reading, on average; observations that readings share
 _STD_PER_MEDIAN = 1.4826  # standard deviation over the median of the absolute values, of normal ones
 _HUBER_DEVIATIONS = 2.0  # standard deviations, beyond which residuals count linearly
 _DOUBTFUL_DEVIATIONS = 4.0  # beyond which a hold is not free bending
-_PASSES, _STEP = 5, 1e-4  # in which the noise is estimated; of the logarithm of r, for differences
+_PASSES = 5  # in which the noise is estimated
 
 
 @dataclass(frozen=True)
 class FreeBending:
-    """A recording of T samples in which a finger bends freely, in M holds of its pressure."""
+    """A recording of T samples in which a finger bends freely, or under a known force, in M holds of its pressure."""
 
     time: Array  # (T) s
     pressure: Array  # (T) Pa
@@ -78,6 +90,12 @@ class FreeBending:
     tip: Planar | None = (
         None  # (T) measured place of the tip in the bending plane, z + i x in B, m; NaN where there is none
     )
+    press: FacePress | None = None  # (T) what a measured force does; 0 N where nothing is touched
+
+    @property
+    def pressed(self) -> NDArray[np.bool_]:
+        """Whether something presses, (T,)."""
+        return np.zeros(len(self.time), bool) if self.press is None else self.press.force != 0
 
 
 class _Holds(NamedTuple):
@@ -87,6 +105,29 @@ class _Holds(NamedTuple):
     recording: NDArray[np.int_]  # (M)
     time: Array  # (M) s since the recording began
     tip: Planar  # (M) m, NaN where it is not measured
+    pressed: NDArray[np.bool_]  # (M)
+
+
+class _Model(NamedTuple):
+    """Numbers on which the bend of a finger depends; see the module."""
+
+    ratio: float  # logarithm of r
+    pressure: float  # Pa, offset of its sensor
+    variation: float
+    strength: float  # logarithm of f
+    friction: float
+    places: tuple[float, ...]  # m, of the presses of each recording from where they are said to be
+
+    def changed(self, name: str, step: float) -> "_Model":
+        """With one of the numbers, or all places, larger by a step."""
+        value = getattr(self, name)
+        larger: Any = tuple(each + step for each in value) if name == "places" else value + step
+        return self._replace(**{name: larger})
+
+    def finger(self, nominal: Finger) -> Finger:
+        """The finger that they describe."""
+        bent = softened(nominal, float(np.exp(self.ratio)), self.variation)
+        return replace(strengthened(bent, float(np.exp(self.strength))), pressure_offset=self.pressure)
 
 
 class _Predicted(NamedTuple):
@@ -97,9 +138,59 @@ class _Predicted(NamedTuple):
     tip: Planar  # (M) m
 
     def less(self, other: "_Predicted", step: float) -> "_Predicted":
-        """The derivative by what was larger by `step` here than there."""
+        """The derivative by a number that is larger by `step` here than there."""
         strain, lag, tip = self.strain - other.strain, self.lag - other.lag, self.tip - other.tip
         return _Predicted(strain / step, lag / step, tip / step)
+
+    def more(self, by: "_Predicted", change: Array, holds: "_Holds") -> "_Predicted":
+        """Predictions after a change of a number, or one for each recording, with the derivatives `by` it."""
+        each = change[holds.recording] if np.ndim(change) else change
+        column = np.reshape(each, (-1, 1))
+        return _Predicted(self.strain + column * by.strain, self.lag + column * by.lag, self.tip + each * by.tip)
+
+
+class _Parts:
+    """Where in the vector of unknowns they are; first comes the logarithm of the bend ratio r.
+
+    `bends` are the logarithms of  a r (1 + v x)  in the middles of the sections: readings tell them well, and r and v
+    themselves hardly, which makes a fit easy.
+    """
+
+    def __init__(self, layout: SensorLayout, recordings: int, fitted: Collection[str]):
+        self.fitted = fitted  # of `sought`: the others are 0
+        self.readings = readings = layout.readings
+        self.lag, self.pressure, self.response, self.variation, self.strength, self.friction = range(1, 7)
+        self.sought = {name: getattr(self, name) for name in (*SOUGHT, "strength", "friction")}
+        self.bends, self.offsets = (slice(7 + i * readings, 7 + (i + 1) * readings) for i in range(2))
+        first = 7 + 2 * readings
+        self.places = slice(first, first + recordings)
+        self.drifts = slice(first + recordings, None)  # reading after reading, of one recording after the other
+        middles = np.cumsum(layout.rest_lengths) - layout.rest_lengths / 2
+        self.along = np.tile(2 * middles / layout.finger.length - 1, layout.paths)  # of each reading, -1 to 1
+
+    def model(self, x: Array) -> _Model:
+        """The numbers of a finger."""
+        numbers = {name: float(x[at]) for name, at in self.sought.items() if name in self.fitted}
+        places = tuple(x[self.places].tolist()) if "places" in self.fitted else (0.0,) * len(x[self.places])
+        of_finger = {name: numbers.get(name, 0.0) for name in _Model._fields[1:-1]}
+        return _Model(ratio=float(x[0]), places=places, **of_finger)
+
+    def gains(self, x: Array) -> Array:
+        """Gains of the sensors, (R,)."""
+        gains: Array = np.exp(x[self.bends] - x[0] - x[self.variation] * self.along)
+        return gains
+
+    def to_gains(self, unknowns: int) -> Array:
+        """Derivatives of the logarithms of the gains by the unknowns, (R, unknowns)."""
+        rows = np.eye(unknowns)[self.bends]
+        rows[:, 0], rows[:, self.variation] = -1.0, -self.along
+        return rows
+
+    def begin(self, unknowns: int, log_ratio: float) -> Array:
+        """Unknowns of ideal sensors."""
+        x: Array = np.zeros(unknowns)
+        x[self.bends] = x[0] = log_ratio
+        return x
 
 
 class Calibration(NamedTuple):
@@ -120,45 +211,83 @@ class Calibration(NamedTuple):
     pressure_offset_std: float
     response_curvature: float
     response_curvature_std: float
+    bend_variation: float  # share by which the bend ratio changes from the middle to the tip
+    bend_variation_std: float
+    strength: float  # of stiffness and pressure torque, over the nominal ones; 1 without measured forces
+    strength_std: float  # 0 without them
+    friction: float  # of the presses; 0 without them
+    bend_gain_std: float  # of gain times bend of a reading, as a share
     states: CalibratedStates | None = None  # in which it was calibrated
 
 
-def calibrate(layout: SensorLayout, recordings: Sequence[FreeBending], sought: Collection[str] = ()) -> Calibration:
-    """Fits all numbers to recordings, robustly; `layout` is nominal, `sought` names those of SOUGHT to fit as well."""
-    holds, parts = _holds(recordings), _Parts(layout.readings)
-    prior = _prior(layout.readings, len(recordings), sought)
+def calibrate(
+    layout: SensorLayout, recordings: Sequence[FreeBending], sought: Collection[str] = (), friction: float = 0.9
+) -> Calibration:
+    """Fits all numbers to recordings, robustly.
+
+    Args:
+        layout: nominal.
+        recordings: of the finger.
+        sought: names of those of SOUGHT to fit as well.
+        friction: largest coefficient between the finger and what measures its force.
+    """
+    holds = _holds(recordings)
+    fitted = {*sought, *(("strength", "friction", "places") if holds.pressed.any() else ())}
+    parts = _Parts(layout, len(recordings), fitted)
+    prior = _prior(parts, len(recordings), friction)
     known = np.isfinite(np.column_stack([holds.strain, holds.tip.real, holds.tip.imag]))
     noise = _Noise(np.full(layout.readings, _FIRST), TIP)
     weights: Array = np.ones(len(holds.time))
-    x = _begin(parts, len(prior), _first_ratio(layout, recordings, holds))
+    x = parts.begin(len(prior), _first_ratio(layout, recordings, holds))
 
-    @lru_cache(maxsize=4)
-    def predict(log_ratio: float) -> tuple[_Predicted, _Predicted | None]:
-        return _predict_both(layout, recordings, log_ratio, "pressure" in sought)
+    def predict(model: _Model) -> _Predicted:
+        return _predict(layout, model.finger(layout.finger), recordings, model)
+
+    def at(x: Array) -> _Predicted:
+        """Predictions, linear in the numbers of the finger about those at the beginning of a pass."""
+        model, found = parts.model(x), here
+        for name, by in changed.items():
+            found = found.more(by, np.subtract(getattr(model, name), getattr(begin, name)), holds)
+        return found
 
     def left_at(x: Array) -> Array:
-        return _left(x, parts.at(x, *predict(x[0])), holds, parts)
+        return _left(x, at(x), holds, parts)
 
     def residuals(x: Array) -> Array:
         return np.concatenate([left_at(x)[known], prior @ x])
 
     def slopes(x: Array, residuals: Array) -> Array:
-        here, beyond = (parts.at(x, *predict(log_ratio)) for log_ratio in (x[0], x[0] + _STEP))
-        return np.vstack([-_slopes(x, here, beyond, predict(x[0])[1], holds, parts)[known], prior])
+        return np.vstack([-_slopes(x, at(x), changed, holds, parts)[known], prior])
 
     most = np.append(np.log(_RATIOS[1]), np.full(len(x) - 1, np.inf))
     least = np.append(np.log(_RATIOS[0]), -most[1:])
     problem = Problem(np.asarray, residuals, slopes, bounds=(least, most), options={"x_scale": "jac"})
     for _ in range(_PASSES):
+        begin = parts.model(x)
+        here = predict(begin)
+        changed = {
+            name: predict(begin.changed(name, step)).less(here, step)
+            for name, step in _STEPS.items()
+            if name in {"ratio", *fitted}
+        }
+        if "places" in fitted:  # over a whole link, as friction turns the joint that a place passes at once
+            low, high = (begin.changed("places", side * layout.finger.segment_length / 2) for side in (-1, 1))
+            changed["places"] = predict(high).less(predict(low), layout.finger.segment_length)
         scale = np.sqrt(weights)[:, None] / np.array([*noise.strain, noise.tip, noise.tip])
         found = fit(replace(problem, weights=np.append(scale[known], np.ones(len(prior)))), x)
         x = found.x.copy()
         noise, weights = _scatter(left_at(x))
-    x[[at for name, at in parts.sought.items() if name not in sought]] = 0.0
+    x[[at for name, at in parts.sought.items() if name not in fitted]] = 0.0
     covariance = found.covariance
-    left, gains = left_at(x), np.exp(x[parts.bends] - x[0])
-    from_bends = np.eye(len(x))[parts.bends] - np.eye(len(x))[0]  # to the logarithms of the gains
-    of_gains, stds = from_bends @ covariance @ from_bends.T, np.sqrt(np.diagonal(covariance))
+    left, gains = left_at(x), parts.gains(x)
+    of_gains = parts.to_gains(len(x)) @ covariance @ parts.to_gains(len(x)).T
+    stds = np.sqrt(np.diagonal(covariance))
+
+    def with_std(name: str) -> tuple[float, float]:
+        at = parts.sought[name]
+        return (float(x[at]), float(stds[at])) if name in fitted else (0.0, 0.0)
+
+    strength, strength_std = with_std("strength")
     return Calibration(
         *(float(np.exp(x[0])), gains, x[parts.offsets], float(np.sqrt(np.nanmean(left[:, : layout.readings] ** 2)))),
         *(float(np.exp(x[0]) * stds[0]), gains * np.sqrt(np.diagonal(of_gains)), stds[parts.offsets]),
@@ -168,22 +297,23 @@ def calibrate(layout: SensorLayout, recordings: Sequence[FreeBending], sought: C
             (int(holds.recording[i]), float(holds.time[i]))
             for i in np.flatnonzero(weights < _HUBER_DEVIATIONS / _DOUBTFUL_DEVIATIONS)
         ),
-        *((float(x[parts.pressure]), float(stds[parts.pressure])) if "pressure" in sought else (0.0, 0.0)),
-        *((float(x[parts.response]), float(stds[parts.response])) if "response" in sought else (0.0, 0.0)),
-        _states(layout, recordings, found, known, x),
+        *(*with_std("pressure"), *with_std("response"), *with_std("variation")),
+        *(float(np.exp(strength)), float(np.exp(strength) * strength_std), with_std("friction")[0]),
+        _weighted_std(stds[parts.bends], holds.strain - x[parts.offsets]),
+        _states(layout, recordings, holds, found, known, parts, x),
     )
 
 
 def _states(
-    layout: SensorLayout, recordings: Sequence[FreeBending], fit: Fit[Array], measured: NDArray[np.bool_], x: Array
-) -> CalibratedStates | None:
-    """Where the finger was calibrated; None if no hold has all readings.
+    layout: SensorLayout, recordings: Sequence[FreeBending], holds: _Holds, fit: Fit[Array],
+    measured: NDArray[np.bool_], parts: _Parts, x: Array,
+) -> CalibratedStates | None:  # fmt: skip
+    """Where the free finger was calibrated; None if no hold has all readings.
 
     The residuals of the fit are first those that are `measured`, (M, R + 2), of the holds, then those of the prior.
     """
-    parts, R = _Parts(layout.readings), layout.readings
-    finger = replace(softened(layout.finger, float(np.exp(x[0]))), pressure_offset=float(x[parts.pressure]))
-    gains, offsets = (tuple(each.tolist()) for each in (np.exp(x[parts.bends] - x[0]), x[parts.offsets]))
+    R, finger = layout.readings, parts.model(x).finger(layout.finger)
+    gains, offsets = (tuple(each.tolist()) for each in (parts.gains(x), x[parts.offsets]))
     response = CalibratedResponse(ResponseCurve(), gains, offsets, float(x[parts.response]))
     by_recording = [np.hstack([response.ratio(each.ratios - 1) - 1, _drive(finger, each)]) for each in recordings]
     states = np.array(
@@ -193,7 +323,7 @@ def _states(
             for hold in range(each.hold.max() + 1)
         ]
     )
-    whole = np.isfinite(states).all(axis=-1)
+    whole = np.isfinite(states).all(axis=-1) & ~holds.pressed
     if not whole.any():
         return None
     spread = state_spreads(states[whole, :R], states[whole, R:])
@@ -214,7 +344,8 @@ def _states(
         return left[:, :-2]
 
     # Under a drive that is a little away from a fitted one, the readings are as far away again.
-    read = [states[np.isfinite(states).all(axis=-1)] for states in by_recording]
+    free = [each.press is None or (each.hold >= 0) & ~each.pressed for each in recordings]
+    read = [of[np.isfinite(of).all(axis=-1) & at] for of, at in zip(by_recording, free, strict=True)]
     groups = read if len(read) > 1 else np.array_split(read[0], 2)
     apart = fitted_disagreement(groups, spread, R) + np.sqrt(2) * KNOWN_DRIVE
     known = CalibratedStates(FittedStates(states[whole], spread), Widths(np.zeros(1), 0.0), apart, layout.sections)
@@ -222,6 +353,12 @@ def _states(
     widths = learned_widths(fitted, [*regions_left_out([space.regions() for space in known.spaces], without)])
     holds_of = [each.hold for each in recordings]
     return replace(known, widths=widths, noise=_noise(by_recording, holds_of, layout.paths) / spread[0])
+
+
+def _weighted_std(stds: Array, strain: Array) -> float:
+    """Standard deviation of a gain of readings, (R,), weighted with their strains, (M, R)."""
+    weights = np.nansum(strain**2, axis=0)
+    return float(np.sqrt(weights @ stds**2 / weights.sum()))
 
 
 def _median(values: Array) -> Array:
@@ -249,67 +386,43 @@ def _drive(finger: Finger, recording: FreeBending) -> Array:
     return np.column_stack([torque[:, 0], pull.imag, pull.real])
 
 
-class _Parts:
-    """Where in the vector of unknowns they are; first comes the logarithm of the bend ratio r.
-
-    `bends` are the logarithms of  a r : readings tell them well, and r itself hardly, which makes a fit easy.
-    """
-
-    def __init__(self, readings: int):
-        self.readings = readings
-        self.lag, self.pressure, self.response = 1, 2, 3
-        self.sought = {"pressure": self.pressure, "response": self.response}
-        self.bends, self.offsets = (slice(4 + i * readings, 4 + (i + 1) * readings) for i in range(2))
-        self.drifts = slice(4 + 2 * readings, None)  # reading after reading, of one recording after the other
-
-    def at(self, x: Array, predicted: _Predicted, by_pressure: _Predicted | None) -> _Predicted:
-        """Predictions at an offset of the pressure."""
-        if by_pressure is None:
-            return predicted
-        return _Predicted(*(here + x[self.pressure] * by for here, by in zip(predicted, by_pressure, strict=True)))
-
-
-def _prior(readings: int, recordings: int, sought: Collection[str]) -> Array:
+def _prior(parts: _Parts, recordings: int, friction: float) -> Array:
     """Prior of the unknowns, in standard deviations: rows of a matrix, each expected to give 0."""
-    each = [GAIN, OFFSET, *[DRIFT] * recordings]
-    looked_for = [std * (1 if name in sought else _FIXED_STD_SHARE) for name, std in SOUGHT.items()]
-    stds = [RATIO, HYSTERESIS, *looked_for, *(std for std in each for _ in range(readings))]
+    priors = SOUGHT | {"strength": STRENGTH, "friction": friction / _MOST_FRICTION}
+    looked_for = [std * (1 if name in parts.fitted else _FIXED_STD_SHARE) for name, std in priors.items()]
+    of_readings, of_drifts = np.repeat([GAIN, OFFSET], parts.readings), [DRIFT] * recordings * parts.readings
+    place = PLACE * (1 if "places" in parts.fitted else _FIXED_STD_SHARE)
+    stds = [RATIO, HYSTERESIS, *looked_for, *of_readings, *[place] * recordings, *of_drifts]
     rows = np.diag(1 / np.array(stds))
-    rows[_Parts(readings).bends, 0] = -1 / GAIN  # gains, not bends, are about 1
+    rows[parts.bends] = parts.to_gains(len(stds)) / GAIN  # gains, not bends, are about 1
     return rows
 
 
 def _holds(recordings: Sequence[FreeBending]) -> _Holds:
     """The medians of all holds."""
-    found: list[tuple[Array, int, float, complex]] = []
+    found: list[tuple[Array, int, float, complex, bool]] = []
     for number, recording in enumerate(recordings):
         for hold in range(recording.hold.max() + 1):
             at = recording.hold == hold
             strain, tip = _median(recording.ratios[at]) - 1, complex(np.nan, np.nan)
             if recording.tip is not None:
                 tip = complex(*_median(np.column_stack([recording.tip[at].real, recording.tip[at].imag])))
-            found.append((strain, number, float(recording.time[at].mean() - recording.time[0]), tip))
-    strains, numbers, times, tips = zip(*found, strict=True)
-    return _Holds(np.array(strains), np.array(numbers), np.array(times), np.array(tips))
+            elapsed = float(recording.time[at].mean() - recording.time[0])
+            found.append((strain, number, elapsed, tip, bool(recording.pressed[at].any())))
+    return _Holds(*(np.array(column) for column in zip(*found, strict=True)))
 
 
-def _predict_both(
-    layout: SensorLayout, recordings: Sequence[FreeBending], log_ratio: float, with_pressure: bool
-) -> tuple[_Predicted, _Predicted | None]:
-    """Predictions at a bend ratio and, if requested, their derivative by the offset of the pressure, 1/Pa."""
-    finger = softened(layout.finger, float(np.exp(log_ratio)))
-    here = _predict(layout, finger, recordings)
-    if not with_pressure:
-        return here, None
-    there = _predict(layout, replace(finger, pressure_offset=_PRESSURE_STEP), recordings)
-    return here, there.less(here, _PRESSURE_STEP)
-
-
-def _predict(layout: SensorLayout, finger: Finger, recordings: Sequence[FreeBending]) -> _Predicted:
-    """Means over the holds."""
+def _predict(
+    layout: SensorLayout, finger: Finger, recordings: Sequence[FreeBending], model: _Model | None = None
+) -> _Predicted:
+    """Means over the holds, of a finger that is not pressed without a model."""
     parts = []
-    for recording in recordings:
-        q = resting_angles(finger, recording.pressure, recording.gravity)
+    for number, recording in enumerate(recordings):
+        press = None if model is None else recording.press
+        if press is not None and model is not None:
+            place = np.clip(press.place + model.places[number], 0.0, finger.length)
+            press = press._replace(friction=model.friction, place=place)
+        q = resting_angles(finger, recording.pressure, recording.gravity, press)
         strain = extension_ratios(layout, q) - 1
         tip = forward_kinematics(q, finger.segment_length).points[:, -1]
         lag = _lags(strain)
@@ -329,13 +442,6 @@ def _lags(strain: Array) -> Array:
     return lags
 
 
-def _begin(parts: _Parts, unknowns: int, log_ratio: float) -> Array:
-    """Unknowns of ideal sensors."""
-    x: Array = np.zeros(unknowns)
-    x[parts.bends] = x[0] = log_ratio
-    return x
-
-
 def _first_ratio(layout: SensorLayout, recordings: Sequence[FreeBending], holds: _Holds) -> float:
     """The logarithm of the ratio of the strains read to those predicted, of the reading that moves most."""
     predicted = _predict(layout, layout.finger, recordings).strain
@@ -348,7 +454,7 @@ def _first_ratio(layout: SensorLayout, recordings: Sequence[FreeBending], holds:
 def _left(x: Array, at: _Predicted, holds: _Holds, parts: _Parts) -> Array:
     """Residuals of what is measured, (M, R + 2): strains, and the place of the tip; NaN if not measured."""
     drift = x[parts.drifts].reshape(-1, parts.readings)[holds.recording] * holds.time[:, None]
-    strain = np.exp(x[parts.bends] - x[0]) * _responding(x, at, parts) + x[parts.offsets] + drift
+    strain = parts.gains(x) * _responding(x, at, parts) + x[parts.offsets] + drift
     tip = holds.tip - at.tip
     return np.column_stack([holds.strain - strain, tip.real, tip.imag])
 
@@ -359,26 +465,25 @@ def _responding(x: Array, at: _Predicted, parts: _Parts) -> Array:
     return found
 
 
-def _slopes(
-    x: Array, at: _Predicted, beyond: _Predicted, by_pressure: _Predicted | None, holds: _Holds, parts: _Parts
-) -> Array:
-    """Derivatives of what is predicted by the unknowns, (M, R + 2, unknowns)."""
+def _slopes(x: Array, at: _Predicted, changed: Mapping[str, _Predicted], holds: _Holds, parts: _Parts) -> Array:
+    """Derivatives of what is predicted by the unknowns, (M, R + 2, unknowns); `changed` has those by the model's."""
     R, M = parts.readings, len(holds.time)
     slopes = np.zeros((M, R + 2, len(x)))
-    gains = np.exp(x[parts.bends] - x[0])
-    here, there = (_responding(x, each, parts) for each in (at, beyond))
-    by_ratio = gains * (there - (1 + _STEP) * here)
-    tip = beyond.tip - at.tip
-    slopes[..., 0] = np.column_stack([by_ratio, tip.real, tip.imag]) / _STEP
+    gains, here = parts.gains(x), _responding(x, at, parts)
+    of_gains = {"ratio": np.ones(R), "variation": parts.along}
+    for name, by in changed.items():
+        strain = by.strain * (1 + 2 * x[parts.response] * at.strain) + x[parts.lag] * by.lag
+        strain = gains * (strain - of_gains.get(name, np.zeros(R)) * here)
+        column = np.column_stack([strain, by.tip.real, by.tip.imag])
+        if name == "places":
+            slopes[np.arange(M), :, parts.places.start + holds.recording] = column
+        else:
+            slopes[..., parts.sought.get(name, 0)] = column
     i, drifts = np.arange(R), parts.drifts.start + R * holds.recording[:, None] + np.arange(R)
     slopes[:, i, parts.bends.start + i] = gains * here
     slopes[:, i, parts.offsets.start + i] = 1.0
     slopes[:, :R, parts.lag] = gains * at.lag
     slopes[:, :R, parts.response] = gains * at.strain**2
-    if by_pressure is not None:
-        by = by_pressure.strain * (1 + 2 * x[parts.response] * at.strain) + x[parts.lag] * by_pressure.lag
-        tips = by_pressure.tip
-        slopes[..., parts.pressure] = np.column_stack([gains * by, tips.real, tips.imag])
     slopes[np.arange(M)[:, None], i, drifts] = holds.time[:, None]
     return slopes
 

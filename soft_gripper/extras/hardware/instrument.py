@@ -51,9 +51,9 @@ class Instrument:
         return _earlier(run.value - zero - drift * run.time, _steps(self.delay, run))
 
 
-def find_instrument(runs: Sequence[InstrumentRun], least: float) -> Instrument:
+def find_instrument(runs: Sequence[InstrumentRun], least: float, most_delay: float = MOST_DELAY) -> Instrument:
     """Delay, zeros and drifts; `least` is an estimate below which nothing touches, whatever its range."""
-    steps = range(int(MOST_DELAY / _period(runs[0])) + 1)
+    steps = range(int(most_delay / _period(runs[0])) + 1)
     spread = [float(np.nanstd(run.estimate)) for run in runs]
     costs = [sum(_misfit(run, shift) for run in runs) for shift in steps] if max(spread) > 0 else [0.0]
     delay = _period(runs[0]) * int(np.argmin(costs))

@@ -24,6 +24,7 @@ from soft_gripper.files.document import require
 
 UNITS = FORCE | TORQUE | ANGLE
 SI = {"force": "N", "torque": "N m", "angle": "rad"}
+_LONGEST_HELD = 1.0  # s up to which what an instrument read last is used
 MOST = {"force": 1e2, "torque": 1e1, "angle": 50.0}  # largest plausible values of a soft finger
 
 
@@ -84,3 +85,9 @@ def check_places(path: Path, field: str, place: Array, length: float) -> None:
     if outside.any():
         worst = float(place[outside][0])
         raise InputError(path, field, round(worst, 6), f"must be on the finger: 0 to {length:g} m from its base")
+
+
+def latest(time: Array, value: Array) -> Array:
+    """The last finite value up to each sample, unless it is too old, (T,)."""
+    last = np.maximum.accumulate(np.where(np.isfinite(value), np.arange(len(value)), 0))
+    return np.where(time - time[last] <= _LONGEST_HELD, value[last], np.nan)

@@ -25,7 +25,7 @@ def make_monitor(
     Raises:
         InputError: if the finger leaves its plane, or no pressure bends it.
     """
-    return HealthMonitor(HealthFilter(layout, uncertainty(config, sensor), sensor.period), gravity)
+    return HealthMonitor(HealthFilter(layout, uncertainty(config, sensor, layout.calibrated), sensor.period), gravity)
 
 
 class HealthMonitor(ArrayBlock):

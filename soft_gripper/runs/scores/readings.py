@@ -123,9 +123,10 @@ def read_recorded(station: Station, recording: Recording, finger: PlantFinger) -
 
 def _measured(station: Station, recording: Recording, finger: PlantFinger, readings: Array) -> ReadAgain:
     scenario, pressure = station.scenario, f"{finger.name}.sampled_pressure"
+    layout = read_nominal_model(scenario.nominal).layout(finger.finger, scenario.sensor)
     return ReadAgain(
-        read_nominal_model(scenario.nominal).layout(finger.finger, scenario.sensor),
-        uncertainty(scenario.estimator, scenario.sensor),
+        layout,
+        uncertainty(scenario.estimator, scenario.sensor, layout.calibrated),
         readings,
         recording.samples(pressure) if pressure in recording else np.zeros((len(readings), 0)),
         recording.samples(f"{finger.name}.X_WB"),

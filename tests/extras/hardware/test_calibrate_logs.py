@@ -78,7 +78,7 @@ def test_raw_counts_in_rows_of_text_are_calibrated(bench):
     assert scenario.nominal.calibration is not None
 
 
-def test_holds_in_which_a_force_is_measured_are_left_out(bench):
+def test_holds_in_which_a_force_is_measured_are_not_taken_for_free(bench):
     """Of one hold of 120 kPa, in which something presses; the scale begins at 0.3 N, which is no contact."""
     folder, *_ = bench
     rows = np.loadtxt(folder / "log.csv", delimiter=",")

@@ -4,11 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from loaded_fingers import Push, in_balance
 
 from soft_gripper.extras.hardware.free_bending import GAIN, RATIO, SOUGHT, FreeBending, calibrate
 from soft_gripper.fingers.finger_parts import CreepBranch
 from soft_gripper.fingers.kinematics import forward_kinematics
-from soft_gripper.fingers.statics import resting_angles, softened
+from soft_gripper.fingers.statics import FacePress, resting_angles, softened, strengthened
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 from soft_gripper.sensors.strain_errors import StrainErrors, begin, disturb, draw
 
@@ -161,3 +162,61 @@ def test_without_a_tip_and_weight_the_bend_is_as_uncertain_as_the_mean_of_the_ga
         assert 0.8 < found.bend_ratio_std / ratio * np.sqrt(8 / GAIN**2 + 1 / RATIO**2) < 1
         with_tip = calibrate(layout, [free_bending(layout, ratio, gravity=0j, tip=True)[0]])
         assert with_tip.bend_ratio_std < 0.3 * found.bend_ratio_std
+
+
+def pressed(layout, strength, place, friction=0.0, errors=None, seed=1):
+    """A recording of a finger that is stronger than nominal and presses, by the balance of `in_balance`."""
+    force = np.repeat([0.0, 0.5, 0.0, 0.8, 0.0, 0.3, 0.0], 40)
+    pressure = np.where(force > 0, 7e4, 0.0)
+    hold = np.where(np.arange(len(force)) % 40 < 15, -1, np.arange(len(force)) // 40)
+    finger = strengthened(layout.finger, strength)
+    face = float(finger.section(place).inner_face)
+    levels = {0.0: in_balance(finger, 0.0, GRAVITY)}
+    for f in (0.3, 0.5, 0.8):
+        driven = replace(finger, pressure_law=None)
+        levels[f] = in_balance(driven, 7e4 * strength, GRAVITY, [Push(place, f, f * friction, face)])
+    q = np.array([levels[f] for f in force])
+    draws = draw(np.random.default_rng(seed), (len(q), layout.readings))
+    ratios = disturb(errors or StrainErrors(), extension_ratios(layout, q), PERIOD, draws)
+    press = FacePress(force, np.full(len(force), place))
+    gravity = np.full(len(force), GRAVITY)
+    return FreeBending(PERIOD * np.arange(len(force)), pressure, gravity, ratios, hold, press=press)
+
+
+@pytest.mark.parametrize("strength", [0.85, 1.0, 1.2])
+def test_measured_forces_tell_the_strength_of_a_finger(shipped_finger, strength):
+    """Free bending tells nothing of it; with forces at two places friction is told apart from it."""
+    layout = SensorLayout(shipped_finger, 2, borders=(1 / 3,))
+    free = free_bending(SensorLayout(strengthened(shipped_finger, strength), 2, borders=(1 / 3,)))[0]
+    presses = [pressed(layout, strength, place, 0.2) for place in (0.07, 0.1)]
+    found = calibrate(layout, [free, *presses])
+    assert found.strength == pytest.approx(strength, abs=2 * found.strength_std + 2e-3)
+    assert found.strength_std < 0.03
+    assert found.friction == pytest.approx(0.2, abs=0.05)
+    assert len(found.states.fitted.states) == len(LEVELS) + 4 * len(presses)  # of the free finger
+    blind = calibrate(layout, [free])
+    assert (blind.strength, blind.strength_std) == (1.0, 0.0)
+
+
+def test_a_force_tells_no_common_gain_from_the_bend(shipped_finger):
+    """Both say how much strain there is per load: it is hardly better known, and a measured tip still tells it."""
+    layout = SensorLayout(shipped_finger, 2, borders=(1 / 3,))
+    free = free_bending(layout, errors=BENCH)[0]
+    presses = [pressed(layout, 1.0, place, errors=BENCH) for place in (0.07, 0.1)]
+    stds = [calibrate(layout, recordings).bend_ratio_std for recordings in ([free], [free, *presses])]
+    assert 0.6 < stds[1] / stds[0] < 1
+    assert calibrate(layout, [free_bending(layout, errors=BENCH, tip=True)[0]]).bend_ratio_std < 0.2 * stds[0]
+
+
+def test_a_measured_tip_tells_how_the_bend_varies_along_the_finger(shipped_finger):
+    """Of a finger that is graded by +-8 %; sensors alone leave about what was known before."""
+    layout, stds = SensorLayout(shipped_finger, 4), []
+    for tip in (True, False):
+        graded = replace(layout, finger=softened(shipped_finger, 1.05, 0.08))
+        samples, gains, _ = free_bending(graded, errors=BENCH, tip=tip)
+        found = calibrate(layout, [samples], ["variation"])
+        assert abs(found.bend_variation - 0.08) < 2 * found.bend_variation_std
+        stds.append(found.bend_variation_std)
+        if tip:
+            np.testing.assert_allclose(found.gains[4:], gains[4:], rtol=0.03)
+    assert stds[0] < 0.5 * SOUGHT["variation"] < stds[1] < SOUGHT["variation"]

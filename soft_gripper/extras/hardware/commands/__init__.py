@@ -26,7 +26,7 @@ LOGGED = option("--scenario", "scenario with the fingers and sensors of a log", 
 COMMANDS = (
     Command(
         "calibrate",
-        "calibrate sensors and fingers from recordings of free bending",
+        "calibrate sensors and fingers from recordings of free bending and measured forces",
         (
             "results/free_bending/recording.nc --out my_gripper.yaml",
             "log.csv --bench my_bench.yaml --scenario my_scenario.yaml --out my_gripper.yaml",
@@ -40,9 +40,9 @@ COMMANDS = (
             LOGGED,
             option(
                 "--find",
-                "look for an offset of the pressure sensor, a curvature of the response, too",
+                "look for an offset of the pressure sensor, a curvature of the response, a variation of the bend, too",
                 nargs="+",
-                choices=("pressure", "response"),
+                choices=("pressure", "response", "variation"),
                 default=(),
             ),
             option("--out", "YAML file for nominal.calibration", "FILE", path, required=True),

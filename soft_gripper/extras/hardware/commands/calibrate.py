@@ -42,12 +42,16 @@ def _print(name: str, finger: FingerCalibrationConfig) -> None:
     sought = {  # with --find
         "pressure offset": (finger.pressure_offset, finger.pressure_offset_std, " Pa"),
         "response curvature": (finger.response_curvature, finger.response_curvature_std, ""),
+        "variation of the bend": (finger.bend_variation, finger.bend_variation_std, ""),
     }
     for name, (value, std, unit) in sought.items():
         if std > 0:
             print(f"  {name} {value:.4g} +- {std:.2g}{unit}")
             if std > _UNKNOWN * SOUGHT[name.partition(" ")[0]]:
                 print(f"  note: the {name} is hardly known better than before: a measured tip would help")
+    if finger.strength_std > 0:
+        strength = f"{finger.strength:.3f} +- {finger.strength_std:.3f}"
+        print(f"  measured forces: {strength} times nominal; friction of the presses {finger.friction:.2f}")
     unknown = [str(i) for i, std in enumerate(finger.gain_stds) if std > _UNKNOWN * GAIN]
     if unknown:
         print(f"  note: the gains of readings {', '.join(unknown)} are not determined: these hardly stretch")

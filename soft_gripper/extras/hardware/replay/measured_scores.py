@@ -2,6 +2,8 @@
 
 Where the finger and the instrument rest, and the instrument measures more than nothing, is a press: medians of all its
 samples are compared. In a press nothing moves, so that neither the delay of an instrument nor the finger's lag counts.
+Noise averages out in a median, so the variance of the estimates in a press is taken from that of its band: what lasts
+is left.
 
 A force F that is measured at a place s is compared with
 
@@ -9,6 +11,7 @@ A force F that is measured at a place s is compared with
   standard deviations of it;
 - `external_torque` at the first joint, where a force F across the finger at s has the moment that its lever on the
   estimated shape gives it. The band is two standard deviations of the elastic torque and of the driving torque there.
+  A common scale of finger and sensors changes neither: a finger that bends further is as much softer.
 
 Bands of a calibrated finger widen away from the states in which it was calibrated (`CalibratedStates`).
 """
@@ -33,7 +36,7 @@ from soft_gripper.estimators.mechanics import Mechanics
 from soft_gripper.extras.hardware.finger_logs import FingerLog, nominal_layout, steady
 from soft_gripper.extras.hardware.instrument import Instrument, InstrumentRun, find_instrument
 from soft_gripper.extras.hardware.left_out_regions import nearest
-from soft_gripper.extras.hardware.measured import SI, Measured
+from soft_gripper.extras.hardware.measured import SI, Measured, latest
 from soft_gripper.extras.hardware.replay.finger_estimation import estimate_log, sampled_rows
 from soft_gripper.extras.hardware.replay.held_out import REPORT_PERIOD
 from soft_gripper.extras.hardware.replay.warnings_of_states import disagreeing, extrapolated
@@ -49,7 +52,6 @@ from soft_gripper.sensors.calibrated_states import CalibratedStates, StateDistan
 LEAST = {"force": 0.05, "torque": 2.5e-3, "angle": 0.02}  # N, N m, rad: less is nothing
 _REST = 0.5  # s for which a pressure has been steady, and the instrument, once a finger rests
 _STEADY = 0.02  # share of the range of either; what a value may vary in that time
-_LONGEST_HELD = 1.0  # s up to which what an instrument read last is used
 
 
 @dataclass(frozen=True)
@@ -65,7 +67,7 @@ class PressRow:
     place_mm: Annotated[float, ".0f"]  # along the finger
     measured: Annotated[float, ".3g"]
     estimated: Annotated[float, ".3g"]
-    least: Annotated[float, ".3g"]  # ends of the 95 % band; NaN: the estimator states none
+    least: Annotated[float, ".3g"]  # ends of the 95 % band of the median; NaN: the estimator states none
     most: Annotated[float, ".3g"]
     within_band_percent: Annotated[float, ".0f"]  # of the samples that have a band; NaN: none has
     far_percent: Annotated[float, ".0f"]  # of the samples far from the states of the calibration; NaN: it has none
@@ -84,6 +86,8 @@ class ScoreRow:
     percentile_90_error: Annotated[float, ".3g"]
     median_error_percent: Annotated[float, ".1f"]  # of what was measured
     within_band_percent: Annotated[float, ".0f"]
+    median_width_percent: Annotated[float, ".0f"]  # of the bands of the medians, of what was measured
+    rms_z: Annotated[float, ".2f"]  # root mean square of the errors of the medians over their standard deviations
     ratio: Annotated[float, ".3f"]  # of the measured to the estimated, by least squares over the presses
     ratio_std: Annotated[float, ".3f"]
 
@@ -187,9 +191,10 @@ def _replayed(log: FingerLog, scenario: Scenario, estimators: Sequence[str], zer
         log = zeroed_log(log, layout, zero)
     signals = estimate_log(log, scenario, estimators)
     rows = sampled_rows(log, period)
-    time, mechanics = period * np.arange(len(rows)), Mechanics(layout, uncertainty(scenario.estimator, scenario.sensor))
+    assumed = uncertainty(scenario.estimator, scenario.sensor, layout.calibrated)
+    time, mechanics = period * np.arange(len(rows)), Mechanics(layout, assumed)
     measured = {
-        kind: Measured(_held(log.time, each.value)[rows], _held(log.time, each.place)[rows], each.along)
+        kind: Measured(latest(log.time, each.value)[rows], latest(log.time, each.place)[rows], each.along)
         for kind, each in log.measured.items()
     }
     compared = {
@@ -222,12 +227,6 @@ def _warnings(signals: Recording, name: str, states: CalibratedStates) -> list[s
     far = signals[f"{name}.{FAR}"].values.ravel() == 1
     found = disagreeing("readings and pressure", nearest(apart), states.disagreement)
     return extrapolated(time, distance, far, state) + found
-
-
-def _held(time: Array, value: Array) -> Array:
-    """The last finite value up to each sample, unless it is too old."""
-    last = np.maximum.accumulate(np.where(np.isfinite(value), np.arange(len(value)), 0))
-    return np.where(time - time[last] <= _LONGEST_HELD, value[last], np.nan)
 
 
 def _compared(
@@ -286,9 +285,11 @@ def _torque_std(signals: Recording, name: str, joint: NDArray[np.int_], mechanic
     """Standard deviation of the external torque at joints (T,), N m; NaN if the estimator states none of the shape."""
     if f"{name}.joint_angle_covariance" not in signals.data:
         return np.full(len(joint), np.nan)
-    variance = np.diagonal(signals[f"{name}.joint_angle_covariance"].values, axis1=-2, axis2=-1)
     finger, states = mechanics.layout.finger, mechanics.layout.calibrated
-    elastic = finger.stiffness**2 * variance
+    covariance = signals[f"{name}.joint_angle_covariance"].values
+    if states is not None:
+        covariance = covariance - mechanics.of_scale(signals[f"{name}.{ANGLES}"].values)
+    elastic = finger.stiffness**2 * np.diagonal(covariance, axis1=-2, axis2=-1)
     torque = finger.pressure_torque(signals["sampled_pressure"].values.reshape(len(joint)))
     driving = ((mechanics.bend_changes[:, : finger.segments] * torque[:, None]) ** 2).sum(axis=1)
     if states is not None:
@@ -358,9 +359,19 @@ def _press_rows(run: MeasuredRun, kind: str, value: Array, rows: NDArray[np.int_
                 )
             ]
             share = 100 * float(within[banded].mean()) if banded.any() else np.nan
+            estimated, least, most = medians
+            ends_of_band = _lasting(estimated, least, most, each.estimate[rows[known]])
             of = run.log.name, name, each.quantity, each.unit
             far = 100 * float(run.far[rows].mean())
-            yield PressRow(*of, *ends, place, float(np.median(measured)), *medians, share, far)  # type: ignore[call-arg]
+            yield PressRow(*of, *ends, place, float(np.median(measured)), estimated, *ends_of_band, share, far)
+
+
+def _lasting(estimate: float, least: float, most: float, samples: Array) -> tuple[float, float]:
+    """Ends of the band of a median, without the variance of the samples, which are independent of each other."""
+    variance = ((most - least) / (2 * NORMAL_95)) ** 2
+    of_samples = float(np.var(samples)) if len(samples) else np.nan
+    half = NORMAL_95 * np.sqrt(max(variance - of_samples, of_samples / max(len(samples), 1)))
+    return estimate - half, estimate + half
 
 
 def _scores(presses: Sequence[PressRow]) -> list[ScoreRow]:
@@ -372,6 +383,8 @@ def _scores(presses: Sequence[PressRow]) -> list[ScoreRow]:
         known = np.isfinite(measured + estimated)
         error = np.abs(estimated - measured)[known]
         shares = np.array([row.within_band_percent for row in rows])
+        width = np.array([row.most - row.least for row in rows])[known]
+        z = 2 * NORMAL_95 * error / width
         numbers = {
             "presses": len(rows),
             "answered": int(known.sum()),
@@ -379,6 +392,8 @@ def _scores(presses: Sequence[PressRow]) -> list[ScoreRow]:
             "percentile_90_error": _quantile(error, 0.9),
             "median_error_percent": 100 * _quantile(error / np.abs(measured[known]), 0.5),
             "within_band_percent": float(np.nanmean(shares)) if np.isfinite(shares).any() else np.nan,
+            "median_width_percent": 100 * _quantile(width / np.abs(measured[known]), 0.5),
+            "rms_z": float(np.sqrt((z**2).mean())) if len(z) else np.nan,
         }
         ratio, std = _ratio(measured[known], estimated[known])
         scores.append(ScoreRow(*key, **numbers, ratio=ratio, ratio_std=std))  # type: ignore[arg-type]

@@ -1,5 +1,7 @@
 """A finger that presses on a scale: its contact force and external torque compared with what the scale reads."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -12,8 +14,11 @@ from soft_gripper.diagrams.recording import Recording
 from soft_gripper.estimators.mechanics import Mechanics
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.extras.hardware.finger_logs import given_log, read_finger_logs
-from soft_gripper.extras.hardware.replay.measured_scores import _torque_std, replay_measured
+from soft_gripper.extras.hardware.replay.measured_scores import _lasting, _torque_std, replay_measured
+from soft_gripper.extras.hardware.scoring import NORMAL_95
 from soft_gripper.load.force_estimator import DELAY
+from soft_gripper.sensors.calibrated_states import CalibratedStates
+from soft_gripper.sensors.fitted_states import FittedStates, Widths
 from soft_gripper.sensors.sensor_layout import SensorLayout
 
 PRESSED = [force for forces in FORCES.values() for force in forces]
@@ -69,6 +74,33 @@ def test_the_band_of_a_torque_counts_a_drive_that_varies_along_the_finger(shippe
     np.testing.assert_allclose(found, shares * shipped_finger.pressure_torque(80e3)[joint], rtol=1e-12)
 
 
+def test_a_common_scale_of_finger_and_sensors_is_no_error_of_a_torque(shipped_finger):
+    """A finger that bends further is as much softer: a band of 3 % of the bend leaves none of the torque."""
+    layout, q = SensorLayout(shipped_finger, 2), np.full((2, 12), 0.04)
+    states = CalibratedStates(
+        FittedStates(np.zeros((1, 7)), np.ones(7)), Widths(np.zeros(1), 0.0), np.inf, 2, bend_std=0.03
+    )
+    mechanics = Mechanics(replace(layout, calibrated=states), Uncertainty(bend_per_pressure=0.0))
+    known = 1e-3**2 * np.eye(12)
+    data = {
+        "finger.joint_angle_covariance": (("time", "joint", "joint2"), known + mechanics.of_scale(q)),
+        "finger.estimated_joint_angles": (("time", "joint"), q),
+        "finger.state_distance": (("time", "part"), np.zeros((2, 3))),
+        "sampled_pressure": (("time",), np.full(2, 80e3)),
+    }
+    found = _torque_std(Recording(xr.Dataset(data)), "finger", np.array([0, 11]), mechanics)
+    np.testing.assert_allclose(found, 1e-3 * shipped_finger.stiffness[[0, 11]], rtol=1e-9)
+
+
+@pytest.mark.parametrize(("noise", "lasting"), [(0.0, 0.02), (0.03, 0.02), (0.03, 0.0)])
+def test_the_noise_of_samples_averages_out_in_the_band_of_a_median(noise, lasting):
+    samples = 0.5 + noise * np.tile([-1.0, 1.0], 200)
+    half = NORMAL_95 * np.hypot(noise, lasting)
+    least, most = _lasting(0.5, 0.5 - half, 0.5 + half, samples)
+    expected = NORMAL_95 * max(lasting, noise / 20)
+    assert (least, most) == pytest.approx((0.5 - expected, 0.5 + expected))
+
+
 def test_a_finger_rests_half_a_second_after_its_pressure_is_steady(found):
     rest = found.runs[0].rest.reshape(2 * len(FORCES[0.07]) + 1, -1)  # by the pressures that it is held at
     begin = round((RAMP + 0.5) / PERIOD)
@@ -99,6 +131,10 @@ def test_scores_are_those_of_the_presses(found):
     assert (score.presses, score.answered) == (6, 6)
     assert score.median_error == pytest.approx(np.median(errors))
     assert score.ratio == pytest.approx(1, abs=0.08)
+    z = [3.92 * (row.estimated - row.measured) / (row.most - row.least) for row in rows(found, "contact force")]
+    assert score.rms_z == pytest.approx(np.sqrt(np.mean(np.square(z))), rel=1e-3)
+    widths = [(row.most - row.least) / abs(row.measured) for row in rows(found, "contact force")]
+    assert score.median_width_percent == pytest.approx(100 * np.median(widths))
     assert score.within_band_percent == 100
 
 
