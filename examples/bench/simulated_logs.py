@@ -1,14 +1,15 @@
 """Writes the logs of a bench that the how-to pages use: a simulation stands in for the hardware.
 
 The simulated finger is 8 % softer than its file, and its gauges have errors. Both commands read my_finger.yaml, from
-the current folder, and write free.csv, a log of free bending; the second one reads press.yaml and writes press.csv too,
-in which the finger presses on a block on a scale that shows whole grams, 0.4 s late, and drifts by 2 g a minute:
+the current folder, and write free.csv, a log of free bending. The second one writes press.csv too, in which the finger
+of press.yaml presses on a block on a scale that shows whole grams, 0.4 s late, and drifts by 2 g a minute:
 
     python examples/bench/simulated_logs.py
     python examples/bench/simulated_logs.py scale
 """
 
 import sys
+from pathlib import Path
 
 import numpy as np
 
@@ -54,7 +55,9 @@ def log_presses():
     write("free.csv", rows(free, np.zeros(samples), np.full(samples, 60)))
     runs, begin = [], 0.0
     for x, z in BLOCKS:
-        data = simulated("press.yaml", PRESSES, 350, f"models.block.X_PC.translation=[{x}, 0, {z}]")
+        data = simulated(
+            Path(__file__).with_name("press.yaml"), PRESSES, 350, f"models.block.X_PC.translation=[{x}, 0, {z}]"
+        )
         time = data["time"].values
         shown = np.floor(time / 0.1) * 0.1  # when the display changes
         drift = 3 + 2 / 60 * (begin + shown)  # g

@@ -71,6 +71,7 @@ def test_contacts_and_grasps_that_ship_are_scored_without_data(shipped):
 
 
 DOCS = Path(__file__).parents[3] / "docs" / "studies"
+LEADERS = Path(__file__).parents[3] / "studies" / "benchmark" / "README.md"
 
 
 def reference():
@@ -87,7 +88,7 @@ def number(score, of):
 def test_the_table_in_the_docs_has_who_leads_in_the_reference_results():
     lines = [
         line
-        for line in (DOCS / "benchmark.md").read_text().partition("## Tasks")[0].splitlines()
+        for line in LEADERS.read_text(encoding="utf-8").partition("## Recognition")[0].splitlines()
         if line.startswith("| ")
     ]
     _, *rows = [[each.strip() for each in line.strip("|").split("|")] for line in lines if line.count("|") == 6]
