@@ -21,7 +21,7 @@ from studies.commands import STUDIES
 from studies.contacts.contact_coverage import SITUATIONS, rows_of
 from studies.contacts.estimates import REALISTIC
 from studies.contacts.model_errors import CASES, TABLE, ModelErrorRow, model_error_row
-from studies.contacts.situations import ARM, DIFFERENCES, MODELS, PEG, Case
+from studies.contacts.situations import DIFFERENCES, MODELS, PEG, Case
 from studies.contacts.trials import ContactErrorRow
 from studies.robustness.jobs import plant_rows
 from studies.robustness.plants import RUBBER
