@@ -9,6 +9,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 PICTURES = (".png", ".svg", ".webp", ".gif")
 _PAGES = {"CHANGELOG.md": "changelog.md", "CONTRIBUTING.md": "contributing.md"}
+_STUDY = re.compile(r"studies/\w+/README\.md$")  # the evidence beside a study
 _FENCE = re.compile(r"^ *(```|~~~)")
 _LINK = re.compile(r"(?<=\]\()([^()\s]+)(?=\))")
 _CODE = re.compile(r"(`[^`]*`)")
@@ -18,6 +19,8 @@ def site_path(path: str) -> str:
     """Where a file or folder of the repository is on the site, before it is built; both relative, with slashes."""
     if path in _PAGES:
         return _PAGES[path]
+    if _STUDY.match(path):
+        return path
     if path.startswith("docs/") and path.endswith((".md", *PICTURES)):
         return path.removeprefix("docs/").removeprefix("site/")
     return path if path.endswith(".ipynb") else f"files/{path}.md"

@@ -30,8 +30,9 @@ _SHOWN = re.compile(r"\]\(\.\./files/(.+?)\.md\)")  # links of pages that are ma
 
 def repository_pages() -> dict[str, str]:
     """The pages that the repository has, Markdown or notebooks, by their paths."""
-    found = [*_files("docs", ".md"), *_files("notebooks", ".ipynb"), "CHANGELOG.md", "CONTRIBUTING.md"]
-    return {path: (ROOT / path).read_text(encoding="utf-8") for path in found}
+    studies = [path for path in _files("studies", "README.md") if path != "studies/README.md"]
+    paths = [*_files("docs", ".md"), *_files("notebooks", ".ipynb"), *studies, "CHANGELOG.md", "CONTRIBUTING.md"]
+    return {path: (ROOT / path).read_text(encoding="utf-8") for path in paths}
 
 
 def made_pages() -> Iterator[tuple[str, str]]:

@@ -42,16 +42,17 @@ from soft_gripper.scenario.shipped import scenario_names
 from studies import ROOT
 from studies.page_table import write_table
 
-TABLE, BOXES, CREEP, PAGE = (
-    ROOT / "docs/extras/mujoco_engine" / name for name in ("agreement.csv", "boxes.csv", "creep.csv", "mujoco.md")
+TABLE, BOXES, CREEP = (
+    ROOT / "docs/extras/mujoco_engine" / name for name in ("agreement.csv", "boxes.csv", "creep.csv")
 )
+PAGE = ROOT / "studies/engines/README.md"
 HEADING = (
     "| scenario | tips [mm] | at points | force [%] | at points | normal force [%] | in Drake | in MuJoCo | step |",
     "|---|---:|---:|---:|---:|---:|---|---|---:|",
 )
 LISTED = 4  # scenarios on the page; the table has all
 CREEP_HEADING = (
-    "| | step [ms] | `stiction_tolerance` [m/s] | end | lifted [mm] | sinks in the last second [mm] |",
+    "| simulator | step [ms] | `stiction_tolerance` [m/s] | end | lifted [mm] | sinks in the last second [mm] |",
     "|---|---:|---:|---|---:|---:|",
 )
 LAST = 50  # samples before the end of a step

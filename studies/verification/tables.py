@@ -97,8 +97,10 @@ def _compliances() -> Iterator[Row]:
 
 
 def outcome_row(name: str, yields: str, outcome: Outcome) -> Row:
-    """Of a grasp."""
-    return f"{name} | {'spatial' if yields == SPATIAL else 'planar'}", list(outcome)
+    """A grasp with the measures that the page prints."""
+    o = outcome
+    numbers = [o.lifted, o.tilt, o.force, o.friction, o.compliance]
+    return f"{name} | {'spatial' if yields == SPATIAL else 'planar'}", numbers
 
 
 def _grasps() -> Iterator[Row]:
@@ -112,12 +114,11 @@ AT_REST = Table(
 )
 RELEASED = Table("rod | mean of all releases | best | worst", (3, 3, 3), _rods_released)
 BENT = Table("at the tip | sideways [mm] | 6 segments | 12 | 24 | order", (2, 2, 3, 3, 2), _bent_fingers)
-SOLVERS = Table("| by | x [mm] | y [mm] | z [mm]", (2, 2, 2), _three_rods)
+SOLVERS = Table("pressure | solver | x [mm] | y [mm] | z [mm]", (2, 2, 2), _three_rods)
 COMPLIANCE = Table("[mm/N] | 0 kPa | 60 kPa | 100 kPa | 150 kPa", (1, 1, 1, 1), _compliances)
 GRASPED = Table(
-    "object | fingers | yaw on the table [°] | yaw lifted [°] | tilt [°] | force of a finger [N]"
-    " | tips sideways [mm] | twist [°] | friction used | gives [mm/N]",
-    (1, 1, 1, 2, 1, 1, 2, 2),
+    "object | fingers | yaw in the air [°] | tilt [°] | normal force [N] | friction used | gives [mm/N]",
+    (1, 1, 2, 2, 2),
     _grasps,
 )
 TABLES = (AT_REST, RELEASED, BENT, SOLVERS, COMPLIANCE, GRASPED)

@@ -1,6 +1,6 @@
 """Fingers in space against what is known of rods, and their grasps: all tables and figures of docs/verification.md.
 
-With `--soft` soft bodies between plates against closed forms: the tables of docs/extras/soft/soft_objects.md.
+With `--soft` soft bodies between plates against closed forms: the tables of studies/verification/README.md.
 
 The folder that the environment variable SPATIAL_RODS names has solutions of another solver, see `published_rods`;
 without it, what needs them is left out, as is PyElastica where it is not installed.

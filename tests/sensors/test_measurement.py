@@ -22,6 +22,17 @@ from soft_gripper.sensors.sensor_layout import SensorLayout
 
 TEXT = (Path(__file__).parents[2] / "docs/sensors.md").read_text(encoding="utf-8")
 (CODE,) = re.findall(r"```python\n(# my_sensors.py\n.*?)```", TEXT, re.DOTALL)
+CODE += '''
+
+class LinkAngles(sg.sensors.MeasurementModel):
+    """Inclination of the link at the end of every section."""
+
+    quantity, unit = "link_angle", "rad"
+
+    @cached_property
+    def matrix(self):
+        return (np.arange(self.finger.segments) < self.section_ends[1:, None]).astype(float)
+'''
 KINDS = {"FiberGratings": ("curvature", "rad/m"), "LinkAngles": ("link_angle", "rad")}
 LINEAR = ("spline", "gaussian", "contact", "recursive")
 

@@ -46,6 +46,7 @@ def test_tests_that_a_page_names_are_there_and_run_as_it_says(page):
         ("docs/peers.png", "peers.png"),
         ("notebooks/03_force.ipynb", "notebooks/03_force.ipynb"),
         ("CHANGELOG.md", "changelog.md"),
+        ("studies/hardware/README.md", "studies/hardware/README.md"),
         ("models/recordings", "files/models/recordings.md"),
         ("examples/own_diagram/own_sensor.py", "files/examples/own_diagram/own_sensor.py.md"),
     ],

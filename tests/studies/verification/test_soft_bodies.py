@@ -26,7 +26,7 @@ from studies.verification.soft_bodies import (
 )
 from studies.verification.tables import Row
 
-PAGE = (Path(__file__).parents[3] / "docs/extras/soft/soft_objects.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).parents[3] / "studies/verification/README.md").read_text(encoding="utf-8")
 MATERIAL = Material()
 
 
