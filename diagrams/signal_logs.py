@@ -84,7 +84,7 @@ class SignalLogs(Diagram):
         return labels_of(self.signals)
 
     @property
-    def logged(self) -> list[int]:
+    def port_numbers(self) -> list[int]:
         """The logged ports, in the order of the inputs, by their indices among those of the sources."""
         return [*self._sizes, *self._values]
 
@@ -94,9 +94,9 @@ class SignalLogs(Diagram):
         ends = np.cumsum([*self._sizes.values()])
         vectors = dict(zip(self._sizes, np.split(log.data().T.copy(), ends[:-1], axis=1), strict=True))
         values = {number: [*sink.values(root_context)] for number, sink in self._values.items()}
-        return self.computed(log.sample_times().copy(), vectors | values)
+        return self.make_samples(log.sample_times().copy(), vectors | values)
 
-    def computed(self, time: Array, logged: Mapping[int, Any]) -> Samples:
+    def make_samples(self, time: Array, logged: Mapping[int, Any]) -> Samples:
         """All signals from times, (T,) s, and the contents of the logs, by port number."""
         return Samples(self._sources, time, logged)
 
@@ -118,7 +118,7 @@ def add_logs(builder: DiagramBuilder, signals: Mapping[str, OutputPort], period:
     sources = SignalSources(builder, period)
     logs = SignalLogs(signals, sources, period)
     builder.AddNamedSystem("logs", logs)
-    for i, number in enumerate(logs.logged):
+    for i, number in enumerate(logs.port_numbers):
         port = sources.ports[number]
         connect = builder.ConnectToSame if isinstance(port, InputPort) else builder.Connect
         connect(port, logs.get_input_port(i))

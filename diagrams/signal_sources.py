@@ -61,18 +61,19 @@ class SignalSources:
     def __init__(self, builder: DiagramBuilder, period: float):
         self.ports: list[OutputPort | InputPort] = []
         self._numbers: dict[tuple[System, int], int] = {}  # of `ports`, by the system and index of the output
-        self._root, self._period = Level.root(builder), period
+        self._root = Level.root(builder)
+        self._period = period
         self._blocks: dict[tuple[System, frozenset[str]], Derived] = {}
         self._outputs: dict[tuple[System, str], Output | None] = {}
 
     def find(self, port: OutputPort) -> Source:
         """The source of a port of the builder's systems."""
-        return self._trace(port, self._root) or self._logged(port)
+        return self._trace(port, self._root) or self._log_port(port)
 
-    def _logged(self, port: OutputPort) -> Logged:
-        return self._log(port.get_system(), port.get_index(), port)
+    def _log_port(self, port: OutputPort) -> Logged:
+        return self._log_output(port.get_system(), port.get_index(), port)
 
-    def _log(self, system: System, index: int, port: OutputPort | InputPort) -> Logged:
+    def _log_output(self, system: System, index: int, port: OutputPort | InputPort) -> Logged:
         key = system, index
         if key not in self._numbers:
             self._numbers[key] = len(self.ports)
@@ -87,18 +88,18 @@ class SignalSources:
             output = self._follow(system, port.get_name(), level)
             if output is not None:
                 return output
-        shown = level.exported(port)
-        return None if shown is None else self._logged(shown)
+        shown = level.root_port(port)
+        return None if shown is None else self._log_port(shown)
 
     def _follow(self, system: ArrayBlock, name: str, level: Level) -> Output | None:
-        """An output of a block, if all its sources are known; None also during the search itself, in a loop."""
+        """Output of a block if all its sources can be traced, else None; None also within a loop of the search."""
         key = system, name
         if key not in self._outputs:
             self._outputs[key] = None
             leaves = {leaf: self._leaf(system, leaf, level) for leaf in system.leaves(name)}
-            known = {leaf: source for leaf, source in leaves.items() if source is not None}
-            if len(known) == len(leaves):
-                block = self._blocks.setdefault((system, frozenset(known)), Derived(system, known))
+            traced = {leaf: source for leaf, source in leaves.items() if source is not None}
+            if len(traced) == len(leaves):
+                block = self._blocks.setdefault((system, frozenset(traced)), Derived(system, traced))
                 block.outputs.append(name)
                 self._outputs[key] = Output(block, name)
         return self._outputs[key]
@@ -107,10 +108,10 @@ class SignalSources:
         if system.HasInputPort(name):
             fed = level.feed(system.GetInputPort(name))
             if fed is not None and isinstance(fed.system, MultibodyPlant) and fed.level.diagram is None:
-                return self._log(fed.system, fed.output_index, fed.input)
+                return self._log_output(fed.system, fed.output_index, fed.input)
             return None if fed is None else self._trace(fed.output, fed.level)
-        shown = level.exported(system.GetOutputPort(name))
-        return None if shown is None else self._logged(shown)
+        shown = level.root_port(system.GetOutputPort(name))
+        return None if shown is None else self._log_port(shown)
 
 
 class Samples:
@@ -128,8 +129,8 @@ class Samples:
             logged: contents of the logs, (T, size) each or lists of T, by port number.
         """
         self.time, self._sources, self._logged = time, sources, logged
-        self._known: dict[Derived, _KnownSteps] = {}  # of blocks, some of whose outputs are not computed yet
-        self._computed: dict[Derived, dict[str, Array]] = {}  # outputs of blocks, by name
+        self._steps: dict[Derived, _BlockSteps] = {}  # of blocks, some of whose outputs are not computed yet
+        self._output_values: dict[Derived, dict[str, Array]] = {}  # outputs of blocks, by name
         # Names and sources of joint angles that have not been read, by estimate.
         self._unread = {_estimate_of(s): (name, s) for name, s in sources.items() if name.endswith(f".{ANGLES}")}
 
@@ -138,12 +139,13 @@ class Samples:
         return values
 
     def is_logged(self, name: str) -> bool:
-        """Whether a signal is known without computing it."""
+        """Whether a signal is read from a log, without computation."""
         return isinstance(self._sources[name], Logged)
 
     def values_of(self, source: Source) -> Any:
         """The values of a source at all samples."""
-        values, estimate = self._values_of(source), _estimate_of(source)
+        values = self._values_of(source)
+        estimate = _estimate_of(source)
         if estimate in self._unread:
             name, angles = self._unread[estimate]
             if source == angles or not np.isfinite(values).all():
@@ -154,28 +156,29 @@ class Samples:
     def _note_missing(self, name: str, values: Array) -> None:
         is_missing = ~np.isfinite(values).all(axis=1)
         if is_missing.any():
-            first, share = float(self.time[is_missing][0]), f"{is_missing.sum()} of {len(is_missing)}"
-            _LOGGER.warning("%s: NaN in %s samples, first at t = %g s", name, share, first)
+            first = float(self.time[is_missing][0])
+            fraction = f"{is_missing.sum()} of {len(is_missing)}"
+            _LOGGER.warning("%s: NaN in %s samples, first at t = %g s", name, fraction, first)
 
     def _values_of(self, source: Source) -> Any:
-        """Reads or computes them; the steps of a block are kept until its last output is computed."""
+        """Reads or computes the values of a source; keeps the steps of a block until its last output is computed."""
         if isinstance(source, Logged):
             return self._logged[source.number]
-        computed = self._computed.setdefault(source.derived, {})
+        computed = self._output_values.setdefault(source.derived, {})
         if source.name not in computed:
-            known = self._known.setdefault(source.derived, _KnownSteps(self, source.derived.leaves))
-            computed[source.name] = source.derived.block.output_over_time(source.name, known)
+            steps = self._steps.setdefault(source.derived, _BlockSteps(self, source.derived.leaves))
+            computed[source.name] = source.derived.block.output_over_time(source.name, steps)
             if len(computed) == len(source.derived.outputs):
-                del self._known[source.derived]
+                del self._steps[source.derived]
         return computed[source.name]
 
 
 def _estimate_of(source: Source) -> Any:
-    """What the outputs of a block for one finger share; a logged port is by itself."""
+    """Key of the estimate that an output belongs to: block and finger; a logged port is its own key."""
     return source if isinstance(source, Logged) else (source.derived.block, source.name.rpartition(".")[0])
 
 
-class _KnownSteps(dict[str, Any]):
+class _BlockSteps(dict[str, Any]):
     """The steps of a block that have been computed at all samples; leaves are read when a step takes them."""
 
     def __init__(self, samples: Samples, leaves: Mapping[str, Source]):

@@ -17,7 +17,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.simulation import kept_station, run_station
+from soft_gripper.diagrams.simulation import cached_station, run_station
 from soft_gripper.extras.export.folder import export_mjcf
 from soft_gripper.extras.export.run_mjcf import simulate
 from soft_gripper.files.row_table import print_rows, write_csv
@@ -80,7 +80,7 @@ def creep(time: Array, height: Array) -> float:
 
 def in_drake(changes: Mapping[str, Any]) -> float:
     """`creep` in Drake."""
-    recording = run_station(kept_station(changed_scenario(SCENARIO, {**CHANGES, **changes})))
+    recording = run_station(cached_station(changed_scenario(SCENARIO, {**CHANGES, **changes})))
     return creep(recording["time"].values, recording[f"{OBJECT}.pose"].values[:, -1])
 
 

@@ -29,8 +29,8 @@ from soft_gripper.diagrams.view.finger_drawing import (
     drawn_signals,
     estimated_corners,
     force_in_world,
-    in_world,
     link_frames,
+    to_world,
 )
 from soft_gripper.extras.bench.bench import Bench
 from soft_gripper.extras.bench.bench_driver import COMMANDS, BenchDriver
@@ -130,7 +130,7 @@ def known(bench, finger):
     read["X_WB"] = X_WB = read["X_WB"].reshape(3, 4)
     corners = estimated_corners(read)
     frames = X_WB[:, :3] @ link_frames(corners)
-    poses = list(zip(in_world(X_WB, corners), [*frames, frames[-1]], strict=True))
+    poses = list(zip(to_world(X_WB, corners), [*frames, frames[-1]], strict=True))
     at, force = force_in_world(read, corners) or (None, None)
     return SimpleNamespace(poses=poses, angles=read["estimated_joint_angles"], at=at, force=force)
 

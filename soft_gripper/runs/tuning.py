@@ -12,7 +12,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.control.pid_controller import PidGains
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_private_station
-from soft_gripper.diagrams.wiring.drive import OF
+from soft_gripper.diagrams.wiring.drive import PATH_SEPARATOR
 from soft_gripper.diagrams.wiring.grip_control import allocation
 from soft_gripper.runs.scores.steps import StepRow, step_table, true_opening
 from soft_gripper.scenario.scenario_file import dump_scenario, parse_scenario
@@ -61,7 +61,7 @@ def _steps(
     found: dict[str, list[float]] = {}
     for finger, (axis, gains) in driven.items():
         shares = np.maximum(allocation(gains["bending"].sum(axis=-1)), 0.0)
-        names = [f"{finger}{OF}{name}" for names in axis.values() for name in names] or [finger]
+        names = [f"{finger}{PATH_SEPARATOR}{name}" for names in axis.values() for name in names] or [finger]
         found |= {name: [step * float(share)] for name, share in zip(names, shares, strict=True)}
     return found
 

@@ -15,7 +15,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.diagrams.arm import Arm
 from soft_gripper.diagrams.scene import arm_joints
 from soft_gripper.diagrams.station_parts import Station
-from soft_gripper.diagrams.wiring.drive import OF, steps_of
+from soft_gripper.diagrams.wiring.drive import PATH_SEPARATOR, steps_of
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.scenario.schema import Scenario
 
@@ -52,7 +52,9 @@ def arm_actuators(station: Station) -> list[ArmActuator]:
 
 def chamber_names(finger: PlantFinger) -> list[str]:
     """The chambers of a finger: `finger`, or `finger::chamber` if it has several."""
-    labels = [f"{finger.name}{OF}{label}" for names in finger.finger.chamber_axis.values() for label in names]
+    labels = [
+        f"{finger.name}{PATH_SEPARATOR}{label}" for names in finger.finger.chamber_axis.values() for label in names
+    ]
     return labels or [finger.name] * finger.finger.pressures
 
 

@@ -25,13 +25,13 @@ from scipy.spatial.transform import Rotation
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.view.finger_drawing import (
-    LEAST_FORCE,
     LENGTH,
+    MIN_FORCE,
     drawn_signals,
     estimated_corners,
     force_in_world,
-    in_world,
     link_frames,
+    to_world,
 )
 from soft_gripper.errors import InputError
 from soft_gripper.files.output import atomic_file
@@ -163,11 +163,11 @@ def _drawn(data: xr.Dataset) -> Iterator[tuple[str, str, Make]]:
         X_WB = signals["X_WB"]
         if drawn_signals(signals):
             in_B = estimated_corners(signals)
-            points, turns = in_world(X_WB, in_B), X_WB[:, :, :3] @ link_frames(in_B)[:, -1]
+            points, turns = to_world(X_WB, in_B), X_WB[:, :, :3] @ link_frames(in_B)[:, -1]
             yield f"/{name}/tip_in_world", "foxglove.PoseInFrame", _pose(points[:, -1], _quaternions(turns))
             yield f"/{name}/shape", "foxglove.SceneUpdate", _scene(name, "shape", points, force_in_world(signals, in_B))
         if {TRUE_JOINTS, TRUE_TIP} <= signals.keys():
-            points = in_world(X_WB, corners(signals[TRUE_JOINTS], signals[TRUE_TIP]))
+            points = to_world(X_WB, corners(signals[TRUE_JOINTS], signals[TRUE_TIP]))
             yield f"/{name}/true_shape", "foxglove.SceneUpdate", _scene(name, "true_shape", points, None)
     for key in data.data_vars:
         if str(key).endswith(".pose") and data[key].shape[1:] == (7,):
@@ -228,7 +228,7 @@ _IDENTITY = {"position": {"x": 0, "y": 0, "z": 0}, "orientation": {"x": 0, "y": 
 def _arrow(at: Array, force: Array) -> list[Any]:
     """An arrow whose tip is where a force acts; none if it is small or unknown."""
     size = float(np.linalg.norm(force))
-    if not size > LEAST_FORCE or not np.isfinite(at).all():
+    if not size > MIN_FORCE or not np.isfinite(at).all():
         return []
     turn, _ = Rotation.align_vectors([force / size], [[1, 0, 0]])  # an arrow points along x
     length, head = LENGTH * size, 2 * _THICKNESS

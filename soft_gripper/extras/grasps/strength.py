@@ -34,7 +34,7 @@ from pydrake.systems.framework import Context
 from soft_gripper.arrays import Array
 from soft_gripper.cached import kept
 from soft_gripper.diagrams.scene import first_body
-from soft_gripper.diagrams.simulation import advance, kept_station, run_to_end, solver_config
+from soft_gripper.diagrams.simulation import advance, cached_station, run_to_end, solver_config
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.errors import InputError
 from soft_gripper.pictures.style import STYLE
@@ -185,7 +185,7 @@ class Settled:
     @classmethod
     def of(cls, scenario: Scenario, held: str) -> "Settled":
         """Runs a scenario, takes everything but the gripper away from the object, and lets it rest."""
-        station = kept_station(scenario)
+        station = cached_station(scenario)
         if held in station.parts.deformables:
             raise InputError(
                 "grasp strength", "--object", held, "is soft; give a rigid object, which a load moves whole"

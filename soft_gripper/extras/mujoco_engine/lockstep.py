@@ -37,7 +37,7 @@ class Logs:
 
     def of(self, environment: int, samples: int) -> dict[int, Any]:
         """Samples of one environment, up to a number of samples, by the number of the logged port."""
-        logged = self._station.logs.logged
+        logged = self._station.logs.port_numbers
         found: dict[int, Any] = {
             logged[i]: np.ascontiguousarray(value[:samples, environment]) for i, value in self._vectors.items()
         }

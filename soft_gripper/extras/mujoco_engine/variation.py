@@ -18,7 +18,7 @@ from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.simulation import built_of, content
+from soft_gripper.diagrams.simulation import build_key, fingerprint
 from soft_gripper.extras.export.mjcf import Mjcf
 from soft_gripper.extras.export.mjcf_contact import Surface, friction_of, touch
 from soft_gripper.scenario.schema import ModelConfig, PoseErrorConfig, Scenario, TaskConfig
@@ -33,11 +33,11 @@ _ANY = "package://soft_gripper/package.xml"  # in the place of the file of an ob
 Content = Callable[[Path], str | None]
 
 
-def station_key(scenario: Scenario, content_of: Content = content) -> Key | None:
-    """Equal for scenarios that one station serves; None: it serves no other, see `built_of`."""
+def station_key(scenario: Scenario, content_of: Content = fingerprint) -> Key | None:
+    """Equal for scenarios that one station serves; None: it serves no other, see `build_key`."""
     plain = plain_objects(scenario)
     models = [replace(each, X_PC=Transform()) if each.free else each for each in plain.models]
-    return built_of(replace(plain, description="", models=models, task=_without_places(scenario)), content_of)
+    return build_key(replace(plain, description="", models=models, task=_without_places(scenario)), content_of)
 
 
 def plain_objects(scenario: Scenario) -> Scenario:
@@ -49,7 +49,7 @@ def plain_objects(scenario: Scenario) -> Scenario:
     return replace(scenario, models=models)
 
 
-def blocks_key(scenario: Scenario, content_of: Content = content) -> Key | None:
+def blocks_key(scenario: Scenario, content_of: Content = fingerprint) -> Key | None:
     """Equal for scenarios whose stations have equal blocks, but for the phases of their tasks; None: no other has.
 
     Their models in MuJoCo are alike too: free objects of one file may differ in scale, not in their shapes.
@@ -57,7 +57,7 @@ def blocks_key(scenario: Scenario, content_of: Content = content) -> Key | None:
     models = [ModelConfig(name=model.name, file=_ANY, free=True) if model.free else model for model in scenario.models]
     files = repr([model.file for model in scenario.models if model.free])  # their contents need not be known
     built = replace(scenario, description=files, models=models, task=_without_places(scenario))
-    return built_of(built, content_of)
+    return build_key(built, content_of)
 
 
 def _without_places(scenario: Scenario) -> TaskConfig | None:
