@@ -24,7 +24,7 @@ from soft_gripper.extras.grasps.trials import (
     trials_together,
 )
 from soft_gripper.files.output import atomic_file, lock_folder, writable_folder
-from soft_gripper.runs.agreement import Agreement, agreement, chosen
+from soft_gripper.runs.agreement import Agreement, agreement, draw_indices
 from soft_gripper.runs.executor import open_executor
 from soft_gripper.runs.study import results
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
@@ -68,7 +68,7 @@ def _in_drake(
     files: Sequence[str], trials: Sequence[Trial], seed: int, checked: int, executor: Executor
 ) -> list[Agreement]:
     """How trials in another engine agree with some of them in Drake, if that is asked for."""
-    picked = [trials[i] for i in chosen(len(trials), checked, seed)]
+    picked = [trials[i] for i in draw_indices(len(trials), checked, seed)]
     file_of = {Path(file).stem: file for file in files}
     jobs = {i: (file_of[each.scenario], seed, [each.trial], {"engine": DRAKE}) for i, each in enumerate(picked)}
     repeated = results(executor, trials_together, jobs)
