@@ -160,7 +160,7 @@ VARIATION = load_environment("soft_grasp").config.variation
 
 
 def needed(seed):
-    return module.needed(seed, VARIATION)
+    return module.holding_difficulty(seed, VARIATION)
 
 
 def formula(environments, policies, seeds):
@@ -189,7 +189,9 @@ def test_the_same_seed_learns_the_same(learned):
 
 def test_how_hard_an_object_is_to_hold_is_known_from_its_seed(one_gripper):
     info = one_gripper.reset(seed=7)[1]
-    assert module.needed(7, one_gripper.environment.config.variation) == pytest.approx(info["mass"] / info["friction"])
+    assert module.holding_difficulty(7, one_gripper.environment.config.variation) == pytest.approx(
+        info["mass"] / info["friction"]
+    )
 
 
 def test_failures_cost_more_than_any_force():
