@@ -21,7 +21,7 @@ Designs = Mapping[int, Mapping[str, Any]]  # values by dotted keys, by the numbe
 def searched_designs(
     axes: Sequence[Axis], config: DesignConfig, numbers: Sequence[int], scores: Callable[[Designs], Sequence[Score]]
 ) -> Iterator[Design]:
-    """Designs with these numbers in batches, from the scores of those before; none if there are no axes.
+    """Yields designs with these numbers, proposed in batches from the scores before; none without axes.
 
     Raises:
         InputError: if Optuna is not installed.

@@ -1,4 +1,4 @@
-"""Where this evaluation differs from the paper's: what each found, and why, in numbers of this evaluation.
+"""Differences of this evaluation from the paper's: both results and the reason, in numbers of this evaluation.
 
 Why the paper's fingertip error in free bending hardly depends on the number of sensors, while here it does.
 
@@ -47,7 +47,8 @@ def tip_errors(
 ) -> TipErrors:
     """Fingertip errors at joint angles (steps, N) rad; `noise` of the extension ratio, root mean square."""
     rng = np.random.default_rng(seed)
-    ds, offsets = finger.segment_length, np.array(finger.sensor_offsets)[:, None, None]
+    ds = finger.segment_length
+    offsets = np.array(finger.sensor_offsets)[:, None, None]
     in_middles = segment_path_lengths(q, ds, offsets)
     tip = forward_kinematics(q, ds).tip
     at_starts, tip_of_starts = chain_with_joints_at_starts(q, ds, offsets)
@@ -72,7 +73,8 @@ def chain_with_joints_at_starts(q: Array, ds: float, offsets: Array) -> tuple[Ar
     headings = q.cumsum(axis=-1)
     before = np.concatenate([np.zeros_like(q[..., :1]), headings[..., :-1]], axis=-1)
     bisectors = np.concatenate([(before + headings) / 2, headings[..., -1:]], axis=-1)
-    links, sides = ds * link_directions(q), rotated(in_plane(offsets, 0.0), bisectors)
+    links = ds * link_directions(q)
+    sides = rotated(in_plane(offsets, 0.0), bisectors)
     return np.abs(links + np.diff(sides, axis=-1)), links.sum(axis=-1)
 
 
@@ -89,7 +91,7 @@ POSE, TIP = "pose_error_mm", "tip_error_mm"
 
 @dataclass(frozen=True)
 class Difference:
-    """One subject: what the paper found, what is found here, and the reason."""
+    """One subject: the paper's result, the result here, and the reason."""
 
     subject: str
     paper: str
@@ -104,7 +106,7 @@ def held_tip_errors(scenario: Scenario, recording: Recording, finger: Finger) ->
 
 
 def differences(rows: Sequence[PoseRow], free: str, contact: Sequence[str], errors: TipErrors) -> list[Difference]:
-    """All of them.
+    """All differences of this evaluation from the paper's.
 
     Args:
         rows: of the evaluation.

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from soft_gripper.extras.design.figure import BEST, design_figure
 from soft_gripper.extras.design.ranking import Design, Score
-from soft_gripper.extras.design.run_design import Designed
+from soft_gripper.extras.design.run_design import DesignResult
 from soft_gripper.extras.design.study_file import DesignConfig, DesignStudy, EndConfig
 from soft_gripper.extras.design.study_tables import DESIGNS, SENSITIVITY, TESTS, write_tables
 from soft_gripper.runs.sweep.axes import Range, Values
@@ -31,7 +31,7 @@ def found(ends, allowed=True, designs=12):
     row = {"grasp": "held", "force": "1.0", "energy": "2.0"}
     compared = [0, 5] if allowed else [0]
     tested = [(row | {"design": str(i), "object": name}, {}) for i in compared for name in ("bottle", "cup")] * 3
-    return Designed(study, tried, tried[0], [5, 6] if allowed else [], 5 if allowed else None, tested)
+    return DesignResult(study, tried, tried[0], [5, 6] if allowed else [], 5 if allowed else None, tested)
 
 
 @pytest.mark.parametrize("ends", [[FORCE], [FORCE, ENERGY]])
