@@ -36,7 +36,7 @@ _PANEL_HEIGHT = 1.9  # inches
 _BAND_HEIGHT = 0.55  # inches, of a band of states beside its title
 
 
-class Panel(NamedTuple):
+class SignalPanel(NamedTuple):
     """Lines of one unit."""
 
     title: str
@@ -66,7 +66,7 @@ def signals_figure(signals: Sequence[xr.DataArray]) -> Figure:
     return figure
 
 
-def _add_legend(axes: Axes, panel: Panel) -> None:
+def _add_legend(axes: Axes, panel: SignalPanel) -> None:
     handles, labels = axes.get_legend_handles_labels()
     if handles:
         axes.legend(
@@ -80,7 +80,7 @@ def _add_legend(axes: Axes, panel: Panel) -> None:
         )
 
 
-def _panels(signal: xr.DataArray) -> Iterator[Panel]:
+def _panels(signal: xr.DataArray) -> Iterator[SignalPanel]:
     """The lines of a signal by their units."""
     axes = [str(dim) for dim in signal.dims if dim != "time"]
     stacked = signal.stack(entry=axes) if axes else signal.expand_dims("entry", axis=1)
@@ -97,14 +97,14 @@ def _panels(signal: xr.DataArray) -> Iterator[Panel]:
             shown, scale = unit, 1.0
         of_unit = [names[i] for i in here]
         title = f"{signal.name}: {of_unit[0]}" if len(here) == 1 < len(names) else str(signal.name)
-        yield Panel(title, shown, least, scale * lines, of_unit, ", ".join(axes), words)
+        yield SignalPanel(title, shown, least, scale * lines, of_unit, ", ".join(axes), words)
 
 
 def _largest(values: Array) -> float:
     return float(np.abs(values[np.isfinite(values)]).max(initial=0.0))
 
 
-def _draw_lines(axes: Axes, time: Array, panel: Panel) -> None:
+def _draw_lines(axes: Axes, time: Array, panel: SignalPanel) -> None:
     count = len(panel.names)
     map_colors = mpl.colormaps["viridis"](np.linspace(0, 0.95, count))
     colors = [f"C{i}" for i in range(count)] if count <= _CYCLE_COLORS else map_colors
@@ -123,7 +123,7 @@ def _draw_lines(axes: Axes, time: Array, panel: Panel) -> None:
     axes.grid(alpha=0.3)
 
 
-def _draw_states(axes: Axes, time: Array, panel: Panel) -> None:
+def _draw_states(axes: Axes, time: Array, panel: SignalPanel) -> None:
     """A band for each entry, in the colours of the states that it is in, from each sample to the next."""
     named = set[int]()
     ends = np.append(time[1:], time[-1:])

@@ -277,13 +277,13 @@ def make_half_space(plant: MultibodyPlant, scene_graph: SceneGraph, config: Mode
         plant.RegisterCollisionGeometry(plant.world_body(), X_WBody @ X_BodyTop, HalfSpace(), name, properties)
 
 
-class _Reach(NamedTuple):
+class _ReachBall(NamedTuple):
     """A ball that a geometry never leaves."""
 
     center: Array  # (3,) m in the world
     radius: float  # m
 
-    def meets(self, other: "_Reach") -> bool:
+    def meets(self, other: "_ReachBall") -> bool:
         """Whether two geometries may ever touch."""
         return dist(self.center, other.center) <= self.radius + other.radius
 
@@ -307,7 +307,7 @@ def remove_idle_skins(scene: Scene) -> None:
         scene_graph.RemoveRole(plant.get_source_id(), idle, Role.kProximity)
 
 
-def _reaches(scene: Scene) -> dict[GeometryId, _Reach]:
+def _reaches(scene: Scene) -> dict[GeometryId, _ReachBall]:
     """Reach of every collision geometry, where nothing moves but the joints of fingers."""
     plant = scene.plant
     inspector = scene.scene_graph.model_inspector()
@@ -326,7 +326,7 @@ def _reaches(scene: Scene) -> dict[GeometryId, _Reach]:
         if box is not None and plant.IsAnchored(base):
             middle = inspector.GetPoseInFrame(geometry) @ box.center()
             radius = begin + float(np.linalg.norm(middle) + np.linalg.norm(box.half_width()))
-        reaches[geometry] = _Reach(plant.EvalBodyPoseInWorld(context, base).translation(), radius)
+        reaches[geometry] = _ReachBall(plant.EvalBodyPoseInWorld(context, base).translation(), radius)
     return reaches
 
 

@@ -21,7 +21,7 @@ from pydrake.systems.primitives import Multiplexer, VectorLogSink
 from soft_gripper.arrays import Array
 from soft_gripper.cached import Cached
 from soft_gripper.diagrams.signal_labels import Labels, labels_of
-from soft_gripper.diagrams.signal_sources import Logged, Samples, SignalSources, Source
+from soft_gripper.diagrams.signal_sources import LoggedPort, Samples, SignalSource, SignalSources
 from soft_gripper.signals import Signal, signal_of
 
 
@@ -125,13 +125,15 @@ def add_logs(builder: DiagramBuilder, signals: Mapping[str, OutputPort], period:
     return logs
 
 
-def _logged_ports(sources: Mapping[str, Source], ports: Sequence[OutputPort | InputPort]) -> dict[int, str]:
+def _logged_ports(sources: Mapping[str, SignalSource], ports: Sequence[OutputPort | InputPort]) -> dict[int, str]:
     """The ports that need a log, with the name of each log: that of the signal, if the port is a signal."""
-    port_names = {source.number: name for name, source in reversed(list(sources.items())) if isinstance(source, Logged)}
-    blocks = [source.derived for source in sources.values() if not isinstance(source, Logged)]
+    port_names = {
+        source.number: name for name, source in reversed(list(sources.items())) if isinstance(source, LoggedPort)
+    }
+    blocks = [source.derived for source in sources.values() if not isinstance(source, LoggedPort)]
     while blocks:
         for source in blocks.pop().leaves.values():
-            if isinstance(source, Logged):
+            if isinstance(source, LoggedPort):
                 port = ports[source.number]
                 port_names.setdefault(source.number, f"{port.get_system().get_name()}.{port.get_name()}")
             else:

@@ -198,22 +198,22 @@ def _split_port(port: str) -> tuple[str, str]:
     return finger, name
 
 
-class Part(NamedTuple):
+class PartPorts(NamedTuple):
     """The ports of a part of one finger, by name."""
 
     inputs: Mapping[str, InputPort]
     outputs: Ports
 
 
-def add_part(builder: DiagramBuilder, name: str, part: System) -> Part:
+def add_part(builder: DiagramBuilder, name: str, part: System) -> PartPorts:
     """Adds a part of a finger to a diagram."""
     builder.AddNamedSystem(name, part)
-    return Part(inputs(part), vector_outputs(part))
+    return PartPorts(inputs(part), vector_outputs(part))
 
 
 def add_parts(
     builder: DiagramBuilder, kind: str, parts: Mapping[str, Diagram], keys: Mapping[str, Any] | None = None
-) -> dict[str, Part]:
+) -> dict[str, PartPorts]:
     """Adds parts of fingers, `{finger}.{kind}`.
 
     Args:
@@ -225,7 +225,7 @@ def add_parts(
     """
     if keys is None:
         return {name: add_part(builder, f"{name}.{kind}", part) for name, part in parts.items()}
-    part_ports: dict[str, Part] = {}
+    part_ports: dict[str, PartPorts] = {}
     for names in _group_by_key(keys):
         if len(names) == 1 or not all(block.takes_axes for block in parts[names[0]].GetSystems()):
             part_ports |= {name: add_part(builder, f"{name}.{kind}", FusedBlock(parts[name])) for name in names}
@@ -234,7 +234,7 @@ def add_parts(
                 f"{'+'.join(names)}.{kind}", BatchedBlock(FusedBlock(parts[names[0]]), names)
             )
             part_ports |= {
-                name: Part(_finger_ports(name, inputs(block)), _finger_ports(name, vector_outputs(block)))
+                name: PartPorts(_finger_ports(name, inputs(block)), _finger_ports(name, vector_outputs(block)))
                 for name in names
             }
     return {name: part_ports[name] for name in parts}

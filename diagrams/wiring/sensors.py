@@ -4,7 +4,7 @@ from pydrake.common import RandomDistribution
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
 from pydrake.systems.primitives import MatrixGain, RandomSource
 
-from soft_gripper.diagrams.wiring.composed import Part, add_part
+from soft_gripper.diagrams.wiring.composed import PartPorts, add_part
 from soft_gripper.diagrams.wiring.named_wires import NamedWires, Ports, connect_by_name, vector_outputs
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.finger import Finger
@@ -89,7 +89,7 @@ def _random_input(name: str) -> dict[str, str]:
     return {"standard_normal": f"{name}{RANDOM}"}
 
 
-def _add_random(builder: DiagramBuilder, finger: str, sensors: Part, period: float) -> Ports:
+def _add_random(builder: DiagramBuilder, finger: str, sensors: PartPorts, period: float) -> Ports:
     """Adds a `{finger}.{input}` for each random input of the sensors of a finger; returns them by input."""
     random_ports = {}
     for name, port in sensors.inputs.items():
@@ -161,7 +161,7 @@ def make_sensors(finger: Finger, config: SensorConfig, make_sensor: MakeSensor |
 def connect_sensors(
     builder: DiagramBuilder,
     finger: PlantFinger,
-    part: Part,
+    part: PartPorts,
     config: SensorConfig,
     pressure: OutputPort | None,
     tension: OutputPort | None,

@@ -58,7 +58,7 @@ class HeldInput(ArrayBlock):
 
 
 @dataclass
-class _Parts:
+class _BenchParts:
     """The blocks of a bench in a diagram."""
 
     builder: DiagramBuilder
@@ -235,12 +235,12 @@ def bench_scenario(scenario: Scenario) -> Scenario:
     return scenario
 
 
-def _make_parts(scenario: Scenario, moving: Sequence[str]) -> _Parts:
+def _make_parts(scenario: Scenario, moving: Sequence[str]) -> _BenchParts:
     placed = scenario.models, scenario.gravity, scenario.arm
     scene = add_plant(DiagramBuilder(), scenario.plant_config, *placed, visuals=False, directives=scenario.directives)
     if not scene.fingers:
         raise InputError("scenario", "models", [m.file for m in scenario.models], "there is no <finger> in them")
-    parts = _Parts(DiagramBuilder(), scenario.sensor.period)
+    parts = _BenchParts(DiagramBuilder(), scenario.sensor.period)
     nominal = read_nominal_model(scenario.nominal)
     gravity = np.array(scenario.gravity)
     measured = {}
@@ -257,7 +257,7 @@ def _make_parts(scenario: Scenario, moving: Sequence[str]) -> _Parts:
     return parts
 
 
-def _add_measured(parts: _Parts, finger: PlantFinger, moves: bool) -> Ports:
+def _add_measured(parts: _BenchParts, finger: PlantFinger, moves: bool) -> Ports:
     """Measurements of a finger, held for a period."""
     name = finger.name
     own = finger.finger
@@ -278,7 +278,7 @@ def _add_measured(parts: _Parts, finger: PlantFinger, moves: bool) -> Ports:
     return measured
 
 
-def _add_instrument(parts: _Parts, name: str) -> None:
+def _add_instrument(parts: _BenchParts, name: str) -> None:
     """Adds the value of an instrument and its location along the finger, which no block reads."""
     unit = SI[name.rpartition(".measured_")[2]]
     held = HeldInput(parts.period, 2, (unit, "m"), instrument=("value", "place"))
@@ -286,7 +286,7 @@ def _add_instrument(parts: _Parts, name: str) -> None:
     parts.measured.append(name)
 
 
-def _add_grip(parts: _Parts, fingers: Sequence[PlantFinger], scenario: Scenario) -> None:
+def _add_grip(parts: _BenchParts, fingers: Sequence[PlantFinger], scenario: Scenario) -> None:
     """Adds the width of the held object, if contact is detected, and grip control, if the scenario closes the loop."""
     if scenario.estimator.contact_threshold is not None:
         gripper = find_gripper(fingers, "estimator.contact_threshold")

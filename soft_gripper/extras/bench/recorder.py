@@ -19,7 +19,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.diagrams.provenance import provenance
 from soft_gripper.diagrams.recording import make_recording
 from soft_gripper.diagrams.signal_labels import labels_of
-from soft_gripper.diagrams.signal_sources import Logged, Samples
+from soft_gripper.diagrams.signal_sources import LoggedPort, Samples
 from soft_gripper.errors import InputError
 from soft_gripper.extras.bench.bench import Bench
 from soft_gripper.extras.bench.threads import LINGER, write_all
@@ -33,7 +33,7 @@ _NUMBER_TYPE = np.dtype(">f8")  # netCDF 3 is big-endian
 _ROW_COUNT_OFFSET = 4  # bytes before the number of rows in a header
 
 
-class Layout(NamedTuple):
+class RowLayout(NamedTuple):
     """Layout of the rows of a recording."""
 
     signals: list[str]  # of a bench
@@ -41,7 +41,7 @@ class Layout(NamedTuple):
     order: NDArray[np.int_]  # in which time, signals, number and time of the reading make a row
 
 
-def recording_layout(bench: Bench, signals: Sequence[str]) -> Layout:
+def recording_layout(bench: Bench, signals: Sequence[str]) -> RowLayout:
     """The layout of recordings that have these signals of a bench.
 
     It is read from files of one and two rows, whose numbers are their places.
@@ -54,7 +54,7 @@ def recording_layout(bench: Bench, signals: Sequence[str]) -> Layout:
     with TemporaryDirectory(prefix="soft-gripper-") as folder:
         for rows in (1, 2):
             numbers = {i: np.tile(part, (rows, 1)) for i, part in enumerate(places[1:])}
-            sources = {name: Logged(i) for i, name in enumerate(described)}
+            sources = {name: LoggedPort(i) for i, name in enumerate(described)}
             recording = make_recording(labels_of(described), Samples(sources, np.zeros(rows), numbers), about)
             path = Path(folder) / "layout.nc"
             recording.data.to_netcdf(path, engine="scipy", format="NETCDF3_64BIT", unlimited_dims=["time"])
@@ -63,13 +63,13 @@ def recording_layout(bench: Bench, signals: Sequence[str]) -> Layout:
     assert len(files[1]) - len(files[0]) == row, "a row has these numbers alone"
     header = bytearray(files[0][:-row])
     header[_ROW_COUNT_OFFSET : _ROW_COUNT_OFFSET + 4] = bytes(4)
-    return Layout([*signals], bytes(header), np.frombuffer(files[0][-row:], _NUMBER_TYPE).astype(int))
+    return RowLayout([*signals], bytes(header), np.frombuffer(files[0][-row:], _NUMBER_TYPE).astype(int))
 
 
 class Recorder:
     """Writes signals of a bench at every sample, in a thread of its own; counts samples that the disk cannot take."""
 
-    def __init__(self, bench: Bench, layout: Layout, path: Path):
+    def __init__(self, bench: Bench, layout: RowLayout, path: Path):
         """`path` is that of a new file.
 
         Raises:

@@ -21,7 +21,7 @@ Row = Mapping[str, str]  # cells of a run by column
 
 
 @dataclass(frozen=True)
-class Score:
+class DesignScore:
     """Summary of the runs of a design.
 
     held: runs in which the object is held, of `runs`.
@@ -48,17 +48,17 @@ class Design:
 
     number: int
     values: Mapping[str, Any]
-    score: Score
+    score: DesignScore
 
 
-def score(rows: Sequence[Row], ends: Sequence[EndConfig], limits: Mapping[str, LimitConfig]) -> Score:
+def score(rows: Sequence[Row], ends: Sequence[EndConfig], limits: Mapping[str, LimitConfig]) -> DesignScore:
     """The score of a design from the measures of its runs; a run that failed has none."""
     held, end_values = ends_of(rows, ends)
     excess = {GRASP: 1 - len(held) / len(rows)}
     for name, limit in limits.items():
         excess |= _excess(name, limit, numbers_in([row[name] for row in held]))
     excess |= {f"{end.measure} is known": 1.0 for end, value in zip(ends, end_values, strict=True) if math.isnan(value)}
-    return Score(len(held), len(rows), end_values, excess)
+    return DesignScore(len(held), len(rows), end_values, excess)
 
 
 def ends_of(rows: Sequence[Row], ends: Sequence[EndConfig]) -> tuple[list[Row], tuple[float, ...]]:

@@ -21,7 +21,7 @@ from scipy.stats import qmc
 from soft_gripper.errors import InputError
 from soft_gripper.extras.design.measures import OWN
 from soft_gripper.extras.design.mould import least_wall
-from soft_gripper.extras.design.ranking import Design, Row, Score, best, costs, pareto_front, score
+from soft_gripper.extras.design.ranking import Design, DesignScore, Row, best, costs, pareto_front, score
 from soft_gripper.extras.design.search import Designs, searched_designs
 from soft_gripper.extras.design.study_file import DesignStudy, with_shares
 from soft_gripper.registry import Registry
@@ -162,7 +162,7 @@ class _Runs(ScenarioRuns):
         self.begin_runs(self._scenario, resume, "optuna", study=asdict(study.config))
         self.changes: dict[tuple[str, ...], Mapping[str, Any]] = {}
 
-    def scores(self, designs: Designs) -> list[Score]:
+    def scores(self, designs: Designs) -> list[DesignScore]:
         """The scores of designs in the search; those that cannot be moulded are not run."""
         config = self._study.config
         refused = {number: refusal(self._study, values) for number, values in designs.items()}
@@ -218,16 +218,16 @@ def _check_measures(study: DesignStudy, available: Sequence[str]) -> None:
         measures.find(name, place, study.file)
 
 
-def refusal(study: DesignStudy, values: Mapping[str, Any]) -> Score | None:
+def refusal(study: DesignStudy, values: Mapping[str, Any]) -> DesignScore | None:
     """Refuses a design before its simulation if its fingers cannot be built or their walls are too thin; else None."""
     try:
         scenario = changed_scenario(study.scenario, {**study.fixed, **values})
         fingers = [mounted.finger for model in scenario.models for mounted in mounted_fingers(model, model.name)]
     except InputError as error:
-        return Score(refused=str(error))
+        return DesignScore(refused=str(error))
     wall = study.config.wall
     least = min(map(least_wall, fingers), default=inf)
     if wall is None or least >= wall:
         return None
     reason = f"a wall of {1e3 * least:.2f} mm, below {1e3 * wall:g} mm"
-    return Score(refused=reason, excess={"wall": 1 - least / wall})
+    return DesignScore(refused=reason, excess={"wall": 1 - least / wall})

@@ -44,7 +44,7 @@ from soft_gripper.extras.export.actuation import (
     chamber_names,
     make_commands,
 )
-from soft_gripper.extras.export.mjcf_contact import Surface, contact_settings
+from soft_gripper.extras.export.mjcf_contact import ShapeSurface, contact_settings
 from soft_gripper.extras.export.reach import Ball, ShapeRange, extent, may_touch, reaches
 from soft_gripper.extras.export.tree import (
     axis_of,
@@ -114,7 +114,7 @@ class Pair(NamedTuple):
 
     name: str
     models: tuple[str, str]  # to which they belong
-    surfaces: tuple[Surface, Surface]
+    surfaces: tuple[ShapeSurface, ShapeSurface]
 
 
 def station_mjcf(station: Station, time_step: float, is_explicit: bool, listed: Collection[str] = ()) -> Mjcf:
@@ -327,7 +327,7 @@ class _Writer:
             Ball(ball.center, ball.radius + extent(shape, X_BG)), shape, X_WG if ball.radius == 0 else None
         )
 
-    def _surfaces(self) -> list[Surface]:
+    def _surfaces(self) -> list[ShapeSurface]:
         """The surfaces of all shapes."""
         frictions = [
             self._property(geometry, "coulomb_friction", CoulombFriction()).static_friction()
@@ -336,7 +336,7 @@ class _Writer:
         stiffnesses = [self._property(geometry, "point_contact_stiffness", np.inf) for geometry in self._geoms]
         compliances = [1 / stiffness if stiffness < _RIGID_STIFFNESS else 0.0 for stiffness in stiffnesses]
         moved = [self._mobilities[self._body_of(geometry).index()] for geometry in self._geoms]
-        return list(map(Surface, frictions, compliances, moved))
+        return list(map(ShapeSurface, frictions, compliances, moved))
 
     def _property(self, geometry: GeometryId, name: str, default: Any) -> Any:
         return self._inspector.GetProximityProperties(geometry).GetPropertyOrDefault("material", name, default)

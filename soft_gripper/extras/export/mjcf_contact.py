@@ -39,7 +39,7 @@ _MASK_BITS = 31  # of a mask
 _PATCH_RADIUS = 4e-3  # m, radius over which a link touches, shared by its points; 35 to 90 mm^2 in the shipped grasps
 
 
-class Surface(NamedTuple):
+class ShapeSurface(NamedTuple):
     """Properties of one of two shapes, on which their contact depends."""
 
     friction: float
@@ -47,17 +47,17 @@ class Surface(NamedTuple):
     mobility: float  # of its body, 1/kg
 
 
-class Touch(NamedTuple):
+class DampedContact(NamedTuple):
     """A contact, critically damped."""
 
     friction: float
     time: float  # constant, s
 
 
-def touch(one: Surface, other: Surface) -> Touch:
+def touch(one: ShapeSurface, other: ShapeSurface) -> DampedContact:
     """The contact of two surfaces as in Drake."""
     compliance, mobility = one.compliance + other.compliance, one.mobility + other.mobility
-    return Touch(combined_friction(one.friction, other.friction), _time(compliance, mobility))
+    return DampedContact(combined_friction(one.friction, other.friction), _time(compliance, mobility))
 
 
 class Skin(NamedTuple):
@@ -70,33 +70,33 @@ class Skin(NamedTuple):
 class StatedContact(NamedTuple):
     """Attributes of a shape that state its contacts."""
 
-    touch: Touch
+    touch: DampedContact
     weight: float  # of its time constant
 
 
-def stated_contact(surface: Surface, skin: Skin) -> StatedContact:
+def stated_contact(surface: ShapeSurface, skin: Skin) -> StatedContact:
     """Attributes of a shape where the usual skin touches it."""
     if surface.compliance == 0:
-        return StatedContact(Touch(combined_friction(surface.friction, skin.friction), _RIGID_TIME), 0.0)
+        return StatedContact(DampedContact(combined_friction(surface.friction, skin.friction), _RIGID_TIME), 0.0)
     mobility = max(surface.mobility, _FIXED_SKIN_MOBILITY * skin.mobility)
     weight = mobility**0.75 * surface.compliance**0.25
-    return StatedContact(Touch(surface.friction, _time(surface.compliance, mobility)), weight)
+    return StatedContact(DampedContact(surface.friction, _time(surface.compliance, mobility)), weight)
 
 
-def mixed(one: StatedContact, other: StatedContact) -> Touch:
+def mixed(one: StatedContact, other: StatedContact) -> DampedContact:
     """The contact that MuJoCo mixes from the attributes of two shapes."""
     share = 0.5 if one.weight == other.weight else one.weight / (one.weight + other.weight)
     time = share * one.touch.time + (1 - share) * other.touch.time
-    return Touch(max(one.touch.friction, other.touch.friction), time)
+    return DampedContact(max(one.touch.friction, other.touch.friction), time)
 
 
-def usual_skin(surfaces: Sequence[Surface]) -> Skin:
+def usual_skin(surfaces: Sequence[ShapeSurface]) -> Skin:
     """The medians of all skins."""
     skins = [Skin(surface.friction, surface.mobility) for surface in surfaces if surface.compliance > 0]
     return Skin(*np.median(skins, axis=0).tolist()) if skins else Skin(1.0, 0.0)
 
 
-def is_alike(wanted: Touch, actual: Touch, tolerance: float) -> bool:
+def is_alike(wanted: DampedContact, actual: DampedContact, tolerance: float) -> bool:
     """Whether two contacts have the same friction, and a stiffness that differs by a fraction of less than this."""
     is_stiff = abs((wanted.time / actual.time) ** 2 - 1) < tolerance
     return is_stiff and abs(wanted.friction - actual.friction) < 1e-9
@@ -121,7 +121,7 @@ class ContactSettings(NamedTuple):
 
 
 def contact_settings(
-    surfaces: Sequence[Surface],
+    surfaces: Sequence[ShapeSurface],
     candidates: Sequence[tuple[int, int]],
     filtered: Container[tuple[int, int]],
     points: int,
@@ -159,7 +159,9 @@ def contact_settings(
     return ContactSettings(geoms, pairs)
 
 
-def _pair_attributes(one: Surface, other: Surface, *shapes: StatedContact, points: int) -> tuple[bool, dict[str, str]]:
+def _pair_attributes(
+    one: ShapeSurface, other: ShapeSurface, *shapes: StatedContact, points: int
+) -> tuple[bool, dict[str, str]]:
     """Whether MuJoCo mixes the attributes of two shapes to their right contact, and this as attributes of a pair."""
     wanted = touch(one, other)
     skins = (one.compliance > 0) + (other.compliance > 0)
@@ -167,7 +169,7 @@ def _pair_attributes(one: Surface, other: Surface, *shapes: StatedContact, point
     return is_mixed, _attributes(wanted, skins > 0, 2, points)
 
 
-def friction_of(contact: Touch, directions: int, points: int) -> list[float]:
+def friction_of(contact: DampedContact, directions: int, points: int) -> list[float]:
     """Coefficients of friction of a contact in MuJoCo: sliding in `directions` directions, turning and rolling.
 
     A contact resists turning as pressure that is even over a patch does.
@@ -176,7 +178,7 @@ def friction_of(contact: Touch, directions: int, points: int) -> list[float]:
     return [*[contact.friction] * directions, float(torsion), *[1e-4] * directions]
 
 
-def _attributes(contact: Touch, is_skin: bool, directions: int, points: int) -> dict[str, str]:
+def _attributes(contact: DampedContact, is_skin: bool, directions: int, points: int) -> dict[str, str]:
     """A contact as attributes; that of a skin resists turning too."""
     friction = friction_of(contact, directions, points)
     settings = {"friction": text(friction), "solref": text([contact.time, 1]), "condim": "4" if is_skin else "3"}

@@ -36,7 +36,7 @@ class RandomObject:
 
 
 @dataclass(frozen=True)
-class Variation(RandomObject):
+class TrialVariation(RandomObject):
     """The differences of a trial from its scenario: the object, and its reported minus its true pose."""
 
     error_x_mm: float
@@ -49,7 +49,7 @@ def random_numbers(seed: int, scenario: str, trial: int) -> np.random.Generator:
     return np.random.default_rng([seed, trial, *scenario.encode()])
 
 
-def draw(rng: np.random.Generator, ranges: TrialsConfig) -> Variation:
+def draw(rng: np.random.Generator, ranges: TrialsConfig) -> TrialVariation:
     """A variation with uniformly distributed components."""
     x, y, yaw = rng.uniform(-1.0, 1.0, 3) * (1e3 * ranges.offset, 1e3 * ranges.offset, np.degrees(ranges.yaw))
     spans = (1e3 * np.array(ranges.mass), np.array(ranges.friction), 1 + ranges.size * np.array([-1.0, 1.0]))
@@ -57,10 +57,10 @@ def draw(rng: np.random.Generator, ranges: TrialsConfig) -> Variation:
     offset = 1e3 * ranges.offset_error
     turn = np.degrees(ranges.yaw_error)
     error = rng.uniform(-1.0, 1.0, 3) * (offset, offset, turn)
-    return Variation(*map(float, (x, y, yaw, *others, *error)))
+    return TrialVariation(*map(float, (x, y, yaw, *others, *error)))
 
 
-def vary(scenario: Scenario, rng: np.random.Generator) -> tuple[Scenario, Variation]:
+def vary(scenario: Scenario, rng: np.random.Generator) -> tuple[Scenario, TrialVariation]:
     """A random variation of a scenario, and the draw; see `varied`. Sensor errors are redrawn as well."""
     _object(scenario)
     variation = draw(rng, cast(Varied, scenario.task).trials)
@@ -69,7 +69,7 @@ def vary(scenario: Scenario, rng: np.random.Generator) -> tuple[Scenario, Variat
     return variant, variation
 
 
-def varied(scenario: Scenario, variation: Variation) -> Scenario:
+def varied(scenario: Scenario, variation: TrialVariation) -> Scenario:
     """A scenario with another object and reported pose. The lowest point keeps its height at start and goal.
 
     Raises:
@@ -109,8 +109,8 @@ def _keep_height(X_WO: RigidTransform, vertices: Array, growth: float) -> RigidT
 
 
 @dataclass(frozen=True)
-class Details(Variation):
-    """The random draw of a trial, see Variation, and the final pose of its object; NaN: unknown.
+class Details(TrialVariation):
+    """The random draw of a trial, see TrialVariation, and the final pose of its object; NaN: unknown.
 
     x_mm, y_mm, yaw_deg: true initial pose of the object, relative to that in the scenario.
     reported_...: pose reported to the task, relative to the same; error_...: reported minus true pose.

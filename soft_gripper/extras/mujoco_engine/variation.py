@@ -20,7 +20,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.simulation import build_key, fingerprint
 from soft_gripper.extras.export.mjcf import Mjcf
-from soft_gripper.extras.export.mjcf_contact import Surface, friction_of, touch
+from soft_gripper.extras.export.mjcf_contact import ShapeSurface, friction_of, touch
 from soft_gripper.scenario.schema import ModelConfig, PoseErrorConfig, Scenario, TaskConfig
 
 if TYPE_CHECKING:  # it is optional
@@ -151,11 +151,15 @@ def varied(
 
 
 def _contact(
-    models: tuple[str, str], surfaces: tuple[Surface, Surface], of: Variation, growth: Mapping[str, float], points: int
+    models: tuple[str, str],
+    surfaces: tuple[ShapeSurface, ShapeSurface],
+    of: Variation,
+    growth: Mapping[str, float],
+    points: int,
 ) -> tuple[list[float], float]:
     """Friction and time constant of a pair of shapes of two models that differ."""
     one, other = (
-        Surface(
+        ShapeSurface(
             of.frictions.get(name, surface.friction),
             1 / of.stiffnesses[name] if name in of.stiffnesses else surface.compliance,
             surface.mobility / growth.get(name, 1.0),

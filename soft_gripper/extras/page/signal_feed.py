@@ -15,7 +15,7 @@ _RETRY_PERIOD = 2.0  # s until another follows, since messages may be lost
 
 
 @dataclass
-class _Reader:
+class _ListenerState:
     """A listener's signals, and its unseen messages."""
 
     signals: frozenset[str]
@@ -44,7 +44,7 @@ class SignalFeed:
     def __init__(self, signals: Iterable[str], clock: Callable[[], float] = time.monotonic) -> None:
         """`signals` are the names of the signals that can be requested; `clock` gives the time, s."""
         self.signals = frozenset(signals)
-        self._readers: dict[Listener, _Reader] = {}
+        self._readers: dict[Listener, _ListenerState] = {}
         self._lock, self._clock, self._number = Lock(), clock, 0
 
     def listen(self, listener: Listener, signals: Collection[str] = ()) -> None:
@@ -54,7 +54,7 @@ class SignalFeed:
         the signals requested; what is not a finite number is null.
         """
         with self._lock:
-            self._readers.setdefault(listener, _Reader(frozenset())).signals = frozenset(signals)
+            self._readers.setdefault(listener, _ListenerState(frozenset())).signals = frozenset(signals)
 
     def see(self, listener: Listener, number: int) -> None:
         """Confirms that a listener has seen the messages up to a number."""

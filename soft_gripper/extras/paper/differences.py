@@ -90,7 +90,7 @@ POSE, TIP = "pose_error_mm", "tip_error_mm"
 
 
 @dataclass(frozen=True)
-class Difference:
+class PaperDifference:
     """One subject: the paper's result, the result here, and the reason."""
 
     subject: str
@@ -105,7 +105,7 @@ def held_tip_errors(scenario: Scenario, recording: Recording, finger: Finger) ->
     return q.sum(axis=-1), tip_errors(finger, q)
 
 
-def differences(rows: Sequence[PoseRow], free: str, contact: Sequence[str], errors: TipErrors) -> list[Difference]:
+def differences(rows: Sequence[PoseRow], free: str, contact: Sequence[str], errors: TipErrors) -> list[PaperDifference]:
     """All differences of this evaluation from the paper's.
 
     Args:
@@ -117,10 +117,10 @@ def differences(rows: Sequence[PoseRow], free: str, contact: Sequence[str], erro
     return [_fingertip(rows, free, errors), _gains(rows, contact), _flattening(rows, contact)]
 
 
-def _fingertip(rows: Sequence[PoseRow], free: str, errors: TipErrors) -> Difference:
+def _fingertip(rows: Sequence[PoseRow], free: str, errors: TipErrors) -> PaperDifference:
     tip = mean_errors(rows, free, TIP)
     starts = 1e3 * errors.starts.mean(axis=-1)
-    return Difference(
+    return PaperDifference(
         "Fingertip in free bending",
         "The error hardly depends on the number of sensors.",
         f"It falls: {_list(tip)} mm with 1 to {len(tip)} sensors per side.",
@@ -131,10 +131,10 @@ def _fingertip(rows: Sequence[PoseRow], free: str, errors: TipErrors) -> Differe
     )
 
 
-def _gains(rows: Sequence[PoseRow], contact: Sequence[str]) -> Difference:
+def _gains(rows: Sequence[PoseRow], contact: Sequence[str]) -> PaperDifference:
     pose, tip = (largest_gain(rows, contact, 2, 4, error) for error in (POSE, TIP))
     left = np.max([mean_errors(rows, name, POSE)[1] for name in contact])
-    return Difference(
+    return PaperDifference(
         "Gain from two to four sensors, in contact",
         f"{PAPER_POSE_GAIN} mm (pose) and {PAPER_TIP_GAIN} mm (fingertip).",
         f"Up to {pose:.1f} mm (pose) and {tip:.1f} mm (fingertip), at the step that gains most.",
@@ -143,9 +143,9 @@ def _gains(rows: Sequence[PoseRow], contact: Sequence[str]) -> Difference:
     )
 
 
-def _flattening(rows: Sequence[PoseRow], contact: Sequence[str]) -> Difference:
+def _flattening(rows: Sequence[PoseRow], contact: Sequence[str]) -> PaperDifference:
     gains = -np.diff([mean_errors(rows, name, POSE) for name in contact], axis=-1)
-    return Difference(
+    return PaperDifference(
         "Gain of each further sensor, in contact",
         "Four sensors still gain much over two, as above.",
         f"Gains flatten beyond two: up to {_list(gains.max(axis=0))} mm of mean pose error with the second, third and"

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from soft_gripper.arrays import Array
 from soft_gripper.extras.paper.claims import Claim, verdict
 from soft_gripper.extras.paper.contact_table import ContactRow, contact_summary
-from soft_gripper.extras.paper.differences import Difference, TipErrors
+from soft_gripper.extras.paper.differences import PaperDifference, TipErrors
 from soft_gripper.extras.paper.pose_rows import estimator_rows, mean_errors
 from soft_gripper.files.output import atomic_file
 from soft_gripper.pictures.style import STYLE, estimator_style, section_style
@@ -36,7 +36,7 @@ class Evaluation:
     forces: list[ForceRow]
     claims: list[Claim]
     contacts: list[ContactRow] = field(default_factory=list)
-    differences: list[Difference] = field(default_factory=list)
+    differences: list[PaperDifference] = field(default_factory=list)
     phases: list[PhaseRow] = field(default_factory=list)  # of the task
     outcome: str = ""  # of the task, in words
 
@@ -87,7 +87,7 @@ def _claim(claim: Claim) -> str:
     return f'<tr class="claim">{cells}<td class="text">{escape(claim.number)}</td></tr>'
 
 
-def _difference(row: Difference) -> str:
+def _difference(row: PaperDifference) -> str:
     cells = "".join(f'<td class="text">{escape(text)}</td>' for text in astuple(row))
     return f'<tr class="difference">{cells}</tr>'
 

@@ -29,7 +29,7 @@ _JOG_RANGE = 0.6  # of the tool about its start, as a fraction of its distance f
 
 
 @dataclass(frozen=True)
-class Command:
+class SliderCommand:
     """An input port of a station, and the sliders that set it."""
 
     port: str
@@ -37,7 +37,7 @@ class Command:
     value: Callable[[Sequence[float]], Any]  # of the port, from the values of the sliders
 
 
-def commands_of(station: StationParts) -> list[Command]:
+def commands_of(station: StationParts) -> list[SliderCommand]:
     """The commands of a station of an `open_scenario`, in the order in which they are shown."""
     if "grip.set_point" in station.inputs:
         straight = find_gripper(station.fingers, "play").opening(
@@ -49,7 +49,7 @@ def commands_of(station: StationParts) -> list[Command]:
     return grip if station.arm is None else [*grip, _tool_command(station.arm)]
 
 
-def _drive_commands(station: StationParts) -> Iterator[Command]:
+def _drive_commands(station: StationParts) -> Iterator[SliderCommand]:
     """The pressures of the chambers and the commands of the tendons of each finger; the first sliders have keys."""
     keys = chain(FINGER_KEYS, repeat(NO_KEYS))
     supply, tendons = station.scenario.pressure, station.scenario.tendons
@@ -58,13 +58,13 @@ def _drive_commands(station: StationParts) -> Iterator[Command]:
         if finger.finger.pressures:
             names = [" ".join(filter(None, (finger.name, chamber, "[kPa]"))) for chamber in chambers]
             pushing = tuple(pressure_slider(name, supply, next(keys)) for name in names)
-            yield Command(f"{finger.name}.pressure_command", pushing, partial(_scaled, 1e3))
+            yield SliderCommand(f"{finger.name}.pressure_command", pushing, partial(_scaled, 1e3))
         pulling = tuple(
             _tendon_slider(f"{finger.name} {tendon.name}", tendons, next(keys)) for tendon in finger.finger.tendons
         )
         if pulling:
             scale = 1.0 if tendons.command == "tension" else 1e-3
-            yield Command(f"{finger.name}.{tendons.command}_command", pulling, partial(_scaled, scale))
+            yield SliderCommand(f"{finger.name}.{tendons.command}_command", pulling, partial(_scaled, scale))
 
 
 def _scaled(scale: float, values: Sequence[float]) -> list[float]:
@@ -84,15 +84,15 @@ def pressure_slider(name: str, supply: PressureConfig, keys: Keys) -> Slider:
     return Slider(name, low, high, _PRESSURE_STEP, min(max(0.0, low), high), keys)
 
 
-def _opening_command(straight: float) -> Command:
+def _opening_command(straight: float) -> SliderCommand:
     """Command of the opening; `straight` is that of straight fingers, m."""
     slider = Slider(
         "opening [mm]", 0.0, round(1e3 * _MAX_OPENING_RATIO * straight), _OPENING_STEP, 1e3 * straight, ALL_KEYS
     )
-    return Command("grip.set_point", (slider,), lambda values: [values[0] / 1e3])
+    return SliderCommand("grip.set_point", (slider,), lambda values: [values[0] / 1e3])
 
 
-def _tool_command(arm: Arm) -> Command:
+def _tool_command(arm: Arm) -> SliderCommand:
     """Command of x, y, z of the tool in the world, and of its rotation about the vertical from the start."""
     context = arm.plant.CreateDefaultContext()
     arm.plant.SetPositions(context, arm.home)
@@ -107,7 +107,7 @@ def _tool_command(arm: Arm) -> Command:
         for axis, center, keys in zip("xyz", home, TOOL_KEYS, strict=False)
     )
     yaw = Slider("tool yaw [deg]", -180.0, 180.0, _YAW_STEP, 0.0, TOOL_KEYS[3])
-    return Command(f"{arm.name}.X_WTool", (*places, yaw), lambda values: tool_pose(values, X_WTool.rotation()))
+    return SliderCommand(f"{arm.name}.X_WTool", (*places, yaw), lambda values: tool_pose(values, X_WTool.rotation()))
 
 
 def _whole(low: float, high: float) -> tuple[float, float]:

@@ -10,10 +10,10 @@ import pytest
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.extras.export.mjcf import to_mjcf
 from soft_gripper.extras.export.mjcf_contact import (
+    DampedContact,
+    ShapeSurface,
     Skin,
     StatedContact,
-    Surface,
-    Touch,
     contact_settings,
     masks,
     mixed,
@@ -23,14 +23,14 @@ from soft_gripper.extras.export.mjcf_contact import (
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.truth.contact import combined_friction
 
-SKIN = Surface(0.9, 1e-3, 80.0)
+SKIN = ShapeSurface(0.9, 1e-3, 80.0)
 TIP, ROOT, FIXED = (
     SKIN._replace(mobility=200.0, compliance=2e-3),
     SKIN._replace(mobility=40.0),
     SKIN._replace(mobility=0),
 )
 USUAL = Skin(SKIN.friction, SKIN.mobility)
-BOX, TABLE, PALM = Surface(0.8, 0.0, 20.0), Surface(0.5, 0.0, 0.0), Surface(1.0, 0.0, 0.0)
+BOX, TABLE, PALM = ShapeSurface(0.8, 0.0, 20.0), ShapeSurface(0.5, 0.0, 0.0), ShapeSurface(1.0, 0.0, 0.0)
 
 
 def stiffness(of):
@@ -58,7 +58,7 @@ def test_a_contact_has_the_stiffness_of_its_skin():
 
 def test_mixing_is_that_of_mujoco():
     mujoco = pytest.importorskip("mujoco")
-    one, other = StatedContact(Touch(0.7, 0.01), 3.0), StatedContact(Touch(0.5, 0.02), 1.0)
+    one, other = StatedContact(DampedContact(0.7, 0.01), 3.0), StatedContact(DampedContact(0.5, 0.02), 1.0)
     geoms = "".join(
         f'<body pos="0 0 {z}"><freejoint/><geom size="0.1" friction="{s.touch.friction}" solmix="{s.weight}" '
         f'solref="{s.touch.time} 1"/></body>'
