@@ -49,7 +49,8 @@ def make_arm(
         InputError: if it does not carry the fingers.
     """
     index = [model.name for model in models].index(arm.model)
-    config, gripper = models[index], gripper_model(models, arm.model, fingers)
+    config = models[index]
+    gripper = gripper_model(models, arm.model, fingers)
     alone = MultibodyPlant(0.0)
     alone.mutable_gravity_field().set_gravity_vector(plant.gravity_field().gravity_vector())
     X_WBase = own_frame(plant, config, f"models[{index}]").CalcPoseInWorld(plant.CreateDefaultContext())
@@ -80,16 +81,16 @@ def gripper_model(models: Sequence[ModelConfig], arm: str, fingers: Sequence[Pla
     Raises:
         InputError: if the fingers are not attached to the arm, or are attached through several models.
     """
-    of_name = {model.name: model for model in models}
+    models_by_name = {model.name: model for model in models}
     tips = {finger.model_name for finger in fingers} or {model.name for model in carried_models(models, arm)[:1]}
     welded = set()
     for name in tips:
-        while name in of_name and of_name[name].parent.rpartition("::")[0] != arm:
-            name = of_name[name].parent.rpartition("::")[0]
+        while name in models_by_name and models_by_name[name].parent.rpartition("::")[0] != arm:
+            name = models_by_name[name].parent.rpartition("::")[0]
         welded.add(name)
-    if len(welded) != 1 or not welded <= set(of_name):
+    if len(welded) != 1 or not welded <= set(models_by_name):
         raise InputError("arm", "model", arm, f"does not carry the gripper; weld the gripper to it: parent: {arm}::...")
-    return of_name[welded.pop()]
+    return models_by_name[welded.pop()]
 
 
 def _inertia(plant: MultibodyPlant, gripper: ModelConfig, carried: Sequence[ModelConfig]) -> SpatialInertia:
@@ -123,13 +124,13 @@ def add_arm_control(builder: DiagramBuilder, plant: MultibodyPlant, arm: Arm) ->
     _set_gains(plant, arm)
     compensation = builder.AddNamedSystem(f"{arm.name}.gravity_compensation", GravityCompensation(arm.plant))
     builder.Connect(plant.get_state_output_port(arm.model), compensation.get_input_port())
-    of_actuators = _actuator_rows(plant, arm)
+    actuator_rows = _actuator_rows(plant, arm)
     leading = np.eye(len(arm.couplings.offset))[arm.couplings.leads]
-    torque = builder.AddNamedSystem(f"{arm.name}.torque", MatrixGain(of_actuators @ arm.couplings.matrix.T))
+    torque = builder.AddNamedSystem(f"{arm.name}.torque", MatrixGain(actuator_rows @ arm.couplings.matrix.T))
     builder.Connect(compensation.get_output_port(), torque.get_input_port())
     builder.Connect(torque.get_output_port(), plant.get_actuation_input_port(arm.model))
     desired = builder.AddNamedSystem(
-        f"{arm.name}.desired", MatrixGain(np.kron(_folded(arm.config), of_actuators @ leading))
+        f"{arm.name}.desired", MatrixGain(np.kron(_position_map(arm.config), actuator_rows @ leading))
     )
     builder.Connect(desired.get_output_port(), plant.get_desired_state_input_port(arm.model))
     return desired.get_input_port()
@@ -147,7 +148,8 @@ def _set_gains(plant: MultibodyPlant, arm: Arm) -> None:
     arm.plant.SetPositions(context, arm.home)
     follow = arm.couplings.matrix
     inertia = np.diag(follow.T @ arm.plant.CalcMassMatrix(context) @ follow)
-    angular_frequency, ratio = 2 * np.pi * arm.config.frequency, arm.config.damping_ratio  # rad/s, 1
+    angular_frequency = 2 * np.pi * arm.config.frequency  # rad/s
+    ratio = arm.config.damping_ratio
     gains = {
         joint.name(): PdControllerGains(p=moment * angular_frequency**2, d=2 * ratio * moment * angular_frequency)
         for joint, moment in zip(_leading(plant, arm), inertia, strict=True)
@@ -157,8 +159,8 @@ def _set_gains(plant: MultibodyPlant, arm: Arm) -> None:
         actuator.set_controller_gains(gains[actuator.joint().name()])
 
 
-def _folded(arm: ArmConfig) -> Array:
-    """Matrix from a desired position and velocity to a position alone for which a PD controller gives the same torque.
+def _position_map(arm: ArmConfig) -> Array:
+    """Matrix from desired position and velocity to the position alone that gives the same PD torque, (2, 2).
 
     Drake's cenic (1.51 and 1.58) applies a desired velocity with the wrong sign, so the desired velocity is zero.
     """

@@ -22,9 +22,10 @@ def add_drive_commands(builder: DiagramBuilder, station: StationParts, drive: Dr
     Raises:
         InputError: if commands are missing or name an unknown finger, or the fingers do not form a gripper.
     """
-    scenario, period = station.scenario, station.scenario.sensor.period
+    scenario = station.scenario
+    period = station.scenario.sensor.period
     steps = {"pressure": scenario.pressure.steps, "tendons": scenario.tendons.steps}
-    drives = {"pressure": drive.supplied, "tendons": drive.pulled}
+    drives = {"pressure": drive.pressure_commands, "tendons": drive.winch_commands}
     for part, commands in drives.items():
         check_steps(part, steps[part], commands)
     check_stiffness(station.fingers, scenario.pressure)
@@ -68,16 +69,19 @@ def grip_supply(scenario: Scenario, gripper: Sequence[PlantFinger], gripping: st
         InputError: if the winches have no limit.
     """
     fingers = [finger.finger for finger in gripper]
-    supply, most, period = scenario.pressure, scenario.tendons.maximum, scenario.sensor.period
+    supply = scenario.pressure
+    most = scenario.tendons.maximum
+    period = scenario.sensor.period
     if gripping == "pressure" and all(finger.pressures == 1 for finger in fingers):
         return Supply(supply.minimum, supply.maximum, period)
     if gripping == "pressure":
-        gains, most = [finger.pressure_gains for finger in fingers], supply.maximum
+        gains = [finger.pressure_gains for finger in fingers]
+        most = supply.maximum
     else:
         gains = [finger.tension_gains for finger in fingers]
     if most is None:
         raise InputError("tendons", "maximum", None, "give it: grip control commands up to that")
-    opens = any((by_way["bending"].sum(axis=-1) < 0).any() for by_way in gains)
+    opens = any((torque_gains["bending"].sum(axis=-1) < 0).any() for torque_gains in gains)
     return Supply(-most if opens else 0.0, most, period)
 
 
@@ -87,7 +91,8 @@ def add_arm(builder: DiagramBuilder, station: StationParts, config: ArmConfig, s
     Raises:
         InputError: if the arm does not carry the gripper, or cannot do the task.
     """
-    scenario, period = station.scenario, station.scenario.sensor.period
+    scenario = station.scenario
+    period = station.scenario.sensor.period
     station.arm = arm = make_arm(station.plant, scenario.models, config, station.fingers)
     desired = add_arm_control(builder, station.plant, arm)
     if scenario.task is not None:

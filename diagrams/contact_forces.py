@@ -24,8 +24,8 @@ from soft_gripper.files.row_table import UNKNOWN, table_text
 if TYPE_CHECKING:  # imported when a signal is read
     import xarray as xr
 
-_TRUE, _ESTIMATED = "true_transverse_force", "transverse_force"
-_ONE_OF = "the recording has neither; record.truth: all records the true force, estimator.type: contact estimates it"
+_TRUE_FORCE, _ESTIMATED_FORCE = "true_transverse_force", "transverse_force"
+_NO_FORCE = "the recording has neither; record.truth: all records the true force, estimator.type: contact estimates it"
 _NO_ESTIMATE = "No contact force was estimated: --set estimator.type=contact estimates it."
 
 
@@ -99,21 +99,21 @@ class ContactForces:
         if not times[0] <= wanted <= times[-1]:
             expected = f"must be from {times[0]:g} to {times[-1]:g} s, as recorded"
             raise InputError("forces", "time", time, expected)
-        return self._at(int(np.argmin(np.abs(times - wanted))))
+        return self._sample_forces(int(np.argmin(np.abs(times - wanted))))
 
     def rows(self) -> list[FingerForce]:
         """The force on each finger at every sample."""
-        return [row for sample in range(self.data.sizes["time"]) for row in self._at(sample)]
+        return [row for sample in range(self.data.sizes["time"]) for row in self._sample_forces(sample)]
 
-    def _at(self, sample: int) -> list[FingerForce]:
+    def _sample_forces(self, sample: int) -> list[FingerForce]:
         now = self.data.isel(time=sample)
         return [self._row(now.isel(finger=finger)) for finger in range(now.sizes["finger"])]
 
     @staticmethod
     def _row(now: "xr.Dataset") -> FingerForce:
-        values = {name: float(now[name]) for name in _UNITS}
-        forces = (value for name, value in values.items() if _UNITS[name] == "N")
-        locations = (1e3 * value for name, value in values.items() if _UNITS[name] == "m")
+        values = {name: float(now[name]) for name in _VARIABLE_UNITS}
+        forces = (value for name, value in values.items() if _VARIABLE_UNITS[name] == "N")
+        locations = (1e3 * value for name, value in values.items() if _VARIABLE_UNITS[name] == "m")
         return FingerForce(str(now["finger"].values), float(now["time"]), *forces, *locations)
 
     def __str__(self) -> str:
@@ -129,28 +129,29 @@ def contact_forces(data: "xr.Dataset") -> ContactForces:
     """
     import xarray as xr
 
-    owners = dict.fromkeys(str(name).rpartition(".")[0] for name in data if _kind(name) in (_TRUE, _ESTIMATED))
+    kinds = _TRUE_FORCE, _ESTIMATED_FORCE
+    owners = dict.fromkeys(str(name).rpartition(".")[0] for name in data if _signal_kind(name) in kinds)
     fingers = [owner for owner in owners if "." not in owner]  # others are further estimates, of `alongside`
     if not fingers:
-        raise InputError("recording", "signal", f"{_TRUE} or {_ESTIMATED}", _ONE_OF)
-    found = [_of_finger(data, finger) for finger in fingers]
+        raise InputError("recording", "signal", f"{_TRUE_FORCE} or {_ESTIMATED_FORCE}", _NO_FORCE)
+    finger_forces = [_finger_forces(data, finger) for finger in fingers]
     variables = {
-        name: (("time", "finger"), np.stack([each[name] for each in found], axis=-1), {"units": unit})
-        for name, unit in _UNITS.items()
+        name: (("time", "finger"), np.stack([forces[name] for forces in finger_forces], axis=-1), {"units": unit})
+        for name, unit in _VARIABLE_UNITS.items()
     }
     return ContactForces(xr.Dataset(variables, {"time": data["time"], "finger": fingers}))
 
 
-_FORCES = "true_transverse", "transverse", "least", "most", "true_closing", "closing", "true_normal", "normal"
-_UNITS = dict.fromkeys(_FORCES, "N")
-_UNITS |= dict.fromkeys(("true_location", "location"), "m")
+_FORCE_NAMES = "true_transverse", "transverse", "least", "most", "true_closing", "closing", "true_normal", "normal"
+_VARIABLE_UNITS = dict.fromkeys(_FORCE_NAMES, "N")
+_VARIABLE_UNITS |= dict.fromkeys(("true_location", "location"), "m")
 
 
-def _kind(name: object) -> str:
+def _signal_kind(name: object) -> str:
     return str(name).rpartition(".")[2]
 
 
-def _of_finger(data: "xr.Dataset", finger: str) -> dict[str, Array]:
+def _finger_forces(data: "xr.Dataset", finger: str) -> dict[str, Array]:
     """The variables of one finger, (T) each."""
 
     def signal(name: str) -> Array:
@@ -168,22 +169,22 @@ def _of_finger(data: "xr.Dataset", finger: str) -> dict[str, Array]:
     if f"{finger}.contact_force_vector" in data:
         closing = signal("contact_force_vector") @ CLOSING
     others = "true_contact_force", "contact_force", "true_contact_arc_length", "contact_arc_length"
-    forces = signal(_TRUE), signal(_ESTIMATED), *band, true_closing, closing, *map(signal, others)
-    return dict(zip(_UNITS, forces, strict=True))
+    forces = signal(_TRUE_FORCE), signal(_ESTIMATED_FORCE), *band, true_closing, closing, *map(signal, others)
+    return dict(zip(_VARIABLE_UNITS, forces, strict=True))
 
 
 def forces_text(rows: Sequence[FingerForce], estimator: str = "") -> str:
-    """A table of forces at one time, without nan; `estimator` says by which they are estimated."""
+    """A table of forces at one time, without nan; `estimator` is the name of their estimator."""
     headings = "finger", "true force [N]", "at [mm]", "estimated [N]", "95 % band [N]", "at [mm]"
     forms = "", *[">"] * (len(headings) - 1)
     cells = [
         [
             row.finger,
-            _known(row.true_transverse_n, ".2f"),
-            _location(row.true_transverse_n, row.true_mm),
-            _known(row.transverse_n, ".2f"),
+            _value_text(row.true_transverse_n, ".2f"),
+            _location_text(row.true_transverse_n, row.true_mm),
+            _value_text(row.transverse_n, ".2f"),
             UNKNOWN if math.isnan(row.least_n) else f"{row.least_n:.2f} to {row.most_n:.2f}",
-            _location(row.transverse_n, row.estimated_mm),
+            _location_text(row.transverse_n, row.estimated_mm),
         ]
         for row in rows
     ]
@@ -193,9 +194,9 @@ def forces_text(rows: Sequence[FingerForce], estimator: str = "") -> str:
     return text if estimator or any(math.isfinite(row.most_n) for row in rows) else f"{text}\n{_NO_ESTIMATE}"
 
 
-def _known(value: float, form: str) -> str:
+def _value_text(value: float, form: str) -> str:
     return UNKNOWN if math.isnan(value) else f"{value:z{form}}"
 
 
-def _location(force: float, location: float) -> str:
-    return "no contact" if force == 0 else _known(location, ".0f")
+def _location_text(force: float, location: float) -> str:
+    return "no contact" if force == 0 else _value_text(location, ".0f")

@@ -41,8 +41,8 @@ def set_initial_position(
     for name, position in given.items():
         joint = joints.get(name)
         if joint is None or joint.num_positions() == 0:
-            known = ", ".join(name for name, each in joints.items() if each.num_positions() and name not in following)
-            expected = f"no joint that moves has this name; known: {known or 'none'}"
+            moving = (name for name, joint in joints.items() if joint.num_positions() and name not in following)
+            expected = f"no joint that moves has this name; known: {', '.join(moving) or 'none'}"
             raise InputError(where, f"initial_position.{name}", [*position], expected)
         low, high = joint.position_lower_limits(), joint.position_upper_limits()
         if len(position) != len(low):

@@ -1,4 +1,4 @@
-"""A model of a scenario in the plant: its file read, fingers in it expanded, what the scenario says of it applied."""
+"""Loads a model of a scenario into the plant: reads its file, expands its fingers, applies the scenario's changes."""
 
 import logging
 import os
@@ -41,8 +41,8 @@ from soft_gripper.scenario.model_files import model_path
 from soft_gripper.scenario.schema import ArmConfig, ModelConfig
 
 _LOGGER = logging.getLogger(__name__)
-_LONGEST_STEP = 0.01  # s; a longer one may be an oversight, and is refused if explicit springs are unstable
-_LONGEST_FINGER = 1.0  # m
+_MAX_STEP = 0.01  # s; a longer one may be an oversight, and is refused if explicit springs are unstable
+_MAX_FINGER_LENGTH = 1.0  # m
 
 
 class LoadedModel(NamedTuple):
@@ -75,13 +75,17 @@ def load_model(
     if config.self_contact and points is not None:
         expected = "leave it out with contact: points: these lie under the skin, and would meet too late"
         raise InputError(where, "self_contact", True, expected)
-    stands, limits = not config.free and config.parent == "world", {} if arm is None else arm.limits
-    file, options, fingers = ModelFile(path), import_options(config, where, arm is not None), tuple[Finger, ...]()
+    stands = not config.free and config.parent == "world"
+    limits = {} if arm is None else arm.limits
+    file = ModelFile(path)
+    options = import_options(config, where, arm is not None)
+    fingers = tuple[Finger, ...]()
     is_urdf = has_form(file, "URDF")
     with drake_reads(where, "file", config.file, file):
         if is_urdf:
-            expanded = _expanded(plant, path, config, where, visuals, points)
-            file.root, fingers = deepcopy(expanded.robot), expanded.fingers
+            expanded = _expand(plant, path, config, where, visuals, points)
+            file.root = deepcopy(expanded.robot)
+            fingers = expanded.fingers
             options = replace(options, without=())  # with what hangs on them, before fingers are expanded
             _check_fingers_keep(config, where, fingers)
         imported = read_model(file, options)
@@ -106,14 +110,14 @@ def load_model(
         exclude_self_contact(model)
     free_followers(model, limits)
     for finger in fingers:
-        if finger.length > _LONGEST_FINGER:
+        if finger.length > _MAX_FINGER_LENGTH:
             file.note(READ, f"finger '{finger.name}': length", f"{finger.length:g} m", "is it in millimetres?")
     note_quantities(model, config.free)
     _check_contents(plant, model.index, config, where)
     report(file.notes)
     put = add_torsion_springs if config.springs == "torsion" else PlantFinger
     return LoadedModel(
-        model.index, [put(finger=each, plant=plant, model=model.index) for each in fingers], model.mimics
+        model.index, [put(finger=finger, plant=plant, model=model.index) for finger in fingers], model.mimics
     )
 
 
@@ -125,15 +129,16 @@ def _parser(plant: MultibodyPlant) -> Parser:
 
 
 def import_options(config: ModelConfig, where: str = "model", is_arm: bool = False) -> ImportOptions:
-    """What a scenario asks of a model beside its fingers."""
-    kind, add_to_link = deformable_kind(), None
+    """The requests of a scenario on a model, fingers excluded."""
+    kind = deformable_kind()
+    add_to_link = None
     if kind is not None and kind.is_meant(config.mesh):
         add_to_link = partial(kind.add_to_link, config.mesh)
     asked = config.free, config.child, config.without, config.mass, config.friction
     return ImportOptions(where, is_arm, *asked, config.name, config.mesh.scale, config.mesh.color, add_to_link)
 
 
-def _expanded(
+def _expand(
     plant: MultibodyPlant, path: Path, config: ModelConfig, where: str, visuals: bool, points: int | None
 ) -> ExpandedUrdf:
     """A URDF file with its fingers, with implicit springs if none are chosen and explicit ones need shorter steps."""
@@ -156,10 +161,10 @@ def _expanded(
 
 
 def _are_too_stiff(fingers: Sequence[Finger], time_step: float) -> bool:
-    """Whether explicit springs would be unstable, and implicit ones, which know no elastic law, take their place."""
+    """Whether explicit springs would be unstable and implicit ones, which have no elastic law, can replace them."""
     can_be_implicit = all(finger.elastic_law is None for finger in fingers)
     unstable = any(time_step > finger.stable_time_step() for finger in fingers)
-    return can_be_implicit and unstable and time_step <= _LONGEST_STEP
+    return can_be_implicit and unstable and time_step <= _MAX_STEP
 
 
 def _check_contents(plant: MultibodyPlant, model: ModelInstanceIndex, config: ModelConfig, where: str) -> None:
@@ -205,7 +210,8 @@ def add_fingers(
     Raises:
         InputError: if the file is missing or wrong, has no fingers, or the name is taken.
     """
-    path, plant = model_path(str(file)), parser.plant()
+    path = model_path(str(file))
+    plant = parser.plant()
     if plant.is_finalized():
         raise InputError(path, "plant", "finalized", "read fingers before plant.Finalize()")
     if name is not None and (not name or plant.HasModelInstanceNamed(name)):
@@ -238,10 +244,10 @@ def find_fingers(
         InputError: if the file is wrong, or the model has no such fingers.
     """
     path = model_path(str(file))
-    found = [PlantFinger(finger, plant, model) for finger in expand_urdf(path, segments).fingers]
-    for finger in (finger.finger for finger in found):
+    plant_fingers = [PlantFinger(finger, plant, model) for finger in expand_urdf(path, segments).fingers]
+    for finger in (finger.finger for finger in plant_fingers):
         last, beyond = (plant.HasBodyNamed(link_name(finger.name, finger.segments + i), model) for i in (0, 1))
         if not last or beyond:
             expected = f"is not in '{plant.GetModelInstanceName(model)}' with {finger.segments} segments"
             raise InputError(path, "finger", finger.name, expected)
-    return found
+    return plant_fingers

@@ -19,52 +19,53 @@ from soft_gripper.registry import is_own, label, module_of
 from soft_gripper.scenario.sensor_presets import sensor_layout
 
 
-class OwnBlock(NamedTuple):
+class UserBlock(NamedTuple):
     """A block made by a user function."""
 
     field: str  # field of the scenario that names the function
     name: str  # name of the function, "module:function"
-    place: str  # the finger, or another prefix of its signals
-    block: System
-    runs: bool  # in the diagram, and not in the recording alone
+    prefix: str  # of its signals: the finger, or another
+    system: System
+    runs: bool  # in the diagram, not in the recording alone
     port: str  # its required output
     quantity: str  # quantity that the sensors of the finger measure
 
     def error(self, port: str, expected: str) -> InputError:
         """An error at one of its ports."""
-        output = self.block.GetOutputPort(port)
+        output = self.system.GetOutputPort(port)
         unit = " rad" if port == ANGLES else ""
-        expected = f"{self.place}: output port '{port}', ({output.size()}){unit}, {expected}"
+        expected = f"{self.prefix}: output port '{port}', ({output.size()}){unit}, {expected}"
         return InputError("scenario", self.field, self.name, expected)
 
 
-def own_blocks(station: Station) -> list[OwnBlock]:
-    """The user blocks of a station, each after those that feed it."""
-    found, parts = [], station.parts
+def user_blocks(station: Station) -> list[UserBlock]:
+    """User blocks of a station, in the order of the data flow."""
+    blocks = []
+    parts = station.parts
     for plant_finger in station.fingers:
         finger = plant_finger.name
         quantity = sensor_layout(plant_finger.finger, station.scenario.sensor).quantity
         if is_own(parts.sensor):
-            block = _inside(station, f"{finger}.sensors", "sensor")
-            found.append(OwnBlock("sensor.type", parts.sensor, finger, *block, quantity, quantity))
+            block = _find_system(station, f"{finger}.sensors", "sensor")
+            blocks.append(UserBlock("sensor.type", parts.sensor, finger, *block, quantity, quantity))
         if is_own(parts.estimator):
-            block = _inside(station, f"{finger}.estimation", "estimator")
-            found.append(OwnBlock("estimator.type", parts.estimator, finger, *block, ANGLES, quantity))
+            block = _find_system(station, f"{finger}.estimation", "estimator")
+            blocks.append(UserBlock("estimator.type", parts.estimator, finger, *block, ANGLES, quantity))
         for kind in filter(is_own, station.scenario.estimator.alongside):
-            block = _inside(station, f"{finger}.{label(kind)}.estimation", "estimator")
-            found.append(OwnBlock("estimator.alongside", kind, f"{finger}.{label(kind)}", *block, ANGLES, quantity))
-    return found
+            block = _find_system(station, f"{finger}.{label(kind)}.estimation", "estimator")
+            blocks.append(UserBlock("estimator.alongside", kind, f"{finger}.{label(kind)}", *block, ANGLES, quantity))
+    return blocks
 
 
-def _inside(station: Station, part: str, name: str) -> tuple[System, bool]:
-    """A block of a part of a station, and whether it is in its diagram."""
+def _find_system(station: Station, part: str, name: str) -> tuple[System, bool]:
+    """Finds a block of a part of a station, and whether it is in the diagram."""
     runs = part not in station.removed
     within = station.diagram.GetSubsystemByName(part) if runs else station.removed[part]
     assert isinstance(within, Diagram)
     return within.GetSubsystemByName(name), runs
 
 
-def blamed(station: Station, context: Context, failure: BaseException) -> InputError | None:
+def user_block_error(station: Station, context: Context, failure: BaseException) -> InputError | None:
     """A failure of a run, or of reading its logs, as an error of a user block; None if no user block caused it.
 
     Args:
@@ -72,33 +73,33 @@ def blamed(station: Station, context: Context, failure: BaseException) -> InputE
         context: the context of its diagram, at the time of the failure.
         failure: the exception from Drake or from a block.
     """
-    for own in (own for own in own_blocks(station) if own.runs):
-        for port in vector_outputs(own.block):
-            again = _failure_of(own, port, context)
+    for block in (block for block in user_blocks(station) if block.runs):
+        for port in vector_outputs(block.system):
+            again = _failure_of(block, port, context)
             if again is not None and type(again) is type(failure):
-                return own.error(port, _failed(context.get_time(), failure))
+                return block.error(port, _failure_text(context.get_time(), failure))
     return blamed_by_traceback(station, context.get_time(), failure)
 
 
 def blamed_by_traceback(station: Station, time: float, failure: BaseException) -> InputError | None:
     """A failure at a time, s, as an error of the user block whose code raised it; None if there is none."""
-    blocks = own_blocks(station)
+    blocks = user_blocks(station)
     frames = list(_frames(failure))
-    of_block = (own for own in blocks if any(frame.f_locals.get("self") is own.block for frame in frames))
+    in_traceback = (block for block in blocks if any(frame.f_locals.get("self") is block.system for frame in frames))
     modules = {str(frame.f_globals.get("__name__")) for frame in frames}
-    of_module = (own for own in blocks if module_of(own.name) in modules)
-    at_fault = next(of_block, None) or next(of_module, None)  # in an update: no port is at fault
-    return None if at_fault is None else at_fault.error(at_fault.port, _failed(time, failure))
+    from_module = (block for block in blocks if module_of(block.name) in modules)
+    at_fault = next(in_traceback, None) or next(from_module, None)  # in an update: no port is at fault
+    return None if at_fault is None else at_fault.error(at_fault.port, _failure_text(time, failure))
 
 
-def _failed(time: float, failure: BaseException) -> str:
+def _failure_text(time: float, failure: BaseException) -> str:
     return f"failed at t = {time:.6g} s: {described(failure)}"
 
 
-def _failure_of(own: OwnBlock, port: str, context: Context) -> BaseException | None:
+def _failure_of(block: UserBlock, port: str, context: Context) -> BaseException | None:
     """The exception that a port raises in the current state."""
     try:
-        own.block.GetOutputPort(port).Eval(own.block.GetMyContextFromRoot(context))
+        block.system.GetOutputPort(port).Eval(block.system.GetMyContextFromRoot(context))
     except (Exception, SystemExit) as error:
         return error
     return None
@@ -112,7 +113,7 @@ def _frames(failure: BaseException) -> Iterator[FrameType]:
         traceback = traceback.tb_next
 
 
-def check_values(blocks: Iterable[OwnBlock], recording: Recording) -> None:
+def check_values(blocks: Iterable[UserBlock], recording: Recording) -> None:
     """Checks all outputs of user blocks in a run.
 
     An estimator may output NaN where a reading is NaN.
@@ -120,13 +121,13 @@ def check_values(blocks: Iterable[OwnBlock], recording: Recording) -> None:
     Raises:
         InputError: if a reading or a joint angle is not finite, with the first time.
     """
-    for own in blocks:
-        name = f"{own.place}.{own.port}"
-        finger = own.place.partition(".")[0]
-        taken = f"{finger}.{usable(own.quantity)}"
-        readings = recording[taken if taken in recording.data else f"{finger}.{own.quantity}"]
-        if own.port == own.quantity:
-            ideal = f"{own.place}.{IDEAL}{own.quantity}"
+    for block in blocks:
+        name = f"{block.prefix}.{block.port}"
+        finger = block.prefix.partition(".")[0]
+        usable_name = f"{finger}.{usable(block.quantity)}"
+        readings = recording[usable_name if usable_name in recording.data else f"{finger}.{block.quantity}"]
+        if block.port == block.quantity:
+            ideal = f"{block.prefix}.{IDEAL}{block.quantity}"
             name = ideal if ideal in recording.data else name
             is_excused = np.zeros(len(readings), dtype=bool)
         else:
@@ -136,8 +137,8 @@ def check_values(blocks: Iterable[OwnBlock], recording: Recording) -> None:
         if wrong.any():
             sample, entry = np.argwhere(wrong)[0]
             time = float(recording["time"].values[sample])
-            raise own.error(
-                own.port, f"is {values[sample, entry]} in entry {entry} at t = {time:.6g} s; output finite numbers"
+            raise block.error(
+                block.port, f"is {values[sample, entry]} in entry {entry} at t = {time:.6g} s; output finite numbers"
             )
 
 

@@ -22,9 +22,10 @@ from pydrake.geometry import (
 )
 from pydrake.multibody.plant import MultibodyPlant
 
-_RIGID = 1e12  # N/m, of what touches a finger: the skin alone gives way
-_MATERIAL, _STIFFNESS = "material", "point_contact_stiffness"
-_HYDROELASTIC = "hydroelastic"
+_RIGID_STIFFNESS = 1e12  # N/m, of what touches a finger: the skin alone gives way
+_MATERIAL_GROUP = "material"
+_STIFFNESS_PROPERTY = "point_contact_stiffness"
+_HYDROELASTIC_GROUP = "hydroelastic"
 
 
 def prepare_point_contact(plant: MultibodyPlant, scene_graph: SceneGraph, skins: Iterable[GeometryId]) -> None:
@@ -35,8 +36,9 @@ def prepare_point_contact(plant: MultibodyPlant, scene_graph: SceneGraph, skins:
         scene_graph: of the plant.
         skins: the collision geometries of the fingers.
     """
-    inspector, touching = scene_graph.model_inspector(), set(skins)
-    others = [each for each in inspector.GetAllGeometryIds(Role.kProximity) if each not in touching]
+    inspector = scene_graph.model_inspector()
+    touching = set(skins)
+    others = [geometry for geometry in inspector.GetAllGeometryIds(Role.kProximity) if geometry not in touching]
     for geometry in others:
         shape = inspector.GetShape(geometry)
         if isinstance(shape, Mesh) and not isinstance(shape, Convex):
@@ -48,13 +50,13 @@ def prepare_point_contact(plant: MultibodyPlant, scene_graph: SceneGraph, skins:
 def _properties(scene_graph: SceneGraph, geometry: GeometryId) -> ProximityProperties:
     """Properties of a geometry, but rigid in point contact."""
     properties = ProximityProperties(scene_graph.model_inspector().GetProximityProperties(geometry))
-    properties.UpdateProperty(_MATERIAL, _STIFFNESS, _RIGID)
+    properties.UpdateProperty(_MATERIAL_GROUP, _STIFFNESS_PROPERTY, _RIGID_STIFFNESS)
     return properties
 
 
 def _make_rigid(plant: MultibodyPlant, scene_graph: SceneGraph, geometry: GeometryId) -> None:
     properties = _properties(scene_graph, geometry)
-    if properties.HasGroup(_HYDROELASTIC):  # others touch in point contact already, with a stiffness of their own
+    if properties.HasGroup(_HYDROELASTIC_GROUP):  # others touch in point contact already, with a stiffness of their own
         scene_graph.AssignRole(plant.get_source_id(), geometry, properties, RoleAssign.kReplace)
 
 
@@ -66,10 +68,11 @@ def _add_parts(
 
     inspector = scene_graph.model_inspector()
     body = plant.GetBodyFromFrameId(inspector.GetFrameId(geometry))
-    pose, properties = inspector.GetPoseInFrame(geometry), _properties(scene_graph, geometry)
-    if properties.HasGroup(_HYDROELASTIC):
-        for name in list(properties.GetPropertiesInGroup(_HYDROELASTIC)):
-            properties.RemoveProperty(_HYDROELASTIC, name)
+    pose = inspector.GetPoseInFrame(geometry)
+    properties = _properties(scene_graph, geometry)
+    if properties.HasGroup(_HYDROELASTIC_GROUP):
+        for name in list(properties.GetPropertiesInGroup(_HYDROELASTIC_GROUP)):
+            properties.RemoveProperty(_HYDROELASTIC_GROUP, name)
     path = Path(mesh.source().path())
     parts = [
         plant.RegisterCollisionGeometry(
@@ -81,7 +84,7 @@ def _add_parts(
         )
         for i, corners in enumerate(convex_parts(path, path.stat().st_mtime_ns))
     ]
-    others = [each for each in inspector.GetAllGeometryIds(Role.kProximity) if each not in skins]
+    others = [candidate for candidate in inspector.GetAllGeometryIds(Role.kProximity) if candidate not in skins]
     for one, other in (([geometry], skins), (parts, others)):
         excluded = CollisionFilterDeclaration().ExcludeBetween(GeometrySet(list(one)), GeometrySet(list(other)))
         scene_graph.collision_filter_manager().Apply(excluded)

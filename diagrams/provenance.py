@@ -1,4 +1,4 @@
-"""What a recording says of its run: scenario, blocks, versions, frames and notes."""
+"""Attributes of a recording that describe its run: scenario, blocks, versions, frames and notes."""
 
 from collections.abc import Iterable
 from functools import cache
@@ -25,7 +25,7 @@ FRAMES = (
 )
 
 
-_POINTS = (
+_POINTS_NOTE = (
     "points on either side of every link of a finger; held objects creep faster than under contact over the surface,"
     " the faster, the fewer points: in the box grasp 0.08 mm/s with 4 points, 0.03 mm/s over the surface"
 )
@@ -43,7 +43,7 @@ def provenance(scenario: Scenario, sensor: str, estimator: str, notes: Iterable[
     """
     return {
         "description": scenario.description,
-        "contact": "surface" if scenario.contact == "surface" else f"{scenario.contact_points} {_POINTS}",
+        "contact": "surface" if scenario.contact == "surface" else f"{scenario.contact_points} {_POINTS_NOTE}",
         "scenario": dump_scenario(scenario),
         "sensor": sensor,
         "estimator": estimator,

@@ -45,7 +45,7 @@ class Recording:
         return signal in self.data
 
     def __getitem__(self, signal: str) -> "xr.DataArray":
-        """A signal.
+        """Reads a signal with its labels.
 
         Raises:
             InputError: if it was not recorded.
@@ -73,7 +73,7 @@ class Recording:
 
     def _require(self, signal: str) -> None:
         if signal not in self:
-            expected = "was not recorded; of the ground truth, everything is with record.truth: all"
+            expected = "was not recorded; record.truth: all records all truth"
             raise InputError("recording", "signal", signal, expected)
 
     def save(self, path: Path | str) -> None:

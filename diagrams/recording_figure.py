@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 
 from soft_gripper.arrays import Array
 
-# By the unit of a recording: that of a figure, how many make one, and the least span of an axis, so that rounding
-# errors and noise far below what matters are not magnified.
+# Unit in a recording: unit in a figure, its factor, and the minimum span of an axis, so that rounding errors and
+# negligible noise are not magnified.
 SHOWN = {
     "m": ("mm", 1e3, 0.1),
     "Pa": ("kPa", 1e-3, 0.1),
@@ -27,14 +27,16 @@ SHOWN = {
     "s": ("s", 1.0, 0.01),
     "1": ("1", 1.0, 1e-3),
 }
-_LEAST_SHARE = 0.02  # of its largest value that an axis spans
-_LEGEND_LINES, _NAMED = 12, 5  # entries that all have a name; of more, so many are named
-_COLUMN = 8  # entries of a legend, of which more are in two columns
-_OWN_COLORS = 10  # in Matplotlib's cycle; with more lines, colours come from a colormap
-_HEIGHT, _BAND = 1.9, 0.55  # inches of a panel, and of a band of states beside its title
+_MIN_SPAN_FRACTION = 0.02  # of the largest value, spanned by an axis
+_MAX_LEGEND_LINES = 12  # lines that are all named
+_SHORT_LEGEND_LINES = 5  # named lines among more
+_MAX_COLUMN_LINES = 8  # lines of a legend in one column; more are in two
+_CYCLE_COLORS = 10  # in Matplotlib's cycle; with more lines, colours come from a colormap
+_PANEL_HEIGHT = 1.9  # inches
+_BAND_HEIGHT = 0.55  # inches, of a band of states beside its title
 
 
-class Panel(NamedTuple):
+class SignalPanel(NamedTuple):
     """Lines of one unit."""
 
     title: str
@@ -49,7 +51,7 @@ class Panel(NamedTuple):
 def signals_figure(signals: Sequence[xr.DataArray]) -> Figure:
     """The panels of recorded signals over their common time, one below the other."""
     panels = [panel for signal in signals for panel in _panels(signal)]
-    heights = [_BAND * (1 + len(panel.names)) if panel.meanings else _HEIGHT for panel in panels]
+    heights = [_BAND_HEIGHT * (1 + len(panel.names)) if panel.meanings else _PANEL_HEIGHT for panel in panels]
     figure = Figure(figsize=(8, sum(heights) + 0.3), layout="constrained")
     axes = figure.subplots(len(panels), sharex=True, squeeze=False, height_ratios=heights)[:, 0]
     time = signals[0]["time"].values
@@ -64,7 +66,7 @@ def signals_figure(signals: Sequence[xr.DataArray]) -> Figure:
     return figure
 
 
-def _add_legend(axes: Axes, panel: Panel) -> None:
+def _add_legend(axes: Axes, panel: SignalPanel) -> None:
     handles, labels = axes.get_legend_handles_labels()
     if handles:
         axes.legend(
@@ -74,11 +76,11 @@ def _add_legend(axes: Axes, panel: Panel) -> None:
             frameon=False,
             loc="center left",
             bbox_to_anchor=(1.0, 0.5),
-            ncols=1 + (len(labels) > _COLUMN),
+            ncols=1 + (len(labels) > _MAX_COLUMN_LINES),
         )
 
 
-def _panels(signal: xr.DataArray) -> Iterator[Panel]:
+def _panels(signal: xr.DataArray) -> Iterator[SignalPanel]:
     """The lines of a signal by their units."""
     axes = [str(dim) for dim in signal.dims if dim != "time"]
     stacked = signal.stack(entry=axes) if axes else signal.expand_dims("entry", axis=1)
@@ -95,23 +97,24 @@ def _panels(signal: xr.DataArray) -> Iterator[Panel]:
             shown, scale = unit, 1.0
         of_unit = [names[i] for i in here]
         title = f"{signal.name}: {of_unit[0]}" if len(here) == 1 < len(names) else str(signal.name)
-        yield Panel(title, shown, least, scale * lines, of_unit, ", ".join(axes), words)
+        yield SignalPanel(title, shown, least, scale * lines, of_unit, ", ".join(axes), words)
 
 
 def _largest(values: Array) -> float:
     return float(np.abs(values[np.isfinite(values)]).max(initial=0.0))
 
 
-def _draw_lines(axes: Axes, time: Array, panel: Panel) -> None:
+def _draw_lines(axes: Axes, time: Array, panel: SignalPanel) -> None:
     count = len(panel.names)
-    many = mpl.colormaps["viridis"](np.linspace(0, 0.95, count))
-    colors = [f"C{i}" for i in range(count)] if count <= _OWN_COLORS else many
-    every = range(count) if count <= _LEGEND_LINES else np.linspace(0, count - 1, _NAMED).round().astype(int)
+    map_colors = mpl.colormaps["viridis"](np.linspace(0, 0.95, count))
+    colors = [f"C{i}" for i in range(count)] if count <= _CYCLE_COLORS else map_colors
+    entries = np.linspace(0, count - 1, count if count <= _MAX_LEGEND_LINES else _SHORT_LEGEND_LINES)
+    labelled = entries.round().astype(int)
     for i, (name, color) in enumerate(zip(panel.names, colors, strict=True)):
-        axes.plot(time, panel.lines[:, i], color=color, label=name if count > 1 and i in every else None)
+        axes.plot(time, panel.lines[:, i], color=color, label=name if count > 1 and i in labelled else None)
     finite = panel.lines[np.isfinite(panel.lines)]
     if len(finite):
-        least = max(_LEAST_SHARE * _largest(finite), panel.least)
+        least = max(_MIN_SPAN_FRACTION * _largest(finite), panel.least)
         if np.ptp(finite) < least:
             middle = float(finite.min() + finite.max()) / 2
             axes.set_ylim(middle - least, middle + least)
@@ -120,15 +123,15 @@ def _draw_lines(axes: Axes, time: Array, panel: Panel) -> None:
     axes.grid(alpha=0.3)
 
 
-def _draw_states(axes: Axes, time: Array, panel: Panel) -> None:
+def _draw_states(axes: Axes, time: Array, panel: SignalPanel) -> None:
     """A band for each entry, in the colours of the states that it is in, from each sample to the next."""
     named = set[int]()
     ends = np.append(time[1:], time[-1:])
     for row, states in enumerate(panel.lines.T):
-        known = np.where(np.isfinite(states), states, -1.0).astype(int)
-        bounds = np.unique([0, *(np.flatnonzero(np.diff(known)) + 1), len(known)])
+        state_numbers = np.where(np.isfinite(states), states, -1.0).astype(int)
+        bounds = np.unique([0, *(np.flatnonzero(np.diff(state_numbers)) + 1), len(state_numbers)])
         for begin, end in pairwise(bounds.tolist()):
-            state = int(known[begin])
+            state = int(state_numbers[begin])
             if 0 <= state < len(panel.meanings):
                 label = None if state in named else panel.meanings[state]
                 named.add(state)
@@ -139,5 +142,5 @@ def _draw_states(axes: Axes, time: Array, panel: Panel) -> None:
 
 
 def _state_color(state: int) -> tuple[float, ...]:
-    """The first state, in which nothing is to be said, is pale."""
+    """Colour of a state; the first, which needs no attention, is pale."""
     return (0.9, 0.9, 0.9, 1.0) if state == 0 else mpl.colormaps["tab20"]((2 * (state - 1) + (state > 10)) % 20)

@@ -158,9 +158,9 @@ def find_frame(plant: MultibodyPlant, name: str, where: str, field: str) -> Fram
     """
     if name == "world":
         return plant.world_frame()
-    of_directives, _, own_name = name.rpartition("::")
-    if of_directives and plant.HasModelInstanceNamed(of_directives):  # whose name may have "::" in it
-        model, is_scoped, frame = of_directives, "::", own_name
+    prefix, _, own_name = name.rpartition("::")
+    if prefix and plant.HasModelInstanceNamed(prefix):  # whose name may have "::" in it
+        model, is_scoped, frame = prefix, "::", own_name
     else:
         model, is_scoped, frame = name.partition("::")
         frame = frame.replace("::", "_")  # of a model in the model, see nested_models.py
@@ -173,8 +173,9 @@ def find_frame(plant: MultibodyPlant, name: str, where: str, field: str) -> Fram
     instance = plant.GetModelInstanceByName(model)
     if not plant.HasFrameNamed(frame, instance):
         frames = (plant.get_frame(index).name() for index in plant.GetFrameIndices(instance))
-        known = ", ".join(name for name in frames if not name.endswith(("_parent", "_child")))  # Drake's, of joints
-        raise InputError(where, field, name, f"no such frame; known: {known}")
+        joint_suffixes = ("_parent", "_child")  # of Drake's frames
+        frame_names = ", ".join(name for name in frames if not name.endswith(joint_suffixes))
+        raise InputError(where, field, name, f"no such frame; known: {frame_names}")
     return plant.GetFrameByName(frame, instance)
 
 
@@ -226,23 +227,23 @@ def add_plant(
     for i, model in enumerate(models):
         where = f"models[{i}]"
         own = arm if arm is not None and model.name == arm.model else None
-        _, of_model, mimics[model.name] = add_model(plant, model, where, own, visuals, points)
+        _, model_fingers, mimics[model.name] = add_model(plant, model, where, own, visuals, points)
         if model.half_space:
             make_half_space(plant, scene_graph, model, where)
-        if model.free and of_model:
+        if model.free and model_fingers:
             raise InputError(where, "free", True, "fingers need a welded base")
-        fingers += of_model
+        fingers += model_fingers
     if kind is not None and plant.deformable_model().num_bodies():
         kind.check_scene(config, models, points)
     with drake_reads("models", "file", [model.file for model in models]):
         if points is not None:
             skins = (plant.GetCollisionGeometriesForBody(link) for finger in fingers for link in finger.links)
-            prepare_point_contact(plant, scene_graph, {geometry for of_link in skins for geometry in of_link})
+            prepare_point_contact(plant, scene_graph, {geometry for link_skins in skins for geometry in link_skins})
         plant.Finalize()
     coupled = None if arm is None else set_home_posture(plant, arm, mimics.get(arm.model, ()))
     names = [model.name for model in models]
-    found = {} if kind is None else kind.objects(plant, scene_graph.model_inspector(), names)
-    scene = Scene(plant, scene_graph, fingers, found, coupled, mimics)
+    objects = {} if kind is None else kind.objects(plant, scene_graph.model_inspector(), names)
+    scene = Scene(plant, scene_graph, fingers, objects, coupled, mimics)
     remove_idle_skins(scene)
     return scene
 
@@ -285,14 +286,15 @@ def make_half_space(plant: MultibodyPlant, scene_graph: SceneGraph, config: Mode
     Raises:
         InputError: if the model has any other collision geometry, or is not welded to the world.
     """
-    inspector, source = scene_graph.model_inspector(), plant.get_source_id()
+    inspector = scene_graph.model_inspector()
+    source = plant.get_source_id()
     bodies = [plant.get_body(i) for i in plant.GetBodyIndices(plant.GetModelInstanceByName(config.name))]
     geometries = [geometry for body in bodies for geometry in plant.GetCollisionGeometriesForBody(body)]
     shapes = [inspector.GetShape(geometry) for geometry in geometries]
     frame = own_frame(plant, config, where)
     if config.parent != "world" or len(bodies) != 1 or len(shapes) != 1 or not isinstance(shapes[0], Box):
-        found = ", ".join(type(shape).__name__ for shape in shapes) or "none"
-        expected = f"is for a single link, welded to the world, with one box; its collision geometry: {found}"
+        shape_names = ", ".join(type(shape).__name__ for shape in shapes) or "none"
+        expected = f"is for a single link, welded to the world, with one box; its collision geometry: {shape_names}"
         raise InputError(where, "half_space", True, expected)
     (geometry,), (box,) = geometries, shapes
     properties = ProximityProperties(inspector.GetProximityProperties(geometry))
@@ -305,13 +307,13 @@ def make_half_space(plant: MultibodyPlant, scene_graph: SceneGraph, config: Mode
         plant.RegisterCollisionGeometry(plant.world_body(), X_WBody @ X_BodyTop, HalfSpace(), name, properties)
 
 
-class _Reach(NamedTuple):
+class _ReachBall(NamedTuple):
     """A ball that a geometry never leaves."""
 
     center: Array  # (3,) m in the world
     radius: float  # m
 
-    def meets(self, other: "_Reach") -> bool:
+    def meets(self, other: "_ReachBall") -> bool:
         """Whether two geometries may ever touch."""
         return dist(self.center, other.center) <= self.radius + other.radius
 
@@ -335,23 +337,26 @@ def remove_idle_skins(scene: Scene) -> None:
         scene_graph.RemoveRole(plant.get_source_id(), idle, Role.kProximity)
 
 
-def _reaches(scene: Scene) -> dict[GeometryId, _Reach]:
+def _reaches(scene: Scene) -> dict[GeometryId, _ReachBall]:
     """Reach of every collision geometry, where nothing moves but the joints of fingers."""
-    plant, inspector = scene.plant, scene.scene_graph.model_inspector()
-    context, reaches = plant.CreateDefaultContext(), {}
+    plant = scene.plant
+    inspector = scene.scene_graph.model_inspector()
+    context = plant.CreateDefaultContext()
+    reaches = {}
     links = {
         link.index(): (finger.base, begin)
         for finger in scene.fingers
         for link, begin in zip(finger.links, finger.finger.link_ends[:-1], strict=True)
     }
     for geometry in inspector.GetAllGeometryIds(Role.kProximity):
-        body, box = plant.GetBodyFromFrameId(inspector.GetFrameId(geometry)), inspector.GetObbInGeometryFrame(geometry)
+        body = plant.GetBodyFromFrameId(inspector.GetFrameId(geometry))
+        box = inspector.GetObbInGeometryFrame(geometry)
         base, begin = links.get(body.index(), (body, 0.0))
         radius = np.inf  # of a half space, and of what a finger carries
         if box is not None and plant.IsAnchored(base):
             middle = inspector.GetPoseInFrame(geometry) @ box.center()
             radius = begin + float(np.linalg.norm(middle) + np.linalg.norm(box.half_width()))
-        reaches[geometry] = _Reach(plant.EvalBodyPoseInWorld(context, base).translation(), radius)
+        reaches[geometry] = _ReachBall(plant.EvalBodyPoseInWorld(context, base).translation(), radius)
     return reaches
 
 

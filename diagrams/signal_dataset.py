@@ -12,25 +12,26 @@ from soft_gripper.arrays import Array
 from soft_gripper.diagrams.signal_labels import Labels
 from soft_gripper.diagrams.signal_sources import Samples
 
-_TIME, _SECONDS = "time", {"units": "s"}
+_TIME_AXIS = "time"
+_TIME_ATTRIBUTES = {"units": "s"}
 
 
 def signal_dataset(labels: Labels, samples: Samples, about: Mapping[str, str] | None = None) -> xr.Dataset:
     """The labelled samples of signals; `about` are the attributes."""
     variables = {
-        name: xr.Variable([_TIME, *axes], _values(samples, name, labels.shape(name)), labels.attributes[name])
+        name: xr.Variable([_TIME_AXIS, *axes], _values(samples, name, labels.shape(name)), labels.attributes[name])
         for name, axes in labels.axes.items()
     }
-    time = xr.Variable(_TIME, samples.time, _SECONDS)
-    indexes = {_TIME: xr.indexes.PandasIndex(time, _TIME), **labels.coords.xindexes}
-    coords = xr.Coordinates({_TIME: time, **labels.coords.variables}, indexes)
+    time = xr.Variable(_TIME_AXIS, samples.time, _TIME_ATTRIBUTES)
+    indexes = {_TIME_AXIS: xr.indexes.PandasIndex(time, _TIME_AXIS), **labels.coords.xindexes}
+    coords = xr.Coordinates({_TIME_AXIS: time, **labels.coords.variables}, indexes)
     return xr.Dataset(variables, coords, about)
 
 
 def _values(samples: Samples, name: str, shape: tuple[int, ...]) -> Any:
     """The values of a signal, of this shape at a sample: those that were logged, or an array that computes them."""
     shape = len(samples.time), *shape
-    return samples[name].reshape(shape) if samples.is_logged(name) else _Computed(samples, name, shape).cached
+    return samples[name].reshape(shape) if samples.is_logged(name) else _Computed(samples, name, shape).cached_array
 
 
 class _Computed(BackendArray):
@@ -42,7 +43,7 @@ class _Computed(BackendArray):
         self.shape, self._samples, self._name = shape, samples, name
 
     @property
-    def cached(self) -> Any:
+    def cached_array(self) -> Any:
         """An array of xarray that computes them once, and can be written to."""
         lazy: Any = indexing.LazilyIndexedArray(self)
         written_to = indexing.CopyOnWriteArray(lazy)

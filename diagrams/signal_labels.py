@@ -32,7 +32,8 @@ def labels_of(signals: Mapping[str, Signal]) -> Labels:
     """The labels of signals that are recorded together."""
     import xarray as xr
 
-    names, axes = _axis_names(signals), dict[str, list[str]]()
+    names = _axis_names(signals)
+    axes = dict[str, list[str]]()
     coords: dict[str, tuple[str, Array, Mapping[str, str]]] = {}
     for name, signal in signals.items():
         axes[name] = [names[name, axis] for axis in signal.axes]

@@ -21,7 +21,7 @@ from pydrake.systems.primitives import Multiplexer, VectorLogSink
 from soft_gripper.arrays import Array
 from soft_gripper.cached import Cached
 from soft_gripper.diagrams.signal_labels import Labels, labels_of
-from soft_gripper.diagrams.signal_sources import Logged, Samples, SignalSources, Source
+from soft_gripper.diagrams.signal_sources import LoggedPort, Samples, SignalSource, SignalSources
 from soft_gripper.signals import Signal, signal_of
 
 
@@ -84,7 +84,7 @@ class SignalLogs(Diagram):
         return labels_of(self.signals)
 
     @property
-    def logged(self) -> list[int]:
+    def port_numbers(self) -> list[int]:
         """The logged ports, in the order of the inputs, by their indices among those of the sources."""
         return [*self._sizes, *self._values]
 
@@ -94,9 +94,9 @@ class SignalLogs(Diagram):
         ends = np.cumsum([*self._sizes.values()])
         vectors = dict(zip(self._sizes, np.split(log.data().T.copy(), ends[:-1], axis=1), strict=True))
         values = {number: [*sink.values(root_context)] for number, sink in self._values.items()}
-        return self.computed(log.sample_times().copy(), vectors | values)
+        return self.make_samples(log.sample_times().copy(), vectors | values)
 
-    def computed(self, time: Array, logged: Mapping[int, Any]) -> Samples:
+    def make_samples(self, time: Array, logged: Mapping[int, Any]) -> Samples:
         """All signals from times, (T,) s, and the contents of the logs, by port number."""
         return Samples(self._sources, time, logged)
 
@@ -118,20 +118,22 @@ def add_logs(builder: DiagramBuilder, signals: Mapping[str, OutputPort], period:
     sources = SignalSources(builder, period)
     logs = SignalLogs(signals, sources, period)
     builder.AddNamedSystem("logs", logs)
-    for i, number in enumerate(logs.logged):
+    for i, number in enumerate(logs.port_numbers):
         port = sources.ports[number]
         connect = builder.ConnectToSame if isinstance(port, InputPort) else builder.Connect
         connect(port, logs.get_input_port(i))
     return logs
 
 
-def _logged_ports(sources: Mapping[str, Source], ports: Sequence[OutputPort | InputPort]) -> dict[int, str]:
+def _logged_ports(sources: Mapping[str, SignalSource], ports: Sequence[OutputPort | InputPort]) -> dict[int, str]:
     """The ports that need a log, with the name of each log: that of the signal, if the port is a signal."""
-    port_names = {source.number: name for name, source in reversed(list(sources.items())) if isinstance(source, Logged)}
-    blocks = [source.derived for source in sources.values() if not isinstance(source, Logged)]
+    port_names = {
+        source.number: name for name, source in reversed(list(sources.items())) if isinstance(source, LoggedPort)
+    }
+    blocks = [source.derived for source in sources.values() if not isinstance(source, LoggedPort)]
     while blocks:
         for source in blocks.pop().leaves.values():
-            if isinstance(source, Logged):
+            if isinstance(source, LoggedPort):
                 port = ports[source.number]
                 port_names.setdefault(source.number, f"{port.get_system().get_name()}.{port.get_name()}")
             else:

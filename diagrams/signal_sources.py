@@ -22,7 +22,7 @@ from soft_gripper.steps import TIME
 _LOGGER = logging.getLogger(__name__)
 
 
-class Logged(NamedTuple):
+class LoggedPort(NamedTuple):
     """A logged port, by its index in `SignalSources.ports`.
 
     Logs hold on to it after the diagram is built; a reference to the port itself would keep the diagram alive.
@@ -32,22 +32,22 @@ class Logged(NamedTuple):
 
 
 @dataclass(eq=False)
-class Derived:
+class DerivedBlock:
     """Outputs of a block that are computed from the same outputs of other blocks."""
 
     block: ArrayBlock
-    leaves: dict[str, "Source"]  # by port name of the block
+    leaves: dict[str, "SignalSource"]  # by port name of the block
     outputs: list[str] = field(default_factory=list)  # names of the requested outputs
 
 
-class Output(NamedTuple):
+class DerivedOutput(NamedTuple):
     """One output of such a block."""
 
-    derived: Derived
+    derived: DerivedBlock
     name: str
 
 
-Source = Logged | Output
+SignalSource = LoggedPort | DerivedOutput
 
 
 class SignalSources:
@@ -61,25 +61,26 @@ class SignalSources:
     def __init__(self, builder: DiagramBuilder, period: float):
         self.ports: list[OutputPort | InputPort] = []
         self._numbers: dict[tuple[System, int], int] = {}  # of `ports`, by the system and index of the output
-        self._root, self._period = Level.root(builder), period
-        self._blocks: dict[tuple[System, frozenset[str]], Derived] = {}
-        self._outputs: dict[tuple[System, str], Output | None] = {}
+        self._root = Level.root(builder)
+        self._period = period
+        self._blocks: dict[tuple[System, frozenset[str]], DerivedBlock] = {}
+        self._outputs: dict[tuple[System, str], DerivedOutput | None] = {}
 
-    def find(self, port: OutputPort) -> Source:
+    def find(self, port: OutputPort) -> SignalSource:
         """The source of a port of the builder's systems."""
-        return self._trace(port, self._root) or self._logged(port)
+        return self._trace(port, self._root) or self._log_port(port)
 
-    def _logged(self, port: OutputPort) -> Logged:
-        return self._log(port.get_system(), port.get_index(), port)
+    def _log_port(self, port: OutputPort) -> LoggedPort:
+        return self._log_output(port.get_system(), port.get_index(), port)
 
-    def _log(self, system: System, index: int, port: OutputPort | InputPort) -> Logged:
+    def _log_output(self, system: System, index: int, port: OutputPort | InputPort) -> LoggedPort:
         key = system, index
         if key not in self._numbers:
             self._numbers[key] = len(self.ports)
             self.ports.append(port)
-        return Logged(self._numbers[key])
+        return LoggedPort(self._numbers[key])
 
-    def _trace(self, port: OutputPort, level: Level) -> Source | None:
+    def _trace(self, port: OutputPort, level: Level) -> SignalSource | None:
         """Source of a port at any level; None if it depends on an output that the root diagram does not export."""
         port, level = level.leaf_output(port)
         system = port.get_system()
@@ -87,30 +88,30 @@ class SignalSources:
             output = self._follow(system, port.get_name(), level)
             if output is not None:
                 return output
-        shown = level.exported(port)
-        return None if shown is None else self._logged(shown)
+        shown = level.root_port(port)
+        return None if shown is None else self._log_port(shown)
 
-    def _follow(self, system: ArrayBlock, name: str, level: Level) -> Output | None:
-        """An output of a block, if all its sources are known; None also during the search itself, in a loop."""
+    def _follow(self, system: ArrayBlock, name: str, level: Level) -> DerivedOutput | None:
+        """Output of a block if all its sources can be traced, else None; None also within a loop of the search."""
         key = system, name
         if key not in self._outputs:
             self._outputs[key] = None
             leaves = {leaf: self._leaf(system, leaf, level) for leaf in system.leaves(name)}
-            known = {leaf: source for leaf, source in leaves.items() if source is not None}
-            if len(known) == len(leaves):
-                block = self._blocks.setdefault((system, frozenset(known)), Derived(system, known))
+            traced = {leaf: source for leaf, source in leaves.items() if source is not None}
+            if len(traced) == len(leaves):
+                block = self._blocks.setdefault((system, frozenset(traced)), DerivedBlock(system, traced))
                 block.outputs.append(name)
-                self._outputs[key] = Output(block, name)
+                self._outputs[key] = DerivedOutput(block, name)
         return self._outputs[key]
 
-    def _leaf(self, system: ArrayBlock, name: str, level: Level) -> Source | None:
+    def _leaf(self, system: ArrayBlock, name: str, level: Level) -> SignalSource | None:
         if system.HasInputPort(name):
             fed = level.feed(system.GetInputPort(name))
             if fed is not None and isinstance(fed.system, MultibodyPlant) and fed.level.diagram is None:
-                return self._log(fed.system, fed.output_index, fed.input)
+                return self._log_output(fed.system, fed.output_index, fed.input)
             return None if fed is None else self._trace(fed.output, fed.level)
-        shown = level.exported(system.GetOutputPort(name))
-        return None if shown is None else self._logged(shown)
+        shown = level.root_port(system.GetOutputPort(name))
+        return None if shown is None else self._log_port(shown)
 
 
 class Samples:
@@ -120,7 +121,7 @@ class Samples:
     of the estimate that are NaN, are first read.
     """
 
-    def __init__(self, sources: Mapping[str, Source], time: Array, logged: Mapping[int, Any]):
+    def __init__(self, sources: Mapping[str, SignalSource], time: Array, logged: Mapping[int, Any]):
         """
         Args:
             sources: the sources of the signals.
@@ -128,8 +129,8 @@ class Samples:
             logged: contents of the logs, (T, size) each or lists of T, by port number.
         """
         self.time, self._sources, self._logged = time, sources, logged
-        self._known: dict[Derived, _KnownSteps] = {}  # of blocks, some of whose outputs are not computed yet
-        self._computed: dict[Derived, dict[str, Array]] = {}  # outputs of blocks, by name
+        self._steps: dict[DerivedBlock, _BlockSteps] = {}  # of blocks, some of whose outputs are not computed yet
+        self._output_values: dict[DerivedBlock, dict[str, Array]] = {}  # outputs of blocks, by name
         # Names and sources of joint angles that have not been read, by estimate.
         self._unread = {_estimate_of(s): (name, s) for name, s in sources.items() if name.endswith(f".{ANGLES}")}
 
@@ -138,12 +139,13 @@ class Samples:
         return values
 
     def is_logged(self, name: str) -> bool:
-        """Whether a signal is known without computing it."""
-        return isinstance(self._sources[name], Logged)
+        """Whether a signal is read from a log, without computation."""
+        return isinstance(self._sources[name], LoggedPort)
 
-    def values_of(self, source: Source) -> Any:
+    def values_of(self, source: SignalSource) -> Any:
         """The values of a source at all samples."""
-        values, estimate = self._values_of(source), _estimate_of(source)
+        values = self._values_of(source)
+        estimate = _estimate_of(source)
         if estimate in self._unread:
             name, angles = self._unread[estimate]
             if source == angles or not np.isfinite(values).all():
@@ -154,31 +156,32 @@ class Samples:
     def _note_missing(self, name: str, values: Array) -> None:
         is_missing = ~np.isfinite(values).all(axis=1)
         if is_missing.any():
-            first, share = float(self.time[is_missing][0]), f"{is_missing.sum()} of {len(is_missing)}"
-            _LOGGER.warning("%s: NaN in %s samples, first at t = %g s", name, share, first)
+            first = float(self.time[is_missing][0])
+            fraction = f"{is_missing.sum()} of {len(is_missing)}"
+            _LOGGER.warning("%s: NaN in %s samples, first at t = %g s", name, fraction, first)
 
-    def _values_of(self, source: Source) -> Any:
-        """Reads or computes them; the steps of a block are kept until its last output is computed."""
-        if isinstance(source, Logged):
+    def _values_of(self, source: SignalSource) -> Any:
+        """Reads or computes the values of a source; keeps the steps of a block until its last output is computed."""
+        if isinstance(source, LoggedPort):
             return self._logged[source.number]
-        computed = self._computed.setdefault(source.derived, {})
+        computed = self._output_values.setdefault(source.derived, {})
         if source.name not in computed:
-            known = self._known.setdefault(source.derived, _KnownSteps(self, source.derived.leaves))
-            computed[source.name] = source.derived.block.output_over_time(source.name, known)
+            steps = self._steps.setdefault(source.derived, _BlockSteps(self, source.derived.leaves))
+            computed[source.name] = source.derived.block.output_over_time(source.name, steps)
             if len(computed) == len(source.derived.outputs):
-                del self._known[source.derived]
+                del self._steps[source.derived]
         return computed[source.name]
 
 
-def _estimate_of(source: Source) -> Any:
-    """What the outputs of a block for one finger share; a logged port is by itself."""
-    return source if isinstance(source, Logged) else (source.derived.block, source.name.rpartition(".")[0])
+def _estimate_of(source: SignalSource) -> Any:
+    """Key of the estimate that an output belongs to: block and finger; a logged port is its own key."""
+    return source if isinstance(source, LoggedPort) else (source.derived.block, source.name.rpartition(".")[0])
 
 
-class _KnownSteps(dict[str, Any]):
+class _BlockSteps(dict[str, Any]):
     """The steps of a block that have been computed at all samples; leaves are read when a step takes them."""
 
-    def __init__(self, samples: Samples, leaves: Mapping[str, Source]):
+    def __init__(self, samples: Samples, leaves: Mapping[str, SignalSource]):
         super().__init__({TIME: samples.time[:, None]})
         self._samples, self._leaves = samples, leaves
 

@@ -3,7 +3,7 @@
 Seeds are set in the context (`seed_random_sources`): a RandomSource made in Python has no fixed seed.
 
 Building a station takes a tenth of a second to a second, and Drake before 1.58 never frees one. A station holds no
-state of a run, so `kept_station` returns it again for an equal scenario if none of its input files has changed in
+state of a run, so `cached_station` returns it again for an equal scenario if none of its input files has changed in
 between.
 """
 
@@ -27,7 +27,7 @@ from pydrake.systems.framework import Context, Diagram
 from pydrake.systems.primitives import RandomSource
 
 from soft_gripper.cached import kept
-from soft_gripper.diagrams.own_blocks import blamed, check_values, own_blocks
+from soft_gripper.diagrams.own_blocks import check_values, user_block_error, user_blocks
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.diagrams.station_parts import Station
@@ -45,62 +45,62 @@ from soft_gripper.scenario.drake_values import plain_values
 from soft_gripper.scenario.model_files import model_path
 from soft_gripper.scenario.schema import DRAKE, Scenario, default_simulator_config
 
-MOST = 4  # cached stations, 8 to 20 MB each
-_NAMES_OTHERS = (
+MAX_STATIONS = 4  # cached stations, 8 to 20 MB each
+_REFERENCE_MARKS = (
     b"<mesh",
     b"<uri",
     b"<include",
     b"filename",
     b"file:",
 )  # in the text of a model that refers to other files
-_kept: OrderedDict[tuple[str, ...], Station] = OrderedDict()
+_stations: OrderedDict[tuple[str, ...], Station] = OrderedDict()
 
 
-def kept_station(scenario: Scenario) -> Station:
+def cached_station(scenario: Scenario) -> Station:
     """A private station without a Meshcat; a cached one if the scenario differs only in its seed and its solver.
 
-    One with blocks of the user's is not kept, since they may remember a run; nor is one whose models consist of several
-    files of the user's, any of which may have changed.
+    Stations with user blocks, which may remember a run, are not cached, nor are those with models of several user
+    files, which may have changed.
 
     Raises:
         InputError: if a part of the scenario cannot be built.
     """
     scenario = checked_scenario("scenario", scenario)
-    key = None if has_own_blocks(scenario) else built_of(scenario)
+    key = None if has_own_blocks(scenario) else build_key(scenario)
     if key is None:
         return make_private_station(scenario)
     station = kept(
-        _kept, key, lambda: make_private_station(deepcopy(scenario)), MOST
+        _stations, key, lambda: make_private_station(deepcopy(scenario)), MAX_STATIONS
     )  # the caller may change the scenario
     return replace(station, parts=replace(station.parts, scenario=scenario))
 
 
 def has_own_blocks(scenario: Scenario) -> bool:
-    """Whether a scenario names functions of the user's that make blocks."""
+    """Whether a scenario names user functions that make blocks."""
     return any(map(is_own, (scenario.sensor.type, scenario.estimator.type, *scenario.estimator.alongside)))
 
 
-def built_of(scenario: Scenario, content_of: Callable[[Path], str | None] | None = None) -> tuple[str, ...] | None:
-    """The scenario and the contents of its files, from which a station is built; None if these cannot be known.
+def build_key(scenario: Scenario, content_of: Callable[[Path], str | None] | None = None) -> tuple[str, ...] | None:
+    """Key of a cached station: its scenario and the contents of its files; None if these cannot be determined.
 
-    `content_of` is what was found of a file before, see `content`; None: files are looked at.
+    `content_of` gives the fingerprint of a file; None: `fingerprint`.
     """
     models = [*scenario.models, *parts_with_files(scenario.directives)]
     named = [*(model.file for model in models), scenario.nominal.file, scenario.nominal.calibration]
     paths = [model_path(file) for file in named if file is not None]
     places = dict.fromkeys(DIRECTORY if path.is_relative_to(DIRECTORY) else path for path in paths)
-    contents = list(map(content_of or content, places))
+    contents = list(map(content_of or fingerprint, places))
     if None in contents:
         return None
-    of_a_run = replace(scenario.sensor, seed=0)
-    built = replace(scenario, sensor=of_a_run, simulator_config=default_simulator_config())
+    unseeded = replace(scenario.sensor, seed=0)
+    built = replace(scenario, sensor=unseeded, simulator_config=default_simulator_config())
     return repr(plain_values(built)), *filter(None, contents)  # YAML takes ten times as long
 
 
-def content(path: Path) -> str | None:
+def fingerprint(path: Path) -> str | None:
     """A fingerprint of a file, or of the shipped models; None if the file is missing or refers to others."""
     if path == DIRECTORY:
-        return str([(each.name, each.stat().st_mtime_ns) for each in sorted(DIRECTORY.rglob("*"))])
+        return str([(file.name, file.stat().st_mtime_ns) for file in sorted(DIRECTORY.rglob("*"))])
     if not path.is_file() or path.suffix.lower() == ".gltf":
         return None
     try:
@@ -108,7 +108,7 @@ def content(path: Path) -> str | None:
     except InputError:
         return None
     suffix = path.suffix.lower()
-    may_refer = any(suffix in form.marks for form in FORMS) or any(mark in content for mark in _NAMES_OTHERS)
+    may_refer = any(suffix in form.marks for form in FORMS) or any(mark in content for mark in _REFERENCE_MARKS)
     return None if suffix not in MESH_SUFFIXES and may_refer else sha256(content).hexdigest()
 
 
@@ -131,7 +131,7 @@ def seed_random_sources(diagram: Diagram, context: Context, seed: int) -> None:
 
 
 def _owner(source: RandomSource) -> tuple[str, str]:
-    """The diagram that holds a source, and the finger for whose sensors it draws, if it does."""
+    """The diagram that holds a source, and the finger of its sensors, if it has one."""
     diagram, _, name = source.GetSystemPathname().rpartition("::")
     return diagram, name.rsplit(".", 2)[0] if name.endswith(RANDOM) else ""
 
@@ -152,7 +152,7 @@ def simulate(scenario: Scenario, meshcat: Meshcat | None = None, progress: Progr
     """Runs a scenario from beginning to end.
 
     A scenario that differs from one of the last few only in its seed and its solver reuses the same blocks, see
-    `kept_station`. Others are built; with Drake before 1.58, every station built stays in memory for as long as
+    `cached_station`. Others are built; with Drake before 1.58, every station built stays in memory for as long as
     the process runs: 8 MB with two fingers. For thousands of different scenarios use `run_sweep`, whose worker
     processes are replaced when they have grown. Signals are computed when they are read, and until all have been, a
     recording keeps the blocks of its station in memory: ``recording.data.load()`` reads all.
@@ -168,7 +168,7 @@ def simulate(scenario: Scenario, meshcat: Meshcat | None = None, progress: Progr
             a value that is not finite.
         SimulationDivergedError: if the state is no longer finite.
     """
-    station = kept_station(scenario) if meshcat is None else make_private_station(scenario, meshcat)
+    station = cached_station(scenario) if meshcat is None else make_private_station(scenario, meshcat)
     with nullcontext(progress) if progress else progress_of_long_runs(scenario.duration) as shown:
         return run_station(station, meshcat, shown)
 
@@ -180,15 +180,15 @@ class Run(NamedTuple):
     recording: Recording
 
 
-# Runs that an engine other than Drake is given at once: the more, the faster each; but several processes want some.
-_LEAST_TOGETHER, _MOST_TOGETHER, _CALLS = 16, 128, 4
+# Runs per call of an engine other than Drake: more make each faster, but leave processes without work.
+_MIN_RUNS_AT_ONCE, _MAX_RUNS_AT_ONCE, _MIN_CALLS = 16, 128, 4
 
 
 def runs_at_once(scenario: Scenario, count: int) -> int:
-    """How many of so many runs of a scenario, or of others with changes, are best made by one call of `run_many`."""
+    """Best number of runs per call of `run_many`, for `count` runs of a scenario with changes."""
     if scenario.engine == DRAKE:
         return 1
-    calls = max(math.ceil(count / _MOST_TOGETHER), min(_CALLS, math.ceil(count / _LEAST_TOGETHER)), 1)
+    calls = max(math.ceil(count / _MAX_RUNS_AT_ONCE), min(_MIN_CALLS, math.ceil(count / _MIN_RUNS_AT_ONCE)), 1)
     return max(1, math.ceil(count / calls))
 
 
@@ -219,7 +219,7 @@ def engine_step(scenario: Scenario) -> float | None:
 
 def _run(scenario: Scenario, described: bool) -> Run | Exception:
     try:
-        station = kept_station(scenario)
+        station = cached_station(scenario)
         return Run(station, run_station(station, described=described))
     except (InputError, SimulationDivergedError) as error:
         return error
@@ -277,14 +277,14 @@ def _monitor(progress: Progress) -> Callable[[Context], None]:
 
 def _recording(station: Station, context: Context, described: bool) -> Recording:
     """The recording of a run, after checking that the outputs of user blocks are finite."""
-    own = own_blocks(station)
+    blocks = user_blocks(station)
     try:
         recording = station.recording(context, described)
-        if own:
-            recording.data.load()  # what fails is to be blamed on its block
+        if blocks:
+            recording.data.load()  # so that a failure is blamed on its block
     except (Exception, SystemExit) as failure:  # raised by functions that are called for all samples at once
-        raise blamed(station, context, failure) or failure from failure
-    check_values(own, recording)
+        raise user_block_error(station, context, failure) or failure from failure
+    check_values(blocks, recording)
     return recording
 
 
@@ -365,9 +365,9 @@ def advance(simulator: Simulator, station: Station, time: float) -> bool:
 
 def _blame(station: Station, context: Context, failure: BaseException | None, has_diverged: bool) -> None:
     """Raises an InputError if a user block has failed, or has made the state non-finite."""
-    if failure is not None and not has_diverged and (error := blamed(station, context, failure)):
+    if failure is not None and not has_diverged and (error := user_block_error(station, context, failure)):
         raise error from failure
-    blocks = own_blocks(station)
+    blocks = user_blocks(station)
     if not blocks:
         return
     try:

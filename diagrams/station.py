@@ -6,7 +6,7 @@ from pydrake.geometry import Meshcat
 from pydrake.systems.framework import DiagramBuilder
 
 from soft_gripper.diagrams.commanding import add_arm, add_drive_commands
-from soft_gripper.diagrams.private_run import keep_what_is_read
+from soft_gripper.diagrams.private_run import remove_unread_blocks
 from soft_gripper.diagrams.scene import add_copy, add_plant
 from soft_gripper.diagrams.signal_logs import SignalLogs, add_logs
 from soft_gripper.diagrams.station_parts import Station, StationParts
@@ -37,14 +37,14 @@ def make_station(
     Raises:
         InputError: if a part of the scenario cannot be built.
     """
-    builder, station = _begun(scenario, meshcat, make_sensor, make_estimator)
-    return _built(builder, station, add_logs(builder, station.signals, station.scenario.sensor.period))
+    builder, station = _begin_station(scenario, meshcat, make_sensor, make_estimator)
+    return _build_station(builder, station, add_logs(builder, station.signals, station.scenario.sensor.period))
 
 
 def make_private_station(
     scenario: Scenario, meshcat: Meshcat | None = None, composed: bool = True, like: StationParts | None = None
 ) -> Station:
-    """A station for runs whose diagram nobody reads: faster, with the same recording.
+    """Builds a station for runs without readers of its diagram: faster, with the same recording.
 
     Blocks that no other reads are left out of its diagram, and its outputs are the signals that it still computes;
     unless they are `composed`, sensors and estimation stay diagrams of blocks. `like` as for `add_station`.
@@ -52,14 +52,14 @@ def make_private_station(
     Raises:
         InputError: if a part of the scenario cannot be built.
     """
-    builder, station = _begun(scenario, meshcat, composed=composed, like=like)
+    builder, station = _begin_station(scenario, meshcat, composed=composed, like=like)
     period = station.scenario.sensor.period
     logs = add_logs(builder, station.signals, period)
-    station.signals, removed = keep_what_is_read(builder, station.signals)
-    return replace(_built(builder, station, logs), removed=removed)
+    station.signals, removed = remove_unread_blocks(builder, station.signals)
+    return replace(_build_station(builder, station, logs), removed=removed)
 
 
-def _begun(
+def _begin_station(
     scenario: Scenario,
     meshcat: Meshcat | None,
     make_sensor: MakeSensor | None = None,
@@ -67,21 +67,22 @@ def _begun(
     composed: bool = False,
     like: StationParts | None = None,
 ) -> tuple[DiagramBuilder, StationParts]:
-    builder, looked_at = DiagramBuilder(), meshcat is not None  # nothing else that is added could look at the fingers
+    builder = DiagramBuilder()
+    has_viewer = meshcat is not None  # the only viewer that can be added
     station = add_station(
         builder,
         scenario,
         meshcat,
         make_sensor=make_sensor,
         make_estimator=make_estimator,
-        visuals=looked_at,
+        visuals=has_viewer,
         composed=composed,
         like=like,
     )
     return builder, station
 
 
-def _built(builder: DiagramBuilder, station: StationParts, logs: SignalLogs) -> Station:
+def _build_station(builder: DiagramBuilder, station: StationParts, logs: SignalLogs) -> Station:
     for name, command in station.inputs.items():
         builder.ExportInput(command, name)
     for name, signal in station.signals.items():
@@ -125,7 +126,7 @@ def add_station(
     Raises:
         InputError: if a part of the scenario cannot be built, or the diagram already has a plant.
     """
-    _check_first(builder)
+    _check_no_plant(builder)
     with collected() as notes:
         scenario = checked_scenario("scenario", scenario)
         nominal = read_nominal_model(scenario.nominal)
@@ -178,7 +179,7 @@ def add_station(
     return station
 
 
-def _check_first(builder: DiagramBuilder) -> None:
+def _check_no_plant(builder: DiagramBuilder) -> None:
     """Checks that there is no other station: Drake aborts the process if two blocks have the same name."""
     for name in ("plant", "scene_graph"):
         if builder.HasSubsystemNamed(name):

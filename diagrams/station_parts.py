@@ -79,7 +79,8 @@ class StationParts:
         Raises:
             InputError: if a motion of a task collides, or an object that does not give way has a limit of its squeeze.
         """
-        task, models = self.scenario.task, self.scenario.models
+        task = self.scenario.task
+        models = self.scenario.models
         if task is not None and task.squeeze_limit is not None and task.object not in self.deformables:
             expected = f"leave it out: '{task.object}' is rigid"
             raise InputError("task", "squeeze_limit", task.squeeze_limit, expected)
@@ -98,7 +99,7 @@ class Station:
     diagram: Diagram
     parts: StationParts
     logs: SignalLogs
-    removed: Mapping[str, System] = field(default_factory=dict)  # parts of which the recording alone knows, by name
+    removed: Mapping[str, System] = field(default_factory=dict)  # parts that only the recording computes, by name
 
     @property
     def scenario(self) -> Scenario:

@@ -137,7 +137,8 @@ def check_paths(
     """
     names = [arm.name, *(model.name for model in carried_models(models, arm.name))]
     robot = {body for name in names for body in plant.GetBodyIndices(plant.GetModelInstanceByName(name))}
-    tool, root = own_frame(plant, arm.tool_model, "models"), diagram.CreateDefaultContext()
+    tool = own_frame(plant, arm.tool_model, "models")
+    root = diagram.CreateDefaultContext()
     for i, phase in enumerate(phases):
         postures = _postures(phase)
         positions = _positions(plant, arm, task, tool, postures, _place(models, task, i), begin)
@@ -204,8 +205,8 @@ def _positions(
 RESCUE = ("rescue: open", "rescue: rise", "rescue: home")
 
 
-_MOST_PLANS = 16  # of about 30 motions each, 0.2 MB
-_planned: OrderedDict[tuple[bytes | str, ...], tuple[Phase, ...]] = OrderedDict()
+_MAX_PLANS = 16  # of about 30 motions each, 0.2 MB
+_plans: OrderedDict[tuple[bytes | str, ...], tuple[Phase, ...]] = OrderedDict()
 
 
 def plan_phases(task: TaskConfig, models: Sequence[ModelConfig], arm: Arm) -> tuple[Phase, ...]:
@@ -222,19 +223,21 @@ def plan_phases(task: TaskConfig, models: Sequence[ModelConfig], arm: Arm) -> tu
         poses.append(reported_pose(task, models))
     law = arm.couplings
     numbers = (arm.home, arm.config.acceleration, law.matrix, law.offset, [pose.GetAsMatrix34() for pose in poses])
-    arrays = (np.array(each).tobytes() for each in numbers)
+    arrays = (np.array(values).tobytes() for values in numbers)
     key: tuple[bytes | str, ...] = (arm_fingerprint(arm.plant, arm.tool), repr(task.phases), *arrays)
-    return kept(_planned, key, lambda: _planned_by(planner, task.phases, arm.home), _MOST_PLANS)
+    return kept(_plans, key, lambda: _plan_motions(planner, task.phases, arm.home), _MAX_PLANS)
 
 
-def _planned_by(planner: "MotionPlanner", configs: Sequence[PhaseConfig], home: Array) -> tuple[Phase, ...]:
+def _plan_motions(planner: "MotionPlanner", configs: Sequence[PhaseConfig], home: Array) -> tuple[Phase, ...]:
     watched = [i for i, config in enumerate(configs) if config.holds or config.until]
     end = len(configs) + len(RESCUE) * len(watched)
     phases: list[Phase] = []
-    posture, opening = home, math.nan
+    posture = home
+    opening = math.nan
     for i, config in enumerate(configs):
         motion = planner.motion(f"task.phases[{i}] '{config.name}'", config, posture)
-        posture, opening = end_of(motion), opening if config.opening is None else config.opening
+        posture = end_of(motion)
+        opening = opening if config.opening is None else config.opening
         follower = i + 1 if i + 1 < len(configs) else end
         rescue = len(configs) + len(RESCUE) * watched.index(i) if i in watched else None
         phases.append(Phase(config.name, motion, opening, follower, config.until, config.rest, config.holds, rescue))
@@ -329,7 +332,7 @@ class MotionPlanner:
             raise InputError(where, "motion", self._arm.name, f"exceeds the limits of the arm: {error}") from None
 
 
-def planned_task(task: TaskConfig, models: Sequence[ModelConfig], arm: Arm, period: float) -> TaskMachine:
+def make_task_machine(task: TaskConfig, models: Sequence[ModelConfig], arm: Arm, period: float) -> TaskMachine:
     """The controller of a task, which samples every `period` s.
 
     Raises:
@@ -362,7 +365,7 @@ def add_task(
     Raises:
         InputError: if the arm cannot reach the goal of a phase.
     """
-    machine = builder.AddNamedSystem("task", planned_task(task, models, arm, period))
+    machine = builder.AddNamedSystem("task", make_task_machine(task, models, arm, period))
     builder.Connect(machine.GetOutputPort("desired_state"), desired_state)
     signals = {f"task.{name}": machine.GetOutputPort(name) for name in ("phase", "outcome", "desired_state")}
     if grip is not None:
@@ -394,5 +397,6 @@ def add_tool_target(
     builder.AddNamedSystem(f"{arm.name}.tool_follower", follower)
     builder.Connect(plant.get_state_output_port(arm.model), follower.GetInputPort("robot_state"))
     builder.Connect(follower.GetOutputPort("desired_state"), desired_state)
-    target, desired = follower.GetInputPort("X_WTool"), follower.GetOutputPort("desired_state")
+    target = follower.GetInputPort("X_WTool")
+    desired = follower.GetOutputPort("desired_state")
     return External({f"{arm.name}.X_WTool": target}, {f"{arm.name}.desired_state": desired})

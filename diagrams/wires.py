@@ -30,19 +30,19 @@ class Level(NamedTuple):
         if self.diagram is None or self.above is None:
             return None
         outer = map(self.diagram.get_input_port, range(self.diagram.num_input_ports()))
-        fed = (each for each in outer if key in map(tuple, self.diagram.GetInputPortLocators(each.get_index())))
+        fed = (port for port in outer if key in map(tuple, self.diagram.GetInputPortLocators(port.get_index())))
         port_above = next(fed, None)
         return None if port_above is None else self.above.feed(port_above)
 
-    def exported(self, port: OutputPort) -> OutputPort | None:
+    def root_port(self, port: OutputPort) -> OutputPort | None:
         """The port of the root diagram that exports an output; None if there is none."""
         if self.diagram is None or self.above is None:
             return port
         key = port.get_system(), port.get_index()
         outer = map(self.diagram.get_output_port, range(self.diagram.num_output_ports()))
-        shown = (each for each in outer if tuple(self.diagram.get_output_port_locator(each.get_index())) == key)
+        shown = (port for port in outer if tuple(self.diagram.get_output_port_locator(port.get_index())) == key)
         port_above = next(shown, None)
-        return None if port_above is None else self.above.exported(port_above)
+        return None if port_above is None else self.above.root_port(port_above)
 
     def leaf_output(self, port: OutputPort) -> "tuple[OutputPort, Level]":
         """The port of a leaf system that is behind an output, and its level."""

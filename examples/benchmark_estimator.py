@@ -4,7 +4,7 @@ import numpy as np
 
 
 def linear(task, train, features=lambda inputs: inputs):
-    """A straight line through the training samples, whose residuals are the stated standard deviations.
+    """Linear regression on the training samples; its stated deviations are those of the residuals.
 
     In recognition its outputs are the probabilities of the shapes, and what is missing to 1 is that of another one.
     """
@@ -25,13 +25,13 @@ def linear(task, train, features=lambda inputs: inputs):
 
 
 def with_memory(task, train, time=0.3):
-    """The same, on inputs and their means over some past time, s, where samples follow each other."""
-    share = 1.0 if task.period is None else min(task.period / time, 1.0)
+    """Linear regression on inputs and their means over some past time, s, where samples follow each other."""
+    weight = 1.0 if task.period is None else min(task.period / time, 1.0)
 
-    def remembered(inputs):
+    def add_means(inputs):
         means = [inputs[0]]
         for sample in inputs[1:]:
-            means.append(means[-1] + share * (sample - means[-1]))
+            means.append(means[-1] + weight * (sample - means[-1]))
         return np.hstack([inputs, means])
 
-    return linear(task, train, remembered)
+    return linear(task, train, add_means)

@@ -34,13 +34,14 @@ def write_episodes(file: Path, policies: dict[str, list[Episode]]) -> None:
     with file.open("w", newline="", encoding="utf-8") as opened:
         writer = csv.writer(opened)
         writer.writerow(["policy", "seed", "success", "peak_force_n"])
-        writer.writerows([policy, *astuple(each)] for policy, episodes in policies.items() for each in episodes)
+        writer.writerows([policy, *astuple(episode)] for policy, episodes in policies.items() for episode in episodes)
 
 
 def main(folder: Path, engine: str) -> None:
     """Learns into a folder."""
     folder.mkdir(parents=True, exist_ok=True)
-    begin, curve = time.process_time(), []
+    begin = time.process_time()
+    curve = []
     for parameters, generation in islice(learn(learner_environments(engine), POPULATION, EPISODES, SEED), GENERATIONS):
         curve.append(generation)
         save_learned(folder / "learned.yaml", parameters, curve)

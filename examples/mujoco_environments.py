@@ -16,9 +16,10 @@ SECONDS, PERIOD = 2.0, 0.01  # s, of a run and between samples
 
 
 def main(environments: int = 64) -> tuple[np.ndarray, np.ndarray]:
-    """Closes on the box at random pressures; the true joint angles of a finger, and the estimated ones, (E, T, N)."""
+    """Closes on the box at random pressures; returns true and estimated joint angles of a finger, (E, T, N)."""
     scenario = sg.load_scenario("box_grasp", ["estimator.type=contact"])
-    exported, finger = sg.extras.export.to_mjcf(scenario), sg.extras.export.sensed_fingers(scenario)["left_finger"]
+    exported = sg.extras.export.to_mjcf(scenario)
+    finger = sg.extras.export.sensed_fingers(scenario)["left_finger"]
     model = mujoco.MjModel.from_xml_string(exported.text)
     data = mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, data, 0)
@@ -36,7 +37,8 @@ def main(environments: int = 64) -> tuple[np.ndarray, np.ndarray]:
     q = states[:, every - 1 :: every, places]  # (E, T, N)
     in_chambers = 1 + model.nq + model.nv + model.actuator_actadr[model.actuator("left_finger").id]
     shape = finger.estimate(finger.read(q), states[:, every - 1 :: every, [in_chambers]])
-    wrong, force = np.linalg.norm(shape.q[:, -1] - q[:, -1], axis=-1), shape.contact.force[:, -1]
+    wrong = np.linalg.norm(shape.q[:, -1] - q[:, -1], axis=-1)
+    force = shape.contact.force[:, -1]
     print(
         f"{environments} environments, {q.shape[1]} samples: joint angles within {np.degrees(wrong.max()):.2f} degrees"
     )

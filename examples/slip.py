@@ -1,4 +1,4 @@
-"""Why an object slips: what its creep and its loss depend on, in Drake and in MuJoCo, and whether they can be foreseen.
+"""Studies slip: how creep and loss of an object depend on conditions, in Drake and in MuJoCo, and are predicted.
 
     python examples/slip.py
 
@@ -17,7 +17,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.simulation import kept_station, run_station
+from soft_gripper.diagrams.simulation import cached_station, run_station
 from soft_gripper.extras.export.folder import export_mjcf
 from soft_gripper.extras.export.run_mjcf import simulate
 from soft_gripper.files.row_table import print_rows, write_csv
@@ -28,7 +28,8 @@ from soft_gripper.runs.sweep.axes import read_axis, sweep_points
 from soft_gripper.runs.sweep.run_sweep import run_sweep
 from soft_gripper.scenario.scenario_file import changed_scenario
 
-SCENARIO, OBJECT = "bottle_grasp", "bottle"
+SCENARIO = "bottle_grasp"
+OBJECT = "bottle"
 HELD_FOR, CREPT = 4.0, 2.0  # s after the lift, and at the end of that, over which creep is measured
 LIFT, SLIPPED = 0.08, 0.01  # m: of the gripper, and less of the object, which then has slipped
 CHANGES = {"models.bottle.friction": 0.3, "task.phases.lift.rest": HELD_FOR}
@@ -78,14 +79,14 @@ def creep(time: Array, height: Array) -> float:
     return np.nan if has_slipped else -1e3 * float(np.polyfit(time[last], height[last], 1)[0])
 
 
-def in_drake(changes: Mapping[str, Any]) -> float:
-    """`creep` in Drake."""
-    recording = run_station(kept_station(changed_scenario(SCENARIO, {**CHANGES, **changes})))
+def drake_creep(changes: Mapping[str, Any]) -> float:
+    """Speed at which the bottle sinks in Drake, mm/s, see `creep`."""
+    recording = run_station(cached_station(changed_scenario(SCENARIO, {**CHANGES, **changes})))
     return creep(recording["time"].values, recording[f"{OBJECT}.pose"].values[:, -1])
 
 
-def in_mujoco(changes: Mapping[str, Any], noslip: bool) -> float:
-    """`creep` of the exported model in MuJoCo."""
+def mujoco_creep(changes: Mapping[str, Any], noslip: bool) -> float:
+    """Speed at which the bottle sinks in the exported model in MuJoCo, mm/s, see `creep`."""
     scenario = changed_scenario(SCENARIO, {**CHANGES, **changes})
     with TemporaryDirectory() as folder:
         export_mjcf(scenario, Path(folder), scenario.plant_config.time_step)
@@ -100,16 +101,16 @@ def in_mujoco(changes: Mapping[str, Any], noslip: bool) -> float:
 
 def conditions(executor: Executor) -> list[SlipRow]:
     """A row for each condition and simulator."""
-    drake = results(executor, in_drake, {name: (change,) for name, change in (CONDITIONS | IN_DRAKE).items()})
-    rows = [SlipRow(f"Drake: {name}", found) for name, found in drake.items()]
+    drake = results(executor, drake_creep, {name: (change,) for name, change in (CONDITIONS | IN_DRAKE).items()})
+    rows = [SlipRow(f"Drake: {name}", speed) for name, speed in drake.items()]
     if find_spec("mujoco") is not None:
         for noslip, words in ((True, "MuJoCo"), (False, "MuJoCo without noslip")):
-            rows += [SlipRow(f"{words}: {name}", in_mujoco(change, noslip)) for name, change in CONDITIONS.items()]
+            rows += [SlipRow(f"{words}: {name}", mujoco_creep(change, noslip)) for name, change in CONDITIONS.items()]
     return rows
 
 
 def predictions(trials: int, seed: int, executor: Executor, out: Path) -> tuple[int, int]:
-    """How many of some random grasps are predicted before the lift, and how many of these end as predicted."""
+    """Numbers of random grasps with a prediction before the lift, and of those that end as predicted."""
     points = sweep_points([read_axis(text) for text in RANDOM], "latin", trials, seed)
     rows = run_sweep(SCENARIO, points, out, executor)
     predicted = [row for row in rows if row["predicted"]]

@@ -10,7 +10,7 @@ from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput, Tr
 from pydrake.trajectories import PiecewisePolynomial
 
 from soft_gripper.array_block import ArrayBlock
-from soft_gripper.diagrams.signal_sources import Derived, Logged, Output, Samples
+from soft_gripper.diagrams.signal_sources import DerivedBlock, DerivedOutput, LoggedPort, Samples
 from soft_gripper.errors import InputError
 from soft_gripper.signals import signal_of
 from soft_gripper.steps import TIME
@@ -270,8 +270,8 @@ def test_a_step_is_kept_for_further_readers_alone():
 def test_steps_are_forgotten_once_all_signals_are_read():
     """Only the outputs are kept, each computed once for all who read it."""
     block = Halves()
-    derived = Derived(block, {"x": Logged(0)}, ["half0", "half1"])
-    sources = {f"signal{i}": Output(derived, f"half{i}") for i in range(2)}
+    derived = DerivedBlock(block, {"x": LoggedPort(0)}, ["half0", "half1"])
+    sources = {f"signal{i}": DerivedOutput(derived, f"half{i}") for i in range(2)}
     samples = Samples(sources, np.arange(3.0), {0: np.ones((3, 1))})
     assert samples["signal0"] is samples["signal0"]
     step = weakref.ref(block.rows[-1])

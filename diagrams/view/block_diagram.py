@@ -9,7 +9,7 @@ from pydrake.systems.framework import Diagram
 from soft_gripper.errors import InputError
 from soft_gripper.files.output import atomic_file
 
-_SYSTEM = re.compile(r"\b(s|clusters?|_)(\d+)(?=[a-z:\s])")
+_SYSTEM_NUMBER = re.compile(r"\b(s|clusters?|_)(\d+)(?=[a-z:\s])")
 PICTURES = (".svg", ".png", ".pdf")
 
 
@@ -21,7 +21,7 @@ def graphviz(diagram: Diagram, max_depth: int = 1) -> str:
     """
     numbers: dict[str, str] = {}
     drawn: str = diagram.GetGraphvizString(max_depth=max_depth)
-    text = _SYSTEM.sub(lambda found: found[1] + numbers.setdefault(found[2], str(len(numbers))), drawn)
+    text = _SYSTEM_NUMBER.sub(lambda match: match[1] + numbers.setdefault(match[2], str(len(numbers))), drawn)
     blocks = groupby(text.splitlines(), lambda line: " -> " in line)
     return "\n".join(line for wires, lines in blocks for line in (sorted(lines) if wires else lines)) + "\n"
 

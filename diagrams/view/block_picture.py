@@ -8,15 +8,15 @@ from pydrake.systems.framework import Diagram, InputPort, OutputPort, System
 
 from soft_gripper.errors import InputError
 
-_LEFT_OUT = ("logs", "drake/systems/VectorLogSink", "scene_graph", "meshcat", "illustration", "estimate_visualizer")
-_NAMELESS = ("y0", "y", "delayed_u")  # uninformative names of ports of Drake's primitives
-_STYLE = {
+_HIDDEN_BLOCKS = "logs", "drake/systems/VectorLogSink", "scene_graph", "meshcat", "illustration", "estimate_visualizer"
+_GENERIC_PORTS = ("y0", "y", "delayed_u")  # uninformative names of ports of Drake's primitives
+_GRAPH_STYLE = {
     "graph": {"rankdir": "TB", "bgcolor": "white", "nodesep": "0.3", "ranksep": "0.4", "size": "8,12"},  # inches
     "node": {"shape": "box", "style": "rounded,filled", "fontname": "Helvetica", "fontsize": "12", "color": "#888888"},
     "edge": {"fontname": "Helvetica", "fontsize": "9", "color": "#666666", "fontcolor": "#333333"},
 }
-_PRIMITIVE, _OWN, _OUTSIDE = "#fee8c8", "#d9e8f5", "white"
-_TRUTH = "#eeeeee"  # known in simulation only
+_DRAKE_COLOR, _PROJECT_COLOR, _OUTSIDE_COLOR = "#fee8c8", "#d9e8f5", "white"
+_TRUTH_COLOR = "#eeeeee"  # known in simulation only
 Wires = dict[tuple[str, str], list[str]]  # names of ports, by source and target
 
 
@@ -39,9 +39,9 @@ def block_picture(system: System, without: tuple[str, ...] = ()) -> str:
         expected = "a picture requires pygraphviz: pip install 'soft-gripper[notebooks]'"
         raise InputError("block_picture", "system", system.get_name(), expected) from None
     blocks = {block.get_name(): block for block in (system.GetSystems() if isinstance(system, Diagram) else [system])}
-    blocks = {name: block for name, block in blocks.items() if not name.startswith((*without, *_LEFT_OUT))}
+    blocks = {name: block for name, block in blocks.items() if not name.startswith((*without, *_HIDDEN_BLOCKS))}
     graph = pygraphviz.AGraph(directed=True)
-    for kind, style in _STYLE.items():
+    for kind, style in _GRAPH_STYLE.items():
         getattr(graph, f"{kind}_attr").update(style)
     for name, block in blocks.items():
         graph.add_node(name, label=f"{name}\n{type(block).__name__.rstrip('_')}", fillcolor=_color(block))
@@ -49,7 +49,7 @@ def block_picture(system: System, without: tuple[str, ...] = ()) -> str:
     if not any(name.endswith("plant") for name in blocks):
         wires |= _wires_outside(system, graph)
     for (source, target), ports in wires.items():
-        graph.add_edge(source, target, label="\n".join(port for port in ports if port not in _NAMELESS))
+        graph.add_edge(source, target, label="\n".join(port for port in ports if port not in _GENERIC_PORTS))
     picture: bytes = graph.draw(prog="dot", format="svg")
     return picture.decode()
 
@@ -59,42 +59,43 @@ def _wires_between(system: System, blocks: Container[str]) -> Wires:
     wires: Wires = defaultdict(list)
     if isinstance(system, Diagram):
         for (target, _), (source, index) in system.connection_map().items():
-            ends, port = (source.get_name(), target.get_name()), source.get_output_port(index).get_name()
+            ends = (source.get_name(), target.get_name())
+            port = source.get_output_port(index).get_name()
             if ends[0] in blocks and ends[1] in blocks and port not in wires[ends]:
                 wires[ends].append(port)
     return wires
 
 
 def _wires_outside(system: System, graph: Any) -> Wires:
-    """Wires from the inputs, of which each becomes a node, and to the outputs, a node for all of a block."""
+    """Wires from the inputs, a node each, and to the outputs, a node per block."""
     wires: Wires = {}
     for port in map(system.get_input_port, range(system.num_input_ports())):
-        graph.add_node(f"in {port.get_name()}", label=port.get_name(), shape="plaintext", fillcolor=_OUTSIDE)
-        for block in _fed(system, port):
+        graph.add_node(f"in {port.get_name()}", label=port.get_name(), shape="plaintext", fillcolor=_OUTSIDE_COLOR)
+        for block in _target_blocks(system, port):
             wires[f"in {port.get_name()}", block.get_name()] = []
     outputs = defaultdict(list)
     for port in map(system.get_output_port, range(system.num_output_ports())):
-        outputs[_feeding(system, port).get_name()].append(port.get_name())
+        outputs[_source_block(system, port).get_name()].append(port.get_name())
     for name, ports in outputs.items():
-        graph.add_node(f"out {name}", label="\n".join(ports), shape="plaintext", fillcolor=_OUTSIDE)
+        graph.add_node(f"out {name}", label="\n".join(ports), shape="plaintext", fillcolor=_OUTSIDE_COLOR)
         wires[name, f"out {name}"] = []
     return wires
 
 
-def _fed(system: System, port: InputPort) -> list[System]:
-    """The blocks that an input of a system leads to."""
+def _target_blocks(system: System, port: InputPort) -> list[System]:
+    """The blocks fed by an input of a system."""
     if not isinstance(system, Diagram):
         return [system]
     return [block for block, _ in system.GetInputPortLocators(port.get_index())]
 
 
-def _feeding(system: System, port: OutputPort) -> System:
-    """The block that an output of a system comes from."""
+def _source_block(system: System, port: OutputPort) -> System:
+    """The block that feeds an output of a system."""
     return system.get_output_port_locator(port.get_index())[0] if isinstance(system, Diagram) else system
 
 
 def _color(block: System) -> str:
     module = type(block).__module__
     if ".truth." in module or module.endswith("scoring"):
-        return _TRUTH
-    return _OWN if module.startswith("soft_gripper") else _PRIMITIVE
+        return _TRUTH_COLOR
+    return _PROJECT_COLOR if module.startswith("soft_gripper") else _DRAKE_COLOR

@@ -38,8 +38,8 @@ from soft_gripper.estimators.arcs import Arcs
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import as_points
 
-PROUD = 1e-3  # m, how far the estimate protrudes from the sides of the finger
-_SIDES = {"left": 1, "right": -1}  # of the bending plane, with the sign of y
+PROUD = 1e-3  # m, protrusion of the estimate from the sides of the finger
+_SIDE_SIGNS = {"left": 1, "right": -1}  # of the bending plane, with the sign of y
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +63,7 @@ class DrawnFinger:
         return min(widths) / 2 - PROUD, max(widths) / 2 + PROUD
 
 
-_STEPS = 2.0**20  # per metre and per radian: rounded numbers, which compress well in an animation
+_ROUNDING_STEPS = 2.0**20  # per metre and per radian: rounded numbers, which compress well in an animation
 
 
 def put(meshcat: Meshcat, path: str, position: Array, heading: float, time: float) -> None:
@@ -83,7 +83,7 @@ def _pose(meshcat: Meshcat, path: str, position: Array, R: RotationMatrix, time:
 
 def rounded(value: float) -> float:
     """Rounds a length, m, or an angle, rad, to about 1e-6."""
-    return round(float(value) * _STEPS) / _STEPS
+    return round(float(value) * _ROUNDING_STEPS) / _ROUNDING_STEPS
 
 
 def unit_circle(edges: int = 96) -> Array:
@@ -94,7 +94,7 @@ def unit_circle(edges: int = 96) -> Array:
 
 BAND = "/drake/estimate/band"
 BAND_COLOR = Rgba(0.0, 0.6, 0.6, 0.45)
-_LEAST_WIDTH = 1e-6  # m; Meshcat has no shape without width
+_MIN_WIDTH = 1e-6  # m; Meshcat has no shape without width
 
 
 def place_ribbon(meshcat: Meshcat, drawn: DrawnFinger) -> None:
@@ -108,7 +108,7 @@ def _place_pieces(
 ) -> None:
     """Makes a box on either side of every link, of a size (x, y) in m; `stretch` is its length by that of the link."""
     for i, length in enumerate(stretch * np.diff(drawn.finger.link_ends)):
-        for side, sign in _SIDES.items():
+        for side, sign in _SIDE_SIGNS.items():
             path = f"{group}/{drawn.name}/{i}/{side}"
             meshcat.SetObject(path, Box(*size, length), rgba)
             meshcat.SetProperty(path, "position", [0.0, sign * (drawn.sides[0] + size[1] / 2), 0.0])
@@ -116,55 +116,58 @@ def _place_pieces(
 
 def widen_ribbon(meshcat: Meshcat, drawn: DrawnFinger, std: Array, time: float) -> None:
     """Scales the pieces by the standard deviations of joints and tip, (N + 1) m; hides unknown ones."""
-    for i, width in enumerate(2 * STDS * _in_links(std)):
-        for side in _SIDES:
+    for i, width in enumerate(2 * STDS * _link_std(std)):
+        for side in _SIDE_SIGNS:
             path = f"{BAND}/{drawn.name}/{i}/{side}"
             meshcat.SetProperty(path, "visible", bool(np.isfinite(width)), time)
             if np.isfinite(width):
-                meshcat.SetProperty(path, "scale", [max(rounded(width), _LEAST_WIDTH), 1.0, 1.0], time)
+                meshcat.SetProperty(path, "scale", [max(rounded(width), _MIN_WIDTH), 1.0, 1.0], time)
 
 
-def _in_links(std: Array) -> Array:
-    """At the midpoints of the links, (N + 1)."""
+def _link_std(std: Array) -> Array:
+    """Standard deviations at mid-link, (N + 1) m, from those at joints and tip, (N + 1) m."""
     ends = np.concatenate([[0.0], std])
     return (ends[:-1] + ends[1:]) / 2
 
 
 CONTACT = "/drake/estimate/contact"
 ARROW_COLOR = Rgba(1.0, 0.72, 0.0)
-_RADIUS, _HEAD, _HEAD_RADIUS = 0.9e-3, 5e-3, 2.2e-3  # m
+_SHAFT_RADIUS, _HEAD_LENGTH, _HEAD_RADIUS = 0.9e-3, 5e-3, 2.2e-3  # m
 
 
 def place_arrow(meshcat: Meshcat, drawn: DrawnFinger) -> None:
     """Makes the arrow, hidden: along z from the origin, with a shaft of 1 m that is scaled later."""
-    path, aside = _arrow_path(drawn), drawn.sides[1] + PROUD
+    path = _arrow_path(drawn)
+    aside = drawn.sides[1] + PROUD
     turned = RotationMatrix.MakeXRotation(np.pi)  # a cone in Meshcat has its apex at the origin
     for side, y in [("middle", 0.0)] if is_in_space(drawn.signals) else [("left", aside), ("right", -aside)]:
-        meshcat.SetObject(f"{path}/shaft/{side}", Cylinder(_RADIUS, 1.0), ARROW_COLOR)
+        meshcat.SetObject(f"{path}/shaft/{side}", Cylinder(_SHAFT_RADIUS, 1.0), ARROW_COLOR)
         meshcat.SetTransform(f"{path}/shaft/{side}", RigidTransform([0.0, y, 0.5]))
-        meshcat.SetObject(f"{path}/head/{side}", MeshcatCone(_HEAD, _HEAD_RADIUS, _HEAD_RADIUS), ARROW_COLOR)
-        meshcat.SetTransform(f"{path}/head/{side}", RigidTransform(turned, [0.0, y, _HEAD]))
+        meshcat.SetObject(f"{path}/head/{side}", MeshcatCone(_HEAD_LENGTH, _HEAD_RADIUS, _HEAD_RADIUS), ARROW_COLOR)
+        meshcat.SetTransform(f"{path}/head/{side}", RigidTransform(turned, [0.0, y, _HEAD_LENGTH]))
     meshcat.SetProperty(path, "visible", False)
 
 
 def draw_links(meshcat: Meshcat, path: str, corners: Array, time: float) -> None:
-    """Poses a piece for every link between corners, (N + 2, 3) m in B; hides those that are not known."""
+    """Poses a piece for every link between corners, (N + 2, 3) m in B; hides unknown links."""
     middles = (corners[:-1] + corners[1:]) / 2
     for i, (middle, R) in enumerate(zip(middles, link_frames(corners), strict=True)):
-        known = bool(np.isfinite(R).all())
-        meshcat.SetProperty(f"{path}/{i}", "visible", known, time)
-        if known:
+        is_known = bool(np.isfinite(R).all())
+        meshcat.SetProperty(f"{path}/{i}", "visible", is_known, time)
+        if is_known:
             _pose(meshcat, f"{path}/{i}", middle, RotationMatrix(R), time)
 
 
 def draw_arrow(meshcat: Meshcat, drawn: DrawnFinger, corners: Array, contact: Contact, time: float) -> None:
     """Poses the arrow of a contact where the surface is pressed; hides it where that is not known."""
-    path, found = _arrow_path(drawn), contact_arrow(drawn.finger, corners, contact)
-    meshcat.SetProperty(path, "visible", found is not None, time)
-    if found is not None:
-        begin, along = found[0], found[1] - found[0]
+    path = _arrow_path(drawn)
+    ends = contact_arrow(drawn.finger, corners, contact)
+    meshcat.SetProperty(path, "visible", ends is not None, time)
+    if ends is not None:
+        begin = ends[0]
+        along = ends[1] - ends[0]
         _pose(meshcat, path, begin, RotationMatrix(frames_along(along)), time)
-        length = rounded(max(float(np.linalg.norm(along)) - _HEAD, 0.0))
+        length = rounded(max(float(np.linalg.norm(along)) - _HEAD_LENGTH, 0.0))
         meshcat.SetProperty(f"{path}/shaft", "scale", [1.0, 1.0, length], time)
         meshcat.SetProperty(f"{path}/head", "position", [0.0, 0.0, length], time)
 
@@ -176,7 +179,7 @@ def _arrow_path(drawn: DrawnFinger) -> str:
 CURVE, ARCS = "/drake/estimate/curve", "/drake/estimate/arcs"
 _CURVE_COLOR = Rgba(0.05, 0.05, 0.05)
 _ARC_COLOR = Rgba(0.0, 0.35, 0.15)
-_LARGEST_RADIUS = 1.0  # m; a flatter arc is not drawn
+_MAX_RADIUS = 1.0  # m; a flatter arc is not drawn
 
 
 class EstimateVisualizer(LeafSystem):
@@ -237,7 +240,8 @@ class EstimateVisualizer(LeafSystem):
             self._meshcat.SetLine(f"{path}/{radius}", np.array([[0, 0], [0, 0], [0, 1]]), 2.0, _ARC_COLOR)
 
     def _publish(self, context: Context) -> EventStatus:
-        time, poses = context.get_time(), self._body_poses.Eval(context)
+        time = context.get_time()
+        poses = self._body_poses.Eval(context)
         for finger in self.fingers:
             for group in (CURVE, ARCS, CONTACT, BAND):
                 self._meshcat.SetTransform(f"{group}/{finger.name}", poses[finger.base], time)
@@ -261,9 +265,10 @@ class EstimateVisualizer(LeafSystem):
     def _draw_arcs(self, finger: DrawnFinger, arcs: Arcs, time: float) -> None:
         centers, headings, radii = arc_frames(arcs)
         for i, radius in enumerate(radii):
-            path, drawn = f"{ARCS}/{finger.name}/{i}", bool(radius < _LARGEST_RADIUS)  # False if NaN
-            self._meshcat.SetProperty(path, "visible", drawn, time)
-            if drawn:
+            path = f"{ARCS}/{finger.name}/{i}"
+            is_drawn = bool(radius < _MAX_RADIUS)  # False if NaN
+            self._meshcat.SetProperty(path, "visible", is_drawn, time)
+            if is_drawn:
                 put(self._meshcat, path, as_points(centers[i]), headings[i], time)
                 self._meshcat.SetProperty(f"{path}/unit", "scale", [radius, 1.0, radius], time)
                 self._meshcat.SetProperty(f"{path}/unit/end", "rotation[y]", float(arcs.theta[i]), time)

@@ -19,30 +19,30 @@ from soft_gripper.sensors.sensor_block import joints_port
 from soft_gripper.truth.poses import corners
 
 LENGTH = 0.025  # m/N, of the arrow of a force
-LEAST_FORCE = 0.02  # N, smallest that is drawn
+MIN_FORCE = 0.02  # N, smallest that is drawn
 # Signals with joints and tip, and with the contact, in space and in the bending plane.
 SHAPES = ("estimated_joint_positions", "estimated_tip_position"), ("joint_positions", "tip_pose")
 CONTACTS = ("contact_force_vector", "contact_arc_length", "contact_side"), ("contact_force", "contact_arc_length")
 BAND_SIGNAL = "position_std"
 STDS = 2  # standard deviations on either side of a band
-_LEAST_SINE = 1e-6  # of the angle between a vector and the y of B, below which x is that of B
+_MIN_SINE = 1e-6  # of the angle between a vector and the y of B, below which x is that of B
 
 
-def drawn_signals(known: Collection[str]) -> list[str]:
-    """Chooses the known signals of a finger from which it is drawn, with contact and band; none without a shape.
+def drawn_signals(signals: Collection[str]) -> list[str]:
+    """Chooses the signals from which a finger is drawn, with contact and band; none without a shape.
 
     A finger that only bends is drawn in its plane, where its curve is one of arcs.
     """
     others = {f"estimated_{joints_port(way)}" for way in AXES if way != "bending"}
-    first = 0 if others & {*known} else 1
+    first = 0 if others & {*signals} else 1
     shape, contact = (
-        next((names for names in each[first:] if {*names} <= {*known}), ()) for each in (SHAPES, CONTACTS)
+        next((names for names in choices[first:] if {*names} <= {*signals}), ()) for choices in (SHAPES, CONTACTS)
     )
-    return [*shape, *contact, *[BAND_SIGNAL] * (BAND_SIGNAL in known)] if shape else []
+    return [*shape, *contact, *[BAND_SIGNAL] * (BAND_SIGNAL in signals)] if shape else []
 
 
 def is_in_space(signals: Collection[str]) -> bool:
-    """Whether the shape of these signals is one in space, and not in the bending plane."""
+    """Whether the signals describe a shape in space, not in the bending plane."""
     return {*SHAPES[0]} <= {*signals}
 
 
@@ -83,11 +83,11 @@ def link_frames(corners: Array) -> Array:
 
 
 def frames_along(vectors: Array) -> Array:
-    """Rotations in B, (..., 3, 3), whose z points along vectors, (..., 3), and y as near to the y of B as can be."""
+    """Rotations in B, (..., 3, 3): z along vectors, (..., 3), and y as near to the y of B as possible."""
     z = vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
     x = np.cross([0.0, 1.0, 0.0], z)
     size = np.linalg.norm(x, axis=-1, keepdims=True)
-    x = np.where(size < _LEAST_SINE, [1.0, 0.0, 0.0], x / np.maximum(size, _LEAST_SINE))
+    x = np.where(size < _MIN_SINE, [1.0, 0.0, 0.0], x / np.maximum(size, _MIN_SINE))
     return np.stack([x, np.cross(z, x), z], axis=-1)
 
 
@@ -96,7 +96,7 @@ def points_on_links(corners: Array, s: Array) -> tuple[Array, Array]:
     steps = np.diff(corners, axis=-2)
     ends = np.linalg.norm(steps, axis=-1).cumsum(axis=-1)
     link = (np.asarray(s)[..., None] > ends[..., :-1]).sum(axis=-1)[..., None, None]
-    begin, step = (np.take_along_axis(each, link, axis=-2)[..., 0, :] for each in (corners[..., :-1, :], steps))
+    begin, step = (np.take_along_axis(values, link, axis=-2)[..., 0, :] for values in (corners[..., :-1, :], steps))
     length = np.linalg.norm(step, axis=-1)
     end = np.take_along_axis(ends, link[..., 0], axis=-1)[..., 0]
     points = begin + ((s - end) / length + 1)[..., None] * step
@@ -104,7 +104,7 @@ def points_on_links(corners: Array, s: Array) -> tuple[Array, Array]:
 
 
 def pressed_point(finger: Finger, corners: Array, s: float, side: float) -> Array:
-    """The point of the surface at an arc length, m, and an angle around the section, rad: (3) m in B.
+    """Surface point at an arc length, m, and an angle around the section, rad: (3) m in B.
 
     Args:
         finger: that is pressed.
@@ -124,10 +124,10 @@ def pressed_point(finger: Finger, corners: Array, s: float, side: float) -> Arra
 def arrow(begin: Array, force: Array) -> Array | None:
     """The arrow of a force, (3) N, at a point, (3) m: from there to where it points, (2, 3) m.
 
-    None if the force is below `LEAST_FORCE`, or force or point are not known.
+    None if the force is below `MIN_FORCE`, or force or point are not known.
     """
     ends = np.array([begin, begin + LENGTH * force])
-    return ends if np.isfinite(ends).all() and np.linalg.norm(force) >= LEAST_FORCE else None
+    return ends if np.isfinite(ends).all() and np.linalg.norm(force) >= MIN_FORCE else None
 
 
 def contact_arrow(finger: Finger, corners: Array, contact: Contact | None) -> Array | None:
@@ -137,22 +137,23 @@ def contact_arrow(finger: Finger, corners: Array, contact: Contact | None) -> Ar
     return arrow(pressed_point(finger, corners, float(contact.arc_length), float(contact.side)), contact.force)
 
 
-def in_world(X_WB: Array, points: Array) -> Array:
-    """Points in B (..., M, 3) m in the world, of fingers whose base has the pose [R | p], (..., 3, 4)."""
+def to_world(X_WB: Array, points: Array) -> Array:
+    """Converts points in B, (..., M, 3) m, to the world; X_WB is the pose of B, [R | p], (..., 3, 4)."""
     placed: Array = points @ np.swapaxes(X_WB[..., :3], -1, -2) + X_WB[..., None, :, 3]
     return placed
 
 
 def force_in_world(signals: Mapping[str, Array], corners: Array) -> tuple[Array, Array] | None:
-    """Where the estimated contact force acts on the middle line of the links, (..., 3) m, and the force, (..., 3) N.
+    """Location of the estimated contact force on the middle line of the links, (..., 3) m, and the force, (..., 3) N.
 
     Both in the world, by the `X_WB` (..., 3, 4) among the signals of a finger; None if no contact is estimated.
     """
-    contact, X_WB = estimated_contact(signals, corners), signals["X_WB"]
+    contact = estimated_contact(signals, corners)
+    X_WB = signals["X_WB"]
     if contact is None:
         return None
-    at = points_on_links(corners, contact.arc_length)[0]
-    return in_world(X_WB, at[..., None, :])[..., 0, :], (X_WB[..., :3] @ contact.force[..., None])[..., 0]
+    point = points_on_links(corners, contact.arc_length)[0]
+    return to_world(X_WB, point[..., None, :])[..., 0, :], (X_WB[..., :3] @ contact.force[..., None])[..., 0]
 
 
 def arcs_of_table(table: Array) -> Arcs:

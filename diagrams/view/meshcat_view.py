@@ -36,7 +36,7 @@ from pydrake.visualization import ApplyVisualizationConfig, VisualizationConfig
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.scene import Scene
 from soft_gripper.diagrams.view.estimate_visualizer import DrawnFinger, EstimateVisualizer
-from soft_gripper.diagrams.view.finger_drawing import LEAST_FORCE, LENGTH, drawn_signals
+from soft_gripper.diagrams.view.finger_drawing import LENGTH, MIN_FORCE, drawn_signals
 from soft_gripper.diagrams.view.torque_colors import draw_torque_legend, round_limit
 from soft_gripper.diagrams.wiring.named_wires import inputs
 from soft_gripper.errors import InputError, first_line
@@ -48,7 +48,7 @@ from soft_gripper.scenario.deformables import deformable_kind
 from soft_gripper.scenario.schema import ArmConfig, ModelConfig, PressureConfig, TaskConfig
 
 LOOPBACK = "127.0.0.1"
-_MOST_DESCRIPTORS = 4096
+_MAX_DESCRIPTORS = 4096
 
 
 def open_meshcat() -> Meshcat:
@@ -93,7 +93,7 @@ def has_failed(meshcat: Meshcat) -> bool:
 def cut_off(address: str) -> None:
     """Closes the connections of a failed Meshcat at an address, so that its destructor does not wait for clients."""
     port = urlsplit(address).port
-    for descriptor in range(3, _MOST_DESCRIPTORS):
+    for descriptor in range(3, _MAX_DESCRIPTORS):
         with suppress(OSError):
             if not S_ISSOCK(os.fstat(descriptor).st_mode):
                 continue  # a copy of it could not become a socket, and would stay open
@@ -103,8 +103,8 @@ def cut_off(address: str) -> None:
 
 
 _CAMERA_TURN = np.radians(45.0)  # to the right, so that the arm is behind the gripper and does not hide it
-_DOWNWARD = 0.35  # per metre forward, so that the height above the bench is visible
-_CORNERS = np.array(list(product((-1, 1), repeat=3)))  # of a box, in half widths
+_CAMERA_DESCENT = 0.35  # per metre forward, so that the height above the bench is visible
+_BOX_CORNERS = np.array(list(product((-1, 1), repeat=3)))  # of a box, in half widths
 
 
 def viewing_direction(
@@ -121,7 +121,7 @@ def viewing_direction(
     p_WFoot = plant.EvalBodyPoseInWorld(plant.CreateDefaultContext(), foot).translation()
     ahead = np.mean([finger.X_WB.translation() for finger in fingers], axis=0) - p_WFoot
     turn = RotationMatrix.MakeZRotation(np.arctan2(ahead[1], ahead[0]) + _CAMERA_TURN)
-    direction: Array = turn @ np.array([0.0, 1.0, -_DOWNWARD])
+    direction: Array = turn @ np.array([0.0, 1.0, -_CAMERA_DESCENT])
     return direction
 
 
@@ -160,21 +160,21 @@ def box_corners(
         for geometry in inspector.GetGeometries(plant.GetBodyFrameIdOrThrow(body.index()), role):
             box = inspector.GetObbInGeometryFrame(geometry)
             X_WBox = X_WBody @ inspector.GetPoseInFrame(geometry) @ box.pose()
-            corners.append((X_WBox @ (_CORNERS * box.half_width()).T).T)
+            corners.append((X_WBox @ (_BOX_CORNERS * box.half_width()).T).T)
     return np.concatenate([np.empty((0, 3)), *corners])
 
 
 PERIOD = 1 / 20  # s between frames
 FIELD_OF_VIEW = np.radians(35)  # vertical
-_ASPECT = 1.5  # smallest width over height of a window that still shows everything
+_MIN_ASPECT = 1.5  # smallest width over height of a window that still shows everything
 _ARROW_COLOR = Rgba(0.45, 0.1, 0.5)
-_DIRECTION = np.array([-0.25, 1.0, -0.25])  # viewing direction for fingers without an arm
-_MARGIN = 1.1
+_DEFAULT_DIRECTION = np.array([-0.25, 1.0, -0.25])  # viewing direction for fingers without an arm
+_CAMERA_MARGIN = 1.1
 _FILL_LIGHT = np.array([-4.0, -3.0, -10.0])  # its position: right, down and ahead of the camera, m
 _FILL_INTENSITY = 1.4
-_LEGEND_SHARE = 0.15  # of the height of the view, left free for the legend
+_LEGEND_FRACTION = 0.15  # of the height of the view, left free for the legend
 # Corners, in B, of the region that a finger and its mount can reach, in finger lengths.
-_REACH = np.array([[x, 0, z] for x in (-0.5, 0.5) for z in (-0.3, 1.0)])
+_REACH_CORNERS = np.array([[x, 0, z] for x in (-0.5, 0.5) for z in (-0.3, 1.0)])
 
 
 def add_meshcat_view(
@@ -211,7 +211,7 @@ def add_meshcat_view(
 
 
 def _add_others(builder: DiagramBuilder, scene: Scene, meshcat: Meshcat, config: VisualizationConfig) -> None:
-    """Adds what Drake's config shows besides the bodies and contacts, which are drawn already; and mouse springs."""
+    """Adds the further visualizers of Drake's config, without bodies and contacts, which are drawn already."""
     others = deepcopy(config)
     others.publish_illustration = others.publish_contacts = False
     # Drake also publishes its shapes as LCM messages, which nothing receives; the diagram owns where they go.
@@ -233,7 +233,7 @@ def add_estimates(
     """
     plant, scene_graph, fingers, *_ = scene
     MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat, MeshcatVisualizerParams(publish_period=PERIOD))
-    drawn = [_drawn(scene_graph, finger, signals) for finger in fingers]
+    drawn = [_drawn_finger(scene_graph, finger, signals) for finger in fingers]
     limit = torque_limit(pressure, fingers)
     # After the visualizer of the bodies, whose colours it sets.
     estimates = builder.AddNamedSystem("estimate_visualizer", EstimateVisualizer(meshcat, drawn, limit, PERIOD))
@@ -253,7 +253,7 @@ def set_up_view(
 ) -> None:
     """Sets up camera, light and legend for a scene. For the arguments see `add_meshcat_view`."""
     plant, _, fingers, *_ = scene
-    direction = viewing_direction(arm, plant, fingers, _DIRECTION)
+    direction = viewing_direction(arm, plant, fingers, _DEFAULT_DIRECTION)
     _set_scene(meshcat)
     if arm is not None:
         _light_from_camera(meshcat, direction)
@@ -266,7 +266,7 @@ def _contact_arrows() -> ContactVisualizerParams:
     return ContactVisualizerParams(
         publish_period=PERIOD,
         newtons_per_meter=1 / LENGTH,
-        force_threshold=LEAST_FORCE,
+        force_threshold=MIN_FORCE,
         moment_threshold=np.inf,
         radius=0.8e-3,
         color=_ARROW_COLOR,
@@ -281,14 +281,14 @@ def torque_limit(pressure: PressureConfig, fingers: Sequence[PlantFinger]) -> fl
 
 
 def _largest_torque(finger: Finger, pressure: float) -> float:
-    """At a joint, N m, by a pressure in each chamber; of a finger without any, in one such as `pressure_gain` has."""
+    """Largest joint torque, N m, of a pressure in every chamber; of a finger without any, by its `pressure_gain`."""
     effective = (
         finger.effective_pressure(np.full(finger.pressures, pressure)) if finger.pressures else np.array(pressure)
     )
     return float(effective.max() * finger.pressure_gain.max())
 
 
-def _drawn(scene_graph: SceneGraph, finger: PlantFinger, signals: Mapping[str, OutputPort]) -> DrawnFinger:
+def _drawn_finger(scene_graph: SceneGraph, finger: PlantFinger, signals: Mapping[str, OutputPort]) -> DrawnFinger:
     skin = tuple(geometry_paths(finger.plant, scene_graph, link.index()) for link in finger.links)
     own = {name.removeprefix(f"{finger.name}."): port.size() for name, port in signals.items()}
     sizes = {name: own[name] for name in drawn_signals(own)}
@@ -296,7 +296,7 @@ def _drawn(scene_graph: SceneGraph, finger: PlantFinger, signals: Mapping[str, O
 
 
 def geometry_paths(plant: MultibodyPlant, scene_graph: SceneGraph, body: int) -> tuple[str, ...]:
-    """Where the MeshcatVisualizer keeps the geometries of a body."""
+    """Paths of the geometries of a body in the MeshcatVisualizer."""
     inspector = scene_graph.model_inspector()
     frame = plant.GetBodyFrameIdOrThrow(body)
     geometries = inspector.GetGeometries(frame, Role.kIllustration)
@@ -315,9 +315,10 @@ def _set_scene(meshcat: Meshcat) -> None:
 def _landmarks(scene: Scene, models: Sequence[ModelConfig], arm: ArmConfig | None, task: TaskConfig | None) -> Array:
     """Points to keep in view, (M, 3) m: the reach of the fingers, the arm, the object handled, and its goal."""
     plant, scene_graph, fingers, deformables, couplings, _ = scene
-    points = [finger.X_WB @ (finger.finger.length * corner) for finger in fingers for corner in _REACH]
+    points = [finger.X_WB @ (finger.finger.length * corner) for finger in fingers for corner in _REACH_CORNERS]
     if arm is not None and couplings is not None:
-        model, context = plant.GetModelInstanceByName(arm.model), plant.CreateDefaultContext()
+        model = plant.GetModelInstanceByName(arm.model)
+        context = plant.CreateDefaultContext()
         moved = {model, *(finger.model for finger in fingers)}
         for posture in [arm.home, *(phase.posture for phase in (task.phases if task else ()) if phase.posture)]:
             plant.SetPositions(context, model, couplings.full(np.array(posture)))
@@ -325,7 +326,7 @@ def _landmarks(scene: Scene, models: Sequence[ModelConfig], arm: ArmConfig | Non
     free = [plant.GetModelInstanceByName(model.name) for model in models if model.free]
     context = plant.CreateDefaultContext()
     points += [*box_corners(plant, scene_graph, context, free, Role.kIllustration)]
-    points += [vertex for each in deformables.values() for vertex in each.vertices(context)]
+    points += [vertex for deformable in deformables.values() for vertex in deformable.vertices(context)]
     if task is not None and task.object is not None:
         points.append(task.X_WGoal.GetDeterministicValue().translation())
     return np.array(points)
@@ -334,8 +335,9 @@ def _landmarks(scene: Scene, models: Sequence[ModelConfig], arm: ArmConfig | Non
 def _aim_camera(meshcat: Meshcat, points: Array, direction: Array) -> None:
     """A camera that sees all points, (M, 3) m, above the legend."""
     meshcat.SetCamera(Meshcat.PerspectiveCamera(fov=np.degrees(FIELD_OF_VIEW)))
-    view, edge = upright_view(direction), np.tan(FIELD_OF_VIEW / 2) / _MARGIN
-    least, most = edge * np.array([-_ASPECT, -1.0]), edge * np.array([_ASPECT, 1.0 - 2 * _LEGEND_SHARE])
+    view = upright_view(direction)
+    edge = np.tan(FIELD_OF_VIEW / 2) / _CAMERA_MARGIN
+    least, most = edge * np.array([-_MIN_ASPECT, -1.0]), edge * np.array([_MIN_ASPECT, 1.0 - 2 * _LEGEND_FRACTION])
     eye = nearest_eye(points, view, least, most)
     middle = (np.min(points, axis=0) + np.max(points, axis=0)) / 2
     ahead = view.matrix()[:, 2]
@@ -348,7 +350,7 @@ def _light_from_camera(meshcat: Meshcat, direction: Array) -> None:
     meshcat.SetProperty("/Lights/FillLight/<object>", "intensity", _FILL_INTENSITY)
 
 
-_PAGE = """<!DOCTYPE html>
+_PAGE_TEMPLATE = """<!DOCTYPE html>
 <html><head><meta charset="utf-8"><title>soft-gripper</title></head><body>
 <noscript>The animation needs JavaScript.</noscript>
 <script>
@@ -368,4 +370,4 @@ def write_animation(meshcat: Meshcat, path: Path) -> None:
     """Writes the scene and the recorded animation of a Meshcat to a file."""
     packed = gzip.compress(meshcat.StaticHtml().encode(), mtime=0)
     with atomic_file(path) as partial:
-        partial.write_text(_PAGE % b64encode(packed).decode(), encoding="utf-8")
+        partial.write_text(_PAGE_TEMPLATE % b64encode(packed).decode(), encoding="utf-8")

@@ -65,13 +65,13 @@ def add_torque_bar(figure: Figure, limit: float, label: str = "external torque",
 
 # Objects below the camera in Meshcat's tree move with it: x to the right, y up, z toward the viewer.
 PATH = "/Cameras/default/rotated/<object>/legend"
-_SIZE = (4.6, 0.8)  # inches of the figure
-_PAPER = (1.0, 1.0, 1.0, 0.6)  # red, green, blue, opacity behind the scale
-_DISTANCE = 0.05  # m from the camera, so close that nothing gets in between
+_FIGURE_SIZE = (4.6, 0.8)  # inches of the figure
+_BACKGROUND_COLOR = (1.0, 1.0, 1.0, 0.6)  # red, green, blue, opacity behind the scale
+_CAMERA_DISTANCE = 0.05  # m from the camera, so close that nothing gets in between
 
 # A rectangle with the picture on it. It is emissive: its colours match the scale in any light.
 # With an opacity below 1, Meshcat respects the transparency of the picture.
-_OBJ = """mtllib legend.mtl
+_OBJ_TEXT = """mtllib legend.mtl
 v -0.5 -0.5 0
 v 0.5 -0.5 0
 v 0.5 0.5 0
@@ -85,7 +85,7 @@ usemtl picture
 f 1/1/1 2/2/1 3/3/1
 f 1/1/1 3/3/1 4/4/1
 """
-_MTL = "newmtl picture\nKd 0 0 0\nKe 1 1 1\nd 0.999\nmap_Kd legend.png\nmap_Ke legend.png\n"
+_MTL_TEXT = "newmtl picture\nKd 0 0 0\nKe 1 1 1\nd 0.999\nmap_Kd legend.png\nmap_Ke legend.png\n"
 
 
 def draw_torque_legend(meshcat: Meshcat, limit: float, field_of_view: float) -> None:
@@ -93,20 +93,20 @@ def draw_torque_legend(meshcat: Meshcat, limit: float, field_of_view: float) -> 
 
     Call this after the camera is set. `field_of_view` is the vertical angle of the camera, rad.
     """
-    parts = {"legend.mtl": _MTL.encode(), "legend.png": _picture(limit)}
+    parts = {"legend.mtl": _MTL_TEXT.encode(), "legend.png": _picture(limit)}
     files = {name: MemoryFile(data, f".{name[-3:]}", name) for name, data in parts.items()}
-    mesh = InMemoryMesh(mesh_file=MemoryFile(_OBJ.encode(), ".obj", "legend.obj"), supporting_files=files)
-    edge = _DISTANCE * np.tan(field_of_view / 2)
+    mesh = InMemoryMesh(mesh_file=MemoryFile(_OBJ_TEXT.encode(), ".obj", "legend.obj"), supporting_files=files)
+    edge = _CAMERA_DISTANCE * np.tan(field_of_view / 2)
     height = 0.26 * edge
     meshcat.Delete(PATH)  # one attached to an earlier camera
-    meshcat.SetObject(PATH, Mesh(mesh, scale3=[height * _SIZE[0] / _SIZE[1], height, 1.0]))
-    meshcat.SetTransform(PATH, RigidTransform([0.0, 0.53 * height - edge, -_DISTANCE]))
+    meshcat.SetObject(PATH, Mesh(mesh, scale3=[height * _FIGURE_SIZE[0] / _FIGURE_SIZE[1], height, 1.0]))
+    meshcat.SetTransform(PATH, RigidTransform([0.0, 0.53 * height - edge, -_CAMERA_DISTANCE]))
 
 
 def _picture(limit: float) -> bytes:
     buffer = BytesIO()
     with mpl.rc_context({"font.size": 9.3, "font.weight": "bold", "axes.labelweight": "bold"}):
-        figure = Figure(figsize=_SIZE, dpi=200, facecolor=_PAPER)
+        figure = Figure(figsize=_FIGURE_SIZE, dpi=200, facecolor=_BACKGROUND_COLOR)
         axes = figure.add_axes((0.06, 0.62, 0.88, 0.24))
         add_torque_bar(figure, limit, "estimated external torque", cax=axes, orientation="horizontal")
         figure.savefig(buffer, format="png")

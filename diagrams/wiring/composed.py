@@ -1,9 +1,10 @@
-"""Parts of fingers as they run where nobody reads their blocks: each composed into one block, of equal fingers at once.
+"""Fuses the blocks of a part of a finger into one block, and runs those of equal fingers at once.
 
 A block in Python costs more by its ports, caches and events than by its arithmetic, and a small numpy operation costs
-as much for two fingers as for one. So `Composed` does what the blocks of a diagram do as one block, and `Abreast` does
-it for several equal fingers. Both call the functions of the blocks (ArrayBlock), and have the ports of the diagram.
-Parts with a block of the user's own stay as they are: it may do more than its functions say, and is named if it fails.
+as much for two fingers as for one. So, where nobody reads the blocks of a diagram, a `FusedBlock` replaces them, and a
+`BatchedBlock` those of several equal fingers. Both call the functions of the blocks (ArrayBlock), and have the ports
+of the diagram.
+Parts with a user block stay as they are: it may do more than its functions say, and is named if it fails.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -19,10 +20,10 @@ from soft_gripper.diagrams.wiring.named_wires import Ports, inputs, vector_outpu
 from soft_gripper.signals import signal_of
 from soft_gripper.steps import TIME, Output, Step, Steps, same
 
-_TIMES = "time of all"
+_SHARED_TIME = "time of all"
 
 
-class Composed(ArrayBlock):
+class FusedBlock(ArrayBlock):
     """The blocks of a diagram as one, with the inputs and outputs of the diagram; it leaves the diagram unused."""
 
     def __init__(self, diagram: Diagram):
@@ -31,21 +32,21 @@ class Composed(ArrayBlock):
         super().__init__(next((block.period for block in blocks if block.period is not None), None))
         for name, port in inputs(diagram).items():
             self.take(name, port.size())
-        fed = _fed(diagram)
-        ports = {name: _inner(diagram, port) for name, port in vector_outputs(diagram).items()}
+        fed = _input_sources(diagram)
+        ports = {name: _inner_port(diagram, port) for name, port in vector_outputs(diagram).items()}
         outputs = {name: _output(port, fed) for name, port in ports.items()}
         _add_all(self, Steps({name: step for block in blocks for name, step in _steps(block, fed)}, outputs))
         for name, port in ports.items():
             function, sources = outputs[name]
-            self.put_out(name, function, *sources, **_described(port))
+            self.put_out(name, function, *sources, **_port_labels(port))
 
 
-class Abreast(ArrayBlock):
+class BatchedBlock(ArrayBlock):
     """One block for several equal fingers, whose steps have a leading axis of fingers.
 
     ::
 
-        {finger}.{input} ---> Abreast ---> {finger}.{output}
+        {finger}.{input} ---> BatchedBlock ---> {finger}.{output}
 
     A recording is computed finger by finger.
     """
@@ -53,53 +54,54 @@ class Abreast(ArrayBlock):
     def __init__(self, one: ArrayBlock, fingers: Sequence[str]):
         """`one` is the block of one finger."""
         super().__init__(one.period)
-        self._one, number = one, len(fingers)
+        self._one = one
+        number = len(fingers)
         for name in inputs(one):
-            each = [f"{finger}.{name}" for finger in fingers]
-            for port in each:
+            port_names = [f"{finger}.{name}" for finger in fingers]
+            for port in port_names:
                 self.take(port, one.GetInputPort(name).size())
-            self.derive(name, _stacked, *each)
-        self.add(_TIMES, Step(lambda time: np.broadcast_to(time, (number, 1)), (TIME,)), kept=False)
+            self.derive(name, _stacked, *port_names)
+        self.add(_SHARED_TIME, Step(lambda time: np.broadcast_to(time, (number, 1)), (TIME,)), kept=False)
         steps = one.steps.stacked(number)
-        own = {name: step.renamed(_of_all) for name, step in steps.items() if step.function is not None}
+        own = {name: step.renamed(_shared_name) for name, step in steps.items() if step.function is not None}
         _add_all(self, Steps(own, one.outputs))
         for name, (function, sources) in one.outputs.items():
-            port, together = one.GetOutputPort(name), f"{name} of all"
+            port = one.GetOutputPort(name)
+            together = f"{name} of all"
             self.derive(together, _reshaped(function, (number, port.size())), *sources)
             for i, finger in enumerate(fingers):
-                self.put_out(f"{finger}.{name}", partial(_row, i), together, **_described(port))
+                self.put_out(f"{finger}.{name}", partial(_row, i), together, **_port_labels(port))
 
     def follows(self, output: str, period: float) -> bool:
-        """See ArrayBlock."""
-        return self._one.follows(_apart(output)[1], period)
+        return self._one.follows(_split_port(output)[1], period)
 
     def leaves(self, output: str) -> list[str]:
-        """See ArrayBlock."""
-        finger, name = _apart(output)
+        finger, name = _split_port(output)
         return [f"{finger}.{leaf}" for leaf in self._one.leaves(name)]
 
     def output_over_time(self, output: str, known: dict[str, Any]) -> Array:
-        """See ArrayBlock; the steps of each finger are its own."""
-        finger, name = _apart(output)
+        """Computes an output as ArrayBlock does; each finger has its own steps."""
+        finger, name = _split_port(output)
         if finger not in known:
-            known[finger] = _StepsOfFinger(known, finger)
+            known[finger] = _FingerSteps(known, finger)
         return self._one.output_over_time(name, known[finger])
 
 
-class _StepsOfFinger(dict[str, Any]):
+class _FingerSteps(dict[str, Any]):
     """The steps of one finger at all samples; leaves are taken from those of all fingers."""
 
-    def __init__(self, known: Mapping[str, Any], finger: str):
-        super().__init__({TIME: known[TIME]})
-        self._known, self._finger = known, finger
+    def __init__(self, steps: Mapping[str, Any], finger: str):
+        super().__init__({TIME: steps[TIME]})
+        self._steps = steps
+        self._finger = finger
 
     def __missing__(self, leaf: str) -> Any:
-        self[leaf] = self._known[f"{self._finger}.{leaf}"]
+        self[leaf] = self._steps[f"{self._finger}.{leaf}"]
         return self[leaf]
 
 
 def _add_all(block: ArrayBlock, steps: Steps) -> None:
-    """Adds steps to a block that follow from each other and from its inputs; their outputs will be put out.
+    """Adds steps, which follow from each other and from the inputs of a block, to the block.
 
     Steps with one reader are not cached.
     """
@@ -107,14 +109,14 @@ def _add_all(block: ArrayBlock, steps: Steps) -> None:
         block.add(name, step, kept=steps.readers[name] > 1)
 
 
-def _fed(diagram: Diagram) -> dict[tuple[System, str], str]:
-    """Finds what feeds the inputs of the blocks of a diagram: its own inputs, and outputs of other blocks."""
+def _input_sources(diagram: Diagram) -> dict[tuple[System, str], str]:
+    """Names of the sources of the blocks' inputs: inputs of the diagram, or outputs of other blocks."""
     fed = {}
     for name, port in inputs(diagram).items():
         for block, number in diagram.GetInputPortLocators(port.get_index()):
             fed[block, block.get_input_port(number).get_name()] = name
-    for (block, number), (of, output) in diagram.connection_map().items():
-        fed[block, block.get_input_port(number).get_name()] = _wire(of.get_output_port(output))
+    for (block, number), (source, index) in diagram.connection_map().items():
+        fed[block, block.get_input_port(number).get_name()] = _wire(source.get_output_port(index))
     return fed
 
 
@@ -127,8 +129,9 @@ def _steps(block: ArrayBlock, fed: Mapping[tuple[System, str], str]) -> Iterator
     for name, (function, sources) in block.outputs.items():
         port = block.GetOutputPort(name)
         if _wire(port) in fed.values():
-            size, steps = port.size(), tuple(map(name_of, sources))
-            yield _wire(port), Step(_flat(function, size), steps, None, _reshaped(function, (-1, size)), steps)
+            size = port.size()
+            steps = tuple(map(name_of, sources))
+            yield _wire(port), Step(_flattened(function, size), steps, None, _reshaped(function, (-1, size)), steps)
 
 
 def _output(port: OutputPort, fed: Mapping[tuple[System, str], str]) -> Output:
@@ -146,9 +149,9 @@ def _name_of(block: ArrayBlock, fed: Mapping[tuple[System, str], str], name: str
     return fed[block, name] if block.HasInputPort(name) else f"{block.get_name()}/{name}"
 
 
-def _of_all(name: str) -> str:
+def _shared_name(name: str) -> str:
     """Name of a step among those of several fingers, which have one time."""
-    return _TIMES if name == TIME else name
+    return _SHARED_TIME if name == TIME else name
 
 
 def _wire(port: OutputPort) -> str:
@@ -156,13 +159,13 @@ def _wire(port: OutputPort) -> str:
     return f"{port.get_system().get_name()}.{port.get_name()}"
 
 
-def _inner(diagram: Diagram, port: OutputPort) -> OutputPort:
-    """The output of a block that a diagram puts out."""
+def _inner_port(diagram: Diagram, port: OutputPort) -> OutputPort:
+    """The block's output behind an output of a diagram."""
     block, number = diagram.get_output_port_locator(port.get_index())
     return block.get_output_port(number)
 
 
-def _described(port: OutputPort) -> dict[str, Any]:
+def _port_labels(port: OutputPort) -> dict[str, Any]:
     signal = signal_of(port)
     return {"unit": signal.unit, "meanings": signal.meanings, **signal.axes}
 
@@ -179,8 +182,8 @@ def _reshaped(function: Callable[..., Any], shape: tuple[int, ...]) -> Callable[
     return lambda *steps: np.asarray(function(*steps)).reshape(shape)
 
 
-def _flat(function: Callable[..., Any], size: int) -> Callable[..., Array]:
-    """A function whose values are vectors, of one finger or of each."""
+def _flattened(function: Callable[..., Any], size: int) -> Callable[..., Array]:
+    """A function with its values flattened to vectors, of one finger or of each."""
 
     def flat(*steps: Any) -> Array:
         rows = np.asarray(function(*steps)).reshape(-1, size)
@@ -189,51 +192,56 @@ def _flat(function: Callable[..., Any], size: int) -> Callable[..., Array]:
     return flat
 
 
-def _apart(port: str) -> tuple[str, str]:
+def _split_port(port: str) -> tuple[str, str]:
     """Finger and name of a port of several fingers."""
     finger, _, name = port.partition(".")
     return finger, name
 
 
-class Part(NamedTuple):
+class PartPorts(NamedTuple):
     """The ports of a part of one finger, by name."""
 
     inputs: Mapping[str, InputPort]
     outputs: Ports
 
 
-def add_part(builder: DiagramBuilder, name: str, part: System) -> Part:
+def add_part(builder: DiagramBuilder, name: str, part: System) -> PartPorts:
     """Adds a part of a finger to a diagram."""
     builder.AddNamedSystem(name, part)
-    return Part(inputs(part), vector_outputs(part))
+    return PartPorts(inputs(part), vector_outputs(part))
 
 
 def add_parts(
     builder: DiagramBuilder, kind: str, parts: Mapping[str, Diagram], keys: Mapping[str, Any] | None = None
-) -> dict[str, Part]:
+) -> dict[str, PartPorts]:
     """Adds parts of fingers, `{finger}.{kind}`.
 
     Args:
         builder: of any diagram.
         kind: of the parts.
         parts: by finger, in no diagram yet.
-        keys: by finger: each part is composed, and those with equal keys, which do the same, are one block; None: they
-            stay diagrams of blocks.
+        keys: by finger: each part becomes one block, shared by fingers with equal keys; None: parts stay diagrams of
+            blocks.
     """
     if keys is None:
         return {name: add_part(builder, f"{name}.{kind}", part) for name, part in parts.items()}
-    found: dict[str, Part] = {}
-    for names in _grouped(keys):
+    part_ports: dict[str, PartPorts] = {}
+    for names in _group_by_key(keys):
         if len(names) == 1 or not all(block.takes_axes for block in parts[names[0]].GetSystems()):
-            found |= {name: add_part(builder, f"{name}.{kind}", Composed(parts[name])) for name in names}
+            part_ports |= {name: add_part(builder, f"{name}.{kind}", FusedBlock(parts[name])) for name in names}
         else:
-            block = builder.AddNamedSystem(f"{'+'.join(names)}.{kind}", Abreast(Composed(parts[names[0]]), names))
-            found |= {name: Part(_of(name, inputs(block)), _of(name, vector_outputs(block))) for name in names}
-    return {name: found[name] for name in parts}
+            block = builder.AddNamedSystem(
+                f"{'+'.join(names)}.{kind}", BatchedBlock(FusedBlock(parts[names[0]]), names)
+            )
+            part_ports |= {
+                name: PartPorts(_finger_ports(name, inputs(block)), _finger_ports(name, vector_outputs(block)))
+                for name in names
+            }
+    return {name: part_ports[name] for name in parts}
 
 
-def _grouped(keys: Mapping[str, Any]) -> list[list[str]]:
-    """Names with equal keys, together."""
+def _group_by_key(keys: Mapping[str, Any]) -> list[list[str]]:
+    """Groups names with equal keys."""
     groups: list[list[str]] = []
     for name, key in keys.items():
         group = next((group for group in groups if keys[group[0]] == key), None)
@@ -244,6 +252,10 @@ def _grouped(keys: Mapping[str, Any]) -> list[list[str]]:
     return groups
 
 
-def _of(finger: str, ports: Mapping[str, Any]) -> dict[str, Any]:
+def _finger_ports(finger: str, ports: Mapping[str, Any]) -> dict[str, Any]:
     """The ports of one finger, without its name."""
-    return {name: port for (of, name), port in ((_apart(each), p) for each, p in ports.items()) if of == finger}
+    return {
+        name: port
+        for (owner, name), port in ((_split_port(port_name), port) for port_name, port in ports.items())
+        if owner == finger
+    }

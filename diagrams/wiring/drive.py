@@ -53,8 +53,8 @@ class Drive:
     pressures: dict[str, OutputPort]  # (C) Pa in the chambers, by finger name
     tensions: dict[str, OutputPort]  # (T) N at the pulled ends of the tendons, by finger name
     actuations: dict[str, OutputPort]  # N m of all actuators, by model name
-    supplied: Commands  # of the pressures
-    pulled: Commands  # of the tendons
+    pressure_commands: Commands  # of the pressures
+    winch_commands: Commands  # of the tendons
 
 
 def add_pressure_drive(
@@ -80,7 +80,7 @@ def add_pressure_drive(
     """
     config, tendons = config or PressureConfig(), tendons or TendonConfig()
     _check_leaks(fingers, config)
-    drive = _empty(fingers, tendons.command)
+    drive = _empty_drive(fingers, tendons.command)
     check_finalized(fingers)
     for finger in fingers:
         _check_time_step(finger)
@@ -106,19 +106,24 @@ def add_pressure_drive(
 
 
 def _check_leaks(fingers: Sequence[PlantFinger], config: PressureConfig) -> None:
-    """Raises an InputError if a finger that leaks is not known, or its pressure acts by its shape."""
-    known = [finger.name for finger in fingers if finger.finger.pressures and not _acts_by_shape(finger)]
-    for name, share in config.leaks.items():
-        if name not in (*known, COMMON):
-            raise InputError("pressure.leaks", name, share, f"no such finger that can leak; {meant(name, known)}")
+    """Raises an InputError if a leaking finger does not exist, or its pressure acts by its shape."""
+    finger_names = [finger.name for finger in fingers if finger.finger.pressures and not _acts_by_shape(finger)]
+    for name, fraction in config.leaks.items():
+        if name not in (*finger_names, COMMON):
+            raise InputError(
+                "pressure.leaks", name, fraction, f"no such finger that can leak; {meant(name, finger_names)}"
+            )
 
 
-def _empty(fingers: Sequence[PlantFinger], of_tendons: str) -> Drive:
-    """A drive whose ports are added later."""
-    supplied = Commands("pressure", "Pa", {}, {f.name: f.finger.chamber_axis for f in fingers if f.finger.pressures})
-    unit, axes = "N" if of_tendons == "tension" else "m", {f.name: f.finger.tendon_axis for f in fingers}
-    pulled = Commands(of_tendons, unit, {}, {f.name: axes[f.name] for f in fingers if f.finger.tendons})
-    return Drive(supplied.inputs, pulled.inputs, {}, {}, {}, supplied, pulled)
+def _empty_drive(fingers: Sequence[PlantFinger], tendon_command: str) -> Drive:
+    """A drive without ports yet."""
+    pressure_commands = Commands(
+        "pressure", "Pa", {}, {f.name: f.finger.chamber_axis for f in fingers if f.finger.pressures}
+    )
+    unit = "N" if tendon_command == "tension" else "m"
+    axes = {f.name: f.finger.tendon_axis for f in fingers}
+    winch_commands = Commands(tendon_command, unit, {}, {f.name: axes[f.name] for f in fingers if f.finger.tendons})
+    return Drive(pressure_commands.inputs, winch_commands.inputs, {}, {}, {}, pressure_commands, winch_commands)
 
 
 def _add_chambers(
@@ -142,7 +147,7 @@ def _acts_by_shape(finger: PlantFinger) -> bool:
 
 
 def chambers_turn(finger: PlantFinger) -> bool:
-    """Whether the torque of its chambers depends on the shape of a finger."""
+    """Whether the torque of the chambers depends on the shape of a finger."""
     is_slanted = not finger.finger.chamber_paths.are_parallel
     return bool(finger.finger.chambers) and (is_slanted or "twist" in finger.finger.yields)
 
@@ -160,7 +165,8 @@ def _add_tendons(builder: DiagramBuilder, finger: PlantFinger, config: TendonCon
     Raises:
         InputError: if they are commanded in length, and one has no stiffness.
     """
-    tendons, time_step = finger.finger.tendons, finger.plant.time_step()
+    tendons = finger.finger.tendons
+    time_step = finger.plant.time_step()
     for tendon in tendons:
         if config.command == "pull" and tendon.stiffness == 0:
             expected = f"tendon '{tendon.name}' of finger '{finger.name}' has no stiffness: give it, or command tension"
@@ -189,7 +195,8 @@ def check_finalized(fingers: Sequence[PlantFinger]) -> None:
 
 
 def _check_time_step(finger: PlantFinger) -> None:
-    limit, time_step = finger.finger.stable_time_step(), finger.plant.time_step()
+    limit = finger.finger.stable_time_step()
+    time_step = finger.plant.time_step()
     if finger.has_implicit_springs:
         _check_implicit(finger)
     elif time_step > limit:
@@ -242,7 +249,7 @@ def _add_elastic_law(builder: DiagramBuilder, finger: PlantFinger) -> OutputPort
 
 
 def _add_taken_stiffness(builder: DiagramBuilder, finger: PlantFinger, pressure: OutputPort) -> OutputPort:
-    """The torque of what pressure takes of the stiffness of the finger, as actuation of its model."""
+    """Torque of the stiffness lost to pressure, as actuation of the finger's model."""
     taken = builder.AddNamedSystem(f"{finger.name}.taken_stiffness", TakenStiffness(finger))
     builder.Connect(finger.plant.get_state_output_port(), taken.GetInputPort("state"))
     builder.Connect(pressure, taken.GetInputPort("pressure"))
@@ -251,7 +258,8 @@ def _add_taken_stiffness(builder: DiagramBuilder, finger: PlantFinger, pressure:
 
 def _add_creep(builder: DiagramBuilder, finger: PlantFinger, pressure: OutputPort | None) -> OutputPort:
     """The creep (memory) torque of the finger, as actuation of its model."""
-    creep, state = CreepTorque(finger), finger.plant.get_state_output_port()
+    creep = CreepTorque(finger)
+    state = finger.plant.get_state_output_port()
     builder.AddNamedSystem(f"{finger.name}.creep", creep)
     law = finger.finger.pressure_law
     if law is None or pressure is None or not law.widens:
@@ -273,7 +281,8 @@ def _add_creep(builder: DiagramBuilder, finger: PlantFinger, pressure: OutputPor
 
 def _actuate(builder: DiagramBuilder, finger: PlantFinger, torques: Sequence[OutputPort]) -> OutputPort:
     """Connects the sum of torques to the actuators of a finger's model; returns it."""
-    actuation, actuators = finger.plant.get_actuation_input_port(finger.model), finger.actuator_names
+    actuation = finger.plant.get_actuation_input_port(finger.model)
+    actuators = finger.actuator_names
     if len(torques) == 1:
         builder.Connect(torques[0], actuation)
         return describe(torques[0], "N m", actuator=actuators)
@@ -286,17 +295,18 @@ def _actuate(builder: DiagramBuilder, finger: PlantFinger, torques: Sequence[Out
 
 def check_stiffness(fingers: Sequence[PlantFinger], config: PressureConfig) -> None:
     """Raises an InputError if the supply could take all the stiffness of a finger that has crept: it would balloon."""
-    pressures = np.linspace(config.minimum, config.maximum, _LEVELS)
-    for finger in (each for each in fingers if each.finger.takes_stiffness):
+    pressures = np.linspace(config.minimum, config.maximum, _PRESSURE_LEVELS)
+    for finger in (finger for finger in fingers if finger.finger.takes_stiffness):
         remains = 1 - shares(finger.finger).sum() - finger.finger.share_taken(pressures)
         if remains.min() <= 0:
             least = pressures[remains <= 0].min()
             expected = f"pressure_law and creep of finger '{finger.name}' leave no stiffness from {least:.3g} Pa on"
-            raise InputError("pressure", "maximum", config.maximum, f"{expected}: give less, what it was fitted to")
+            raise InputError("pressure", "maximum", config.maximum, f"{expected}: stay within the fitted range")
 
 
-COMMON, OF = "all", "::"
-_LEVELS = 1001  # of the pressure
+COMMON = "all"  # key of a command to all fingers
+PATH_SEPARATOR = "::"  # between a finger and its chamber or tendon
+_PRESSURE_LEVELS = 1001  # of the pressure
 Steps = Mapping[str, Sequence[float]]
 
 
@@ -312,15 +322,15 @@ def steps_of(where: str, steps: Steps, finger: str, paths: Sequence[str] = ()) -
     Raises:
         InputError: if there are none for it.
     """
-    found = []
+    commands = []
     for path in paths or ("",):
-        own = next((steps[n] for n in (f"{finger}{OF}{path}", finger, COMMON) if n in steps), None)
+        own = next((steps[n] for n in (f"{finger}{PATH_SEPARATOR}{path}", finger, COMMON) if n in steps), None)
         if own is None:
-            known = ", ".join(steps)
-            raise InputError(where, "steps", known, f"give steps for finger '{finger}' or for '{COMMON}'")
-        found.append(own)
+            step_names = ", ".join(steps)
+            raise InputError(where, "steps", step_names, f"give steps for finger '{finger}' or for '{COMMON}'")
+        commands.append(own)
     longest = max(map(len, steps.values()))
-    return np.array([[*own, *[own[-1]] * (longest - len(own))] for own in found]).T
+    return np.array([[*own, *[own[-1]] * (longest - len(own))] for own in commands]).T
 
 
 def pressure_steps(config: PressureConfig, finger: str) -> Array:
@@ -329,14 +339,17 @@ def pressure_steps(config: PressureConfig, finger: str) -> Array:
 
 
 def check_steps(where: str, steps: Steps, commands: Commands) -> None:
-    """Raises an InputError if there are steps for a finger that is not known, or for a chamber or tendon it lacks."""
+    """Raises an InputError if steps name a finger, a chamber or a tendon that does not exist."""
     paths = [
-        f"{finger}{OF}{path}" for finger, axes in commands.axes.items() for names in axes.values() for path in names
+        f"{finger}{PATH_SEPARATOR}{path}"
+        for finger, axes in commands.axes.items()
+        for names in axes.values()
+        for path in names
     ]
-    known = [*commands.axes, *paths, COMMON]
+    valid_names = [*commands.axes, *paths, COMMON]
     for name, values in steps.items():
-        if name not in known:
-            raise InputError(f"{where}.steps", name, values, f"no such finger; {meant(name, known)}")
+        if name not in valid_names:
+            raise InputError(f"{where}.steps", name, values, f"no such finger; {meant(name, valid_names)}")
 
 
 def add_steps(builder: DiagramBuilder, where: str, steps: Steps, duration: float, commands: Commands) -> Ports:
@@ -355,7 +368,7 @@ def add_steps(builder: DiagramBuilder, where: str, steps: Steps, duration: float
 
 
 _STEP_TOLERANCE = 1e-9  # s before a step is due, by which the sum of sampling periods may fall short
-_LONGEST_RUN = 1e9  # s, of any run
+_MAX_RUN_TIME = 1e9  # s, of any run
 
 
 class StepSource(Diagram):
@@ -372,13 +385,14 @@ class StepSource(Diagram):
     def __init__(self, values: Array, duration: float):
         """`values`, (steps,) or (steps, C), of `duration` s each."""
         super().__init__()
-        rows, builder = np.reshape(values, (len(values), -1)), DiagramBuilder()
-        time = TrajectorySource(PiecewisePolynomial.FirstOrderHold([0.0, _LONGEST_RUN], [[0.0, _LONGEST_RUN]]))
+        rows = np.reshape(values, (len(values), -1))
+        builder = DiagramBuilder()
+        time = TrajectorySource(PiecewisePolynomial.FirstOrderHold([0.0, _MAX_RUN_TIME], [[0.0, _MAX_RUN_TIME]]))
         elapsed = builder.AddNamedSystem("elapsed", Adder(2, 1))
         begin = builder.AddNamedSystem("begin", RunBegin())
         builder.Connect(builder.AddNamedSystem("time", time).get_output_port(), elapsed.get_input_port(0))
         builder.Connect(begin.get_output_port(), elapsed.get_input_port(1))
-        step = builder.AddNamedSystem("step", BarycentricMeshSystem(*_which_step(len(rows), duration)))
+        step = builder.AddNamedSystem("step", BarycentricMeshSystem(*_step_mesh(len(rows), duration)))
         value = builder.AddNamedSystem("value", MatrixGain(np.ascontiguousarray(rows.T)))
         builder.Connect(elapsed.get_output_port(), step.get_input_port())
         builder.Connect(step.get_output_port(), value.get_input_port())
@@ -386,7 +400,7 @@ class StepSource(Diagram):
         builder.BuildInto(self)
 
 
-def _which_step(steps: int, duration: float) -> tuple[BarycentricMesh, Array]:
+def _step_mesh(steps: int, duration: float) -> tuple[BarycentricMesh, Array]:
     """Nodes in time, and at each node 1 for the step that lasts then and 0 for the others, (steps, nodes)."""
     changes = np.arange(1, steps) * duration - _STEP_TOLERANCE
     nodes = [0.0, *np.stack([changes - _STEP_TOLERANCE, changes], axis=-1).ravel(), steps * duration]

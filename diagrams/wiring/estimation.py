@@ -8,7 +8,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, Syste
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.wiring.composed import add_parts
-from soft_gripper.diagrams.wiring.named_wires import NamedWires, Ports, connect_known, inputs, vector_outputs
+from soft_gripper.diagrams.wiring.named_wires import NamedWires, Ports, connect_by_name, inputs, vector_outputs
 from soft_gripper.diagrams.wiring.sensors import IDEAL
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.calibration_range import DISAGREEMENT, DISTANCE, FAR, CalibrationRange
@@ -88,7 +88,7 @@ class FingerEstimation(Diagram):
         wires.build_into(self)
 
 
-_TAKEN = {
+_RESERVED_OUTPUTS = {
     *(DRIVING_TORQUE, "free_bending_angles", "torque_tolerance"),
     *("contact", "contact_residual", "contact_time", DISTANCE, FAR, DISAGREEMENT),
 }
@@ -104,7 +104,8 @@ def shape_wires(
     Raises:
         InputError: if the estimator does not estimate the joint angles of the finger.
     """
-    shape, wires = FingerShape(finger), NamedWires()
+    shape = FingerShape(finger)
+    wires = NamedWires()
     _check(estimator, finger.segments, shape)
     others = [way for way in finger.driven_ways if way != "bending" and driving_port(way) in inputs(estimator)]
     wires.add(DRIVING_TORQUE, DrivingTorque(finger, period, others), later={ANGLES})
@@ -117,16 +118,16 @@ def shape_wires(
 
 
 def _check(estimator: System, joints: int, shape: FingerShape) -> None:
-    found = vector_outputs(estimator)
-    if found.keys() & _TAKEN:
-        taken = ", ".join(sorted(found.keys() & _TAKEN))
+    outputs = vector_outputs(estimator)
+    if outputs.keys() & _RESERVED_OUTPUTS:
+        taken = ", ".join(sorted(outputs.keys() & _RESERVED_OUTPUTS))
         raise InputError("estimator", "output ports", taken, "are names of outputs of other blocks")
     sizes = {name: port.size() for name, port in vector_outputs(shape).items()} | {"external_torque": joints}
     for name, size in sizes.items():
-        if name != "arcs" and name in found and found[name].size() != size:
-            raise InputError("estimator", f"output port '{name}'", found[name].size(), f"give it {size} entries")
-    if ANGLES not in found or found[ANGLES].size() != joints:
-        given = ", ".join(f"{name} ({port.size()})" for name, port in found.items()) or "none"
+        if name != "arcs" and name in outputs and outputs[name].size() != size:
+            raise InputError("estimator", f"output port '{name}'", outputs[name].size(), f"give it {size} entries")
+    if ANGLES not in outputs or outputs[ANGLES].size() != joints:
+        given = ", ".join(f"{name} ({port.size()})" for name, port in outputs.items()) or "none"
         raise InputError("estimator", "output ports", given, f"output '{ANGLES}' ({joints}) rad")
 
 
@@ -173,7 +174,7 @@ def add_estimations(
     make_estimator: MakeEstimator | None = None,
     composed: bool = True,
 ) -> dict[str, Ports]:
-    """Adds the estimation of several fingers, by name; arguments and errors as of `add_estimation`.
+    """Adds the estimation of several fingers, by name; arguments and errors as for `add_estimation`.
 
     `composed`: that of each is one block, and that of equal fingers the same one, unless the estimator is a user's own.
     """
@@ -183,7 +184,7 @@ def add_estimations(
     parts = add_parts(builder, "estimation", made, keys if composed and not is_own(made_by) else None)
     with blamed_on("estimator.type", made_by):
         for name, part in parts.items():
-            connect_known(builder, part.inputs, estimation_inputs(measured[name]), "estimator")
+            connect_by_name(builder, part.inputs, estimation_inputs(measured[name]), "estimator")
     return {name: part.outputs for name, part in parts.items()}
 
 
@@ -194,9 +195,10 @@ def make_estimation(
     gravity: Array,
     make_estimator: MakeEstimator | None = None,
 ) -> FingerEstimation:
-    """The estimation of a finger, in no diagram yet; arguments and errors as of `add_estimation`."""
-    period, known = sensor.period, uncertainty(config, sensor, layout.calibrated)
-    make = make_estimator or find_estimator(config.type, known)
+    """The estimation of a finger, in no diagram yet; arguments and errors as for `add_estimation`."""
+    period = sensor.period
+    estimator_stds = uncertainty(config, sensor, layout.calibrated)
+    make = make_estimator or find_estimator(config.type, estimator_stds)
     compensated = np.asarray(gravity, dtype=float) * config.compensate_gravity
     made_by = ("estimator.type", name_of(make_estimator, config.type))
     estimator = make_block(*made_by, make, layout, compensated, period)
@@ -225,6 +227,6 @@ def usable(quantity: str) -> str:
 def estimation_inputs(measured: Mapping[str, OutputPort]) -> Ports:
     """The measured signals available to an estimator: sampled pressure and tension, but no ground truth."""
     truth = ("joint_angles", TRUE_JOINTS, TRUE_TIP)
-    known = {name: port for name, port in measured.items() if name not in truth and not name.startswith(IDEAL)}
+    available = {name: port for name, port in measured.items() if name not in truth and not name.startswith(IDEAL)}
     driving = {kind: f"sampled_{kind}" for kind in ("pressure", "tension")}
-    return known | {kind: measured[name] for kind, name in driving.items() if name in measured}
+    return available | {kind: measured[name] for kind, name in driving.items() if name in measured}

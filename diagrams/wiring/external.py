@@ -18,12 +18,12 @@ class External(NamedTuple):
 
 def add_external_drive(builder: DiagramBuilder, commands: Commands) -> External:
     """Adds `{finger}.{kind}_command` for each command, such as `left_finger.pressure_command`, (C) Pa."""
-    found = External({}, {})
+    external = External({}, {})
     for finger, command in commands.inputs.items():
         added = add_input(builder, f"{finger}.{commands.kind}_command", command)
-        found.inputs.update(added.inputs)
-        found.signals.update({name: commands.described(finger, port) for name, port in added.signals.items()})
-    return found
+        external.inputs.update(added.inputs)
+        external.signals.update({name: commands.described(finger, port) for name, port in added.signals.items()})
+    return external
 
 
 def add_input(builder: DiagramBuilder, name: str, target: InputPort, unit: str | None = None) -> External:

@@ -23,7 +23,7 @@ UNITS = {"opening": "m", "torque": "N m", "force": "N"}  # of the measured quant
 
 @dataclass(frozen=True)
 class Supply:
-    """The range of pressures, or of what tendons are commanded, that a controller may use, and its sampling period."""
+    """Range of pressures, or of tendon commands, that a controller may use, and its sampling period."""
 
     minimum: float  # Pa, N or m
     maximum: float  # Pa, N or m
@@ -82,7 +82,7 @@ class GripControl(Diagram):
 
 
 def _reversed(gains: PidGains) -> PidGains:
-    """More pressure closes the gripper: the output acts in reverse."""
+    """Gains with reversed signs, because more pressure closes the gripper."""
     return replace(gains, kp=-gains.kp, ki=-gains.ki, kd=-gains.kd)
 
 
@@ -161,23 +161,25 @@ def add_grip_control(
         InputError: if the fingers do not form a gripper, or contact force is limited but not estimated, or its bound
             is but contact is not detected.
     """
-    gripper, joints = find_gripper(fingers, "control"), {finger.name: finger.finger.segments for finger in fingers}
+    gripper = find_gripper(fingers, "control")
+    joints = {finger.name: finger.finger.segments for finger in fingers}
     control = builder.AddNamedSystem("grip_control", GripControl(gripper, joints, config, supply))
     for name, port in inputs(control).items():
         if name != "set_point":
-            _check_known(name.rpartition(".")[2], config, name in signals)
+            _check_available(name.rpartition(".")[2], config, name in signals)
             builder.Connect(signals[name], port)
-    common, found = control.GetOutputPort("pressure"), {}
+    common = control.GetOutputPort("pressure")
+    command_signals = {}
     for finger in fingers:
         command = _allocate(builder, finger, common, commands)
         builder.Connect(command, commands.inputs[finger.name])
-        found[f"{finger.name}.{commands.kind}_command"] = command
+        command_signals[f"{finger.name}.{commands.kind}_command"] = command
     own = {f"grip.{name}": port for name, port in vector_outputs(control).items() if name in UNITS}
-    return control.GetInputPort("set_point"), {**own, **found}
+    return control.GetInputPort("set_point"), {**own, **command_signals}
 
 
-def _check_known(signal: str, config: ControlConfig, is_known: bool) -> None:
-    if is_known:
+def _check_available(signal: str, config: ControlConfig, is_available: bool) -> None:
+    if is_available:
         return
     if signal == "contact":
         expected = "requires contact detection: give estimator.contact_threshold, N m"

@@ -21,22 +21,22 @@ def inputs(system: System) -> dict[str, InputPort]:
     return {port.get_name(): port for port in map(system.get_input_port, range(system.num_input_ports()))}
 
 
-def connect_known(
-    builder: DiagramBuilder, ports: Mapping[str, InputPort], known: Mapping[str, OutputPort], what: str
+def connect_by_name(
+    builder: DiagramBuilder, ports: Mapping[str, InputPort], signals: Mapping[str, OutputPort], what: str
 ) -> None:
-    """Connects the input of each name to the signal with that name; `what` names the part for error messages.
+    """Connects each input to the signal with its name; `what` names the part for error messages.
 
     Raises:
         InputError: if there is no such signal, or its size differs.
     """
     for name, port in ports.items():
-        if name not in known:
+        if name not in signals:
             article = "an" if what[0] in "aeiou" else "a"
-            raise InputError(what, "input port", name, f"{article} {what} may take: {', '.join(known)}")
-        if known[name].size() != port.size():
-            expected = f"the signal with that name has {known[name].size()} entries"
+            raise InputError(what, "input port", name, f"{article} {what} may take: {', '.join(signals)}")
+        if signals[name].size() != port.size():
+            expected = f"the signal with that name has {signals[name].size()} entries"
             raise InputError(what, f"input port '{name}'", port.size(), expected)
-        builder.Connect(known[name], port)
+        builder.Connect(signals[name], port)
 
 
 class NamedWires:
@@ -46,7 +46,8 @@ class NamedWires:
     """
 
     def __init__(self) -> None:
-        self._builder, self.outputs = DiagramBuilder(), Ports()
+        self._builder = DiagramBuilder()
+        self.outputs = Ports()
         self._exported: set[str] = set()
         self._later: list[tuple[str, InputPort]] = []
 

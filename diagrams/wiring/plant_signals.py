@@ -41,8 +41,8 @@ def add_plant_signals(
     for name in free:
         model = plant.GetModelInstanceByName(name)
         if name in scene.deformables:
-            found = scene.deformables[name].add_signals(builder, plant)
-            signals |= {s: port for s, port in found.items() if wrenches or s != f"{name}.contact_wrench"}
+            object_signals = scene.deformables[name].add_signals(builder, plant)
+            signals |= {s: port for s, port in object_signals.items() if wrenches or s != f"{name}.contact_wrench"}
             continue
         first = plant.get_body(plant.GetBodyIndices(model)[0]).floating_positions_start()
         pose = _pick(builder, plant, f"{name}.pose", range(first, first + 7))
@@ -60,9 +60,9 @@ def _contact_wrench(builder: DiagramBuilder, plant: MultibodyPlant, model: Model
         return forces
     first = plant.get_body(plant.GetBodyIndices(model)[0]).floating_velocities_start_in_v()
     own = plant.GetVelocitiesFromArray(model, np.arange(plant.num_velocities()))
-    place = int(np.flatnonzero(own == first)[0])
+    offset = int(np.flatnonzero(own == first)[0])
     selector = builder.AddNamedSystem(
-        f"{name}.contact_wrench", MatrixGain(np.eye(forces.size())[place : place + len(WRENCH)])
+        f"{name}.contact_wrench", MatrixGain(np.eye(forces.size())[offset : offset + len(WRENCH)])
     )
     builder.Connect(forces, selector.get_input_port())
     return selector.get_output_port()
@@ -71,7 +71,8 @@ def _contact_wrench(builder: DiagramBuilder, plant: MultibodyPlant, model: Model
 def _arm_signals(builder: DiagramBuilder, plant: MultibodyPlant, arm: str) -> dict[str, OutputPort]:
     model = plant.GetModelInstanceByName(arm)
     joints = arm_joints(plant, model)
-    names, nq = [joint.name() for joint in joints], plant.num_positions()
+    names = [joint.name() for joint in joints]
+    nq = plant.num_positions()
     lengths = [isinstance(joint, PrismaticJoint) for joint in joints]
     unit = ["m" if is_length else "rad" for is_length in lengths]
     effort = ["N" if is_length else "N m" for is_length in lengths]
@@ -88,9 +89,9 @@ def _arm_signals(builder: DiagramBuilder, plant: MultibodyPlant, arm: str) -> di
 def describe_arm_state(plant: MultibodyPlant, arm: str, port: OutputPort) -> None:
     """Declares that a port carries positions and then velocities of an arm's joints."""
     joints = arm_joints(plant, plant.GetModelInstanceByName(arm))
-    of_q, of_v = zip(*map(_joint_units, joints), strict=True)
+    position_units, velocity_units = zip(*map(_joint_units, joints), strict=True)
     labels = [f"{joint.name()}_{kind}" for kind in "qv" for joint in joints]
-    describe(port, [unit for units in (*of_q, *of_v) for unit in units], arm_state=labels)
+    describe(port, [unit for units in (*position_units, *velocity_units) for unit in units], arm_state=labels)
 
 
 def _pick(builder: DiagramBuilder, plant: MultibodyPlant, name: str, entries: Sequence[int]) -> OutputPort:
@@ -115,9 +116,9 @@ def state_units(plant: MultibodyPlant) -> list[str]:
     """The unit of each entry of the plant's state."""
     positions, velocities = ["1"] * plant.num_positions(), ["1"] * plant.num_velocities()
     for joint in (plant.get_joint(index) for index in plant.GetJointIndices()):
-        of_q, of_v = _joint_units(joint)
-        positions[joint.position_start() : joint.position_start() + len(of_q)] = of_q
-        velocities[joint.velocity_start() : joint.velocity_start() + len(of_v)] = of_v
+        position_units, velocity_units = _joint_units(joint)
+        positions[joint.position_start() : joint.position_start() + len(position_units)] = position_units
+        velocities[joint.velocity_start() : joint.velocity_start() + len(velocity_units)] = velocity_units
     return positions + velocities
 
 

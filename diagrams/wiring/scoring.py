@@ -10,7 +10,7 @@ from pydrake.systems.primitives import MatrixGain
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.wiring.estimation import estimation_inputs, shape_wires
-from soft_gripper.diagrams.wiring.named_wires import NamedWires, Ports, connect_known, inputs, vector_outputs
+from soft_gripper.diagrams.wiring.named_wires import NamedWires, Ports, connect_by_name, inputs, vector_outputs
 from soft_gripper.estimators.driving_torque import driving_port
 from soft_gripper.estimators.finger_shape import TIP
 from soft_gripper.estimators.named_estimators import find_estimator
@@ -26,7 +26,7 @@ from soft_gripper.sensors.sensor_block import Hold
 from soft_gripper.truth.contact import TouchedLinks, TrueContact
 from soft_gripper.truth.poses import TRUE_JOINTS, Difference, PoseError, TruePoses, ways_out_of_plane
 
-_DELAYED = "delayed_torque"  # not a signal: the true torque at the sample to which the estimate belongs
+_DELAYED_TORQUE = "delayed_torque"  # not a signal: the true torque at the sample to which the estimate belongs
 
 
 class FingerScoring(Diagram):
@@ -59,8 +59,8 @@ class FingerScoring(Diagram):
             wires.add(name, hold, {"u": source, "y": name})
         wires.add("pose_error", PoseError(joints, in_space))
         delay = Hold(period, joints, DELAY, unit="N m", joint=range(joints))
-        wires.add("delay", delay, {"u": "contact_torque", "y": _DELAYED})
-        names = {"estimate": "external_torque", "truth": _DELAYED, "difference": "external_torque_error"}
+        wires.add("delay", delay, {"u": "contact_torque", "y": _DELAYED_TORQUE})
+        names = {"estimate": "external_torque", "truth": _DELAYED_TORQUE, "difference": "external_torque_error"}
         wires.add("torque_error", Difference(joints, "N m", joint=range(joints)), names)
         wires.build_into(self)
 
@@ -88,13 +88,14 @@ def add_scoring(builder: DiagramBuilder, finger: PlantFinger, period: float, kno
     for name, port in inputs(scoring).items():
         builder.Connect(sources[name], port)
     signals = vector_outputs(scoring)
-    del signals[_DELAYED]
+    del signals[_DELAYED_TORQUE]
     return signals
 
 
 def add_true_poses(builder: DiagramBuilder, fingers: Sequence[PlantFinger], period: float) -> Ports:
     """Adds `true_poses` for fingers of one plant, sampled every `period` s; returns the signals `{finger}.{signal}`."""
-    plant, name = fingers[0].plant, _free_name(builder, "true_poses", fingers)
+    plant = fingers[0].plant
+    name = _free_name(builder, "true_poses", fingers)
     size = plant.num_multibody_states()
     sampled = builder.AddNamedSystem(f"{name}.state", Hold(period, size, state=range(size)))
     truth = builder.AddNamedSystem(name, TruePoses(fingers))
@@ -114,7 +115,8 @@ def add_true_contact(builder: DiagramBuilder, fingers: Sequence[PlantFinger], in
     Returns:
         its signals, `{finger}.{signal}`, `{object}.{signal}` of every free model, and `width`.
     """
-    plant, name = fingers[0].plant, _free_name(builder, "true_contact", fingers)
+    plant = fingers[0].plant
+    name = _free_name(builder, "true_contact", fingers)
     links = {finger.name: TouchedLinks.of(finger) for finger in fingers}
     truth = builder.AddNamedSystem(name, TrueContact(links, interval, _objects(plant, fingers)))
     builder.Connect(plant.get_contact_results_output_port(), truth.GetInputPort("contact_results"))
@@ -125,15 +127,15 @@ def add_true_contact(builder: DiagramBuilder, fingers: Sequence[PlantFinger], in
 def _objects(plant: MultibodyPlant, fingers: Sequence[PlantFinger]) -> dict[str, list[int]]:
     """The collision geometries of every free model without fingers, by its name; values of their GeometryIds."""
     free = {plant.get_body(index).model_instance() for index in plant.GetFloatingBaseBodies()}
-    found: dict[str, list[int]] = {}
+    geometry_ids: dict[str, list[int]] = {}
     for model in sorted(free - {finger.model for finger in fingers}):
         bodies = map(plant.get_body, plant.GetBodyIndices(model))
         geometries = [geometry for body in bodies for geometry in plant.GetCollisionGeometriesForBody(body)]
-        found[str(plant.GetModelInstanceName(model))] = [geometry.get_value() for geometry in geometries]
+        geometry_ids[str(plant.GetModelInstanceName(model))] = [geometry.get_value() for geometry in geometries]
     for model in map(ModelInstanceIndex, range(plant.num_model_instances())):
         if deformable := deformable_body(plant, model):
-            found[str(plant.GetModelInstanceName(model))] = [deformable.geometry_id().get_value()]
-    return found
+            geometry_ids[str(plant.GetModelInstanceName(model))] = [deformable.geometry_id().get_value()]
+    return geometry_ids
 
 
 def add_width_error(builder: DiagramBuilder, width: OutputPort, truth: OutputPort) -> OutputPort:
@@ -145,7 +147,7 @@ def add_width_error(builder: DiagramBuilder, width: OutputPort, truth: OutputPor
 
 
 class AlongsideEstimation(Diagram):
-    """One more estimate of the shape of a finger.
+    """A further estimate of the shape of a finger.
 
     ::
 
@@ -174,7 +176,7 @@ def add_alongside(
     layout: MeasurementModel,
     config: EstimatorConfig,
     sensor: SensorConfig,
-    known: Mapping[str, OutputPort],
+    measured: Mapping[str, OutputPort],
 ) -> Ports:
     """Adds `{finger}.{type}.estimation` and `{finger}.{type}.scoring` for every type in `config.alongside`.
 
@@ -184,7 +186,7 @@ def add_alongside(
         layout: the nominal sensors and finger.
         config: the `estimator` part of a scenario.
         sensor: the `sensor` part, as of `add_estimation`.
-        known: the outputs of the sensors, and the finger's signals of `add_true_poses`.
+        measured: the outputs of the sensors, and the finger's signals of `add_true_poses`.
 
     Returns:
         the signals, by name without the finger's prefix, `{type}.{signal}`.
@@ -201,12 +203,12 @@ def add_alongside(
         with blamed_on("estimator.alongside", kind):
             estimation = AlongsideEstimation(estimator, layout.finger, period)
             builder.AddNamedSystem(f"{finger.name}.{label(kind)}.estimation", estimation)
-            connect_known(builder, inputs(estimation), estimation_inputs(known), "estimator")
-        found = vector_outputs(estimation)
-        if TRUE_JOINTS in known:
-            errors = PoseError(finger.finger.segments, TIP in found)
+            connect_by_name(builder, inputs(estimation), estimation_inputs(measured), "estimator")
+        estimates = vector_outputs(estimation)
+        if TRUE_JOINTS in measured:
+            errors = PoseError(finger.finger.segments, TIP in estimates)
             scoring = builder.AddNamedSystem(f"{finger.name}.{label(kind)}.scoring", errors)
-            connect_known(builder, inputs(scoring), {**known, **found}, "score")
-            found |= vector_outputs(scoring)
-        signals |= {f"{label(kind)}.{name}": port for name, port in found.items()}
+            connect_by_name(builder, inputs(scoring), {**measured, **estimates}, "score")
+            estimates |= vector_outputs(scoring)
+        signals |= {f"{label(kind)}.{name}": port for name, port in estimates.items()}
     return signals

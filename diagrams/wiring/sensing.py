@@ -108,8 +108,8 @@ def add_sensing(
     for finger in fingers:
         name = finger.name
         truth = {one: signals[f"{name}.{one}"] for one in (TRUE_JOINTS, TRUE_TIP) if is_scored}
-        found = _with_truth(builder, finger, layouts[name], measured[name], estimated[name], truth, config)
-        signals |= {f"{name}.{signal}": port for signal, port in {**driving[name], **found}.items()}
+        finger_signals = _with_truth(builder, finger, layouts[name], measured[name], estimated[name], truth, config)
+        signals |= {f"{name}.{signal}": port for signal, port in {**driving[name], **finger_signals}.items()}
     true_width = _add_true_contact(builder, fingers, config, signals)
     if not forms_gripper(fingers):
         return signals
@@ -126,17 +126,17 @@ def add_sensing(
 
 def _check_faults(fingers: Sequence[PlantFinger], config: SensorConfig) -> None:
     """Raises an InputError if a sensor that fails is on no finger."""
-    known = [finger.name for finger in fingers]
+    finger_names = [finger.name for finger in fingers]
     for i, fault in enumerate(config.faults):
-        if fault.finger not in (*known, ALL):
-            expected = f"no such finger; {meant(fault.finger, (*known, ALL))}"
+        if fault.finger not in (*finger_names, ALL):
+            expected = f"no such finger; {meant(fault.finger, (*finger_names, ALL))}"
             raise InputError("sensor", f"faults[{i}].finger", fault.finger, expected)
 
 
 def _add_true_contact(
     builder: DiagramBuilder, fingers: Sequence[PlantFinger], config: SensingConfig, signals: Ports
 ) -> OutputPort | None:
-    """Adds the patches of contact if they are recorded, and their signals; returns the true width of what is held."""
+    """Adds the patches of contact if they are recorded, and their signals; returns the held object's true width."""
     every = config.record.patches_every
     if every is None:
         return None
@@ -164,11 +164,12 @@ def _add_sensors(
     builder: DiagramBuilder, fingers: Sequence[PlantFinger], driving: Mapping[str, Ports], config: SensingConfig
 ) -> dict[str, Ports]:
     """Adds the sensors; returns the measured signals of each finger."""
-    sensor, made_by = config.sensor, name_of(config.make_sensor, config.sensor.type)
+    sensor = config.sensor
+    made_by = name_of(config.make_sensor, config.sensor.type)
     made = {finger.name: make_sensors(finger.finger, sensor, config.make_sensor) for finger in fingers}
     keys = {finger.name: (finger.finger.unnamed, strain_errors(sensor, finger.name)) for finger in fingers}
     parts = add_parts(builder, "sensors", made, keys if config.composed and not is_own(made_by) else None)
-    drives = {name: (each.get("pressure"), each.get("tension")) for name, each in driving.items()}
+    drives = {name: (ports.get("pressure"), ports.get("tension")) for name, ports in driving.items()}
     return {
         finger.name: connect_sensors(builder, finger, parts[finger.name], sensor, *drives[finger.name], made_by)
         for finger in fingers
@@ -184,12 +185,13 @@ def _with_truth(
     truth: Ports,
     config: SensingConfig,
 ) -> Ports:
-    """All signals of a finger: what is measured and estimated, ground truth, and what is estimated alongside."""
-    sensor, known = config.sensor, {**measured, **estimated}
-    scores = add_scoring(builder, finger, sensor.period, known | truth) if truth else {}
+    """All signals of a finger: measured, estimated, scored against ground truth, and estimated alongside."""
+    sensor = config.sensor
+    signals = {**measured, **estimated}
+    scores = add_scoring(builder, finger, sensor.period, signals | truth) if truth else {}
     alongside = add_alongside(builder, finger, nominal, config.estimator, sensor, measured | truth)
-    twice = (measured.keys() & estimated.keys()) | (known.keys() & {*scores, *truth, "pressure", "tension"})
+    twice = (measured.keys() & estimated.keys()) | (signals.keys() & {*scores, *truth, "pressure", "tension"})
     if twice:
         raise InputError("finger", "output ports", ", ".join(sorted(twice)), "have the name of another signal")
-    del known["joint_angles"]  # of every step of the plant; what is sampled is logged
-    return {**known, **scores, **alongside}
+    del signals["joint_angles"]  # of every step of the plant; what is sampled is logged
+    return {**signals, **scores, **alongside}

@@ -4,8 +4,8 @@ from pydrake.common import RandomDistribution
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
 from pydrake.systems.primitives import MatrixGain, RandomSource
 
-from soft_gripper.diagrams.wiring.composed import Part, add_part
-from soft_gripper.diagrams.wiring.named_wires import NamedWires, Ports, connect_known, vector_outputs
+from soft_gripper.diagrams.wiring.composed import PartPorts, add_part
+from soft_gripper.diagrams.wiring.named_wires import NamedWires, Ports, connect_by_name, vector_outputs
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import SLIDES
@@ -56,7 +56,9 @@ class FingerSensors(Diagram):
             InputError: if an error is invalid.
         """
         super().__init__()
-        wires, period, finger = NamedWires(), config.period, layout.finger
+        wires = NamedWires()
+        period = config.period
+        finger = layout.finger
         errors = strain_errors(config, finger.name)
         ideals = {name: f"{IDEAL}{name}" for name in (layout.quantity, "extension_ratio")}
         wires.add("sensor", sensor, {} if errors is None else ideals)
@@ -73,7 +75,8 @@ class FingerSensors(Diagram):
         if errors is not None:
             wires.add("reading_errors", ReadingErrorBlock(layout, errors, period), _random_input("reading_errors"))
         if config.pressure_errors is not None and count:
-            ideal, disturbed = f"{IDEAL}pressure", "sampled_pressure"
+            ideal = f"{IDEAL}pressure"
+            disturbed = "sampled_pressure"
             block = ErrorBlock(
                 config.pressure_errors, count, period, ideal, disturbed, unit="Pa", **finger.chamber_axis
             )
@@ -86,18 +89,18 @@ def _random_input(name: str) -> dict[str, str]:
     return {"standard_normal": f"{name}{RANDOM}"}
 
 
-def _add_random(builder: DiagramBuilder, finger: str, sensors: Part, period: float) -> Ports:
+def _add_random(builder: DiagramBuilder, finger: str, sensors: PartPorts, period: float) -> Ports:
     """Adds a `{finger}.{input}` for each random input of the sensors of a finger; returns them by input."""
-    found = {}
+    random_ports = {}
     for name, port in sensors.inputs.items():
         if name.endswith(RANDOM):
             source = RandomSource(RandomDistribution.kGaussian, port.size(), period)
-            found[name] = builder.AddNamedSystem(f"{finger}.{name}", source).get_output_port()
-    return found
+            random_ports[name] = builder.AddNamedSystem(f"{finger}.{name}", source).get_output_port()
+    return random_ports
 
 
 def add_joint_angles(builder: DiagramBuilder, finger: PlantFinger, way: str = "bending") -> OutputPort:
-    """Adds `{finger}.joint_angles`, or what else `joints_port` names; returns it, (N) rad, or m where joints slide."""
+    """Adds `{finger}.joint_angles`, or the port of another deformation; returns it, (N) rad, or m if joints slide."""
     selector = builder.AddNamedSystem(f"{finger.name}.{joints_port(way)}", MatrixGain(finger.position_selector(way)))
     builder.Connect(finger.plant.get_state_output_port(), selector.get_input_port())
     return describe(selector.get_output_port(), "m" if way in SLIDES else "rad", joint=range(finger.finger.segments))
@@ -142,12 +145,13 @@ def add_sensors(
 
 
 def make_sensors(finger: Finger, config: SensorConfig, make_sensor: MakeSensor | None = None) -> FingerSensors:
-    """The sensors of a finger, in no diagram yet; arguments and errors as of `add_sensors`."""
-    found, layout = make_sensor or SENSORS.find(config.type), sensor_layout(finger, config)
+    """The sensors of a finger, in no diagram yet; arguments and errors as for `add_sensors`."""
+    chosen = make_sensor or SENSORS.find(config.type)
+    layout = sensor_layout(finger, config)
     made_by = ("sensor.type", name_of(make_sensor, config.type))
     if is_kind(make_sensor):
         raise InputError("make_sensor", "class", made_by[1], "is a kind of sensor: name it as `sensor.type` instead")
-    make = found if not is_kind(found) else StrainSensor if measures_strain(layout) else SensorBlock
+    make = chosen if not is_kind(chosen) else StrainSensor if measures_strain(layout) else SensorBlock
     sensor = make_block(*made_by, make, layout, config.period)
     with blamed_on(*made_by):
         _check(sensor, layout, config)
@@ -157,13 +161,13 @@ def make_sensors(finger: Finger, config: SensorConfig, make_sensor: MakeSensor |
 def connect_sensors(
     builder: DiagramBuilder,
     finger: PlantFinger,
-    part: Part,
+    part: PartPorts,
     config: SensorConfig,
     pressure: OutputPort | None,
     tension: OutputPort | None,
     made_by: str,
 ) -> Ports:
-    """Connects what `make_sensors` made to what the sensors measure; `made_by` names the sensor."""
+    """Connects the sensors of `make_sensors` to the signals that they measure; `made_by` names the sensor."""
     layout = sensor_layout(finger.finger, config)
     X_WB = add_base_pose(builder, finger, config.period)
     possible = {
@@ -172,18 +176,18 @@ def connect_sensors(
         "tension": tension,
         "X_WB": X_WB,
     }
-    known = {name: port for name, port in possible.items() if port is not None}
+    available = {name: port for name, port in possible.items() if port is not None}
     with blamed_on("sensor.type", made_by):
         random = _add_random(builder, finger.name, part, config.period)
-        connect_known(builder, part.inputs, known | random, "sensor")
+        connect_by_name(builder, part.inputs, available | random, "sensor")
         if layout.quantity not in part.outputs:
             expected = f"a sensor outputs its readings as '{layout.quantity}'"
             raise InputError("sensor", "output ports", ", ".join(part.outputs), expected)
-    return {"joint_angles": known["joint_angles"], "X_WB": X_WB, **part.outputs}
+    return {"joint_angles": available["joint_angles"], "X_WB": X_WB, **part.outputs}
 
 
 def _check(sensor: System, layout: MeasurementModel, config: SensorConfig) -> None:
-    """The outputs of a sensor: its readings, with no name of another signal of the finger."""
+    """Checks the outputs of a sensor: its readings, and no name of another signal of the finger."""
     sizes = {name: port.size() for name, port in vector_outputs(sensor).items()}
     reserved = ("joint_angles", "pressure", "sampled_pressure", "tension", "sampled_tension", "X_WB")
     taken = sorted(name for name in sizes if name in reserved or name.startswith(IDEAL))

@@ -16,7 +16,7 @@ from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.estimators.calibration_range import CalibrationRange
 from soft_gripper.estimators.finger_shape import FingerShape
 from soft_gripper.estimators.uncertainty import Uncertainty
-from soft_gripper.extras.bench.bench import Bench, Measured
+from soft_gripper.extras.bench.bench import Bench, HeldInput
 from soft_gripper.extras.hardware.replay.arm_estimation import ArmEstimation, LogSource, NominalArm, RigidParts
 from soft_gripper.extras.hardware.replay.wire_lengths import WireGeometry
 from soft_gripper.sensors.calibrated_states import CalibratedStates
@@ -73,7 +73,7 @@ def _all_systems() -> Iterator[Placed]:
     yield from _inside(Placed(_creeping_finger().diagram))
     yield from _inside(Placed(make_private_station(sg.load_scenario("tip_distance_steps")).diagram))
     yield from _inside(Placed(Bench(sg.load_scenario("tip_distance_steps")).diagram))
-    yield Placed(Measured(0.01, 8, "1"))
+    yield Placed(HeldInput(0.01, 8, "1"))
     finger = station("tip_distance_steps").fingers[0].finger
     yield Placed(FingerShape(finger))
     yield Placed(sg.sensors.SensorBlock(CurvatureSensors(finger, 2), 0.01))

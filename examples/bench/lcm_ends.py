@@ -21,7 +21,8 @@ WAIT = 5e-4  # s; Drake's HandleSubscriptions stops all threads while it waits, 
 
 def readings() -> Iterator[dict[str, float]]:
     """Generates the messages on the channel of the readings."""
-    lcm, arrived = DrakeLcm(), list[bytes]()
+    lcm = DrakeLcm()
+    arrived = list[bytes]()
     lcm.Subscribe(READINGS, arrived.append)
     while True:
         if not lcm.HandleSubscriptions(0):

@@ -50,8 +50,10 @@ class SimulatedHardware:
             scenario: its fingers are commanded by `command`; a task may move its arm, but not the gripper.
             records: whether every signal is kept for `station.recording`, which takes memory.
         """
-        self.station, self._records = make_station(hardware_scenario(scenario)), records
-        self.period, self._samples = scenario.sensor.period, 0
+        self.station = make_station(hardware_scenario(scenario))
+        self._records = records
+        self.period = scenario.sensor.period
+        self._samples = 0
         self._simulator = make_simulator(self.station)
         self.context: Context = self._simulator.get_mutable_context()
         inputs = self.station.parts.inputs
@@ -63,12 +65,12 @@ class SimulatedHardware:
             quantity = sensor_layout(finger.finger, scenario.sensor).quantity
             sent = {quantity: quantity, "pressure": "sampled_pressure", "tension": "sampled_tension"}
             sent |= {"X_WB": "X_WB"} if finger.name in self.moving else {}
-            of = {f"{finger.name}.{kind}": f"{finger.name}.{signal}" for kind, signal in sent.items()}
-            self._signals |= {name: signal for name, signal in of.items() if signal in self.station.parts.signals}
+            sources = {f"{finger.name}.{kind}": f"{finger.name}.{signal}" for kind, signal in sent.items()}
+            self._signals |= {name: signal for name, signal in sources.items() if signal in self.station.parts.signals}
 
     @property
     def moving(self) -> list[str]:
-        """The fingers whose base moves, and is measured."""
+        """Names of the fingers with a moving base, which is measured."""
         return [finger.name for finger in self.station.fingers if not finger.is_anchored]
 
     def message(self) -> dict[str, Any]:
@@ -82,7 +84,7 @@ class SimulatedHardware:
         return {"count": float(self._samples), "time": self.context.get_time(), **sent}
 
     def read(self, signals: Sequence[str]) -> dict[str, Array]:
-        """Signals of the station as of the last sample, (size,) each."""
+        """Reads signals of the station at the last sample, (size,) each."""
         return {name: self.station.diagram.GetOutputPort(name).Eval(self.context) for name in signals}
 
     def command(self, commands: Mapping[str, Any]) -> None:
@@ -95,7 +97,7 @@ class SimulatedHardware:
 
 
 def hardware_scenario(scenario: Scenario) -> Scenario:
-    """The hardware of a scenario, whose fingers are commanded from outside, without estimators to speak of."""
+    """A scenario reduced to its hardware: external commands, default estimator, no grip control."""
     control = replace(scenario.control, set_points=None, force_limit=None)
     return replace(scenario, control=control, external=["pressure"], estimator=EstimatorConfig())
 

@@ -34,8 +34,8 @@ _HAND_TUNED: dict[str, Any] = {
         },
     },
 }
-_Z = 1.959964  # of the standard normal distribution, for 95 %
-_RESAMPLES = 10_000
+_NORMAL_QUANTILE = 1.959964  # of the standard normal distribution, for 95 %
+_BOOTSTRAP_RESAMPLES = 10_000
 
 
 @dataclass(frozen=True)
@@ -58,19 +58,19 @@ def learner_environments(engine: str = "drake") -> Environments:
 
 
 def hand_tuned_environments() -> Environments:
-    """The same objects, grippers and sensors for the hand-tuned grasp."""
+    """SoftGrasp-v0 with the control of the hand-tuned grasp, and the same objects, grippers and sensors."""
     return gymnasium.make_vec("SoftGrasp-v0", num_envs=1, vectorization_mode="sync", changes=_HAND_TUNED)
 
 
 def run_episodes(environments: Environments, policies: Sequence[Policy], seeds: Sequence[int]) -> list[Episode]:
-    """An episode of each policy from its seed, as many at once as there are environments."""
+    """Runs an episode of each policy from its seed, in batches of as many as there are environments."""
     pairs = list(zip(policies, seeds, strict=True))
     count = environments.num_envs
-    return [each for i in range(0, len(pairs), count) for each in _run_at_once(environments, pairs[i : i + count])]
+    return [episode for i in range(0, len(pairs), count) for episode in _run_batch(environments, pairs[i : i + count])]
 
 
-def _run_at_once(environments: Environments, pairs: Sequence[tuple[Policy, int]]) -> list[Episode]:
-    """At most as many episodes as there are environments; those that are left over repeat the last seed."""
+def _run_batch(environments: Environments, pairs: Sequence[tuple[Policy, int]]) -> list[Episode]:
+    """Runs an episode per environment, or fewer; environments left over repeat the last seed."""
     seeds = [seed for _, seed in pairs]
     observations, _ = environments.reset(seed=seeds + seeds[-1:] * (environments.num_envs - len(seeds)))
     actions = np.zeros(environments.action_space.shape or (), np.float32)
@@ -82,15 +82,16 @@ def _run_at_once(environments: Environments, pairs: Sequence[tuple[Policy, int]]
         observations, _, terminated, truncated, info = environments.step(actions)
         for i in np.flatnonzero((terminated | truncated)[: len(pairs)]):
             ended.setdefault(
-                int(i), Episode(seeds[i], bool(_of(info, "success", i)), float(_of(info, "peak_force", i)))
+                int(i),
+                Episode(seeds[i], bool(_info_value(info, "success", i)), float(_info_value(info, "peak_force", i))),
             )
     return [ended[i] for i in range(len(pairs))]
 
 
-def _of(info: Mapping[str, Any], name: str, environment: int) -> Any:
-    """What an environment says in `info`; False or NaN if it does not, as when its simulation diverged."""
-    says = name in info and info[f"_{name}"][environment]
-    return info[name][environment] if says else {"success": False}.get(name, np.nan)
+def _info_value(info: Mapping[str, Any], name: str, environment: int) -> Any:
+    """Reads a value of an environment from `info`; False or NaN if missing, as after a diverged simulation."""
+    has_value = name in info and info[f"_{name}"][environment]
+    return info[name][environment] if has_value else {"success": False}.get(name, np.nan)
 
 
 class Interval(NamedTuple):
@@ -105,17 +106,18 @@ class Interval(NamedTuple):
 
 
 def share(successes: int, number: int) -> Interval:
-    """The share of successes, with Wilson's score interval (J. Am. Stat. Assoc. 22, 1927, 209-212)."""
-    found, square = successes / number, _Z**2 / number
-    middle = (found + square / 2) / (1 + square)
-    half = _Z * np.sqrt(found * (1 - found) / number + square / (4 * number)) / (1 + square)
-    return Interval(found, float(middle - half), float(middle + half))
+    """The fraction of successes, with Wilson's score interval (J. Am. Stat. Assoc. 22, 1927, 209-212)."""
+    fraction = successes / number
+    square = _NORMAL_QUANTILE**2 / number
+    middle = (fraction + square / 2) / (1 + square)
+    half = _NORMAL_QUANTILE * np.sqrt(fraction * (1 - fraction) / number + square / (4 * number)) / (1 + square)
+    return Interval(fraction, float(middle - half), float(middle + half))
 
 
 def mean(values: Array, seed: int = 0) -> Interval:
     """The mean of values, (n), with the percentile interval of the bootstrap (Efron, Ann. Stat. 7, 1979, 1-26)."""
     rng = np.random.default_rng(seed)
-    means = values[rng.integers(len(values), size=(_RESAMPLES, len(values)))].mean(axis=1)
+    means = values[rng.integers(len(values), size=(_BOOTSTRAP_RESAMPLES, len(values)))].mean(axis=1)
     low, high = np.quantile(means, [0.025, 0.975])
     return Interval(float(values.mean()), float(low), float(high))
 
@@ -128,8 +130,8 @@ class Summary(NamedTuple):
     peak_force: Interval  # N, mean over all objects, dropped ones too
 
     def __str__(self) -> str:
-        of = {"success": self.success, "peak force [N]": self.peak_force}
-        parts = (f"{name} {interval}" for name, interval in of.items())
+        intervals = {"success": self.success, "peak force [N]": self.peak_force}
+        parts = (f"{name} {interval}" for name, interval in intervals.items())
         return f"{self.policy}: {', '.join(parts)}"
 
 
@@ -140,7 +142,7 @@ def summary(policy: str, episodes: Sequence[Episode]) -> Summary:
 
 
 def saved_force(first: Sequence[Episode], second: Sequence[Episode]) -> Interval:
-    """How much less force the second applies than the first, N: the mean over the same objects.
+    """Force that the second saves against the first, N: the mean over the same objects.
 
     Raises:
         ValueError: if they are not the same.

@@ -10,13 +10,19 @@ from matplotlib.figure import Figure
 from gentle_grasp.episodes import Episode
 from gentle_grasp.learn import Generation
 
-_HAND, _LEARNED, _SUCCESS = "C1", "C2", "C0"
-_STYLE = {"font.size": 8, "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True, "grid.alpha": 0.3}
+_HAND_TUNED_COLOR, _LEARNED_COLOR, _SUCCESS_COLOR = "C1", "C2", "C0"
+_FIGURE_STYLE = {
+    "font.size": 8,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.alpha": 0.3,
+}
 
 
 def learning_figure(curve: Sequence[Generation], hand_tuned: Sequence[Episode], learned: Sequence[Episode]) -> Figure:
     """Left the best cost and the successes of every generation, right the forces of both grasps, object by object."""
-    with mpl.rc_context(_STYLE):
+    with mpl.rc_context(_FIGURE_STYLE):
         figure = Figure(figsize=(8.2, 3.2), layout="constrained")
         left, right = figure.subplots(1, 2, width_ratios=[1.2, 1.0])
         _draw_curve(left, curve)
@@ -25,12 +31,12 @@ def learning_figure(curve: Sequence[Generation], hand_tuned: Sequence[Episode], 
 
 
 def _draw_curve(axes: Axes, curve: Sequence[Generation]) -> None:
-    episodes = [each.episodes for each in curve]
-    axes.plot(episodes, [each.best_cost for each in curve], "o-", color=_LEARNED, ms=4)
+    episodes = [generation.episodes for generation in curve]
+    axes.plot(episodes, [generation.best_cost for generation in curve], "o-", color=_LEARNED_COLOR, ms=4)
     axes.set(xlabel="episodes", ylabel="mean peak force, best candidate [N]", ylim=(0, 0.75))
-    axes.yaxis.label.set_color(_LEARNED)
+    axes.yaxis.label.set_color(_LEARNED_COLOR)
     other = axes.twinx()
-    other.plot(episodes, [100 * each.success for each in curve], "s--", color=_SUCCESS, ms=3.5)
+    other.plot(episodes, [100 * generation.success for generation in curve], "s--", color=_SUCCESS_COLOR, ms=3.5)
     other.set(ylabel="held up by all candidates [%]", ylim=(0, 103))
     other.grid(visible=False)
     other.spines["right"].set_visible(True)
@@ -38,7 +44,7 @@ def _draw_curve(axes: Axes, curve: Sequence[Generation]) -> None:
 
 
 def _draw_forces(axes: Axes, hand_tuned: Sequence[Episode], learned: Sequence[Episode]) -> None:
-    for name, color, episodes in (("hand-tuned", _HAND, hand_tuned), ("learned", _LEARNED, learned)):
+    for name, color, episodes in (("hand-tuned", _HAND_TUNED_COLOR, hand_tuned), ("learned", _LEARNED_COLOR, learned)):
         forces = np.sort([episode.peak_force for episode in episodes])
         held = sum(episode.success for episode in episodes)
         label = f"{name} ({held} of {len(episodes)})"

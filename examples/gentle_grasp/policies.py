@@ -10,9 +10,9 @@ Array = NDArray[np.float64]
 STEP = 0.1  # s, from one action to the next
 LIFT = 0.08  # m, to which the gripper is lifted
 LATEST_LIFT = 3.0  # s, at which it lifts, whatever has been grasped
-_PRESSURES = np.array([-20e3, 130e3])  # Pa, of SoftGrasp-v0 at -1 and at 1
-_OPENINGS = np.array([0.0, 0.1])  # m, of the hand-tuned grasp
-_UNIT = np.array([-1.0, 1.0])
+_PRESSURE_RANGE = np.array([-20e3, 130e3])  # Pa, of SoftGrasp-v0 at -1 and at 1
+_OPENING_RANGE = np.array([0.0, 0.1])  # m, of the hand-tuned grasp
+_ACTION_RANGE = np.array([-1.0, 1.0])
 
 
 class Policy(Protocol):
@@ -31,7 +31,7 @@ class GentleParameters:
     squeeze: float = 12e3  # Pa/s, at most, at which it rises from there
     target: float = 0.06  # N m, grip torque that is held
     gain: float = 5e5  # Pa/(N m s), from the missing torque to the rate of the pressure
-    ready: float = 0.9  # share of it with which the lift begins
+    ready: float = 0.9  # fraction of the target at which the lift begins
     lift: float = 0.08  # m/s, at which the gripper is lifted
 
     @classmethod
@@ -55,17 +55,20 @@ class GentleGrasp:
         self._touched = self._lifts = False
 
     def act(self, observation: NDArray[np.float32]) -> NDArray[np.float32]:
-        known, torque = self._parameters, grip_torque(observation)
-        self._touched |= torque > known.touch
-        rate = known.approach
+        parameters = self._parameters
+        torque = grip_torque(observation)
+        self._touched |= torque > parameters.touch
+        rate = parameters.approach
         if self._touched:
-            rate = float(np.clip(known.gain * (known.target - torque), -known.squeeze, known.squeeze))
-        self._pressure = float(np.clip(self._pressure + STEP * rate, *_PRESSURES))
-        self._lifts |= torque > known.ready * known.target or self._time > LATEST_LIFT
+            rate = float(
+                np.clip(parameters.gain * (parameters.target - torque), -parameters.squeeze, parameters.squeeze)
+            )
+        self._pressure = float(np.clip(self._pressure + STEP * rate, *_PRESSURE_RANGE))
+        self._lifts |= torque > parameters.ready * parameters.target or self._time > LATEST_LIFT
         if self._lifts:
-            self._height = min(self._height + STEP * known.lift, LIFT)
+            self._height = min(self._height + STEP * parameters.lift, LIFT)
         self._time += STEP
-        return _action(self._pressure, _PRESSURES, self._height)
+        return _action(self._pressure, _PRESSURE_RANGE, self._height)
 
 
 def grip_torque(observation: NDArray[np.float32]) -> float:
@@ -81,25 +84,26 @@ class HandTuned:
     """
 
     CLOSED = 0.01  # m, set point
-    THRESHOLD, BAND, TIME = 0.02, 4e-3, 0.2  # N m, m and s: what counts as a grip, and as fingers at rest
+    TORQUE_THRESHOLD = 0.02  # N m, of a grip
+    REST_BAND, REST_TIME = 4e-3, 0.2  # m and s, opening of fingers at rest
     SPEED = 0.08  # m/s
 
     def __init__(self) -> None:
-        self._time, self._height, self._around, self._since = 0.0, 0.0, np.nan, 0.0
+        self._time, self._height, self._rest_opening, self._rest_begin = 0.0, 0.0, np.nan, 0.0
         self._lifts = False
 
     def act(self, observation: NDArray[np.float32]) -> NDArray[np.float32]:
         opening, torque = 0.1 * observation
-        if not abs(opening - self._around) <= self.BAND:
-            self._around, self._since = float(opening), self._time
-        at_rest = self._time - self._since >= self.TIME
-        self._lifts |= (at_rest and torque > self.THRESHOLD) or self._time > LATEST_LIFT
+        if not abs(opening - self._rest_opening) <= self.REST_BAND:
+            self._rest_opening, self._rest_begin = float(opening), self._time
+        at_rest = self._time - self._rest_begin >= self.REST_TIME
+        self._lifts |= (at_rest and torque > self.TORQUE_THRESHOLD) or self._time > LATEST_LIFT
         if self._lifts:
             self._height = min(self._height + STEP * self.SPEED, LIFT)
         self._time += STEP
-        return _action(self.CLOSED, _OPENINGS, self._height)
+        return _action(self.CLOSED, _OPENING_RANGE, self._height)
 
 
 def _action(grip: float, grips: Array, height: float) -> NDArray[np.float32]:
-    lift = np.interp(height, [0.0, LIFT], _UNIT)
-    return np.array([np.interp(grip, grips, _UNIT), lift], np.float32)
+    lift = np.interp(height, [0.0, LIFT], _ACTION_RANGE)
+    return np.array([np.interp(grip, grips, _ACTION_RANGE), lift], np.float32)

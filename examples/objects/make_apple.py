@@ -16,13 +16,13 @@ def profile(rings: int) -> np.ndarray:
     z = np.where(angle < np.pi / 2, foot, -top) - HEIGHT / 2 * np.cos(angle)
     skin = np.stack([r, z], -1)[(angle < np.pi / 2) | (r > STEM[0][0])]
     along = np.cumsum(np.linalg.norm(np.diff(skin, axis=0, prepend=skin[:1]), axis=1))
-    at = np.linspace(0, along[-1], rings)
-    even = np.stack([np.interp(at, along, column) for column in skin.T], -1)
+    lengths = np.linspace(0, along[-1], rings)
+    even = np.stack([np.interp(lengths, along, column) for column in skin.T], -1)
     return np.vstack([even, STEM[1:] + even[-1] * [0, 1]])
 
 
 def make_mesh(rings: int = 21, spokes: int = 30) -> trimesh.Trimesh:
-    """Turned about the z axis, with five lobes that grow toward the foot; its frame lies in the centre of mass."""
+    """Revolves the profile and adds five lobes that grow toward the foot; the frame lies in the centre of mass."""
     mesh = trimesh.creation.revolve(profile(rings), sections=spokes)
     x, y, z = mesh.vertices.T
     lobes = 0.06 * np.clip(0.3 - z / HEIGHT, 0, None) * np.cos(5 * np.arctan2(y, x))

@@ -19,7 +19,7 @@ def profile() -> np.ndarray:
 
 
 def make_mesh() -> trimesh.Trimesh:
-    """Turned about the z axis."""
+    """Revolves the profile about the z axis."""
     return trimesh.creation.revolve(profile(), sections=SPOKES)
 
 

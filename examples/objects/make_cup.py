@@ -6,7 +6,7 @@ HEIGHT, FOOT, TOP = 0.065, 0.023, 0.020  # m: height, radius of the foot and of 
 
 
 def make_mesh() -> trimesh.Trimesh:
-    """Turned about the z axis; its frame lies in the centre of mass."""
+    """Revolves a trapezium about the z axis; the frame lies in the centre of mass."""
     mesh = trimesh.creation.revolve([[0, 0], [FOOT, 0], [TOP, HEIGHT], [0, HEIGHT]], sections=32)
     mesh.apply_translation(-mesh.center_mass)
     return mesh

@@ -14,7 +14,8 @@ class SmoothBend(LeafSystem):
 
     def __init__(self, layout):
         super().__init__()
-        self.layout, joints = layout, layout.finger.segments
+        self.layout = layout
+        joints = layout.finger.segments
         self.strain = self.DeclareVectorInputPort("strain", layout.readings)
         port = self.DeclareVectorOutputPort(
             "estimated_joint_angles", joints, self.estimate
@@ -22,10 +23,8 @@ class SmoothBend(LeafSystem):
         sg.describe(port, "rad", joint=range(joints))
 
     def estimate(self, context, output):
-        strain, lengths = (
-            self.strain.Eval(context),
-            self.layout.rest_lengths,
-        )
+        strain = self.strain.Eval(context)
+        lengths = self.layout.rest_lengths
         theta = sg.estimators.arcs_from_readings(self.layout, strain).theta
         middles = np.cumsum(lengths) - lengths / 2
         joints = self.layout.finger.joint_arc_lengths

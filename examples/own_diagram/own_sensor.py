@@ -11,7 +11,8 @@ class WarmSensor(LeafSystem):
 
     def __init__(self, layout, period):
         super().__init__()
-        self.layout, joints = layout, layout.finger.segments
+        self.layout = layout
+        joints = layout.finger.segments
         self.angles = self.DeclareVectorInputPort("joint_angles", joints)
         places = {
             "path": layout.path_names,
@@ -35,10 +36,8 @@ class WarmSensor(LeafSystem):
         strain = sg.sensors.extension_ratios(self.layout, q) - 1
         temperature = 20 + 15 * (1 - np.exp(-context.get_time() / 10))
         drift = 2e-4 * (temperature - 20)
-        read, saturated = (
-            np.clip(strain + drift, -0.1, 0.1),
-            abs(strain) > 0.1,
-        )
+        read = np.clip(strain + drift, -0.1, 0.1)
+        saturated = abs(strain) > 0.1
         for i, value in enumerate(
             (read, [temperature], [drift], saturated)
         ):

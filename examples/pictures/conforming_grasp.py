@@ -55,15 +55,17 @@ def scenarios() -> dict[str, Scenario]:
 
 
 def run_grasp(scenario: Scenario) -> Grasp:
-    """Simulates a scenario in which fingers hold a box; of the first of them."""
+    """Simulates a scenario in which fingers hold a box; reads the grasp of the first finger."""
     station = make_private_station(scenario)
     return read_grasp(scenario, run_station(station))
 
 
 def read_grasp(scenario: Scenario, recording: Recording) -> Grasp:
     """The grasp of a recorded scenario."""
-    scene, last = RecordedScene(scenario, recording), held_rows(scenario, recording)[:, -1]
-    finger, times = scene.fingers[0], recording["time"].values[last]
+    scene = RecordedScene(scenario, recording)
+    last = held_rows(scenario, recording)[:, -1]
+    finger = scene.fingers[0]
+    times = recording["time"].values[last]
     area = np.array([contact_areas(finger, scene.query(time)) for time in times])
     signals = {
         name: recording[f"{finger.name}.{name}"].values[last] for name in ("link_normal_force", TRUE_JOINTS, TRUE_TIP)
@@ -79,19 +81,21 @@ def read_grasp(scenario: Scenario, recording: Recording) -> Grasp:
 
 
 def contact_areas(finger: PlantFinger, query: QueryObject) -> Array:
-    """Area in which each link of a finger touches other bodies, (N + 1) m^2."""
-    areas, link_of = np.zeros(len(finger.links)), TouchedLinks.of(finger).link_of
+    """Contact area of each link of a finger, (N + 1) m^2."""
+    areas = np.zeros(len(finger.links))
+    links_by_geometry = TouchedLinks.of(finger).link_of
     surfaces, _ = query.ComputeContactSurfacesWithFallback(finger.plant.get_contact_surface_representation())
     for surface in surfaces:
         for geometry in (surface.id_M(), surface.id_N()):
-            if (link := link_of.get(geometry.get_value())) is not None:
+            if (link := links_by_geometry.get(geometry.get_value())) is not None:
                 areas[link] += surface.total_area()
     return areas
 
 
 def _section_of_box(scene: RecordedScene, finger: PlantFinger, time: float) -> Array:
     (body,) = scene.plant.GetBodyIndices(scene.plant.GetModelInstanceByName(BOX))
-    query, inspector = scene.query(time), scene.scene_graph.model_inspector()
+    query = scene.query(time)
+    inspector = scene.scene_graph.model_inspector()
     (geometry,) = inspector.GetGeometries(scene.plant.GetBodyFrameIdOrThrow(body), Role.kProximity)
     shape = inspector.GetShape(geometry)
     assert isinstance(shape, Box)
@@ -102,11 +106,12 @@ def _section_of_box(scene: RecordedScene, finger: PlantFinger, time: float) -> A
     return section
 
 
-_COLORS = {SHIPPED: "#8c8c8c", CONFORMING: "#0072b2"}
-_NAMES = {SHIPPED: "chamber throughout", CONFORMING: "chamber in the first 40 %"}
-_HOLLOW, _SOLID, _BOX, _FORCE = "#e8936a", "#f8d9c6", "#9fb8d3", "#111111"
-_MM_PER_N, _LEAST = 12.0, 0.02  # of the arrows; N, smallest force drawn
-_X, _Z = (-31.0, 42.0), (150.0, -14.0)  # mm, limits of the drawings
+_GRASP_COLORS = {SHIPPED: "#8c8c8c", CONFORMING: "#0072b2"}
+_GRASP_LABELS = {SHIPPED: "chamber throughout", CONFORMING: "chamber in the first 40 %"}
+_HOLLOW_COLOR, _SOLID_COLOR, _BOX_COLOR, _FORCE_COLOR = "#e8936a", "#f8d9c6", "#9fb8d3", "#111111"
+_MM_PER_N = 12.0  # of the arrows
+_MIN_FORCE = 0.02  # N, smallest force drawn
+_X_LIMITS, _Z_LIMITS = (-31.0, 42.0), (150.0, -14.0)  # mm, limits of the drawings
 
 
 def conforming_figure(grasps: dict[str, Grasp]) -> Figure:
@@ -116,7 +121,7 @@ def conforming_figure(grasps: dict[str, Grasp]) -> Figure:
         panels = figure.subplot_mosaic([["a", "b", "area"], ["a", "b", "pressure"]], width_ratios=[1, 1, 1.35])
         for panel, name in zip("ab", grasps, strict=True):
             _draw_grasp(panels[panel], grasps[name])
-            panels[panel].set_title(f"({panel}) {_NAMES[name]}\n{_summary(grasps[name])}")
+            panels[panel].set_title(f"({panel}) {_GRASP_LABELS[name]}\n{_summary(grasps[name])}")
         panels["a"].set_ylabel("z [mm]")
         _draw_curves(panels["area"], grasps, {name: 1e6 * grasp.area.sum(axis=1) for name, grasp in grasps.items()})
         _draw_curves(panels["pressure"], grasps, {name: 1e-3 * mean_pressure(grasp) for name, grasp in grasps.items()})
@@ -144,27 +149,35 @@ def mean_pressure(grasp: Grasp) -> Array:
 def _draw_grasp(axes: Axes, grasp: Grasp) -> None:
     """The finger, the box, and the force of every link on it, in frame B with the base at the top."""
     finger = grasp.finger
-    colors = np.array([to_rgb(_HOLLOW if gain > 0 else _SOLID) for gain in finger.pressure_gain])
-    axes.add_patch(Polygon(1e3 * grasp.box, facecolor=_BOX, edgecolor="0.35", lw=0.6))
+    colors = np.array([to_rgb(_HOLLOW_COLOR if gain > 0 else _SOLID_COLOR) for gain in finger.pressure_gain])
+    axes.add_patch(Polygon(1e3 * grasp.box, facecolor=_BOX_COLOR, edgecolor="0.35", lw=0.6))
     draw_base(axes, finger)
     draw_segments(axes, finger, grasp.corners, colors)
     middles = 1e3 * (grasp.corners[:-1, 2] + grasp.corners[1:, 2]) / 2
     face = 1e3 * grasp.box[:, 0].min()
     for z, force in zip(middles, grasp.force[-1], strict=True):
-        if force > _LEAST:
-            axes.annotate("", (face + _MM_PER_N * force, z), (face, z), arrowprops=_ARROW)
-    for color, label in ((_HOLLOW, "with a chamber"), (_SOLID, "solid, softer"), (_BOX, "box")):
+        if force > _MIN_FORCE:
+            axes.annotate("", (face + _MM_PER_N * force, z), (face, z), arrowprops=_ARROW_STYLE)
+    for color, label in ((_HOLLOW_COLOR, "with a chamber"), (_SOLID_COLOR, "solid, softer"), (_BOX_COLOR, "box")):
         axes.plot([], [], "s", color=color, mec="0.35", mew=0.6, ms=8, label=label)
-    axes.plot([], [], color=_FORCE, lw=1.2, marker=">", ms=4, label=f"force of a link, {_MM_PER_N:g} mm/N")
-    axes.set(aspect="equal", xlim=_X, ylim=_Z, xlabel="x [mm]")
+    axes.plot([], [], color=_FORCE_COLOR, lw=1.2, marker=">", ms=4, label=f"force of a link, {_MM_PER_N:g} mm/N")
+    axes.set(aspect="equal", xlim=_X_LIMITS, ylim=_Z_LIMITS, xlabel="x [mm]")
 
 
-_ARROW = {"arrowstyle": "-|>", "color": _FORCE, "lw": 1.2, "mutation_scale": 8, "shrinkA": 0, "shrinkB": 0}
+_ARROW_STYLE = {"arrowstyle": "-|>", "color": _FORCE_COLOR, "lw": 1.2, "mutation_scale": 8, "shrinkA": 0, "shrinkB": 0}
 
 
 def _draw_curves(axes: Axes, grasps: dict[str, Grasp], curves: dict[str, Array]) -> None:
     for name, values in curves.items():
-        axes.plot(grasps[name].pressure / 1e3, values, "o-", color=_COLORS[name], ms=4, lw=1.5, label=_NAMES[name])
+        axes.plot(
+            grasps[name].pressure / 1e3,
+            values,
+            "o-",
+            color=_GRASP_COLORS[name],
+            ms=4,
+            lw=1.5,
+            label=_GRASP_LABELS[name],
+        )
     axes.set_ylim(bottom=0)
 
 
@@ -172,7 +185,8 @@ def main(stem: Path = Path("results/conforming_grasp")) -> None:
     """Prints and draws both grasps."""
     grasps = {name: run_grasp(scenario) for name, scenario in scenarios().items()}
     for name, grasp in grasps.items():
-        links, pressure = (grasp.area[-1] > 0).sum(), 1e-3 * mean_pressure(grasp)[-1]
+        links = (grasp.area[-1] > 0).sum()
+        pressure = 1e-3 * mean_pressure(grasp)[-1]
         print(f"{name}, {_summary(grasp)}, {pressure:.1f} kPa in the mean; links that touch: {links}")
     stem.parent.mkdir(parents=True, exist_ok=True)
     save_figure(conforming_figure(grasps), stem)

@@ -1,4 +1,4 @@
-"""What is known of the force on a finger: across the line from its base to the contact well, along it hardly.
+"""Draws the uncertainty of the force on a finger: small across the line from its base to the contact, large along it.
 
     python examples/pictures/force_ellipses.py
 
@@ -27,10 +27,10 @@ from soft_gripper.truth.poses import TRUE_JOINTS, TRUE_TIP, corners
 
 CASES = {"box_grasp": "a box", "obstructed_inside": "a peg", "bottle_grasp": "a bottle"}
 SENSORS = ["estimator.type=contact", "sensor.sections=4", "sensor.errors.preset=realistic"]
-_FINGER, _LINE, _TRUE, _ESTIMATE = "#f8d9c6", "0.55", "#111111", "#0072b2"
-_CHI = 2.4477  # radius that holds 95 % of two normal variables of deviation 1
+_FINGER_COLOR, _LINE_COLOR, _TRUE_COLOR, _ESTIMATE_COLOR = "#f8d9c6", "0.55", "#111111", "#0072b2"
+_CHI_QUANTILE = 2.4477  # radius that holds 95 % of two normal variables of deviation 1
 _MM_PER_N = 30.0
-_X, _Z = (-60.0, 25.0), (205.0, -15.0)  # mm, limits of the drawings
+_X_LIMITS, _Z_LIMITS = (-60.0, 25.0), (205.0, -15.0)  # mm, limits of the drawings
 
 
 @dataclass(frozen=True)
@@ -46,11 +46,12 @@ class Press:
 
 
 def read_press(name: str) -> Press:
-    """Simulates a scenario; the first of its fingers."""
+    """Simulates a scenario and reads the force on its first finger."""
     scenario = load_scenario(name, SENSORS)
     station = make_private_station(scenario)
     recording = run_station(station)
-    last, finger = held_rows(scenario, recording)[-1, -1], station.fingers[0]
+    last = held_rows(scenario, recording)[-1, -1]
+    finger = station.fingers[0]
 
     def signal(signal: str) -> Array:
         values: Array = recording[f"{finger.name}.{signal}"].values[last]
@@ -79,18 +80,18 @@ def ellipses_figure(presses: dict[str, Press]) -> Figure:
 
 def _draw(axes: Axes, press: Press) -> None:
     draw_base(axes, press.finger)
-    draw_segments(axes, press.finger, press.corners, np.tile(to_rgb(_FINGER), (press.finger.segments, 1)))
+    draw_segments(axes, press.finger, press.corners, np.tile(to_rgb(_FINGER_COLOR), (press.finger.segments, 1)))
     point = 1e3 * press.point
-    axes.plot(*np.array([[0.0, 0.0], point]).T, "--", color=_LINE, lw=1, label="line from the base")
-    for force, color, label in ((press.true, _TRUE, "true force"), (press.force, _ESTIMATE, "estimate")):
+    axes.plot(*np.array([[0.0, 0.0], point]).T, "--", color=_LINE_COLOR, lw=1, label="line from the base")
+    for force, color, label in ((press.true, _TRUE_COLOR, "true force"), (press.force, _ESTIMATE_COLOR, "estimate")):
         arrow = {"arrowstyle": "-|>", "color": color, "lw": 1.4, "mutation_scale": 9, "shrinkA": 0, "shrinkB": 0}
         axes.annotate("", point + _MM_PER_N * force, point, arrowprops=arrow)
         axes.plot([], [], color=color, lw=1.4, label=f"{label}, {_MM_PER_N:g} mm/N")
     turn = np.linspace(0, 2 * np.pi, 100)
     around = np.linalg.cholesky(press.covariance) @ np.array([np.cos(turn), np.sin(turn)])
-    ellipse = point[:, None] + _MM_PER_N * (press.force[:, None] + _CHI * around)
-    axes.fill(*ellipse, color=_ESTIMATE, alpha=0.25, lw=0, label="95 % of the estimate")
-    axes.set(aspect="equal", xlim=_X, ylim=_Z, xlabel="x [mm]")
+    ellipse = point[:, None] + _MM_PER_N * (press.force[:, None] + _CHI_QUANTILE * around)
+    axes.fill(*ellipse, color=_ESTIMATE_COLOR, alpha=0.25, lw=0, label="95 % of the estimate")
+    axes.set(aspect="equal", xlim=_X_LIMITS, ylim=_Z_LIMITS, xlabel="x [mm]")
 
 
 def main(stem: Path = Path("results/force_ellipses")) -> None:

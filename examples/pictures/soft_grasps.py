@@ -23,10 +23,10 @@ from soft_gripper.runs.scores.recorded_task import Judged, judged
 from soft_gripper.scenario.scenario_file import load_scenario
 
 OBJECTS = ("sponge", "tomato", "silicone")
-_COLORS = {"sponge": "#d9a400", "tomato": "#c22b1c", "silicone": "#2d7fa6"}
-_CARRY = "carry"
+_OBJECT_COLORS = {"sponge": "#d9a400", "tomato": "#c22b1c", "silicone": "#2d7fa6"}
+_CARRY_PHASE = "carry"
 _HEIGHT, _WIDTH = 620, 620  # pixels
-_ABOVE = 0.05  # m, of the fingers over the object that are in the picture
+_PICTURE_MARGIN = 0.05  # m, of the fingers over the object that are in the picture
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ def run_grasp(name: str) -> SoftGrasp:
     )
     (mesh,) = (model.mesh for model in scenario.models if model.name == name)
     assert mesh.youngs_modulus is not None
-    middle = (spans[_CARRY].begin + spans[_CARRY].end) / 2
+    middle = (spans[_CARRY_PHASE].begin + spans[_CARRY_PHASE].end) / 2
     return SoftGrasp(
         mesh.youngs_modulus,
         time[from_closing] - spans["close"].begin,
@@ -73,7 +73,7 @@ def _picture(renderer: SceneRenderer, name: str, time: float) -> Picture:
     """The object and the fingertips."""
     points = renderer.scene.signals(time)[f"{name}.vertices"].values
     corners = renderer.scene.gripper_corners(time)
-    tips = corners[corners[:, 2] < points[:, 2].max() + _ABOVE]
+    tips = corners[corners[:, 2] < points[:, 2].max() + _PICTURE_MARGIN]
     camera = framing_camera(np.concatenate([points, tips]), _HEIGHT, _WIDTH, renderer.direction)
     return renderer.render(time, camera)
 
@@ -95,10 +95,12 @@ def soft_figure(grasps: dict[str, SoftGrasp]) -> Figure:
 def _draw_curves(over_time: Axes, over_squeeze: Axes, grasps: dict[str, SoftGrasp]) -> None:
     for name, grasp in grasps.items():
         squeeze = 1e3 * grasp.squeeze
-        over_time.plot(grasp.time, squeeze, color=_COLORS[name], lw=1.4, label=name)
+        over_time.plot(grasp.time, squeeze, color=_OBJECT_COLORS[name], lw=1.4, label=name)
         closing = slice(0, int(np.argmax(grasp.force > 0.95 * grasp.force.max())) + 1)
         touching = grasp.force[closing] > 0
-        over_squeeze.plot(squeeze[closing][touching], grasp.force[closing][touching], color=_COLORS[name], lw=1.4)
+        over_squeeze.plot(
+            squeeze[closing][touching], grasp.force[closing][touching], color=_OBJECT_COLORS[name], lw=1.4
+        )
     over_time.set(title="(d) squeeze [mm]", xlabel="time since the fingers began to close [s]", ylim=(0, None))
     over_time.legend(frameon=False)
     over_squeeze.set(title="(e) normal force of a finger [N], as the grip grows", xlabel="squeeze [mm]")

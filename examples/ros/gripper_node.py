@@ -29,8 +29,8 @@ from soft_gripper.diagrams.view.finger_drawing import (
     drawn_signals,
     estimated_corners,
     force_in_world,
-    in_world,
     link_frames,
+    to_world,
 )
 from soft_gripper.extras.bench.bench import Bench
 from soft_gripper.extras.bench.bench_driver import COMMANDS, BenchDriver
@@ -70,10 +70,10 @@ class RosSource:
         return not rclpy.ok()
 
     def receive(self, timeout):
-        """What has arrived; waits up to `timeout` s for it."""
+        """Messages that have arrived; waits up to `timeout` s for the first."""
         rclpy.spin_once(self._node, timeout_sec=timeout)
-        found, self._arrived = self._arrived, []
-        return found
+        arrived, self._arrived = self._arrived, []
+        return arrived
 
     def _take_named(self, message):
         self._take(message.header.stamp, message.name, message.position)
@@ -91,7 +91,7 @@ class RosSource:
 
 
 class RosSink:
-    """Publishes what the bench knows of each finger after a reading, and every command."""
+    """Publishes the estimates of each finger after a reading, and every command."""
 
     def __init__(self, node, bench, source):
         self._bench, self._source = bench, source
@@ -110,29 +110,29 @@ class RosSink:
         header = Header(stamp=self._source.stamps[results["count"]], frame_id=WORLD)
         names, angles = [], []
         for finger in self._fingers:
-            found = known(self._bench, finger)
-            poses = [Pose(position=_point(p), orientation=_quaternion(R)) for p, R in found.poses]
+            state = finger_state(self._bench, finger)
+            poses = [Pose(position=_point(p), orientation=_quaternion(R)) for p, R in state.poses]
             self._shapes[finger].publish(PoseArray(header=header, poses=poses))
-            if found.force is not None:
-                torque = np.nan_to_num(np.cross(found.at, found.force))  # no force has no place
-                wrench = Wrench(force=_vector(found.force), torque=_vector(torque))
+            if state.force is not None:
+                torque = np.nan_to_num(np.cross(state.location, state.force))  # no force has no location
+                wrench = Wrench(force=_vector(state.force), torque=_vector(torque))
                 self._contacts[finger].publish(WrenchStamped(header=header, wrench=wrench))
-            names += [joint_name(finger.rpartition(".")[2], i) for i in range(len(found.angles))]
-            angles += found.angles.tolist()
+            names += [joint_name(finger.rpartition(".")[2], i) for i in range(len(state.angles))]
+            angles += state.angles.tolist()
         self._joints.publish(JointState(header=header, name=names, position=angles))
 
 
-def known(bench, finger):
-    """Poses of base, joints and tip in the world, angles, contact force and where it acts, NaN or None if unknown."""
+def finger_state(bench, finger):
+    """Poses of base, joints and tip in the world, angles, contact force and its location, NaN or None if unknown."""
     own = [name.removeprefix(f"{finger}.") for name in bench.signals if name.startswith(f"{finger}.")]
     names = [*drawn_signals(own), "X_WB", "estimated_joint_angles"]
     read = dict(zip(names, bench.read([f"{finger}.{name}" for name in names]).values(), strict=True))
     read["X_WB"] = X_WB = read["X_WB"].reshape(3, 4)
     corners = estimated_corners(read)
     frames = X_WB[:, :3] @ link_frames(corners)
-    poses = list(zip(in_world(X_WB, corners), [*frames, frames[-1]], strict=True))
-    at, force = force_in_world(read, corners) or (None, None)
-    return SimpleNamespace(poses=poses, angles=read["estimated_joint_angles"], at=at, force=force)
+    poses = list(zip(to_world(X_WB, corners), [*frames, frames[-1]], strict=True))
+    location, force = force_in_world(read, corners) or (None, None)
+    return SimpleNamespace(poses=poses, angles=read["estimated_joint_angles"], location=location, force=force)
 
 
 def _point(p):

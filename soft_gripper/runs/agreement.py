@@ -21,7 +21,7 @@ NAN = float("nan")
 
 @dataclass(frozen=True)
 class Agreement:
-    """How one measure agrees over all runs that were repeated.
+    """Agreement of one measure over all repeated runs.
 
     alike: runs with the same word; of a number NaN.
     in_drake: median of a number in Drake, in the unit of the measure.
@@ -45,7 +45,7 @@ def agreement_with_drake(
     executor: Executor,
     own: Sequence[str] = (),
 ) -> list[Agreement]:
-    """How the measures of runs in another engine agree with those of some of them in Drake.
+    """Repeats some runs of another engine in Drake and compares their measures.
 
     Args:
         scenario: name of a shipped one, or path of a file.
@@ -56,7 +56,7 @@ def agreement_with_drake(
         own: user measures.
     """
     fine = [run for run in runs if run[0][ERROR] == ""]
-    picked = chosen(len(fine), checked, seed)
+    picked = draw_indices(len(fine), checked, seed)
     drake = {"engine": DRAKE, ENGINE_STEP: None}
     jobs = {i: (scenario, [{**fine[i][1], **drake}], own) for i in picked}
     repeated = results(executor, measured_runs, jobs)
@@ -65,30 +65,30 @@ def agreement_with_drake(
     return agreement([{name: row[name] for name in other} for row, other in same], [other for _, other in same])
 
 
-def chosen(count: int, checked: int, seed: int) -> list[int]:
-    """Indices of the runs to repeat: so many of all, at random, in rising order."""
+def draw_indices(count: int, checked: int, seed: int) -> list[int]:
+    """Draws the indices of `checked` runs to repeat, at random, in rising order."""
     drawn = np.random.default_rng([seed, count]).permutation(count)[:checked]
     return sorted(map(int, drawn))
 
 
-def agreement(found: Sequence[Mapping[str, str]], in_drake: Sequence[Mapping[str, str]]) -> list[Agreement]:
+def agreement(rows: Sequence[Mapping[str, str]], in_drake: Sequence[Mapping[str, str]]) -> list[Agreement]:
     """A row for every measure, from the cells of the same runs in both engines.
 
     A number that is missing in either run, such as the area of contact at points, is not compared.
     """
-    return [*_compared(found, in_drake)]
+    return [*_compare(rows, in_drake)]
 
 
-def _compared(found: Sequence[Mapping[str, str]], in_drake: Sequence[Mapping[str, str]]) -> Iterator[Agreement]:
-    for name in found[0] if found else ():
-        cells = [(one[name], other[name]) for one, other in zip(found, in_drake, strict=True)]
+def _compare(rows: Sequence[Mapping[str, str]], in_drake: Sequence[Mapping[str, str]]) -> Iterator[Agreement]:
+    for name in rows[0] if rows else ():
+        cells = [(one[name], other[name]) for one, other in zip(rows, in_drake, strict=True)]
         numbers = np.array([[_number(cell) for cell in both] for both in cells])
         both = numbers[np.isfinite(numbers).all(axis=1)]
         if len(both):
             size = np.abs(both[:, 0] - both[:, 1])
-            of_size = (np.median(size), np.quantile(size, 0.95), size.max())
-            yield Agreement(name, len(both), NAN, float(np.median(both[:, 1])), *map(float, of_size))
-        elif words := [each for each in cells if all(map(_is_word, each))]:
+            statistics = (np.median(size), np.quantile(size, 0.95), size.max())
+            yield Agreement(name, len(both), NAN, float(np.median(both[:, 1])), *map(float, statistics))
+        elif words := [cell_pair for cell_pair in cells if all(map(_is_word, cell_pair))]:
             yield Agreement(name, len(words), float(sum(one == other for one, other in words)))
 
 

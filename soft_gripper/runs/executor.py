@@ -39,7 +39,7 @@ WAIT = 10  # s, for the scheduler to answer
 
 @contextmanager
 def cluster_executor(scheduler: str) -> Iterator[Executor]:
-    """The workers of a scheduler; a call whose worker dies is repeated by another.
+    """The workers of a scheduler; if a worker dies, another repeats its call.
 
     Args:
         scheduler: its address, such as "tcp://127.0.0.1:8786".
@@ -69,10 +69,10 @@ def cluster_executor(scheduler: str) -> Iterator[Executor]:
             yield executor
 
 
-_UNIT = 1 if sys.platform == "darwin" else 1024  # bytes per unit that the system reports
+_MEMORY_UNIT = 1 if sys.platform == "darwin" else 1024  # bytes per unit that the system reports
 
 
-class Made(NamedTuple):
+class FinishedCall(NamedTuple):
     """A finished call."""
 
     result: Any
@@ -97,11 +97,11 @@ def _end_with(line: Connection, folder: str) -> None:
     os._exit(1)
 
 
-def make(name: str, call: bytes) -> Made:
+def make(name: str, call: bytes) -> FinishedCall:
     """Makes a call, a pickled function and its arguments; warnings of libraries are printed as notes, as in the parent.
 
     Raises:
-        MainScriptError: naming the call, if this process cannot import what it consists of.
+        MainScriptError: naming the call, if this process cannot import its parts.
     """
     with printed_as_notes():
         try:
@@ -110,24 +110,24 @@ def make(name: str, call: bytes) -> Made:
             rule = "import it from a module; processes do not see a notebook, an interactive session or `python -c`"
             raise MainScriptError("script", "__main__", name, f"{rule}: {first_line(error)}") from None
         result = work(*arguments)
-    return Made(result, _UNIT * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
+    return FinishedCall(result, _MEMORY_UNIT * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
 
 
 GROWTH = 300 * 2**20  # bytes by which a process may grow after its first call before it is replaced
 ATTEMPTS = 2  # at a call, if its process dies
 # Modules that most calls need, imported once by the server from which processes are forked, so that another process
 # takes only a tenth of a second; xarray loads dask.array on first use, if installed.
-_PRELOADED = ("soft_gripper.runs.server_folder", "soft_gripper.runs.sweep.run_sweep", "dask.array")
-_CONTEXT = get_context("forkserver")
-_PATIENCE = 5.0  # s, to wait for a dead process to disappear
-_LONGEST_PATH = 70  # bytes in the path of the temporary folder; paths of its sockets are limited to 107
-_UNGUARDED = 79  # exit code of a process whose script opens an executor when imported
-_THREADS = "OPENBLAS_NUM_THREADS"
+_PRELOADED_MODULES = ("soft_gripper.runs.server_folder", "soft_gripper.runs.sweep.run_sweep", "dask.array")
+_SERVER_CONTEXT = get_context("forkserver")
+_EXIT_TIMEOUT = 5.0  # s, to wait for a dead process to disappear
+_MAX_PATH_LENGTH = 70  # bytes in the path of the temporary folder; paths of its sockets are limited to 107
+_UNGUARDED_EXIT_CODE = 79  # exit code of a process whose script opens an executor when imported
+_THREADS_VARIABLE = "OPENBLAS_NUM_THREADS"
 _LOGGER = logging.getLogger(__name__)
 
 
 class MainScriptError(InputError):
-    """Processes import the main script, and this one they cannot use."""
+    """The main script, which every process imports, cannot be used by processes."""
 
 
 def _script_error(mend: str) -> MainScriptError:
@@ -150,13 +150,13 @@ class WorkerProcesses(Executor):
             InputError: if the path of the temporary folder is too long, or if the main script comes from a pipe.
         """
         temporary = tempfile.gettempdir()
-        if len(os.fsencode(temporary)) > _LONGEST_PATH:
-            expected = f"processes communicate by sockets there: give a path of at most {_LONGEST_PATH} bytes"
+        if len(os.fsencode(temporary)) > _MAX_PATH_LENGTH:
+            expected = f"processes communicate by sockets there: give a path of at most {_MAX_PATH_LENGTH} bytes"
             raise InputError("environment", "TMPDIR", temporary, expected)
         _start_server()
         self._folder = tempfile.TemporaryDirectory(prefix="soft-gripper-", ignore_cleanup_errors=True)
         self._threads = ThreadPoolExecutor(jobs)
-        self._of_thread = threading.local()
+        self._thread_data = threading.local()
         self._workers: set[_Worker] = set()
         self._is_ended = False
 
@@ -200,14 +200,14 @@ class WorkerProcesses(Executor):
     def _worker(self) -> "_Worker":
         if self._is_ended:
             raise BrokenProcessPool
-        if getattr(self._of_thread, "worker", None) is None:
-            self._of_thread.worker = _Worker(self._folder.name)
-            self._workers.add(self._of_thread.worker)
-        worker: _Worker = self._of_thread.worker
+        if getattr(self._thread_data, "worker", None) is None:
+            self._thread_data.worker = _Worker(self._folder.name)
+            self._workers.add(self._thread_data.worker)
+        worker: _Worker = self._thread_data.worker
         return worker
 
     def _replace(self, worker: "_Worker") -> None:
-        self._of_thread.worker = None
+        self._thread_data.worker = None
         self._workers.discard(worker)
         worker.end()
 
@@ -216,8 +216,8 @@ class _Worker:
     """One process."""
 
     def __init__(self, folder: str):
-        end, self._line = _CONTEXT.Pipe(duplex=False)
-        self._pool = ProcessPoolExecutor(1, _CONTEXT, begin, (end, folder))
+        end, self._line = _SERVER_CONTEXT.Pipe(duplex=False)
+        self._pool = ProcessPoolExecutor(1, _SERVER_CONTEXT, begin, (end, folder))
         self._end = end
         self._memory: int | None = None
         self.has_grown = False
@@ -229,7 +229,7 @@ class _Worker:
         try:
             made = future.result()
         except BrokenProcessPool:
-            if any(_exit_code(process) == _UNGUARDED for process in processes):
+            if any(_exit_code(process) == _UNGUARDED_EXIT_CODE for process in processes):
                 raise _script_error('put its statements below `if __name__ == "__main__":`') from None
             raise
         self._memory = made.memory if self._memory is None else self._memory
@@ -252,7 +252,7 @@ def name_of(work: Callable[..., Any], arguments: tuple[Any, ...]) -> str:
 
 
 def _exit_code(process: BaseProcess) -> int | None:
-    process.join(_PATIENCE)
+    process.join(_EXIT_TIMEOUT)
     return process.exitcode
 
 
@@ -266,16 +266,16 @@ def _start_server() -> None:
     pipe is refused before. Products of matrices take one thread, unless the user says otherwise: there is a process for
     every core, and threads that wait for each other take twice the time to judge a run.
     """
-    _CONTEXT.set_forkserver_preload(list(_PRELOADED))
+    _SERVER_CONTEXT.set_forkserver_preload(list(_PRELOADED_MODULES))
     handlers = {number: signal.signal(number, signal.SIG_IGN) for number in (signal.SIGINT, signal.SIGHUP)}
     try:
         imported = get_preparation_data("").get("init_main_from_path")
         if imported is not None and not Path(imported).is_file():
             raise _script_error('save it as a file, with its statements below `if __name__ == "__main__":`')
-        with environment(SAFE_PATH | {_THREADS: os.environ.get(_THREADS, "1")}):
+        with environment(SAFE_PATH | {_THREADS_VARIABLE: os.environ.get(_THREADS_VARIABLE, "1")}):
             forkserver.ensure_running()
     except RuntimeError:  # raised by a process that has not yet started to work
-        os._exit(_UNGUARDED)
+        os._exit(_UNGUARDED_EXIT_CODE)
     finally:
         for number, handler in handlers.items():
             signal.signal(number, handler)

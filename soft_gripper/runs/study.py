@@ -51,9 +51,11 @@ def run_study(
         Exception: the first exception of a failed call, if `failed` is None; the other calls are finished
             first.
     """
-    key_of, errors = {executor.submit(work, *call): key for key, call in jobs.items()}, []
-    for future in as_completed(key_of):
-        key, error = key_of.pop(future), future.exception()
+    keys = {executor.submit(work, *call): key for key, call in jobs.items()}
+    errors = []
+    for future in as_completed(keys):
+        key = keys.pop(future)
+        error = future.exception()
         if isinstance(error, MainScriptError):
             raise error
         with delayed_signals():  # a result that is kept is counted as well
@@ -75,19 +77,19 @@ def results(
     ended: Callable[[Key], Any] = lambda key: None,
 ) -> dict[Key, Result]:
     """The results of all jobs, in their order; arguments and exceptions as for `run_study`."""
-    found: dict[Key, Result] = {}
-    run_study(executor, work, jobs, found.__setitem__, ended=ended)
-    return {key: found[key] for key in jobs}
+    unsorted: dict[Key, Result] = {}
+    run_study(executor, work, jobs, unsorted.__setitem__, ended=ended)
+    return {key: unsorted[key] for key in jobs}
 
 
 def describe(error: BaseException) -> str:
     """An error as one line of text."""
-    known = isinstance(error, InputError | SimulationDivergedError | WorkerDiedError)
-    return " ".join(f"{'' if known else type(error).__name__ + ': '}{error}".split())
+    is_expected = isinstance(error, InputError | SimulationDivergedError | WorkerDiedError)
+    return " ".join(f"{'' if is_expected else type(error).__name__ + ': '}{error}".split())
 
 
 class StudyTables:
-    """CSV files in a folder whose rows start with a key, and a file that describes them.
+    """CSV files in a folder, with rows that start with a key, and a file that describes them.
 
     A table is complete at any time, except for its last line if the process was killed while writing it. A row is valid
     if it is in all tables and its cells match the checksum stored next to the first table.
@@ -121,7 +123,7 @@ class StudyTables:
             if read_text(self._about) != about:
                 expected = "contains another study, or one by other versions; repeat that one, or give another --out"
                 raise InputError("study", "--resume", str(self._folder), expected)
-            self._read()
+            self._read_rows()
         self._write(list(self.rows))
         with atomic_file(self._about) as partial:
             partial.write_text(about, encoding="utf-8")
@@ -136,7 +138,7 @@ class StudyTables:
         ended: Callable[[Key], Any] = lambda job: None,
         keys: Callable[[Any], Iterable[tuple[str, ...]]] = lambda job: [job],
     ) -> None:
-        """Makes the calls of those jobs whose rows do not exist; see `run_study`.
+        """Makes the calls of the jobs without rows; see `run_study`.
 
         Args:
             executor, work, jobs, failed: as for `run_study`, with its exceptions.
@@ -170,17 +172,18 @@ class StudyTables:
         """Sorts the rows in the order of these keys, which must be the keys of all rows."""
         self._write(list(order))
 
-    def _read(self) -> None:
+    def _read_rows(self) -> None:
         """Reads the rows as they were written, without an incomplete last line."""
         tables = [self._rows_of(table) for table in self._columns]
         sums = set(read_text(self._sums, MAX_BYTES).split()) if self._sums.is_file() else set()
-        found = {key: [rows[key] for rows in tables] for key in tables[0] if all(key in rows for rows in tables)}
-        self.rows = {key: rows for key, rows in found.items() if _sum(rows) in sums}
+        complete = {key: [rows[key] for rows in tables] for key in tables[0] if all(key in rows for rows in tables)}
+        self.rows = {key: rows for key, rows in complete.items() if _sum(rows) in sums}
         if changed := max(map(len, tables)) - len(self.rows):
             _LOGGER.warning("%s: %d rows are incomplete or were changed; they are run again", self._first, changed)
 
     def _rows_of(self, table: str) -> dict[tuple[str, ...], list[str]]:
-        file, columns = self._folder / table, list(self._columns[table])
+        file = self._folder / table
+        columns = list(self._columns[table])
         text = read_text(file, MAX_BYTES) if file.exists() else ""
         try:
             header, *rows = list(csv.reader(io.StringIO(text[: text.rfind("\n") + 1], newline=""))) or [columns]

@@ -1,4 +1,4 @@
-"""Whether a run is a success, by the criteria of its scenario and, of a task that holds an object, of its judge."""
+"""Success of a run, by the criteria of its scenario and, for a task that holds an object, of its judge."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -14,7 +14,7 @@ from soft_gripper.scenario.schema import Scenario
 
 @dataclass(frozen=True)
 class CriterionRow:
-    """A criterion of success, whether a run meets it, and what was measured or went wrong."""
+    """A criterion of success, whether a run meets it, and the measured value or the failure."""
 
     criterion: str
     met: bool
@@ -22,13 +22,13 @@ class CriterionRow:
 
 
 def success_criteria(scenario: Scenario) -> list[str]:
-    """The criteria by which a run of a scenario is a success, as text.
+    """Success criteria of a scenario, as text.
 
     Raises:
         InputError: if a criterion names a measure that runs of the scenario do not have.
     """
-    of_task = [criterion.text for criterion in _of_task(scenario)]
-    return of_task + [criterion.text for criterion in _of_scenario(scenario)]
+    judged = [criterion.text for criterion in _judged_criteria(scenario)]
+    return judged + [criterion.text for criterion in _own_criteria(scenario)]
 
 
 def success_rows(station: Station, recording: Recording) -> list[CriterionRow]:
@@ -37,32 +37,34 @@ def success_rows(station: Station, recording: Recording) -> list[CriterionRow]:
     Raises:
         InputError: if a criterion names a measure that runs of the scenario do not have.
     """
-    of_task, own, rows = _of_task(station.scenario), _of_scenario(station.scenario), []
-    if of_task:
+    judged = _judged_criteria(station.scenario)
+    own = _own_criteria(station.scenario)
+    rows = []
+    if judged:
         run = TaskRun(station, recording)
-        failures = [(criterion.text, criterion.failure(run)) for criterion in of_task]
+        failures = [(criterion.text, criterion.failure(run)) for criterion in judged]
         rows = [CriterionRow(text, not cause, cause) for text, cause in failures]
     measured = measure(station, recording) if own else {}
     for criterion in own:
         value = measured[criterion.measure]
-        rows.append(CriterionRow(criterion.text, criterion.is_met(value), _shown(value)))
+        rows.append(CriterionRow(criterion.text, criterion.is_met(value), _measure_text(value)))
     return rows
 
 
-def _shown(value: Any) -> str:
-    """A measure in three digits or more."""
+def _measure_text(value: Any) -> str:
+    """Text of a measure, in three digits or more."""
     return str(value) if not isinstance(value, float) else f"{value:.0f}" if abs(value) >= 1000 else f"{value:.3g}"
 
 
-def _of_task(scenario: Scenario) -> list[TaskCriterion]:
-    """Criteria of the task, if it is one of those that are judged."""
+def _judged_criteria(scenario: Scenario) -> list[TaskCriterion]:
+    """Criteria of the task, if runs of the scenario are judged."""
     return task_criteria(scenario.task) if scenario.task is not None and Judged in kind_of(scenario) else []
 
 
-def _of_scenario(scenario: Scenario) -> list[Criterion]:
-    known = names_of(kind_of(scenario), ())
-    found = [criterion for text in scenario.success if (criterion := read_criterion(text)) is not None]
-    for i, criterion in enumerate(found):
-        if criterion.measure not in known:
-            raise InputError("scenario", f"success[{i}]", criterion.text, f"measures are {', '.join(known)}")
-    return found
+def _own_criteria(scenario: Scenario) -> list[Criterion]:
+    measures = names_of(kind_of(scenario), ())
+    criteria = [criterion for text in scenario.success if (criterion := read_criterion(text)) is not None]
+    for i, criterion in enumerate(criteria):
+        if criterion.measure not in measures:
+            raise InputError("scenario", f"success[{i}]", criterion.text, f"measures are {', '.join(measures)}")
+    return criteria

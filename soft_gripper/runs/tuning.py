@@ -12,7 +12,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.control.pid_controller import PidGains
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_private_station
-from soft_gripper.diagrams.wiring.drive import OF
+from soft_gripper.diagrams.wiring.drive import PATH_SEPARATOR
 from soft_gripper.diagrams.wiring.grip_control import allocation
 from soft_gripper.runs.scores.steps import StepRow, step_table, true_opening
 from soft_gripper.scenario.scenario_file import dump_scenario, parse_scenario
@@ -22,13 +22,13 @@ ALLOWED_OVERSHOOT = 2.0  # percent
 TEST_PRESSURE = 30e3  # Pa
 TEST_SHARE = 0.1  # of the largest command of tendons
 UNSETTLED_COST = 10.0  # s, cost of a step that does not settle
-_TEXT = Path("scenario.yaml")  # name for the text of a scenario in messages
+_TEXT_NAME = Path("scenario.yaml")  # name for the text of a scenario in messages
 
 Report = Callable[[PidGains, float], None]
 
 
 def step_response(scenario: Scenario) -> tuple[float, float]:
-    """Gain and rise time (63 %), s, of the opening when the pressure steps from 0, or what tendons are commanded.
+    """Gain and rise time (63 %), s, of the opening after a step from 0 in pressure, or in the command of tendons.
 
     The gain is in m/Pa, or in m/N or m/m of tendons.
     """
@@ -54,16 +54,16 @@ def step_response(scenario: Scenario) -> tuple[float, float]:
 def _steps(
     driven: Mapping[str, tuple[Mapping[str, list[str]], Mapping[str, Array]]], step: float
 ) -> dict[str, list[float]]:
-    """A step of the common command of a grip, shared out among the chambers or tendons, as steps of a scenario.
+    """Distributes a step of the common grip command among chambers or tendons, as steps of a scenario.
 
     `driven` gives for each finger the labels of these, if there are several, and their gains.
     """
-    found: dict[str, list[float]] = {}
+    steps: dict[str, list[float]] = {}
     for finger, (axis, gains) in driven.items():
         shares = np.maximum(allocation(gains["bending"].sum(axis=-1)), 0.0)
-        names = [f"{finger}{OF}{name}" for names in axis.values() for name in names] or [finger]
-        found |= {name: [step * float(share)] for name, share in zip(names, shares, strict=True)}
-    return found
+        names = [f"{finger}{PATH_SEPARATOR}{name}" for names in axis.values() for name in names] or [finger]
+        steps |= {name: [step * float(share)] for name, share in zip(names, shares, strict=True)}
+    return steps
 
 
 def gains_from_step_response(gain: float, rise_time: float) -> PidGains:
@@ -98,11 +98,11 @@ def tune(scenario: Scenario, executor: Executor, evaluations: int = 60, report: 
 
 
 def _response(text: str) -> tuple[float, float]:
-    return step_response(parse_scenario(_TEXT, text))
+    return step_response(parse_scenario(_TEXT_NAME, text))
 
 
 def _follow(text: str, gains: PidGains) -> list[StepRow]:
-    return follow(parse_scenario(_TEXT, text), gains)
+    return follow(parse_scenario(_TEXT_NAME, text), gains)
 
 
 def follow(scenario: Scenario, gains: PidGains) -> list[StepRow]:

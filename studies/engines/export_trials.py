@@ -20,7 +20,7 @@ from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.extras.export.folder import export_mjcf
 from soft_gripper.extras.export.run_mjcf import simulate
 from soft_gripper.extras.grasps.adds import Varied
-from soft_gripper.extras.grasps.trial import Variation, draw, random_numbers, varied
+from soft_gripper.extras.grasps.trial import TrialVariation, draw, random_numbers, varied
 from soft_gripper.files.output import writable_folder
 from soft_gripper.files.row_table import write_csv
 from soft_gripper.scenario.scenario_file import load_scenario
@@ -47,7 +47,7 @@ class Lifted:
 
 
 @dataclass(frozen=True)
-class Row(Lifted, Variation):
+class Row(Lifted, TrialVariation):
     """One trial, and what was drawn."""
 
 
@@ -80,7 +80,7 @@ def run_trial(seed: int, number: int, time_step: float | None) -> Row:
     return Row(**asdict(variation), object=kind, **lifted)
 
 
-def random_grasp(kind: str, seed: int, number: int) -> tuple[Scenario, Variation]:
+def random_grasp(kind: str, seed: int, number: int) -> tuple[Scenario, TrialVariation]:
     """A scenario whose object is drawn at random."""
     overrides = [f"task.object={kind}", f"task.trials={RANGES}", "record.truth=none", f"models.bottle.name={kind}"]
     place = f"models.bottle.X_PC.translation=[0, 0, {OBJECTS[kind]}]"

@@ -8,7 +8,7 @@ from pydrake.systems.framework import DiagramBuilder, OutputPort
 
 from soft_gripper import add_estimation, add_logs, add_pressure_drive, add_sensors, read_logs
 from soft_gripper.diagrams import solver_config
-from soft_gripper.diagrams.private_run import keep_what_is_read
+from soft_gripper.diagrams.private_run import remove_unread_blocks
 from soft_gripper.diagrams.scene import add_plant
 from soft_gripper.diagrams.wiring.drive import add_steps
 from soft_gripper.diagrams.wiring.plant_signals import add_plant_signals
@@ -25,7 +25,7 @@ def make_run(task: Task, setting: Setting) -> Run:
         setattr(scenario.plant_config, field, value)
     scene = add_plant(builder, scenario.plant_config, scenario.models, scenario.gravity, visuals=False)
     drive = add_pressure_drive(builder, scene.fingers, scenario.pressure)
-    add_steps(builder, "pressure", scenario.pressure.steps, scenario.step_duration, drive.supplied)
+    add_steps(builder, "pressure", scenario.pressure.steps, scenario.step_duration, drive.pressure_commands)
     signals = {}
     if task.free is not None:
         pose = f"{task.free.name}.pose"
@@ -33,7 +33,7 @@ def make_run(task: Task, setting: Setting) -> Run:
     for finger in scene.fingers:
         signals |= _sense(builder, task, finger, drive.pressures[finger.name])
     logs = add_logs(builder, signals, task.period)
-    keep_what_is_read(builder, signals)  # as `simulate` and sweeps do
+    remove_unread_blocks(builder, signals)  # as `simulate` and sweeps do
     diagram = builder.Build()
 
     def run() -> Trial:

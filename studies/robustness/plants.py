@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.station_parts import Station
-from soft_gripper.extras.paper.contact_table import contact_table, of_touched_fingers
+from soft_gripper.extras.paper.contact_table import contact_table, touched_finger_rows
 from soft_gripper.fingers.cross_section import CrossSection
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import ElasticLaw
@@ -177,5 +177,5 @@ class FingerAtRest:
 def touched_fingers(name: str, station: Station, recording: Recording) -> Sequence[FingerAtRest]:
     """The fingers of a recording that touch something; all of them if none does."""
     contacts = contact_table(name, station, recording)
-    touched = {row.finger for row in of_touched_fingers(contacts, contacts)}
+    touched = {row.finger for row in touched_finger_rows(contacts, contacts)}
     return [FingerAtRest(station, recording, finger) for finger in station.fingers if finger.name in touched]

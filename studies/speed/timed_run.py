@@ -51,7 +51,7 @@ def bare_diagram(scenario: Scenario) -> Diagram:
     builder = DiagramBuilder()
     scene = add_plant(builder, scenario.plant_config, scenario.models, scenario.gravity, scenario.arm, visuals=False)
     drive = add_pressure_drive(builder, scene.fingers, scenario.pressure)
-    add_steps(builder, "pressure", scenario.pressure.steps, scenario.step_duration, drive.supplied)
+    add_steps(builder, "pressure", scenario.pressure.steps, scenario.step_duration, drive.pressure_commands)
     return builder.Build()
 
 

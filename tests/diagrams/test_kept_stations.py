@@ -9,7 +9,7 @@ import xarray as xr
 from finger_plants import free_bending
 
 from soft_gripper.diagrams import simulation as kept_stations
-from soft_gripper.diagrams.simulation import MOST, kept_station, run_station, simulate
+from soft_gripper.diagrams.simulation import MAX_STATIONS, cached_station, run_station, simulate
 from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.models import DIRECTORY
 from soft_gripper.scenario.scenario_file import load_scenario
@@ -23,7 +23,7 @@ NOISY = [*SHORT, "sensor.errors.preset=realistic", "sensor.errors.dropout=0.1"]
 def built(monkeypatch):
     """The scenarios of the stations that are built, of none at first."""
     scenarios = []
-    monkeypatch.setattr(kept_stations, "_kept", type(kept_stations._kept)())
+    monkeypatch.setattr(kept_stations, "_stations", type(kept_stations._stations)())
     monkeypatch.setattr(kept_stations, "make_private_station", lambda s: scenarios.append(s) or make_private_station(s))
     return scenarios
 
@@ -84,8 +84,8 @@ def test_a_model_of_several_files_is_read_for_every_run(built, tmp_path):
     text = (DIRECTORY / "grippers" / "finger.urdf").read_text()
     file.write_text(text.replace("</robot>", "<!-- <mesh/> --></robot>"))
     scenario = free_bending([50e3], 0.1, f"models.0.file={file}")
-    kept_station(scenario)
-    assert len(kept_stations._kept) == 0
+    cached_station(scenario)
+    assert len(kept_stations._stations) == 0
 
 
 class Tired(SensorBlock):
@@ -107,12 +107,12 @@ def test_blocks_of_the_users_are_built_for_every_run():
 
 @pytest.mark.slow
 def test_the_last_few_are_kept(built):
-    scenarios = [load_scenario("free_bending", [*SHORT, f"sensor.sections={n}"]) for n in range(1, MOST + 2)]
+    scenarios = [load_scenario("free_bending", [*SHORT, f"sensor.sections={n}"]) for n in range(1, MAX_STATIONS + 2)]
     for scenario in scenarios:
-        kept_station(scenario)
-    assert len(kept_stations._kept) == MOST
+        cached_station(scenario)
+    assert len(kept_stations._stations) == MAX_STATIONS
     for scenario in scenarios[1:]:
-        kept_station(replace(scenario))
-    assert len(built) == MOST + 1
-    kept_station(scenarios[0])
-    assert len(built) == MOST + 2
+        cached_station(replace(scenario))
+    assert len(built) == MAX_STATIONS + 1
+    cached_station(scenarios[0])
+    assert len(built) == MAX_STATIONS + 2

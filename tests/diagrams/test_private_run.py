@@ -10,10 +10,10 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import LogVectorOutput, TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 
-from soft_gripper.diagrams.private_run import keep_what_is_read
+from soft_gripper.diagrams.private_run import remove_unread_blocks
 from soft_gripper.diagrams.simulation import make_simulator, run_station
 from soft_gripper.diagrams.station import make_private_station, make_station
-from soft_gripper.diagrams.wiring.composed import Abreast, Composed
+from soft_gripper.diagrams.wiring.composed import BatchedBlock, FusedBlock
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.sensors.sensor_block import Hold
 
@@ -93,7 +93,7 @@ def test_a_private_diagram_exports_what_it_computes(name, overrides):
 def test_sensors_and_estimation_of_equal_fingers_are_a_block_each_if_anything_reads_them():
     def parts(name, *overrides):
         systems = make_private_station(load_scenario(name, overrides)).diagram.GetSystems()
-        return {system.get_name() for system in systems if isinstance(system, Abreast | Composed)}
+        return {system.get_name() for system in systems if isinstance(system, BatchedBlock | FusedBlock)}
 
     assert not parts("free_bending")
     both = {"left_finger+right_finger.sensors", "left_finger+right_finger.estimation"}
@@ -145,7 +145,7 @@ def test_what_nothing_reads_leaves_the_diagram_and_the_rest_is_as_before():
             builder.Connect(earlier.get_output_port(), later.get_input_port())
         log = LogVectorOutput(part.get_output_port(), builder, PERIOD)
         signals = {f"hold{i}": hold.get_output_port() for i, hold in enumerate(holds)}
-        kept = keep_what_is_read(builder, signals) if is_private else None
+        kept = remove_unread_blocks(builder, signals) if is_private else None
         diagram = builder.Build()
         simulator = Simulator(diagram)
         simulator.AdvanceTo(1.0)

@@ -6,7 +6,7 @@ from finger_plants import free_bending
 from pydrake.common.schema import Transform
 from pydrake.math import RigidTransform, RollPitchYaw
 
-from soft_gripper.diagrams.simulation import kept_station, simulate
+from soft_gripper.diagrams.simulation import cached_station, simulate
 from soft_gripper.fingers.spatial_chain import (
     Loads,
     posture,
@@ -44,7 +44,7 @@ def test_weight_across_the_plane_bends_and_twists_as_the_balance_says(springs):
     gravity = np.array([2.0, 7.0, -6.0])
     torsion = [f"models.{finger}.springs={springs}" for finger in ("left_finger", "right_finger")]
     scenario = free_bending([100e3], 3.0, *IN_SPACE, *torsion, f"gravity={gravity.tolist()}")
-    recording, station = simulate(scenario), kept_station(scenario)
+    recording, station = simulate(scenario), cached_station(scenario)
     for in_plant in station.fingers:
         finger = in_plant.finger
         chain = spatial_chain(finger)
@@ -81,7 +81,7 @@ def test_true_contact_of_a_turned_box_that_is_held_in_the_air():
     scenario = load_scenario("box_grasp", [steps, f"models.gripper.fingers.all.{WAYS}"])
     box = scenario.models[-1]
     box.X_PC = Transform(RigidTransform(RollPitchYaw(0, 0, np.radians(20)), [0, 0, 0.03001]))
-    recording, station = simulate(scenario), kept_station(scenario)
+    recording, station = simulate(scenario), cached_station(scenario)
     last = recording.data.isel(time=-1)
     carried = sum(last[f"{finger.name}.true_contact_force_world"].values for finger in station.fingers)
     plant = station.plant

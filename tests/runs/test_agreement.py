@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from soft_gripper.runs.agreement import agreement, chosen
+from soft_gripper.runs.agreement import agreement, draw_indices
 
 
 def test_words_are_counted_and_numbers_compared():
@@ -19,6 +19,6 @@ def test_words_are_counted_and_numbers_compared():
 
 
 def test_the_same_seed_repeats_the_same_runs():
-    assert chosen(50, 5, 1) == chosen(50, 5, 1) != chosen(50, 5, 2)
-    assert len(set(chosen(50, 5, 1))) == 5
-    assert chosen(3, 100, 1) == [0, 1, 2]
+    assert draw_indices(50, 5, 1) == draw_indices(50, 5, 1) != draw_indices(50, 5, 2)
+    assert len(set(draw_indices(50, 5, 1))) == 5
+    assert draw_indices(3, 100, 1) == [0, 1, 2]

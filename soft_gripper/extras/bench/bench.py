@@ -36,16 +36,17 @@ from soft_gripper.sensors.base_pose import AXES, UNITS, FixedBasePose
 from soft_gripper.sensors.measurement import MeasurementModel
 
 SET_POINT = "grip.set_point"
-_TRIED, _TRIED_BENDS = 40, (0.0, 0.02, 0.05, 0.08)  # samples, and rad at every joint, of which the cost is measured
-_UPRIGHT = np.eye(3, 4).ravel()
+_COST_SAMPLES = 40  # whose cost is measured
+_COST_BENDS = (0.0, 0.02, 0.05, 0.08)  # rad at every joint in these samples
+_UPRIGHT_POSE = np.eye(3, 4).ravel()
 
 
-class Measured(ArrayBlock):
+class HeldInput(ArrayBlock):
     """Values that arrive from outside, held for a period.
 
     ::
 
-        u (n) ---> Measured ---> y (n)
+        u (n) ---> HeldInput ---> y (n)
     """
 
     def __init__(self, period: float, size: int, unit: str | Sequence[str], **axes: Sequence[Any]):
@@ -57,7 +58,7 @@ class Measured(ArrayBlock):
 
 
 @dataclass
-class _Parts:
+class _BenchParts:
     """The blocks of a bench in a diagram."""
 
     builder: DiagramBuilder
@@ -67,7 +68,7 @@ class _Parts:
     measured: list[str] = field(default_factory=list)  # signals that are inputs, held
     signals: Ports = field(default_factory=dict)
 
-    def hold(self, name: str, block: Measured) -> OutputPort:
+    def hold(self, name: str, block: HeldInput) -> OutputPort:
         """Adds an input of the bench that is held for a period."""
         self.builder.AddNamedSystem(f"{name}.held", block)
         self.builder.ExportInput(block.get_input_port(), name)
@@ -133,20 +134,21 @@ class Bench:
         self._give({name: np.zeros(size) for name, size in self.inputs.items()})
 
     def cost(self, signals: Sequence[str]) -> Cost:
-        """Cost of a sample and of reading these signals, with fingers that something bends, in a context of its own."""
-        other, times = copy(self), []
-        other._begin()
-        for i in range(_TRIED):
+        """Measures the cost of a sample and of reading these signals, with bent fingers, in a context of its own."""
+        copied = copy(self)
+        times = []
+        copied._begin()
+        for i in range(_COST_SAMPLES):
             readings = {
-                self.quantities[name]: layout.read(layout.straight + _TRIED_BENDS[i % len(_TRIED_BENDS)])
+                self.quantities[name]: layout.read(layout.straight + _COST_BENDS[i % len(_COST_BENDS)])
                 for name, layout in self.layouts.items()
             }
-            poses = {name: _UPRIGHT for name in self.inputs if name.endswith(".X_WB")}
+            poses = {name: _UPRIGHT_POSE for name in self.inputs if name.endswith(".X_WB")}
             began, elapsed = thread_time(), monotonic()
-            other.step(readings | poses)
-            other.read(signals)
+            copied.step(readings | poses)
+            copied.read(signals)
             times.append((thread_time() - began, monotonic() - elapsed))
-        processor, elapsed = np.transpose(times[_TRIED // 4 :])
+        processor, elapsed = np.transpose(times[_COST_SAMPLES // 4 :])
         return Cost(float(np.quantile(processor, 0.9)), float(np.mean(elapsed)))
 
     def step(self, measured: Mapping[str, Array]) -> None:
@@ -155,21 +157,22 @@ class Bench:
         self._advance()
 
     def skip(self) -> None:
-        """Takes a sample that is missing: no sensor was read, and what drives the fingers is as before."""
+        """Takes a missing sample: no sensor was read, and the drive is as before."""
         self._give(self._missing)
         self._advance()
 
     def pass_over(self, samples: int) -> None:
-        """Lets the time of samples pass in which nothing is computed; estimators and control learn nothing of it."""
+        """Lets the time of some samples pass without computing; estimators and control do not notice."""
         if self._samples and samples:
-            self._samples, self._has_jumped = self._samples + samples, True
+            self._samples = self._samples + samples
+            self._has_jumped = True
 
     def restart_control(self) -> None:
         """Lets the grip controller begin anew, after others have commanded the fingers."""
         self._restart(self._controllers)
 
     def restart_estimation(self) -> None:
-        """Lets the estimators begin anew, after their sensors were zeroed: what they learned was of other readings."""
+        """Restarts the estimators after their sensors were zeroed, because they learned from other readings."""
         self._restart([system for system in self.diagram.GetSystems() if system.get_name().endswith(".estimation")])
 
     def _restart(self, systems: Iterable[System]) -> None:
@@ -177,11 +180,11 @@ class Bench:
             system.SetDefaultContext(system.GetMyMutableContextFromRoot(self._context))
 
     def read(self, signals: Sequence[str]) -> dict[str, Array]:
-        """Signals as of the last sample, (size,) each."""
+        """Reads signals at the last sample, (size,) each."""
         return {name: self._outputs[name].Eval(self._context) for name in signals}
 
     def free_readings(self) -> dict[str, Array]:
-        """Readings of fingers at rest that touch nothing, as of the last sample, by input.
+        """Readings that fingers at rest without contact would have at the last sample, by input.
 
         Raises:
             InputError: if a finger leaves its plane.
@@ -232,14 +235,15 @@ def bench_scenario(scenario: Scenario) -> Scenario:
     return scenario
 
 
-def _make_parts(scenario: Scenario, moving: Sequence[str]) -> _Parts:
+def _make_parts(scenario: Scenario, moving: Sequence[str]) -> _BenchParts:
     placed = scenario.models, scenario.gravity, scenario.arm
     scene = add_plant(DiagramBuilder(), scenario.plant_config, *placed, visuals=False, directives=scenario.directives)
     if not scene.fingers:
         raise InputError("scenario", "models", [m.file for m in scenario.models], "there is no <finger> in them")
-    parts = _Parts(DiagramBuilder(), scenario.sensor.period)
+    parts = _BenchParts(DiagramBuilder(), scenario.sensor.period)
     nominal = read_nominal_model(scenario.nominal)
-    gravity, measured = np.array(scenario.gravity), {}
+    gravity = np.array(scenario.gravity)
+    measured = {}
     for finger in scene.fingers:
         parts.layouts[finger.name] = nominal.layout(finger.finger, scenario.sensor)
         measured[finger.name] = _add_measured(parts, finger, finger.name in moving)
@@ -253,35 +257,37 @@ def _make_parts(scenario: Scenario, moving: Sequence[str]) -> _Parts:
     return parts
 
 
-def _add_measured(parts: _Parts, finger: PlantFinger, moves: bool) -> Ports:
+def _add_measured(parts: _BenchParts, finger: PlantFinger, moves: bool) -> Ports:
     """Measurements of a finger, held for a period."""
-    name, own, layout = finger.name, finger.finger, parts.layouts[finger.name]
-    readings = Measured(parts.period, layout.readings, layout.unit, **layout.axes)
+    name = finger.name
+    own = finger.finger
+    layout = parts.layouts[finger.name]
+    readings = HeldInput(parts.period, layout.readings, layout.unit, **layout.axes)
     measured = {layout.quantity: parts.hold(f"{name}.{layout.quantity}", readings)}
     if own.pressures:
-        held = Measured(parts.period, own.pressures, "Pa", **own.chamber_axis)
+        held = HeldInput(parts.period, own.pressures, "Pa", **own.chamber_axis)
         measured["sampled_pressure"] = parts.hold(f"{name}.pressure", held)
     if own.tendons:
-        held = Measured(parts.period, len(own.tendons), "N", **own.tendon_axis)
+        held = HeldInput(parts.period, len(own.tendons), "N", **own.tendon_axis)
         measured["sampled_tension"] = parts.hold(f"{name}.tension", held)
     if moves:
-        measured["X_WB"] = parts.hold(f"{name}.X_WB", Measured(parts.period, 12, UNITS, **AXES))
+        measured["X_WB"] = parts.hold(f"{name}.X_WB", HeldInput(parts.period, 12, UNITS, **AXES))
     else:
         base = parts.builder.AddNamedSystem(f"{name}.base_pose", FixedBasePose(finger.X_WB))
         measured["X_WB"] = base.get_output_port()
     return measured
 
 
-def _add_instrument(parts: _Parts, name: str) -> None:
-    """The value of an instrument, and where along the finger it is measured: read by nothing."""
+def _add_instrument(parts: _BenchParts, name: str) -> None:
+    """Adds the value of an instrument and its location along the finger, which no block reads."""
     unit = SI[name.rpartition(".measured_")[2]]
-    held = Measured(parts.period, 2, (unit, "m"), instrument=("value", "place"))
+    held = HeldInput(parts.period, 2, (unit, "m"), instrument=("value", "place"))
     parts.signals[name] = parts.hold(name, held)
     parts.measured.append(name)
 
 
-def _add_grip(parts: _Parts, fingers: Sequence[PlantFinger], scenario: Scenario) -> None:
-    """The width of what is held, if contact is detected, and grip control, if the scenario closes the loop."""
+def _add_grip(parts: _BenchParts, fingers: Sequence[PlantFinger], scenario: Scenario) -> None:
+    """Adds the width of the held object, if contact is detected, and grip control, if the scenario closes the loop."""
     if scenario.estimator.contact_threshold is not None:
         gripper = find_gripper(fingers, "estimator.contact_threshold")
         nominal = {name: layout.finger for name, layout in parts.layouts.items()}
@@ -294,7 +300,7 @@ def _add_grip(parts: _Parts, fingers: Sequence[PlantFinger], scenario: Scenario)
     set_point, signals = add_grip_control(parts.builder, fingers, scenario.control, supply, parts.signals, commands)
     parts.signals |= signals
     if "opening" in scenario.external:
-        held = parts.hold(SET_POINT, Measured(parts.period, 1, "m"))
+        held = parts.hold(SET_POINT, HeldInput(parts.period, 1, "m"))
         parts.builder.Connect(held, set_point)
         parts.signals[SET_POINT] = held
         parts.measured.append(SET_POINT)
@@ -303,11 +309,11 @@ def _add_grip(parts: _Parts, fingers: Sequence[PlantFinger], scenario: Scenario)
 
 
 def _commands(builder: DiagramBuilder, fingers: Sequence[PlantFinger], kind: str) -> Commands:
-    """Where grip control sends its commands: nothing is driven here."""
-    found = Commands(kind, {"pressure": "Pa", "tension": "N", "pull": "m"}[kind], {}, {})
+    """Ports for the commands of grip control, which drive nothing here."""
+    commands = Commands(kind, {"pressure": "Pa", "tension": "N", "pull": "m"}[kind], {}, {})
     for finger in fingers:
         own = finger.finger
-        found.axes[finger.name] = own.chamber_axis if kind == "pressure" else own.tendon_axis
+        commands.axes[finger.name] = own.chamber_axis if kind == "pressure" else own.tendon_axis
         through = PassThrough(own.pressures if kind == "pressure" else len(own.tendons))
-        found.inputs[finger.name] = builder.AddNamedSystem(f"{finger.name}.commanded", through).get_input_port()
-    return found
+        commands.inputs[finger.name] = builder.AddNamedSystem(f"{finger.name}.commanded", through).get_input_port()
+    return commands

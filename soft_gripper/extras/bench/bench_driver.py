@@ -17,8 +17,8 @@ from soft_gripper.errors import InputError, described
 from soft_gripper.estimators.calibration_range import DISTANCE, FAR
 from soft_gripper.estimators.finger_shape import ANGLES
 from soft_gripper.extras.bench.bench import SET_POINT, Bench
-from soft_gripper.extras.bench.endpoints import MOST_WAITING, Sink, Source
-from soft_gripper.extras.bench.messages import MalformedError, chosen, count_of, decoded, encoded
+from soft_gripper.extras.bench.endpoints import MAX_WAITING, Sink, Source
+from soft_gripper.extras.bench.messages import MalformedError, count_of, decoded, encoded, select_numbers
 from soft_gripper.extras.bench.plausible import FirstPressures, Ranges, check_plausible, plausible_ranges
 from soft_gripper.extras.bench.recorder import Recorder
 from soft_gripper.extras.bench.tally import CalibrationTally, Tally
@@ -37,21 +37,21 @@ SENT = (  # signals of a finger, and of a grip, that are sent unless the bench n
     *(DISTANCE, FAR),
 )
 COMMANDS = ("pressure_command", "tension_command", "pull_command")
-_BANDS = {  # what a band is of, by its name
+_BAND_SUBJECTS = {  # signals that a band belongs to
     "position_std": ("joint_positions", "tip_pose"),
     "contact_force_std": ("contact_force",),
     "transverse_force_std": ("transverse_force",),
     "contact_arc_length_std": ("contact_arc_length",),
 }
-_MOST_SKIPPED = 1.0  # s of lost readings that the estimators are told of; no memory of theirs is longer
-_MOST_AHEAD = 0.5  # s by which readings may come in a bunch; more of them are in excess
+_MAX_SKIPPED_TIME = 1.0  # s of lost readings reported to the estimators, whose memory is no longer
+_MAX_BUNCH_TIME = 0.5  # s of readings in a bunch; more are in excess
 # s that a thread waits while another one computes. Python's 5 ms pass again at every call of the system: four of them
 # come between a reading and its result.
 SWITCH_INTERVAL = 5e-4
 _MAX_WAIT = 0.1  # s that a thread waits before it looks whether the session ends
-_REMEMBERED = 2.0  # s over which the speed of an estimate is measured
-_LARGEST_CLOCK = 1e20  # of a device's clock, whatever its unit
-_LATENCIES = 100_000  # of the last readings
+_CHANGE_WINDOW = 2.0  # s over which the speed of an estimate is measured
+_MAX_DEVICE_TIME = 1e20  # of a device's clock, whatever its unit
+_MAX_LATENCIES = 100_000  # last readings with a latency
 
 
 @dataclass
@@ -63,8 +63,8 @@ class Reading:
     values: dict[str, Array]  # by input of the bench
 
 
-def understood(message: Message, config: BenchConfig, ranges: Ranges, quantities: Mapping[str, str]) -> Reading:
-    """The reading in a message.
+def parse_reading(message: Message, config: BenchConfig, ranges: Ranges, quantities: Mapping[str, str]) -> Reading:
+    """Parses and checks the reading in a message.
 
     Args:
         message: as it arrived.
@@ -73,45 +73,48 @@ def understood(message: Message, config: BenchConfig, ranges: Ranges, quantities
         quantities: names of the inputs with the readings of sensors, by finger.
 
     Raises:
-        MalformedError: if it is not what the bench describes.
+        MalformedError: if it does not match the description of the bench.
     """
     if not isinstance(message, bytes | dict):  # of a user's generator
         raise MalformedError(f"is of type {type(message).__name__}: give a dict, or bytes")
-    found = message if isinstance(message, dict) else decoded(message, config.format, config.fields)
+    numbers = message if isinstance(message, dict) else decoded(message, config.format, config.fields)
     values = {}
     for name, finger in config.fingers.items():
-        readings = chosen(found, finger.readings)
+        readings = select_numbers(numbers, finger.readings)
         values[quantities[name]] = readings
         driving = {
-            "pressure": config.relative(chosen(found, finger.pressures)),
-            "tension": chosen(found, finger.tensions),
-            "X_WB": chosen(found, finger.base_pose or []),
+            "pressure": config.relative(select_numbers(numbers, finger.pressures)),
+            "tension": select_numbers(numbers, finger.tensions),
+            "X_WB": select_numbers(numbers, finger.base_pose or []),
         }
-        driving |= {f"measured_{kind}": _measured(found, each) for kind, each in instruments(finger).items()}
+        driving |= {
+            f"measured_{kind}": _instrument_values(numbers, instrument)
+            for kind, instrument in instruments(finger).items()
+        }
         values |= {f"{name}.{kind}": value for kind, value in driving.items() if f"{name}.{kind}" in ranges}
     if config.opening is not None:
-        values[SET_POINT] = chosen(found, [config.opening])
+        values[SET_POINT] = select_numbers(numbers, [config.opening])
     unread = {*quantities.values(), *(name for name in values if ".measured_" in name)}
     check_plausible(values, ranges, unread)
-    count = None if config.count is None else count_of(float(chosen(found, [config.count])[0]))
-    at = math.nan if config.time is None else float(chosen(found, [config.time])[0])
-    if not abs(at) <= _LARGEST_CLOCK and not math.isnan(at):
-        raise MalformedError(f"has the time {at}")
-    return Reading(count, at, values)
+    count = None if config.count is None else count_of(float(select_numbers(numbers, [config.count])[0]))
+    device_time = math.nan if config.time is None else float(select_numbers(numbers, [config.time])[0])
+    if not abs(device_time) <= _MAX_DEVICE_TIME and not math.isnan(device_time):
+        raise MalformedError(f"has the time {device_time}")
+    return Reading(count, device_time, values)
 
 
-def _measured(found: Mapping[str, float], config: AnyInstrument) -> Array:
-    """The value of an instrument, and where it was measured, in SI units."""
-    value = factor(config) * chosen(found, [config.column])
-    place = np.array([config.place], dtype=float)
+def _instrument_values(numbers: Mapping[str, float], config: AnyInstrument) -> Array:
+    """Value of an instrument and location of its measurement, in SI units, (2,)."""
+    value = factor(config) * select_numbers(numbers, [config.column])
+    location = np.array([config.place], dtype=float)
     if config.place_column is not None:
-        place = LENGTH[config.place_unit] * chosen(found, [config.place_column])
-    return np.append(value, place)
+        location = LENGTH[config.place_unit] * select_numbers(numbers, [config.place_column])
+    return np.append(value, location)
 
 
 @dataclass
 class Pace:
-    """How many readings the period allows: as many as have passed, and those of a bunch."""
+    """Limits readings to one per period, and to those of a bunch."""
 
     period: float
     clock: Callable[[], float] = time.monotonic
@@ -119,14 +122,15 @@ class Pace:
     _last: float = field(init=False)
 
     def __post_init__(self) -> None:
-        self._last, self._allowed = self.clock(), _MOST_AHEAD / self.period
+        self._last, self._allowed = self.clock(), _MAX_BUNCH_TIME / self.period
 
     def allows(self) -> bool:
         """Whether another reading may be used now."""
         now = self.clock()
         # A device whose clock is a little faster than this one's is no flood.
         self._allowed += 1.1 * (now - self._last) / self.period
-        self._allowed, self._last = min(self._allowed, _MOST_AHEAD / self.period), now
+        self._allowed = min(self._allowed, _MAX_BUNCH_TIME / self.period)
+        self._last = now
         if self._allowed < 1:
             return False
         self._allowed -= 1
@@ -134,10 +138,10 @@ class Pace:
 
 
 class BenchDriver(Driver):
-    """Feeds readings to a bench as they arrive, and sends what it computes.
+    """Feeds readings to a bench as they arrive, and sends its results.
 
     A result has `count` and `time` of its reading, `age`, `stale`, `lost` (readings so far), the signals that are sent,
-    and commands; always the same numbers, NaN for what is not known. While a result is overdue, others follow every
+    and commands; always the same numbers, NaN if unknown. While a result is overdue, others follow every
     period all the same: the last estimates, with bands that widen by the most that the estimates changed of late over
     as long a time. From `stale_after` on they are `stale`, and commands are safe. `age` is the time since the reading
     arrived, s; 0 where its estimates are sent for the first time, unless they are stale by then.
@@ -161,11 +165,13 @@ class BenchDriver(Driver):
         `say` takes what is odd about the first readings, a line each.
         """
         self._bench, self._config, self._source, self._sink = bench, config, source, sink
-        self._clock, self._ranges = clock, plausible_ranges(bench, config)
-        self._watch, self._pace = Watch(), Pace(bench.period, clock) if is_live else None
+        self._clock = clock
+        self._ranges = plausible_ranges(bench, config)
+        self._watch = Watch()
+        self._pace = Pace(bench.period, clock) if is_live else None
         self.sent = sent_signals(bench, config)
         self._commands = [name for name in bench.signals if name.rpartition(".")[2] in COMMANDS]
-        self._spread = _Spread(bench, self.sent)
+        self._changes = _RecentChanges(bench, self.sent)
         self._offsets: dict[str, Array] = {}
         self._zeroing: list[dict[str, Array]] | None = None
         self._zeroed_at = math.inf
@@ -180,25 +186,28 @@ class BenchDriver(Driver):
         self._source_is_over = False
         self._error: BaseException | None = None
         self._listener: Thread | None = None
-        self._closes, self._switch_interval = Event(), sys.getswitchinterval()
+        self._closes = Event()
+        self._switch_interval = sys.getswitchinterval()
         self._passed_over = 0  # readings since the last that was used
         self._cost = 0.0  # s, of the last estimate
         self._command: dict[str, Array] = {}  # of the last reading
         self._in_force: float | None = None  # when the reading of the command in force arrived; None: it is safe
         self.max_command_age = 0.0  # s, the greatest age of a reading while a command based on it was in force
         self.recorder: Recorder | None = None  # takes every sample
-        self.tally, self.calibration = Tally(bench), CalibrationTally(bench)
-        self._first, self._say = FirstPressures(bench.period, config), say
-        self.malformed = ""  # what was wrong with the first message that was
-        self.latencies: deque[float] = deque(maxlen=_LATENCIES)  # s, from a message to its result
-        self.efforts: deque[float] = deque(maxlen=_LATENCIES)  # s, processor time of the same
+        self.tally = Tally(bench)
+        self.calibration = CalibrationTally(bench)
+        self._first = FirstPressures(bench.period, config)
+        self._say = say
+        self.malformed = ""  # fault of the first malformed message
+        self.latencies: deque[float] = deque(maxlen=_MAX_LATENCIES)  # s, from a message to its result
+        self.efforts: deque[float] = deque(maxlen=_MAX_LATENCIES)  # s, processor time of the same
         unknown = {name: np.full(bench.signals[name].size(), np.nan) for name in self.sent}
         self._estimates: dict[str, Array] = unknown  # of the last reading
         self.results: dict[str, Any] = unknown  # the last that were sent; SI units
 
     @property
     def counts(self) -> Counts:
-        """Counts of readings so far, by what became of them."""
+        """Counts of readings so far, by their fate."""
         return self._watch.counts
 
     @property
@@ -210,16 +219,16 @@ class BenchDriver(Driver):
         return f"oldest command in force: {oldest}"
 
     @property
-    def zeroing(self) -> bool:
+    def is_zeroing(self) -> bool:
         """Whether readings are being collected, to zero the sensors."""
         return self._zeroing is not None
 
     def zero(self, seconds: float) -> None:
-        """For some seconds readings are collected, and commands are safe; fingers are free and at rest."""
+        """Begins to collect readings for some seconds, with safe commands; fingers are free and at rest."""
         self._zeroing, self._zeroed_at = [], self._clock() + seconds
 
-    def zeroed(self) -> None:
-        """Takes the mean of what was collected for readings of fingers that bend freely.
+    def end_zeroing(self) -> None:
+        """Takes the mean of the collected readings for that of fingers that bend freely.
 
         Raises:
             InputError: if nothing was collected.
@@ -231,12 +240,12 @@ class BenchDriver(Driver):
                 "live", "--zero", "no reading", "arrived; the source must send while the sensors are zeroed"
             )
         for name in collected[0]:
-            found = np.array([each[name] for each in collected])
-            number = np.isfinite(found).sum(axis=0)
+            offsets = np.array([sample[name] for sample in collected])
+            number = np.isfinite(offsets).sum(axis=0)
             # A sensor that was never read stays as it is.
-            self._offsets[name] = self._offsets.get(name, 0.0) + np.nansum(found, axis=0) / np.maximum(number, 1)
+            self._offsets[name] = self._offsets.get(name, 0.0) + np.nansum(offsets, axis=0) / np.maximum(number, 1)
         self._bench.restart_estimation()
-        self.calibration.zeroed()
+        self.calibration.restart()
 
     @property
     def is_over(self) -> bool:
@@ -244,7 +253,7 @@ class BenchDriver(Driver):
         return self._source_is_over and not self._waiting and self._error is None
 
     def begin(self) -> None:
-        """Receives readings, and sends what is overdue, in a thread of its own from now on."""
+        """Starts a thread that receives readings and sends overdue results."""
         self._closes.clear()
         if self._pace is not None:
             sys.setswitchinterval(min(SWITCH_INTERVAL, self._switch_interval))
@@ -260,7 +269,7 @@ class BenchDriver(Driver):
             self._listener.join(LINGER)
             sys.setswitchinterval(self._switch_interval)
 
-    def turn(self) -> bool:
+    def advance(self) -> bool:
         """Waits for readings, until the next result is due at most, and uses them; there is nothing to be shown.
 
         Raises:
@@ -287,7 +296,7 @@ class BenchDriver(Driver):
                 break
             self._take(message, arrived)
         if self._clock() >= self._zeroed_at:
-            self.zeroed()
+            self.end_zeroing()
         return False
 
     def _listen(self) -> None:
@@ -298,7 +307,7 @@ class BenchDriver(Driver):
         while not self._closes.is_set():
             try:
                 self._receive(wait if self._source_is_over or self._error is not None else self._source.receive)
-            except BaseException as error:  # whatever a user's source or sink may raise: `turn` raises it
+            except BaseException as error:  # whatever a user's source or sink may raise: `advance` raises it
                 with self._changed:
                     self._error = error
                     self._changed.notify_all()
@@ -309,7 +318,7 @@ class BenchDriver(Driver):
         arrived = self._clock()
         with self._changed:
             self._waiting += zip(messages, repeat(arrived))
-            while len(self._waiting) > MOST_WAITING:
+            while len(self._waiting) > MAX_WAITING:
                 self._waiting.popleft()
                 self.counts.excess += 1
             self._source_is_over = self._source.is_over
@@ -322,7 +331,7 @@ class BenchDriver(Driver):
         return self._clock() - arrived + estimates * self._cost >= self._config.stale_after
 
     def _take_newest(self, waiting: list[tuple[Message, float]]) -> None:
-        """Takes the newest message that is understood, and passes over those before."""
+        """Takes the newest valid message, and passes over those before."""
         while waiting:
             message, arrived = waiting.pop()
             self._passed_over += len(waiting)
@@ -335,7 +344,7 @@ class BenchDriver(Driver):
         """Uses the reading in a message, unless it comes too late; returns whether there is one."""
         began, effort = self._clock(), time.thread_time()
         try:
-            reading = understood(message, self._config, self._ranges, self._bench.quantities)
+            reading = parse_reading(message, self._config, self._ranges, self._bench.quantities)
         except MalformedError as error:
             self.counts.malformed += 1
             self.malformed = self.malformed or str(error)
@@ -346,15 +355,17 @@ class BenchDriver(Driver):
         missing = self._watch.accept(reading.count)
         if missing is None:
             return True  # an estimate that is newer has been sent already
-        estimates = self._estimated(reading, missing, arrived)
-        for line in (*self._first.note(reading.values), *(() if self.zeroing else self.calibration.note())):
+        estimates = self._estimate(reading, missing, arrived)
+        for line in (*self._first.note(reading.values), *(() if self.is_zeroing else self.calibration.note())):
             self._say(line)
         command = self._bench.read(self._commands)
         with self._changed:
-            self._last, self._arrived, self._estimates = reading, arrived, estimates
+            self._last = reading
+            self._arrived = arrived
+            self._estimates = estimates
             self._command = {n: np.where(np.isfinite(u), u, self._config.safe_command) for n, u in command.items()}
             self._send_known(is_new=True)
-            self._spread.note()
+            self._changes.note()
         self.tally.note(reading.values, estimates)
         now = self._clock()
         self._cost = now - began
@@ -362,8 +373,8 @@ class BenchDriver(Driver):
         self.efforts.append(time.thread_time() - effort)
         return True
 
-    def _estimated(self, reading: Reading, missing: int, arrived: float) -> dict[str, Array]:
-        """Results of a reading, before which others are missing."""
+    def _estimate(self, reading: Reading, missing: int, arrived: float) -> dict[str, Array]:
+        """Estimates from a reading; `missing` readings before it did not arrive."""
         try:
             self._let_pass(missing, arrived)
             if self._restarts_control:
@@ -384,7 +395,7 @@ class BenchDriver(Driver):
         told costs as much as to estimate.
         """
         passed_over, self._passed_over = self._passed_over, 0
-        lost = min(max(0, missing - passed_over), round(_MOST_SKIPPED / self._bench.period))
+        lost = min(max(0, missing - passed_over), round(_MAX_SKIPPED_TIME / self._bench.period))
         while lost and not (self._pace and self._clock() - arrived > 0.5 * self._config.stale_after):
             self._bench.skip()
             self._record(math.nan, math.nan)
@@ -406,8 +417,14 @@ class BenchDriver(Driver):
 
     def _header(self, age: float, is_stale: bool) -> dict[str, Any]:
         count = math.nan if self._last is None or self._last.count is None else float(self._last.count)
-        at = math.nan if self._last is None else self._last.time
-        return {"count": count, "time": at, "age": age, "stale": float(is_stale), "lost": float(self.counts.lost)}
+        device_time = math.nan if self._last is None else self._last.time
+        return {
+            "count": count,
+            "time": device_time,
+            "age": age,
+            "stale": float(is_stale),
+            "lost": float(self.counts.lost),
+        }
 
     def _send_known(self, is_new: bool) -> None:
         """Sends the last estimates, with their commands unless these are too old; under the lock."""
@@ -426,20 +443,20 @@ class BenchDriver(Driver):
         self._is_silent = is_stale
         self._restarts_control |= is_stale
         is_fresh = is_new and not is_stale
-        estimates = self._estimates if is_fresh else self._spread.widened(self._estimates, age)
+        estimates = self._estimates if is_fresh else self._changes.widened(self._estimates, age)
         header = self._header(0.0 if is_fresh else age, is_stale)
-        if is_stale or self.zeroing:
+        if is_stale or self.is_zeroing:
             self._send(header | estimates | self._safe())
         else:
             self._send(header | estimates | self._command, self._arrived)
 
     def _send_safe(self) -> None:
         """Sends the last results again, with safe commands; under the lock."""
-        known = {name: self.results[name] for name in self.sent}
-        self._send(self._header(self._clock() - self._arrived, True) | known | self._safe())
+        last_results = {name: self.results[name] for name in self.sent}
+        self._send(self._header(self._clock() - self._arrived, True) | last_results | self._safe())
 
     def _safe(self) -> dict[str, Array]:
-        """Commands while nothing is known."""
+        """Safe commands."""
         return {name: np.full(self._bench.signals[name].size(), self._config.safe_command) for name in self._commands}
 
     def _send(self, results: dict[str, Any], commanded: float | None = None) -> None:
@@ -454,13 +471,13 @@ class BenchDriver(Driver):
 
 
 def sent_signals(bench: Bench, config: BenchConfig) -> list[str]:
-    """The signals of a bench that its results have, but for commands."""
-    chosen = _default_signals(bench) if config.send is None else config.send
-    return [name for name in chosen if name.rpartition(".")[2] not in COMMANDS]
+    """Signals of a bench in its results, commands excluded."""
+    names = _default_signals(bench) if config.send is None else config.send
+    return [name for name in names if name.rpartition(".")[2] not in COMMANDS]
 
 
 def recorded_signals(bench: Bench, config: BenchConfig) -> list[str]:
-    """The signals of a bench that are recorded: what is measured, sent and commanded, and the shape."""
+    """Signals of a bench that are recorded: measurements, results, commands, and the shape."""
     also = [*_default_signals(bench), *(name for name in bench.signals if name.endswith(f".{ANGLES}"))]
     commands = [name for name in bench.signals if name.rpartition(".")[2] in COMMANDS]
     chosen = also if config.record is None else config.record
@@ -471,23 +488,22 @@ def _default_signals(bench: Bench) -> list[str]:
     return [name for name in bench.signals if name.rpartition(".")[2] in SENT]
 
 
-class _Spread:
-    """The most that estimates changed of late over a time, by which their bands widen when no reading arrives."""
+class _RecentChanges:
+    """Largest recent changes of estimates, which widen their bands while no reading arrives."""
 
     def __init__(self, bench: Bench, sent: Sequence[str]):
         self._bench = bench
-        of = {
-            band: [band.rpartition(".")[0] + "." + each for each in _BANDS.get(band.rpartition(".")[2], ())]
-            for band in sent
-        }
-        self._of = {
-            band: subjects for band, subjects in of.items() if subjects and set(subjects) <= bench.signals.keys()
-        }
-        self._past: deque[dict[str, Array]] = deque(maxlen=round(_REMEMBERED / bench.period))
+        self._subjects: dict[str, list[str]] = {}  # by band
+        for band in sent:
+            owner, _, name = band.rpartition(".")
+            subjects = [f"{owner}.{subject}" for subject in _BAND_SUBJECTS.get(name, ())]
+            if subjects and set(subjects) <= bench.signals.keys():
+                self._subjects[band] = subjects
+        self._past: deque[dict[str, Array]] = deque(maxlen=round(_CHANGE_WINDOW / bench.period))
 
     def note(self) -> None:
         """Remembers the estimates of the last sample."""
-        self._past.append({band: _points(self._bench.read(names)) for band, names in self._of.items()})
+        self._past.append({band: _points(self._bench.read(names)) for band, names in self._subjects.items()})
 
     def widened(self, results: Mapping[str, Array], age: float) -> dict[str, Array]:
         """Results of an age, s, with wider bands."""
@@ -496,8 +512,8 @@ class _Spread:
             return wider
         lag = min(max(1, round(age / self._bench.period)), len(self._past) // 2)
         beyond = max(1.0, age / (lag * self._bench.period))
-        for band in self._of.keys() & results.keys():
-            past = np.array([each[band] for each in self._past])
+        for band in self._subjects.keys() & results.keys():
+            past = np.array([points[band] for points in self._past])
             change = np.nan_to_num(past[lag:] - past[:-lag])
             wider[band] = np.hypot(results[band], beyond * np.linalg.norm(change, axis=-1).max(axis=0))
         return wider

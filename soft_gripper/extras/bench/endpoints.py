@@ -1,4 +1,4 @@
-"""Where messages come from and go to, by address.
+"""Opens the sources and sinks of messages, by address.
 
 | address | what it is |
 |---|---|
@@ -22,7 +22,7 @@ from typing import IO, Any, Protocol
 from urllib.parse import SplitResult, parse_qs, unquote, urlsplit
 
 from soft_gripper.errors import InputError
-from soft_gripper.extras.bench.messages import MOST_BYTES
+from soft_gripper.extras.bench.messages import MAX_MESSAGE_BYTES
 from soft_gripper.extras.bench.threads import ROOM, Inbox, Message, Outbox, write_all
 from soft_gripper.extras.hardware.table import Columns
 from soft_gripper.extras.hardware.table_files import OTHER_THAN_TEXT, is_bag_folder, read_table
@@ -30,23 +30,23 @@ from soft_gripper.files.document import given
 from soft_gripper.files.text import check_regular
 from soft_gripper.registry import OWN, blamed_on
 
-MOST_WAITING = 4096  # messages that are read at once
+MAX_WAITING = 4096  # messages that are read at once
 LOOPBACK = "127.0.0.1"
 _RECEIVE_BUFFER = 2**20  # bytes; the operating system may grant less
-_BAUD = 115200
+_BAUD_RATE = 115200
 
 Sink = Callable[[bytes, dict[str, Any]], None]  # takes a message, encoded and by name; does not wait
 
 
 class Source(Protocol):
-    """Where readings come from."""
+    """A source of readings."""
 
     @property
     def is_over(self) -> bool:
         """Whether nothing will ever arrive again."""
 
     def receive(self, timeout: float) -> list[Message]:
-        """Messages that have arrived, MOST_WAITING at most; waits up to `timeout` s for the first."""
+        """Messages that have arrived, MAX_WAITING at most; waits up to `timeout` s for the first."""
 
 
 class Endpoints:
@@ -74,7 +74,7 @@ class Endpoints:
         return sum(outbox.dropped for outbox in self._outboxes)
 
     def source(self, address: str, period: float = 0.0, columns: Columns | None = None) -> Source:
-        """Where readings come from; the lines of a file come every `period` s.
+        """Opens a source of readings; the lines of a file come every `period` s.
 
         Args:
             address: one of those above.
@@ -85,42 +85,42 @@ class Endpoints:
             InputError: if it cannot be opened.
         """
         parts = urlsplit(address)
-        open_one: dict[str, Callable[[], Source]] = {
-            "udp": lambda: UdpSource(self._bound(parts)),
+        openers: dict[str, Callable[[], Source]] = {
+            "udp": lambda: UdpSource(self._bind(parts)),
             "serial": lambda: LineSource(self._serial(parts).fileno()),
             "stdio": lambda: LineSource(sys.stdin.fileno()),
             "file": lambda: self._file_source(parts, columns, period),
         }
-        found: Source | None = self._opened("source", address, open_one)
-        if found is not None:
-            return found
+        source: Source | None = self._open("source", address, openers)
+        if source is not None:
+            return source
         return Inbox(self._own_messages(address, OWN.find(address, "source", self._where)), period)
 
     def sink(self, address: str) -> Sink:
-        """Where results go.
+        """Opens a sink of results.
 
         Raises:
             InputError: if it cannot be opened.
         """
         parts = urlsplit(address)
-        open_one: dict[str, Callable[[], Sink]] = {
+        openers: dict[str, Callable[[], Sink]] = {
             "udp": lambda: self._udp_sink(parts),
-            "serial": lambda: self.patient(writer(self._serial(parts).fileno()), room=1),
-            "stdio": lambda: self.patient(print_out),
-            "file": lambda: self.patient(self._file_writer(file_path(parts))),
+            "serial": lambda: self.queued_sink(writer(self._serial(parts).fileno()), room=1),
+            "stdio": lambda: self.queued_sink(print_out),
+            "file": lambda: self.queued_sink(self._file_writer(file_path(parts))),
         }
-        found: Sink | None = self._opened("sink", address, open_one)
-        return found or self.patient(self._own_sink(address), room=1)
+        sink: Sink | None = self._open("sink", address, openers)
+        return sink or self.queued_sink(self._own_sink(address), room=1)
 
-    def patient(self, take: Sink, room: int = ROOM) -> Sink:
-        """Non-blocking wrapper of a sink; what commands a device has room for the newest result alone."""
+    def queued_sink(self, take: Sink, room: int = ROOM) -> Sink:
+        """Non-blocking wrapper of a sink; one that commands a device has room for the newest result alone."""
         outbox = Outbox[tuple[bytes, dict[str, Any]]](lambda sent: take(*sent), self._until, room)
         self._outboxes.append(outbox)
         self._stack.callback(outbox.close)
         return lambda message, results: outbox.put((message, results))
 
     def _own_messages(self, address: str, messages: Callable[[], Iterable[Message]]) -> Iterator[Message]:
-        """Messages of a user's generator, whose errors name it."""
+        """Yields the messages of a user's generator; errors name it."""
         with blamed_on("source", address, self._where):
             yield from messages()
 
@@ -133,35 +133,37 @@ class Endpoints:
 
         return take
 
-    def _opened(self, field: str, address: str, known: Mapping[str, Callable[[], Any]]) -> Any:
-        """The end that an address names; None if it is a user's function."""
+    def _open(self, field: str, address: str, openers: Mapping[str, Callable[[], Any]]) -> Any:
+        """Opens the source or sink of an address; None if it is a user's function."""
         scheme, colon, rest = address.partition(":")
-        if not colon or (scheme not in known and rest.startswith("/")):
-            expected = f"give an address that begins with {', '.join(f'{name}:' for name in known)}, or module:function"
+        if not colon or (scheme not in openers and rest.startswith("/")):
+            expected = (
+                f"give an address that begins with {', '.join(f'{name}:' for name in openers)}, or module:function"
+            )
             raise InputError(self._where, field, address, expected)
         try:
-            return known[scheme]() if scheme in known else None
+            return openers[scheme]() if scheme in openers else None
         except InputError:
             raise
         except (OSError, ValueError, RuntimeError, OverflowError) as error:  # the last of a baud rate
             reason = getattr(error, "strerror", None) or error
             raise InputError(self._where, field, address, f"cannot be opened: {reason}") from error
 
-    def _bound(self, parts: SplitResult) -> socket.socket:
-        found = self._stack.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
-        found.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _RECEIVE_BUFFER)
-        found.bind(_place(parts))
-        found.setblocking(False)
-        return found
+    def _bind(self, parts: SplitResult) -> socket.socket:
+        udp_socket = self._stack.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
+        udp_socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _RECEIVE_BUFFER)
+        udp_socket.bind(_host_and_port(parts))
+        udp_socket.setblocking(False)
+        return udp_socket
 
     def _udp_sink(self, parts: SplitResult) -> Sink:
         sender = self._stack.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
         sender.setblocking(False)
-        place = _place(parts)
+        destination = _host_and_port(parts)
 
         def send(message: bytes, _: dict[str, Any]) -> None:
             with suppress(OSError):  # nobody listens, or the network is busy: datagrams may be lost
-                sender.sendto(message, place)
+                sender.sendto(message, destination)
 
         return send
 
@@ -171,7 +173,8 @@ class Endpoints:
         except ImportError:
             expected = "requires pyserial: pip install 'soft-gripper[live]'"
             raise InputError(self._where, "source", parts.geturl(), expected) from None
-        name, baud = unquote(parts.path), int(parse_qs(parts.query).get("baud", [str(_BAUD)])[0])
+        name = unquote(parts.path)
+        baud = int(parse_qs(parts.query).get("baud", [str(_BAUD_RATE)])[0])
         if name not in self._ports:
             self._ports[name] = self._stack.enter_context(Serial(name, baud, timeout=0))
         return self._ports[name]
@@ -185,7 +188,7 @@ class Endpoints:
         return PacedSource(self._messages(path, columns), period)
 
     def _file_writer(self, path: Path) -> Sink:
-        """A pipe is opened when the first result is written: that waits for whoever reads it."""
+        """A writer of a file; opens a pipe at the first result, because that waits for a reader."""
         if path.is_fifo():
             opened: list[int] = []
 
@@ -211,17 +214,17 @@ class Endpoints:
 
 
 def _lines(path: Path, file: IO[bytes]) -> Iterator[bytes]:
-    for number, line in enumerate(iter(lambda: file.readline(MOST_BYTES + 1), b""), 1):
-        if len(line) > MOST_BYTES:
-            raise InputError(path, "line", number, f"has more than {MOST_BYTES} bytes; give a reading a line")
+    for number, line in enumerate(iter(lambda: file.readline(MAX_MESSAGE_BYTES + 1), b""), 1):
+        if len(line) > MAX_MESSAGE_BYTES:
+            raise InputError(path, "line", number, f"has more than {MAX_MESSAGE_BYTES} bytes; give a reading a line")
         yield line
 
 
 _Selector = getattr(selectors, "PollSelector", selectors.SelectSelector)  # epoll refuses files on a disk
 
 
-def _has_come(file: socket.socket | int, timeout: float) -> bool:
-    """Whether there is something to read from a socket or descriptor, of any number, within a timeout, s."""
+def _is_readable(file: socket.socket | int, timeout: float) -> bool:
+    """Whether a socket or descriptor, of any number, becomes readable within a timeout, s."""
     with _Selector() as selector:
         selector.register(file, selectors.EVENT_READ)
         return bool(selector.select(timeout))
@@ -237,40 +240,42 @@ class UdpSource:
         self.host, self.port = bound.getsockname()
 
     def receive(self, timeout: float) -> list[Message]:
-        if not _has_come(self._socket, timeout):
+        if not _is_readable(self._socket, timeout):
             return []
-        found: list[Message] = []
-        while len(found) < MOST_WAITING:
+        messages: list[Message] = []
+        while len(messages) < MAX_WAITING:
             try:
-                found.append(self._socket.recv(MOST_BYTES + 1))
+                messages.append(self._socket.recv(MAX_MESSAGE_BYTES + 1))
             except BlockingIOError:
                 break
-        return found
+        return messages
 
 
 class LineSource:
     """The lines that can be read from a file descriptor, such as a serial port."""
 
     def __init__(self, descriptor: int):
-        self._descriptor, self._begun, self.is_over = descriptor, b"", False
+        self._descriptor = descriptor
+        self._partial_line = b""
+        self.is_over = False
         self._is_cut = False  # the line that has begun is the rest of one that was too long
 
     def receive(self, timeout: float) -> list[Message]:
-        if self.is_over or not _has_come(self._descriptor, timeout):
+        if self.is_over or not _is_readable(self._descriptor, timeout):
             return []
         try:
-            arrived = os.read(self._descriptor, MOST_BYTES)
+            arrived = os.read(self._descriptor, MAX_MESSAGE_BYTES)
         except BlockingIOError:
             return []
         except OSError:  # unplugged
             arrived = b""
         self.is_over = not arrived
-        *lines, self._begun = (self._begun + arrived).split(b"\n")
+        *lines, self._partial_line = (self._partial_line + arrived).split(b"\n")
         if self._is_cut:
-            self._begun, self._is_cut = self._begun if lines else b"", not lines
+            self._partial_line, self._is_cut = self._partial_line if lines else b"", not lines
             lines = lines[1:]
-        if len(self._begun) > MOST_BYTES:  # no line is that long: it is passed on, and counted
-            lines, self._begun, self._is_cut = [*lines, self._begun], b"", True
+        if len(self._partial_line) > MAX_MESSAGE_BYTES:  # no line is that long: it is passed on, and counted
+            lines, self._partial_line, self._is_cut = [*lines, self._partial_line], b"", True
         return [line for line in lines if line.strip()]
 
 
@@ -278,7 +283,9 @@ class PacedSource:
     """Messages of a file or of a generator, one every period; with period 0 one whenever it is asked for."""
 
     def __init__(self, messages: Iterable[Message], period: float):
-        self._messages, self._period, self.is_over = iter(messages), period, False
+        self._messages = iter(messages)
+        self._period = period
+        self.is_over = False
         self._due = time.monotonic()
 
     def receive(self, timeout: float) -> list[Message]:
@@ -294,7 +301,7 @@ class PacedSource:
         return []
 
 
-def _place(parts: SplitResult) -> tuple[str, int]:
+def _host_and_port(parts: SplitResult) -> tuple[str, int]:
     if parts.port is None:
         raise ValueError("give a port, as in udp://127.0.0.1:5005")
     return parts.hostname or LOOPBACK, parts.port

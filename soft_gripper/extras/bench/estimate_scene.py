@@ -1,4 +1,4 @@
-"""EstimateScene: fingers in Meshcat as they are estimated, with no simulation behind them.
+"""EstimateScene: estimated fingers in Meshcat, without a simulation.
 
 Only bodies whose places are known are drawn: fixed ones, and fingers.
 """
@@ -20,7 +20,7 @@ from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.scenario.schema import ModelConfig, Scenario
 from soft_gripper.sensors.sensor_block import joints_port
 
-_ESTIMATES = "/drake"  # Meshcat path
+_ESTIMATES_PATH = "/drake"  # Meshcat path
 
 
 class EstimateScene:
@@ -39,7 +39,8 @@ class EstimateScene:
             moving: names of the fingers whose base moves; `{finger}.X_WB` of one of them places all fingers.
             meshcat: shows the scene.
         """
-        self._meshcat, builder = meshcat, DiagramBuilder()
+        self._meshcat = meshcat
+        builder = DiagramBuilder()
         config, gravity = scenario.plant_config, scenario.gravity
         directives = scenario.directives
         whole = add_plant(DiagramBuilder(), config, scenario.models, gravity, scenario.arm, directives=directives)
@@ -47,14 +48,14 @@ class EstimateScene:
         arm = None if moving else scenario.arm
         scene = add_plant(builder, config, models, gravity, arm, directives=() if moving else directives)
         self._sizes = {
-            name: signals[name].size() for finger in scene.fingers for name in _drawn_of(finger.name, signals)
+            name: signals[name].size() for finger in scene.fingers for name in _drawn_names(finger.name, signals)
         }
-        held = {name: _add_held(builder, name, size) for name, size in self._sizes.items()}
+        held = {name: _add_input(builder, name, size) for name, size in self._sizes.items()}
         add_estimates(builder, scene, held, meshcat, scenario.pressure)
         set_up_view(whole, meshcat, scenario.pressure, scenario.models, scenario.arm, scenario.task)
         self._positions = _estimated_positions(scene.fingers, signals)
         self._base = next((f for f in scene.fingers if f.name in moving), None)
-        self._posed = _Posed(builder, scene)
+        self._posed = _PosedScene(builder, scene)
         self.show({})
 
     @property
@@ -67,39 +68,41 @@ class EstimateScene:
         """Draws a sample, `signals` by name, (size,) each; those that are missing are unknown."""
         for name, size in self._sizes.items():
             self._posed.give(name, values.get(name, np.full(size, np.nan)))
-        for name, places in self._positions.items():
-            if np.isfinite(found := values.get(name, np.nan)).all():
-                self._posed.positions[places] = found
+        for name, indices in self._positions.items():
+            if np.isfinite(estimate := values.get(name, np.nan)).all():
+                self._posed.positions[indices] = estimate
         if self._base is not None and f"{self._base.name}.X_WB" in values:
             R_p = values[f"{self._base.name}.X_WB"].reshape(3, 4)
             X_WB = RigidTransform(RotationMatrix.ProjectToRotationMatrix(R_p[:, :3]), R_p[:, 3])
-            self._meshcat.SetTransform(_ESTIMATES, X_WB @ self._base.X_WB.inverse())
+            self._meshcat.SetTransform(_ESTIMATES_PATH, X_WB @ self._base.X_WB.inverse())
         self._posed.draw()
 
 
-class _Posed:
+class _PosedScene:
     """A scene that is drawn at given positions; no time passes in its diagram."""
 
     def __init__(self, builder: DiagramBuilder, scene: Scene):
-        self._diagram, self._plant, self._begun = builder.Build(), scene.plant, False
+        self._diagram = builder.Build()
+        self._plant = scene.plant
+        self._is_initialized = False
         self._context = self._diagram.CreateDefaultContext()
-        self._of_plant = scene.plant.GetMyMutableContextFromRoot(self._context)
-        self.positions: Array = scene.plant.GetPositions(self._of_plant).copy()
+        self._plant_context = scene.plant.GetMyMutableContextFromRoot(self._context)
+        self.positions: Array = scene.plant.GetPositions(self._plant_context).copy()
 
     def give(self, name: str, value: Array) -> None:
         """Sets an input of the diagram."""
         self._diagram.GetInputPort(name).FixValue(self._context, value)
 
     def draw(self) -> None:
-        self._plant.SetPositions(self._of_plant, self.positions)
-        if not self._begun:
+        self._plant.SetPositions(self._plant_context, self.positions)
+        if not self._is_initialized:
             self._diagram.ExecuteInitializationEvents(self._context)
-            self._begun = True
+            self._is_initialized = True
         self._diagram.ForcedPublish(self._context)
 
 
 def _placed_models(models: Sequence[ModelConfig], fingers: Sequence[PlantFinger], moves: bool) -> list[ModelConfig]:
-    """The models whose place is known: fixed ones; of fingers that move, the grippers alone, in their own frames."""
+    """Models with a known pose: fixed ones; of moving fingers, the grippers alone, in their own frames."""
     if not moves:
         return [model for model in models if not model.free]
     grippers = {finger.model_name for finger in fingers}
@@ -107,14 +110,14 @@ def _placed_models(models: Sequence[ModelConfig], fingers: Sequence[PlantFinger]
     return [m if m.parent.partition("::")[0] in grippers else replace(m, parent="world") for m in kept]
 
 
-def _drawn_of(finger: str, signals: Collection[str]) -> list[str]:
+def _drawn_names(finger: str, signals: Collection[str]) -> list[str]:
     """The names of the signals of a finger that are drawn."""
     own = [name.removeprefix(f"{finger}.") for name in signals if name.startswith(f"{finger}.")]
     return [f"{finger}.{name}" for name in ("arcs", "external_torque", *drawn_signals(own))]
 
 
 def _estimated_positions(fingers: Sequence[PlantFinger], signals: Mapping[str, OutputPort]) -> dict[str, list[int]]:
-    """Where the plant's positions have the estimates of joints, by signal."""
+    """Indices of the plant's positions that a signal of joint estimates sets."""
     return {
         name: [joint.position_start() for joint in finger.joints_of(way)]
         for finger in fingers
@@ -123,7 +126,7 @@ def _estimated_positions(fingers: Sequence[PlantFinger], signals: Mapping[str, O
     }
 
 
-def _add_held(builder: DiagramBuilder, name: str, size: int) -> OutputPort:
+def _add_input(builder: DiagramBuilder, name: str, size: int) -> OutputPort:
     held = builder.AddNamedSystem(name, PassThrough(size))
     builder.ExportInput(held.get_input_port(), name)
     return held.get_output_port()

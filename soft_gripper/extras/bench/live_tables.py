@@ -1,4 +1,4 @@
-"""The tables of the live page: what is estimated of every finger, and what has happened to the readings."""
+"""The tables of the live page: estimates of every finger, and counts of readings."""
 
 import math
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
@@ -14,7 +14,7 @@ from soft_gripper.signals import signal_of
 
 Cell = str | tuple[str, str]  # its text, or its text and how it is marked: "bad", "name"
 Table = list[str | list[Cell]]  # a caption, the head, and rows
-_UNKNOWN = "-"
+_UNKNOWN_TEXT = "-"
 _COUNTERS_PER_ROW = 2  # the panel is narrow
 
 
@@ -26,12 +26,12 @@ def _with_std(value: float, std: float) -> str:
     return f"{value:.2f} ± {std:.2f}" if math.isfinite(std) else f"{value:.2f}"
 
 
-def _bounded(force: float) -> str:
+def _bound_text(force: float) -> str:
     return f"{force:.2f}" if math.isfinite(force) else "not known"
 
 
 # Rows, the signals that each is made of, and how these are written; None: by their meanings.
-_ROWS: dict[str, tuple[tuple[str, ...], Callable[..., str] | None]] = {
+_TABLE_ROWS: dict[str, tuple[tuple[str, ...], Callable[..., str] | None]] = {
     "tip x, z [mm]": (("tip_pose",), lambda tip: _millimetres(*tip[:2])),
     "tip ± [mm]": (("position_std",), lambda std: f"{1e3 * std[-1]:.2f}"),
     "contact": (("contact_answer",), None),
@@ -39,7 +39,7 @@ _ROWS: dict[str, tuple[tuple[str, ...], Callable[..., str] | None]] = {
         ("transverse_force", "transverse_force_std"),
         lambda force, std: _with_std(force[0], std[0]),
     ),
-    "at most [N]": (("contact_probability", "contact_force_bounds"), lambda _, bounds: _bounded(bounds[2])),
+    "at most [N]": (("contact_probability", "contact_force_bounds"), lambda _, bounds: _bound_text(bounds[2])),
     "contact at [mm]": (("contact_arc_length",), lambda place: _millimetres(place[0])),
     "health": (("fault",), None),
     "calibration": (
@@ -47,34 +47,34 @@ _ROWS: dict[str, tuple[tuple[str, ...], Callable[..., str] | None]] = {
         lambda far, away: f"{'far' if far[0] else 'within'}, {away.max():.1f} spreads away",
     ),
 }
-_BAD = "fault", FAR  # signals of which anything but 0 is marked
+_ALARM_SIGNALS = "fault", FAR  # marked unless 0
 
 
-def needed_signals(fingers: Iterable[str], known: Collection[str]) -> list[str]:
-    """The names of the known signals that `finger_table` shows."""
-    names = (f"{finger}.{own}" for finger in fingers for signals, _ in _ROWS.values() for own in signals)
-    return [name for name in names if name in known]
+def needed_signals(fingers: Iterable[str], available: Collection[str]) -> list[str]:
+    """The names of the available signals that `finger_table` shows."""
+    names = (f"{finger}.{own}" for finger in fingers for signals, _ in _TABLE_ROWS.values() for own in signals)
+    return [name for name in names if name in available]
 
 
 def finger_table(
     fingers: Sequence[str],
-    known: Mapping[str, OutputPort],
+    ports: Mapping[str, OutputPort],
     values: Mapping[str, Array],
     disagreeing: Collection[str] = (),
 ) -> Table:
-    """A column for every finger, with a row for whatever is estimated of any.
+    """A column for every finger, and a row for every estimate of any finger.
 
     Args:
         fingers: their names.
-        known: the ports of the signals, by name, for their meanings.
+        ports: of the signals, by name, for their meanings.
         values: of `needed_signals`, (size,) each; a missing one is unknown.
         disagreeing: those whose readings and drive disagree.
     """
     rows: list[list[Cell]] = []
-    for title, (signals, text) in _ROWS.items():
+    for title, (signals, text) in _TABLE_ROWS.items():
         own = [[f"{finger}.{name}" for name in signals] for finger in fingers]
-        if any(names[0] in known for names in own):
-            rows.append([title, *(_cell(names, known, values, text) for names in own)])
+        if any(names[0] in ports for names in own):
+            rows.append([title, *(_cell(names, ports, values, text) for names in own)])
     if disagreeing:
         marked: list[Cell] = [("disagree", "bad") if finger in disagreeing else "agree" for finger in fingers]
         rows.append(["readings and drive", *marked])
@@ -82,20 +82,20 @@ def finger_table(
 
 
 def _cell(
-    names: Sequence[str], known: Mapping[str, OutputPort], values: Mapping[str, Array], text: Callable[..., str] | None
+    names: Sequence[str], ports: Mapping[str, OutputPort], values: Mapping[str, Array], text: Callable[..., str] | None
 ) -> Cell:
-    found = [values.get(name, _NOTHING) for name in names]
-    if not math.isfinite(found[0][0]):
-        return _UNKNOWN
-    said = text(*found) if text is not None else signal_of(known[names[0]]).meanings[int(found[0][0])]
-    return (said, "bad") if names[0].rpartition(".")[2] in _BAD and found[0][0] else said
+    cell_values = [values.get(name, _UNKNOWN_VALUE) for name in names]
+    if not math.isfinite(cell_values[0][0]):
+        return _UNKNOWN_TEXT
+    said = text(*cell_values) if text is not None else signal_of(ports[names[0]]).meanings[int(cell_values[0][0])]
+    return (said, "bad") if names[0].rpartition(".")[2] in _ALARM_SIGNALS and cell_values[0][0] else said
 
 
-_NOTHING = np.array([np.nan])
+_UNKNOWN_VALUE = np.array([np.nan])
 
 
 def readings_table(counts: Counts) -> Table:
-    """The counters of the watch-dog; those of what went wrong are marked."""
+    """The counters of the watch-dog; those of faults are marked."""
     cells: list[Cell] = []
     for name, number in asdict(counts).items():
         cells += [(name, "name"), (str(number), "bad") if number and name != "used" else str(number)]

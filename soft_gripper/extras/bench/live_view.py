@@ -23,7 +23,7 @@ from soft_gripper.extras.page.panel import Button, Panel
 from soft_gripper.scenario.scenario_file import dump_scenario
 
 ZEROING = 2.0  # s for which `zero` collects readings
-_LATENCIES = 1000  # readings over which the latency is shown
+_SHOWN_LATENCIES = 1000  # readings over which the latency is shown
 
 
 class LiveView(BenchDriver):
@@ -38,30 +38,31 @@ class LiveView(BenchDriver):
     ):
         """
         Args:
-            bench, config, source, sink, others: as of BenchDriver.
+            bench, config, source, sink, others: as for BenchDriver.
             moving: names of the fingers whose base moves.
         """
         super().__init__(bench, config, source, sink, **others)
-        self._layout, self._measured = recording_layout(bench, recorded_signals(bench, config)), list(bench.quantities)
+        self._layout = recording_layout(bench, recorded_signals(bench, config))
+        self.fingers: list[str] = list(bench.quantities)
         self._meshcat = hidden_meshcat()
         self.scene = self._meshcat.web_url()
-        self._drawn = EstimateScene(bench.scenario, bench.signals, moving, self._meshcat)
-        self.signals, self.fingers = bench.signals, self._measured
+        self._estimate_scene = EstimateScene(bench.scenario, bench.signals, moving, self._meshcat)
+        self.signals = bench.signals
         self.panel = Panel((Button.ZERO, Button.RECORD, Button.STOP))
         self._has_scene = True
         self._began = self._next = self._clock()
 
-    def turn(self) -> bool:
-        """Lets the bench take its turn; a frame is due now and then."""
-        was_zeroing = self.zeroing
+    def advance(self) -> bool:
+        """Advances the bench; returns whether a frame is due."""
+        was_zeroing = self.is_zeroing
         try:
-            super().turn()
+            super().advance()
         except InputError as error:
             if error.field != "--zero":
                 raise
             self.note = f"not zeroed: {error.value} {error.expected}"
         else:
-            if was_zeroing and not self.zeroing:
+            if was_zeroing and not self.is_zeroing:
                 self.note = "zeroed: the sensors now read those of fingers that hang free"
         now = self._clock()
         if now < self._next:
@@ -85,35 +86,37 @@ class LiveView(BenchDriver):
             (folder / "scenario.yaml").write_text(dump_scenario(self._bench.scenario, folder), encoding="utf-8")
 
     def recovers(self) -> bool:
-        """Whether Meshcat had failed, without which estimates and commands go on."""
+        """Whether Meshcat had failed; estimates and commands go on without it."""
         if not self._has_scene or not has_failed(self._meshcat):
             return False
         cut_off(self.scene)  # a new one would take longer than hardware waits
-        self._has_scene, self.note = False, "the view failed; estimates and commands go on"
+        self._has_scene = False
+        self.note = "the view failed; estimates and commands go on"
         return True
 
     def frame(self, wanted: Collection[str]) -> tuple[dict[str, Any], dict[str, Array]]:
         """Draws the fingers, and fills the tables."""
-        tabled = needed_signals(self._measured, self._bench.signals)
-        values = self._sent({*tabled, *self._drawn.signals, *wanted})
+        tabled = needed_signals(self.fingers, self._bench.signals)
+        values = self._sent_values({*tabled, *self._estimate_scene.signals, *wanted})
         if self._has_scene:
-            self._drawn.show({name: values[name] for name in self._drawn.signals if name in values})
-        shown = self._measured, self._bench.signals, values, self.calibration.disagreeing
+            self._estimate_scene.show({name: values[name] for name in self._estimate_scene.signals if name in values})
+        shown = self.fingers, self._bench.signals, values, self.calibration.disagreeing
         tables = [finger_table(*shown), readings_table(self.counts)]
         return {**self._status(), "tables": tables}, {name: v for name, v in values.items() if name in wanted}
 
-    def _sent(self, names: Iterable[str]) -> dict[str, Array]:
-        """Signals as they were sent last, with their wider bands, and those that are not sent; unknown at first."""
+    def _sent_values(self, names: Iterable[str]) -> dict[str, Array]:
+        """Values of signals: as sent last, with wider bands, or else as read; none before the first reading."""
         sent = self.results
         if self.counts.used == 0:
             return {}
         return {name: sent[name] if name in sent else self._bench.read([name])[name] for name in names}
 
     def _status(self) -> dict[str, Any]:
-        results, is_zeroing = self.results, self.zeroing
+        results = self.results
+        is_zeroing = self.is_zeroing
         is_stale = bool(results.get("stale", 1.0))
         waits = "waiting for readings" if self.counts.used == 0 else f"stale, {results.get('age', 0.0):.1f} s"
-        recent = [*islice(reversed(self.latencies), _LATENCIES)]
+        recent = [*islice(reversed(self.latencies), _SHOWN_LATENCIES)]
         middle, most = 1e3 * np.percentile(recent, [50, 99]) if recent else (np.nan, np.nan)
         latency = f"reading to result {middle:.1f} ms, 99 % {most:.1f} ms" if recent else ""
         return {

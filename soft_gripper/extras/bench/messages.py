@@ -4,7 +4,7 @@
 |---|---|
 | json | an object with a number, null or a list of numbers for each name |
 | text | numbers between commas, in an order that both sides know |
-| float32, float64 | likewise, packed little-endian |
+| float32, float64 | numbers in that order, packed little-endian |
 
 Whatever arrives is checked before anything is done with it: a message that is too large, has other fields than
 described, or a number that is not finite, is malformed. Only `null`, in JSON, says that a sensor was not read.
@@ -23,13 +23,13 @@ from soft_gripper.errors import InputError
 from soft_gripper.files.json_text import parse_json
 from soft_gripper.files.number import number
 
-MOST_BYTES = 65536  # of a message
-_MOST_COUNT = 2**53  # beyond, a float is not a whole number
-_PACKED: dict[str, np.dtype[Any]] = {"float32": np.dtype("<f4"), "float64": np.dtype("<f8")}
+MAX_MESSAGE_BYTES = 65536  # of a message
+_MAX_COUNT = 2**53  # beyond, a float is not a whole number
+_PACKED_TYPES: dict[str, np.dtype[Any]] = {"float32": np.dtype("<f4"), "float64": np.dtype("<f8")}
 
 
 class MalformedError(ValueError):
-    """A message is not what the bench describes."""
+    """A message does not match the description of its bench."""
 
 
 def decoded(message: bytes, form: str, fields: Sequence[str]) -> dict[str, float]:
@@ -43,33 +43,33 @@ def decoded(message: bytes, form: str, fields: Sequence[str]) -> dict[str, float
     Raises:
         MalformedError: if it is none of that format.
     """
-    if len(message) > MOST_BYTES:
-        raise MalformedError(f"has {len(message)} bytes, more than {MOST_BYTES}")
+    if len(message) > MAX_MESSAGE_BYTES:
+        raise MalformedError(f"has {len(message)} bytes, more than {MAX_MESSAGE_BYTES}")
     if form == "json":
         return _from_json(message)
     if form == "text":
-        return _by_name(_from_text(message), fields)
-    size = _PACKED[form].itemsize
+        return _named_numbers(_from_text(message), fields)
+    size = _PACKED_TYPES[form].itemsize
     if len(message) != size * len(fields):
         raise MalformedError(f"has {len(message)} bytes instead of {size * len(fields)}")
-    return _by_name(np.frombuffer(message, _PACKED[form]).astype(float).tolist(), fields)
+    return _named_numbers(np.frombuffer(message, _PACKED_TYPES[form]).astype(float).tolist(), fields)
 
 
-def chosen(values: Mapping[str, float], names: Sequence[str]) -> Array:
-    """Some numbers of a message, (len(names),).
+def select_numbers(values: Mapping[str, float], names: Sequence[str]) -> Array:
+    """Selects numbers of a message by name, (len(names),).
 
     Raises:
         MalformedError: if one is missing, or is no number.
     """
     try:
-        found = np.array([values[name] for name in names], dtype=float)
+        numbers = np.array([values[name] for name in names], dtype=float)
     except KeyError as error:
         raise MalformedError(f"has no field {error}") from None
     except (TypeError, ValueError, OverflowError) as error:
         raise MalformedError(f"has a field that is not a number: {error}"[:80]) from None
-    if found.shape != (len(names),):
+    if numbers.shape != (len(names),):
         raise MalformedError("has a list where there should be a number")
-    return found
+    return numbers
 
 
 def count_of(value: float) -> int:
@@ -78,7 +78,7 @@ def count_of(value: float) -> int:
     Raises:
         MalformedError: if it is not a whole number from 0 on.
     """
-    if not (0 <= value < _MOST_COUNT and value == int(value)):
+    if not (0 <= value < _MAX_COUNT and value == int(value)):
         raise MalformedError(f"has the number {value}")
     return int(value)
 
@@ -86,29 +86,29 @@ def count_of(value: float) -> int:
 def encoded(results: Mapping[str, float | Array], form: str) -> bytes:
     """A message with named scalars and vectors; without names, all numbers one after the other. NaN is null in JSON."""
     if form == "json":
-        return (json.dumps({name: _plain(value) for name, value in results.items()}) + "\n").encode()
+        return (json.dumps({name: _plain_value(value) for name, value in results.items()}) + "\n").encode()
     flat = np.concatenate([np.ravel(value) for value in results.values()])
     if form == "text":
         return (",".join(f"{value:.9g}" for value in flat) + "\n").encode()
-    return flat.astype(_PACKED[form]).tobytes()
+    return flat.astype(_PACKED_TYPES[form]).tobytes()
 
 
 def _from_json(message: bytes) -> dict[str, float]:
     try:
-        found = parse_json("message", message)
+        document = parse_json("message", message)
     except InputError:
         raise MalformedError("is not JSON") from None
-    if not isinstance(found, dict):
+    if not isinstance(document, dict):
         raise MalformedError("is not a JSON object")
-    return {name: _number(name, value) for name, value in _flat(found)}
+    return {name: _number(name, value) for name, value in _flat_entries(document)}
 
 
-def _flat(found: Mapping[str, object]) -> list[tuple[str, object]]:
-    """The entries of a list are called `{name}[0]`, `{name}[1]` ..."""
+def _flat_entries(document: Mapping[str, object]) -> list[tuple[str, object]]:
+    """Entries of a document, those of a list named `{name}[0]`, `{name}[1]` ..."""
     entries: list[tuple[str, object]] = []
-    for name, value in found.items():
+    for name, value in document.items():
         entries += (
-            [(f"{name}[{i}]", each) for i, each in enumerate(value)] if isinstance(value, list) else [(name, value)]
+            [(f"{name}[{i}]", entry) for i, entry in enumerate(value)] if isinstance(value, list) else [(name, value)]
         )
     return entries
 
@@ -130,7 +130,7 @@ def _from_text(message: bytes) -> list[float]:
         raise MalformedError("is not numbers between commas") from None
 
 
-def _by_name(numbers: Sequence[float], fields: Sequence[str]) -> dict[str, float]:
+def _named_numbers(numbers: Sequence[float], fields: Sequence[str]) -> dict[str, float]:
     if len(numbers) != len(fields):
         raise MalformedError(f"has {len(numbers)} numbers instead of {len(fields)}")
     if not all(map(math.isfinite, numbers)):
@@ -138,7 +138,7 @@ def _by_name(numbers: Sequence[float], fields: Sequence[str]) -> dict[str, float
     return dict(zip(fields, numbers, strict=True))
 
 
-def _plain(value: float | Array) -> object:
+def _plain_value(value: float | Array) -> object:
     if isinstance(value, np.ndarray):
-        return [each if math.isfinite(each) else None for each in value.ravel().tolist()]
+        return [entry if math.isfinite(entry) else None for entry in value.ravel().tolist()]
     return value if math.isfinite(value) else None

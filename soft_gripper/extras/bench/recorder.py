@@ -19,57 +19,57 @@ from soft_gripper.arrays import Array
 from soft_gripper.diagrams.provenance import provenance
 from soft_gripper.diagrams.recording import make_recording
 from soft_gripper.diagrams.signal_labels import labels_of
-from soft_gripper.diagrams.signal_sources import Logged, Samples
+from soft_gripper.diagrams.signal_sources import LoggedPort, Samples
 from soft_gripper.errors import InputError
 from soft_gripper.extras.bench.bench import Bench
 from soft_gripper.extras.bench.threads import LINGER, write_all
 from soft_gripper.signals import Signal, signal_of
 
 COUNT, DEVICE_TIME = "reading.count", "reading.time"
-_OWN = {COUNT: Signal(), DEVICE_TIME: Signal("s")}
-_PERIOD = 0.25  # s between writes
-_MOST_ROWS = 6000  # that wait for a slow disk
-_NUMBER = np.dtype(">f8")  # netCDF 3 is big-endian
-_ROWS_AT = 4  # bytes before the number of rows in a header
+_READING_SIGNALS = {COUNT: Signal(), DEVICE_TIME: Signal("s")}
+_WRITE_PERIOD = 0.25  # s between writes
+_MAX_ROWS = 6000  # that wait for a slow disk
+_NUMBER_TYPE = np.dtype(">f8")  # netCDF 3 is big-endian
+_ROW_COUNT_OFFSET = 4  # bytes before the number of rows in a header
 
 
-class Layout(NamedTuple):
-    """How the rows of a recording are written."""
+class RowLayout(NamedTuple):
+    """Layout of the rows of a recording."""
 
     signals: list[str]  # of a bench
     header: bytes  # of a recording without rows
     order: NDArray[np.int_]  # in which time, signals, number and time of the reading make a row
 
 
-def recording_layout(bench: Bench, signals: Sequence[str]) -> Layout:
+def recording_layout(bench: Bench, signals: Sequence[str]) -> RowLayout:
     """The layout of recordings that have these signals of a bench.
 
     It is read from files of one and two rows, whose numbers are their places.
     """
-    described = {name: signal_of(bench.signals[name]) for name in signals} | _OWN
-    sizes = [1, *(bench.signals[name].size() for name in signals), *[1] * len(_OWN)]
+    described = {name: signal_of(bench.signals[name]) for name in signals} | _READING_SIGNALS
+    sizes = [1, *(bench.signals[name].size() for name in signals), *[1] * len(_READING_SIGNALS)]
     about = provenance(bench.scenario, bench.scenario.sensor.type, bench.scenario.estimator.type)
     places = np.split(np.arange(float(sum(sizes))), np.cumsum(sizes)[:-1])
-    found = []
+    files = []
     with TemporaryDirectory(prefix="soft-gripper-") as folder:
         for rows in (1, 2):
             numbers = {i: np.tile(part, (rows, 1)) for i, part in enumerate(places[1:])}
-            sources = {name: Logged(i) for i, name in enumerate(described)}
+            sources = {name: LoggedPort(i) for i, name in enumerate(described)}
             recording = make_recording(labels_of(described), Samples(sources, np.zeros(rows), numbers), about)
             path = Path(folder) / "layout.nc"
             recording.data.to_netcdf(path, engine="scipy", format="NETCDF3_64BIT", unlimited_dims=["time"])
-            found.append(path.read_bytes())
-    row = _NUMBER.itemsize * sum(sizes)
-    assert len(found[1]) - len(found[0]) == row, "a row has these numbers alone"
-    header = bytearray(found[0][:-row])
-    header[_ROWS_AT : _ROWS_AT + 4] = bytes(4)
-    return Layout([*signals], bytes(header), np.frombuffer(found[0][-row:], _NUMBER).astype(int))
+            files.append(path.read_bytes())
+    row = _NUMBER_TYPE.itemsize * sum(sizes)
+    assert len(files[1]) - len(files[0]) == row, "a row has these numbers alone"
+    header = bytearray(files[0][:-row])
+    header[_ROW_COUNT_OFFSET : _ROW_COUNT_OFFSET + 4] = bytes(4)
+    return RowLayout([*signals], bytes(header), np.frombuffer(files[0][-row:], _NUMBER_TYPE).astype(int))
 
 
 class Recorder:
-    """Writes signals of a bench at every sample, in a thread of its own; what the disk cannot take is counted."""
+    """Writes signals of a bench at every sample, in a thread of its own; counts samples that the disk cannot take."""
 
-    def __init__(self, bench: Bench, layout: Layout, path: Path):
+    def __init__(self, bench: Bench, layout: RowLayout, path: Path):
         """`path` is that of a new file.
 
         Raises:
@@ -91,17 +91,17 @@ class Recorder:
         self._put(np.concatenate([*self._bench.read(self._layout.signals).values(), [count], [device_time]]))
 
     def pass_over(self, samples: int) -> None:
-        """Records samples of which nothing is known but their time."""
+        """Records samples of which only the time is known."""
         for _ in range(samples):
             self._put(np.full(len(self._layout.order) - 1, np.nan))
 
     def _put(self, values: Array) -> None:
         row = np.append(self._samples * self._bench.period, values)
         self._samples += 1
-        if self.problem or len(self._rows) >= _MOST_ROWS:
+        if self.problem or len(self._rows) >= _MAX_ROWS:
             self.lost += 1
         else:
-            self._rows.append(row[self._layout.order].astype(_NUMBER).tobytes())
+            self._rows.append(row[self._layout.order].astype(_NUMBER_TYPE).tobytes())
 
     @property
     def is_open(self) -> bool:
@@ -109,7 +109,7 @@ class Recorder:
         return not self._ends.is_set()
 
     def end(self) -> None:
-        """Writes what is left from now on, without waiting for it."""
+        """Lets the thread write the remaining rows and end, without waiting for it."""
         self._ends.set()
 
     def close(self) -> None:
@@ -122,7 +122,7 @@ class Recorder:
 
     @property
     def report(self) -> str:
-        """Where the recording is, and what it lacks."""
+        """Path of the recording, and the number of missing samples, in words."""
         if self._thread.is_alive() and not self.problem:
             return "being written"
         lacks = f"; {self.lost} samples are missing: {self.problem or 'the disk is too slow'}" if self.lost else ""
@@ -130,7 +130,7 @@ class Recorder:
 
     def _run(self) -> None:
         try:
-            while not self._ends.wait(_PERIOD):
+            while not self._ends.wait(_WRITE_PERIOD):
                 self._write()
             self._write()
         except OSError as error:  # the disk is full, or gone
@@ -147,10 +147,10 @@ class Recorder:
         del self._rows[:taken]
         os.fsync(self._file)
         self._written += taken
-        os.pwrite(self._file, self._written.to_bytes(4, "big"), _ROWS_AT)
+        os.pwrite(self._file, self._written.to_bytes(4, "big"), _ROW_COUNT_OFFSET)
 
 
 def free_name(path: Path) -> Path:
     """A path, or the first with a number behind its stem that does not exist: no recording replaces another."""
     numbered = (path.with_name(f"{path.stem}_{i}{path.suffix}") for i in range(2, 10**6))
-    return next(found for found in (path, *numbered) if not found.exists()) if path.exists() else path
+    return next(candidate for candidate in (path, *numbered) if not candidate.exists()) if path.exists() else path

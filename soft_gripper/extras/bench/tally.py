@@ -1,4 +1,4 @@
-"""Summary of a session, in words: contacts and calibration of each finger, and a line of what is known meanwhile."""
+"""Summary of a session, in words: contacts and calibration of each finger, and a status line meanwhile."""
 
 import math
 import time
@@ -14,12 +14,13 @@ from soft_gripper.extras.bench.bench import Bench
 from soft_gripper.extras.bench.endpoints import print_out
 from soft_gripper.extras.hardware.left_out_regions import NEAREST
 
-_RESTS = 0.5  # s over which what drives a finger at rest does not change
-_STILL_PRESSURE_SHARE = 0.01  # of the range of the supply
+_REST_TIME = 0.5  # s without a change of the drive of a finger at rest
+_STILL_PRESSURE_FRACTION = 0.01  # of the range of the supply
 _STILL_TENSION = 0.5  # N
 _CONTACT_READINGS = 3  # readings in a row that make a contact
-_OVERWRITTEN, _WRITTEN = 0.25, 10.0  # s between lines, on a terminal and elsewhere
-_UNKNOWN = "-"
+_TERMINAL_PERIOD = 0.25  # s between lines that overwrite each other
+_LOG_PERIOD = 10.0  # s between lines elsewhere
+_UNKNOWN_TEXT = "-"
 
 
 class _FingerTally:
@@ -31,40 +32,42 @@ class _FingerTally:
         self._driving = [f"{name}.{kind}" for kind in ("pressure", "tension") if f"{name}.{kind}" in bench.inputs]
         supply = bench.scenario.pressure
         has_pressure = self._driving[:1] == [f"{name}.pressure"]
-        self._still = _STILL_PRESSURE_SHARE * (supply.maximum - supply.minimum) if has_pressure else None
-        self._past: deque[Array] = deque(maxlen=max(2, round(_RESTS / bench.period)))
+        self._still = _STILL_PRESSURE_FRACTION * (supply.maximum - supply.minimum) if has_pressure else None
+        self._past: deque[Array] = deque(maxlen=max(2, round(_REST_TIME / bench.period)))
         self._touched = 0
         self.name, self.is_known = name, False
         self.contacts = {True: 0, False: 0}  # by whether it rested
         self.largest: dict[bool, tuple[float, float, float]] = {}  # transverse force, its standard deviation and place
 
-    def note(self, measured: Mapping[str, Array], found: Mapping[str, Array]) -> None:
+    def note(self, measured: Mapping[str, Array], estimates: Mapping[str, Array]) -> None:
         if self._driving:
             self._past.append(np.concatenate([measured[name] for name in self._driving]))
-        if self._force not in found:
+        if self._force not in estimates:
             return
-        self.is_known, force = True, float(found[self._force][0])
+        self.is_known, force = True, float(estimates[self._force][0])
         touches = math.isfinite(force) and force != 0
         self._touched = self._touched + 1 if touches else 0
         if self._touched < _CONTACT_READINGS:
             return
-        rested = self._rested
+        rested = self._is_at_rest
         self.contacts[rested] += self._touched == _CONTACT_READINGS
         if force > self.largest.get(rested, (0.0,))[0]:
-            std, place = (float(found[name][0]) if name in found else math.nan for name in (self._std, self._place))
+            std, place = (
+                float(estimates[name][0]) if name in estimates else math.nan for name in (self._std, self._place)
+            )
             self.largest[rested] = force, std, place
 
     @property
-    def _rested(self) -> bool:
+    def _is_at_rest(self) -> bool:
         limit = _STILL_TENSION if self._still is None else self._still
         return not self._past or bool(np.ptp(np.array(self._past), axis=0).max() <= limit)
 
     def __str__(self) -> str:
-        rested, moved = (self._said(rested) for rested in (True, False))
+        rested, moved = (self._contact_text(rested) for rested in (True, False))
         lags = " (a finger that moves lags behind its drive)" if self.contacts[False] else ""
         return f"{self.name}: while its drive rested {rested}; while that changed {moved}{lags}"
 
-    def _said(self, rested: bool) -> str:
+    def _contact_text(self, rested: bool) -> str:
         count = self.contacts[rested]
         if rested not in self.largest:
             return "no contact"
@@ -78,17 +81,17 @@ class Tally:
     def __init__(self, bench: Bench):
         self._fingers = [_FingerTally(name, bench) for name in bench.quantities]
 
-    def note(self, measured: Mapping[str, Array], found: Mapping[str, Array]) -> None:
-        """Takes what was measured in a reading, by input of the bench, and what is sent of it."""
+    def note(self, measured: Mapping[str, Array], estimates: Mapping[str, Array]) -> None:
+        """Takes the measurements of a reading, by input of the bench, and the estimates that are sent."""
         for finger in self._fingers:
-            finger.note(measured, found)
+            finger.note(measured, estimates)
 
     def lines(self) -> Iterator[str]:
-        """A line for each finger whose contacts are known."""
+        """Yields a line for each finger with estimated contacts."""
         yield from (str(finger) for finger in self._fingers if finger.is_known)
 
 
-_JUDGED = 2.0  # s of readings under a drive that was fitted, after which it is known whether these agree
+_JUDGING_TIME = 2.0  # s of readings under a fitted drive, after which their agreement is judged
 
 
 class _CalibratedFinger:
@@ -107,30 +110,32 @@ class CalibrationTally:
     def __init__(self, bench: Bench):
         states = {name: layout.calibrated for name, layout in bench.layouts.items()}
         self._fingers = {
-            name: _CalibratedFinger(each.disagreement) for name, each in states.items() if each is not None
+            name: _CalibratedFinger(calibrated.disagreement)
+            for name, calibrated in states.items()
+            if calibrated is not None
         }
         self._signals = [f"{name}.{own}" for name in self._fingers for own in (FAR, DISAGREEMENT)]
-        self._bench, self._least = bench, max(1, round(_JUDGED / bench.period))
-        self._said: set[str] = set()
+        self._bench, self._least = bench, max(1, round(_JUDGING_TIME / bench.period))
+        self._warned: set[str] = set()
 
     def note(self) -> Iterator[str]:
-        """Takes the last reading; gives a line once it is known that readings and drive of a finger disagree."""
-        found = self._bench.read(self._signals)
+        """Takes the last reading; yields a line once readings and drive of a finger disagree."""
+        signals = self._bench.read(self._signals)
         for name, finger in self._fingers.items():
             finger.readings += 1
-            finger.far += int(found[f"{name}.{FAR}"][0])
-            apart = found[f"{name}.{DISAGREEMENT}"][0]
+            finger.far += int(signals[f"{name}.{FAR}"][0])
+            apart = signals[f"{name}.{DISAGREEMENT}"][0]
             finger.known += int(np.isfinite(apart))
             finger.near += int(apart <= finger.most)
-            if name in self.disagreeing and name not in self._said:
-                self._said.add(name)
+            if name in self.disagreeing and name not in self._warned:
+                self._warned.add(name)
                 how = "zero the sensors while it is free (--zero 2), or calibrate again"
                 yield f"WARNING: readings and drive of {name} disagree: if nothing has touched it since, {how}"
 
-    def zeroed(self) -> None:
-        """Begins anew: the offsets are others."""
+    def restart(self) -> None:
+        """Restarts the counts, after offsets have changed."""
         self._fingers = {name: _CalibratedFinger(finger.most) for name, finger in self._fingers.items()}
-        self._said.clear()
+        self._warned.clear()
 
     @property
     def disagreeing(self) -> list[str]:
@@ -142,7 +147,7 @@ class CalibrationTally:
         ]
 
     def lines(self) -> Iterator[str]:
-        """A line for every finger that was far from its calibration."""
+        """Yields a line for every finger that was far from its calibration."""
         for name, finger in self._fingers.items():
             if finger.far:
                 share = 100 * finger.far / finger.readings
@@ -150,7 +155,7 @@ class CalibrationTally:
 
 
 class StatusLine:
-    """A sink for people: what is known of every finger, in one line.
+    """A sink for people: the state of every finger, in one line.
 
     On a terminal of a width the line is overwritten; elsewhere, None, another follows now and then.
     """
@@ -161,7 +166,7 @@ class StatusLine:
             "tip_pose": lambda tip: f"tip {1e3 * tip[0]:.1f}, {1e3 * tip[1]:.1f} mm",
             "transverse_force": lambda force: f"{force[0]:.2f} N",
             "transverse_force_std": lambda std: f"± {std[0]:.2f}",
-            "pressure_command": lambda u: f"command {' '.join(f'{each:.4g}' for each in u)} {pressure_unit}",
+            "pressure_command": lambda u: f"command {' '.join(f'{entry:.4g}' for entry in u)} {pressure_unit}",
             FAR: lambda far: "FAR from its calibration" if far[0] else "",
         }
         self._began, self._due = time.monotonic(), 0.0
@@ -171,7 +176,7 @@ class StatusLine:
         now = time.monotonic()
         if now < self._due:
             return
-        self._due = now + (_OVERWRITTEN if self._width else _WRITTEN)
+        self._due = now + (_TERMINAL_PERIOD if self._width else _LOG_PERIOD)
         line = self.line(results, now - self._began)
         # The cursor stays at the beginning of the line, so that whatever is printed next replaces it.
         text = f"{line}\n" if self._width is None else f"{line[: self._width - 1]:<{self._width - 1}}\r"
@@ -179,11 +184,11 @@ class StatusLine:
 
     def line(self, results: Mapping[str, Any], since: float) -> str:
         """The line at a time since the session began, s."""
-        of_fingers = (f"{finger}: {self._said(results, finger)}" for finger in self._fingers)
+        of_fingers = (f"{finger}: {self._finger_text(results, finger)}" for finger in self._fingers)
         state = "stale" if results["stale"] else "live"
         return f"{since:7.1f} s  {state:<5}  {' | '.join(of_fingers)} | {results['lost']:.0f} lost"
 
-    def _said(self, results: Mapping[str, Any], finger: str) -> str:
-        found = {name: results.get(f"{finger}.{name}") for name in self._parts}
-        known = {name: value for name, value in found.items() if value is not None and np.isfinite(value).all()}
-        return ", ".join(filter(None, (self._parts[name](value) for name, value in known.items()))) or _UNKNOWN
+    def _finger_text(self, results: Mapping[str, Any], finger: str) -> str:
+        values = {name: results.get(f"{finger}.{name}") for name in self._parts}
+        finite = {name: value for name, value in values.items() if value is not None and np.isfinite(value).all()}
+        return ", ".join(filter(None, (self._parts[name](value) for name, value in finite.items()))) or _UNKNOWN_TEXT

@@ -1,4 +1,4 @@
-"""Threads for what may wait - readers of results, users' generators, disks -, so that the loop never does."""
+"""Threads for readers of results, users' generators and disks, which may wait, so that the loop never does."""
 
 import os
 import select
@@ -9,7 +9,7 @@ from threading import Condition, Thread
 from typing import Any, Generic, TypeVar
 
 ROOM = 100  # results that wait for whoever takes them
-_LOOK = 0.1  # s between looks whether to go on waiting
+_POLL_PERIOD = 0.1  # s between looks whether to go on waiting
 LINGER = 1.0  # s that the last results have, at the end
 
 _T = TypeVar("_T")
@@ -17,7 +17,7 @@ Message = bytes | dict[str, Any]  # encoded, or by name
 
 
 class Outbox(Generic[_T]):
-    """Hands things on, in order, in a thread of its own.
+    """Hands items on, in order, in a thread of its own.
 
     If they are not taken in time, the oldest are dropped, and counted: whoever reads again gets the newest.
     """
@@ -38,10 +38,10 @@ class Outbox(Generic[_T]):
         Thread(target=self._run, daemon=True).start()
 
     def put(self, item: _T) -> None:
-        """Hands something on; raises what the last `take` raised, if that failed."""
+        """Hands an item on; raises the exception of the last `take`, if that failed."""
         with self._changed:
             while self._until is not None and self._is_full and self._error is None and not self._until():
-                self._changed.wait(_LOOK)
+                self._changed.wait(_POLL_PERIOD)
             if self._error is not None:
                 raise self._error
             if self._is_full:
@@ -58,7 +58,7 @@ class Outbox(Generic[_T]):
                 is_patient = self._until is not None and not self._until()
                 if time.monotonic() > end and not is_patient:
                     break
-                self._changed.wait(_LOOK)
+                self._changed.wait(_POLL_PERIOD)
             self.dropped += len(self._waiting) + self._is_busy
             self._waiting.clear()
             self._is_closed = True
@@ -120,16 +120,16 @@ class Inbox:
         return self._is_done and not self._arrived and self._error is None
 
     def receive(self, timeout: float) -> list[Message]:
-        """Messages that have arrived; raises what the iterable raised, after the messages before."""
+        """Messages that have arrived; after them, raises the exception of the iterable."""
         with self._changed:
             self._changed.wait_for(lambda: self._arrived or self._is_done, timeout)
             if not self._arrived and self._error is not None:
                 error, self._error = self._error, None
                 raise error
-            found = [*self._arrived]
+            messages = [*self._arrived]
             self._arrived.clear()
             self._changed.notify_all()
-        return found
+        return messages
 
     def _run(self) -> None:
         due = time.monotonic()

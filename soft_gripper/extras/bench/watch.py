@@ -3,9 +3,9 @@
 from dataclasses import asdict, dataclass, field
 
 _MAX_GAP = 10**6  # numbers that may be missing; a number further on is wrong, unless others go on from it
-_MOST_MISSING = 1000  # numbers that are still waited for
+_MAX_MISSING = 1000  # numbers that are still waited for
 # Readings in order, all behind the last number or far beyond it: the device counts from there, or that number was wrong
-_IN_ORDER = 3
+_RESTART_READINGS = 3
 
 
 @dataclass
@@ -37,7 +37,7 @@ class Watch:
     _next: int = -1  # the number that would go on with these
 
     def accept(self, count: int | None) -> int | None:
-        """How many readings before this one are missing; None: it is too late to be used.
+        """Number of missing readings before this one; None: this one is too late to be used.
 
         Args:
             count: number of the reading; None: they are not numbered, and none is ever missing.
@@ -58,8 +58,8 @@ class Watch:
     def _note_gap(self, skipped: range) -> int:
         if skipped:
             self._skipped = skipped
-            self._missing |= dict.fromkeys(skipped[:_MOST_MISSING])
-            while len(self._missing) > _MOST_MISSING:
+            self._missing |= dict.fromkeys(skipped[:_MAX_MISSING])
+            while len(self._missing) > _MAX_MISSING:
                 del self._missing[next(iter(self._missing))]
         self.counts.lost += len(skipped)
         return len(skipped)
@@ -67,10 +67,10 @@ class Watch:
     def _is_restart(self, count: int) -> bool:
         self._behind = self._behind + 1 if count == self._next else 1
         self._next = count + 1
-        return self._behind >= _IN_ORDER
+        return self._behind >= _RESTART_READINGS
 
     def _restart(self, count: int) -> None:
-        """The numbers go on from here; if the last gap was due to a wrong number, what it skipped is not lost."""
+        """Restarts the numbers from here; if the last gap was due to a wrong number, its readings are not lost."""
         self.counts.restarts += 1
         if count in self._skipped:
             self.counts.lost -= self._skipped.stop - count

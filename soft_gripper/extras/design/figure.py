@@ -1,4 +1,4 @@
-"""The figure of a design study: the Pareto front, what matters, and every variable against the first end."""
+"""The figure of a design study: the Pareto front, sensitivities, and every variable against the first end."""
 
 import math
 from collections.abc import Sequence
@@ -10,37 +10,39 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from soft_gripper.arrays import Array
-from soft_gripper.extras.design.run_design import Designed
+from soft_gripper.extras.design.run_design import DesignResult
 from soft_gripper.extras.design.study_tables import SHARE_HELD, sensitivity_rows, short_names
 from soft_gripper.pictures.style import ESTIMATOR_COLORS, STYLE
 from soft_gripper.runs.sweep.axes import Range
 
 ALLOWED, LOST, BEST, SHIPPED = "#2166ac", "#b9b9b9", "#b2182b", "#111111"
-_WIDTH, _ROW, _COLUMNS = 10.0, 3.0, 4  # inches, and panels of variables side by side
-_STAR: dict[str, Any] = {"ls": "", "marker": "*", "ms": 14, "color": BEST, "mec": "white"}
+_FIGURE_WIDTH = 10.0  # inches
+_ROW_HEIGHT = 3.0  # inches
+_PANEL_COLUMNS = 4  # panels of variables side by side
+_BEST_STYLE: dict[str, Any] = {"ls": "", "marker": "*", "ms": 14, "color": BEST, "mec": "white"}
 
 
-def design_figure(found: Designed) -> Figure:
-    """Two rows and more: the front and what matters; below, the first end over each variable.
+def design_figure(result: DesignResult) -> Figure:
+    """Plots the front and the sensitivities; below, the first end over each variable.
 
     Designs that lose an object or break a limit are grey; the best is a star, and the scenario as it is a square.
     """
-    axes_count = len(found.study.axes)
-    lines = math.ceil(axes_count / _COLUMNS)
-    columns = min(axes_count, _COLUMNS)
-    unknown = [math.nan] * len(found.study.config.ends)
-    ends = np.array([design.score.ends or unknown for design in found.designs], float)
+    axes_count = len(result.study.axes)
+    lines = math.ceil(axes_count / _PANEL_COLUMNS)
+    columns = min(axes_count, _PANEL_COLUMNS)
+    unknown = [math.nan] * len(result.study.config.ends)
+    ends = np.array([design.score.ends or unknown for design in result.designs], float)
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(_WIDTH, _ROW * (1.15 + lines)), layout="constrained")
+        figure = Figure(figsize=(_FIGURE_WIDTH, _ROW_HEIGHT * (1.15 + lines)), layout="constrained")
         rows: Any = figure.subfigures(2, 1, height_ratios=[1.25, lines])
         left, right = rows[0].subplots(1, 2, width_ratios=[1.15, 1])
-        _draw_front(left, found, ends)
-        _draw_sensitivities(right, found)
+        _draw_front(left, result, ends)
+        _draw_sensitivities(right, result)
         panels = rows[1].subplots(lines, columns, squeeze=False, sharey=True).ravel()
-        names = short_names([axis.key for axis in found.study.axes])
-        for number, (axes, axis, name) in enumerate(zip(panels, found.study.axes, names, strict=False)):
-            _draw_variable(axes, found, axis.key, isinstance(axis, Range) and not axis.is_relative, ends[:, 0])
-            axes.set(xlabel=name, ylabel="" if number % columns else found.study.config.ends[0].measure)
+        names = short_names([axis.key for axis in result.study.axes])
+        for number, (axes, axis, name) in enumerate(zip(panels, result.study.axes, names, strict=False)):
+            _draw_variable(axes, result, axis.key, isinstance(axis, Range) and not axis.is_relative, ends[:, 0])
+            axes.set(xlabel=name, ylabel="" if number % columns else result.study.config.ends[0].measure)
         for axes in panels[axes_count:]:
             axes.set_visible(False)
         handles, labels = left.get_legend_handles_labels()
@@ -48,41 +50,42 @@ def design_figure(found: Designed) -> Figure:
     return figure
 
 
-def _draw_tried(axes: Axes, found: Designed, x: Array, y: Array, chosen: Sequence[int]) -> None:
+def _draw_designs(axes: Axes, result: DesignResult, x: Array, y: Array, chosen: Sequence[int]) -> None:
     """Dots of some designs, and the star of the best."""
-    allowed = [i for i in chosen if found.designs[i].score.is_allowed]
+    allowed = [i for i in chosen if result.designs[i].score.is_allowed]
     lost = [i for i in chosen if i not in allowed]
     axes.plot(x[lost], y[lost], "o", ms=4, color=LOST, label="object lost, or beyond a limit")
     axes.plot(x[allowed], y[allowed], "o", ms=5, color=ALLOWED, label="allowed")
-    if found.best is not None:
-        axes.plot(x[found.best], y[found.best], zorder=3, label=f"best: design {found.best}", **_STAR)
+    if result.best is not None:
+        axes.plot(x[result.best], y[result.best], zorder=3, label=f"best: design {result.best}", **_BEST_STYLE)
 
 
-def _draw_front(axes: Axes, found: Designed, ends: Array) -> None:
+def _draw_front(axes: Axes, result: DesignResult, ends: Array) -> None:
     """The first two ends against each other or, if there is one, over the number of the design."""
-    names = [end.measure for end in found.study.config.ends]
+    names = [end.measure for end in result.study.config.ends]
     is_front = len(names) > 1
     x, y = (ends[:, 0], ends[:, 1]) if is_front else (np.arange(float(len(ends))), ends[:, 0])
-    _draw_tried(axes, found, x, y, range(1, len(ends)))
+    _draw_designs(axes, result, x, y, range(1, len(ends)))
     if is_front:
-        front = sorted(found.front, key=lambda i: float(x[i]))
+        front = sorted(result.front, key=lambda i: float(x[i]))
         axes.plot(x[front], y[front], "-", lw=1.2, color=ALLOWED, label="Pareto front")
     axes.plot(x[:1], y[:1], "s", ms=7, mfc="none", mew=1.6, color=SHIPPED, label="as it is")
     axes.set(xlabel=names[0] if is_front else "design", ylabel=names[1 if is_front else 0])
 
 
-def _draw_sensitivities(axes: Axes, found: Designed) -> None:
+def _draw_sensitivities(axes: Axes, result: DesignResult) -> None:
     """Bars of the explained variance, for each variable and end."""
-    rows, keys = sensitivity_rows(found), [axis.key for axis in found.study.axes]
+    rows = sensitivity_rows(result)
+    keys = [axis.key for axis in result.study.axes]
     ends = list(dict.fromkeys(row.end for row in rows))
     thickness = 0.8 / max(len(ends), 1)
     for i, end in enumerate(ends):
         places = np.arange(len(keys)) + (i - (len(ends) - 1) / 2) * thickness
-        of_end = [row for row in rows if row.end == end]  # in the order of the keys
-        shares = [row.explained for row in of_end]
+        end_rows = [row for row in rows if row.end == end]  # in the order of the keys
+        shares = [row.explained for row in end_rows]
         label = "share of runs held" if end == SHARE_HELD else end
         bars = axes.barh(places, shares, 0.9 * thickness, color=ESTIMATOR_COLORS[i % 8], label=label)
-        slopes = [row.slope_of_ranks for row in of_end]
+        slopes = [row.slope_of_ranks for row in end_rows]
         signs = ["" if math.isnan(slope) else "+" if slope > 0 else "−" for slope in slopes]
         axes.bar_label(bars, signs, padding=2, fontsize=8)
     axes.set(xlim=(0, 1), ylim=(-0.6, len(keys) - 0.4), yticks=range(len(keys)))
@@ -96,15 +99,15 @@ def _draw_sensitivities(axes: Axes, found: Designed) -> None:
         axes.text(0.5, 0.5, "too few designs to tell", transform=axes.transAxes, ha="center", color="0.4")
 
 
-def _draw_variable(axes: Axes, found: Designed, key: str, is_number: bool, y: Array) -> None:
+def _draw_variable(axes: Axes, result: DesignResult, key: str, is_number: bool, y: Array) -> None:
     """The first end over a variable."""
-    chosen = [i for i, design in enumerate(found.designs) if i > 0 and design.score.ends]
-    labels = {i: str(found.designs[i].values[key]).rpartition("/")[2] for i in chosen}
+    chosen = [i for i, design in enumerate(result.designs) if i > 0 and design.score.ends]
+    labels = {i: str(result.designs[i].values[key]).rpartition("/")[2] for i in chosen}
     choices = list(dict.fromkeys(labels.values()))
     x = np.full(len(y), np.nan)
     for i, label in labels.items():
-        x[i] = found.designs[i].values[key] if is_number else choices.index(label)
-    _draw_tried(axes, found, x, y, chosen)
+        x[i] = result.designs[i].values[key] if is_number else choices.index(label)
+    _draw_designs(axes, result, x, y, chosen)
     if is_number:
         axes.ticklabel_format(axis="x", style="sci", scilimits=(-2, 3))
     else:

@@ -1,4 +1,4 @@
-"""The best design as files: its gripper, a scenario with it, drawings of its sections, and what to cast it with."""
+"""The best design as files: its gripper, a scenario with it, drawings of its sections, and its moulds."""
 
 from collections.abc import Mapping
 from copy import deepcopy
@@ -22,7 +22,7 @@ SCENARIO = "scenario.yaml"
 
 
 def design_files(scenario: Scenario) -> list[str]:
-    """Names of the files that describe a design of a scenario, and could replace those that it was read from."""
+    """Names of the files that describe a design of a scenario, and could overwrite its inputs."""
     return [SCENARIO, *(f"{model.name}.urdf" for model in scenario.models)]
 
 
@@ -33,7 +33,8 @@ def write_design(study: DesignStudy, values: Mapping[str, Any], folder: Path) ->
     one drawing, one shell and their cores.
     """
     scenario = deepcopy(changed_scenario(study.scenario, {**study.fixed, **values}))
-    fingers, texts = list[Finger](), dict[str, str]()
+    fingers = list[Finger]()
+    texts = dict[str, str]()
     for model in scenario.models:
         if mounted := mounted_fingers(model, model.name):
             fingers += [element.finger for element in mounted]

@@ -1,4 +1,4 @@
-"""Measures of a design beyond those of a sweep: of its sensors, and of how strongly it holds.
+"""Measures of a design beyond those of a sweep: of its sensors, and of the strength of its grasp.
 
 Each is a function of a station and its recording, as a user's own measure of a sweep.
 """
@@ -22,7 +22,7 @@ from soft_gripper.scenario.sensor_presets import sensor_layout
 def force_error_n(station: Station, recording: Recording) -> float:
     """Mean size of the error of the estimated transverse force, N, over all fingers and the last half second.
 
-    Samples in which no force is known, as of a finger that moves, are left out; NaN if there is no other.
+    Samples without an estimated force, as of a moving finger, are left out; NaN if there are no others.
 
     Raises:
         InputError: if the estimator reports no contact force.
@@ -37,8 +37,8 @@ def force_error_n(station: Station, recording: Recording) -> float:
             recording[f"{finger.name}.{name}"].values for name in ("transverse_force", "true_transverse_force")
         )
         errors.append(np.abs(estimated - true)[window & np.isfinite(true + estimated)])  # not every one has the truth
-    known = np.concatenate(errors)
-    return float(known.mean()) if len(known) else math.nan
+    finite = np.concatenate(errors)
+    return float(finite.mean()) if len(finite) else math.nan
 
 
 def sensors(station: Station, recording: Recording) -> int:
@@ -47,12 +47,13 @@ def sensors(station: Station, recording: Recording) -> int:
 
 
 def strength_n(station: Station, recording: Recording) -> float:
-    """The least force that takes the object out of the grasp, of six directions, N; see `runs/strength.py`.
+    """The least force that takes the object out of the grasp, of six directions, N; see `extras/grasps/strength.py`.
 
     The loads are put on in Drake, whatever the engine of the scenario.
     """
     in_drake = replace(station.scenario, engine=DRAKE, engine_step=None)
-    text, held = dump_scenario(in_drake), objects_of(station)[0]
+    text = dump_scenario(in_drake)
+    held = objects_of(station)[0]
     forces = [number for number, load in enumerate(LOADS) if not load.is_torque]
     return min(strength_in(text, held, number, Shake()).strength for number in forces)
 

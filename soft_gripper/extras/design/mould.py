@@ -18,13 +18,13 @@ from soft_gripper.fingers.cross_section import CrossSection
 from soft_gripper.fingers.finger import Finger
 
 SHELL = 3.0  # mm, thickness of the mould
-_MM = 1e3
+_MM_PER_M = 1e3
 
 
 def least_wall(finger: Finger) -> float:
-    """Thickness of the thinnest wall of silicone round a chamber, and between two, m; infinite without a chamber.
+    """Thickness of the thinnest wall of silicone around or between chambers, m; infinite without a chamber.
 
-    At the cross-sections that are given and at the stations of the chambers; between them everything changes linearly.
+    Taken at the given cross-sections and the stations of the chambers; between them everything changes linearly.
     """
     if not finger.chambers:
         return min(map(_thinnest, finger.cross_sections))
@@ -61,7 +61,7 @@ class Ring(NamedTuple):
 
     @property
     def corners(self) -> Array:
-        """Counterclockwise as seen from the tip, (4, 3)."""
+        """Corners, counterclockwise as seen from the tip, (4, 3)."""
         signs = np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]])
         across = np.array([self.x, self.y]) + signs * np.array([self.thickness, self.width]) / 2
         return np.column_stack([across, np.full(4, self.z)])
@@ -72,19 +72,19 @@ class Ring(NamedTuple):
         return self._replace(thickness=0.0, width=0.0)
 
     def grown(self, by: float) -> "Ring":
-        """Wider on every side."""
+        """The ring widened on every side."""
         return self._replace(thickness=self.thickness + 2 * by, width=self.width + 2 * by)
 
 
 def outer_rings(finger: Finger) -> list[Ring]:
-    """The outside of a finger, at the cross-sections that are given."""
+    """Rings of the outside of a finger, at the given cross-sections."""
     sections = zip(finger.places, finger.cross_sections, strict=True)
     return _rings((place * finger.length, 0.0, 0.0, section.thickness, section.width) for place, section in sections)
 
 
 def _rings(numbers: Iterable[Sequence[float]]) -> list[Ring]:
-    """Rings from numbers in m, without those that repeat the one before, as at a step of something else."""
-    return [ring for ring, _ in groupby(Ring(*(_MM * float(number) for number in row)) for row in numbers)]
+    """Rings from numbers in m, without repeated ones, as at a step of another quantity."""
+    return [ring for ring, _ in groupby(Ring(*(_MM_PER_M * float(number) for number in row)) for row in numbers)]
 
 
 def core_rings(finger: Finger) -> list[list[Ring]]:
@@ -94,7 +94,8 @@ def core_rings(finger: Finger) -> list[list[Ring]]:
     """
     if (wall := least_wall(finger)) == inf:
         return []
-    length, pieces = finger.length, list[Iterable[Sequence[float]]]()
+    length = finger.length
+    pieces = list[Iterable[Sequence[float]]]()
     for chamber in finger.chambers:
         stations = np.array(chamber.at) * length
         along = (chamber.along(name, stations, length) for name in ("x", "y", "thickness", "width"))
@@ -103,13 +104,13 @@ def core_rings(finger: Finger) -> list[list[Ring]]:
     for is_hollow, piece in groupby(placed, lambda at_section: at_section[1].chamber_area > 0):
         if is_hollow and not finger.chambers:
             pieces.append(
-                [(at * length, s.chamber_center, 0.0, s.chamber_thickness, s.chamber_width) for at, s in piece]
+                [(place * length, s.chamber_center, 0.0, s.chamber_thickness, s.chamber_width) for place, s in piece]
             )
-    return [_closed(_rings(piece), _MM * (length - wall)) for piece in pieces]
+    return [_cut_at(_rings(piece), _MM_PER_M * (length - wall)) for piece in pieces]
 
 
-def _closed(rings: Sequence[Ring], top: float) -> list[Ring]:
-    """The rings below a height, and one there if they go beyond it."""
+def _cut_at(rings: Sequence[Ring], top: float) -> list[Ring]:
+    """Cuts rings off at a height, with a ring there."""
     below = [ring for ring in rings if ring.z < top]
     if len(below) == len(rings):
         return below

@@ -1,4 +1,4 @@
-"""How designs compare: scores from the measures of their runs, the Pareto front, and the best one. Pure functions.
+"""Compares designs: scores from the measures of their runs, the Pareto front, and the best one. Pure functions.
 
 A design is first of all allowed or not: every run has to hold its object and to stay within the limits. By how much it
 is not, each as a number above 0, leads the search back. Allowed designs are then compared by their ends.
@@ -21,13 +21,13 @@ Row = Mapping[str, str]  # cells of a run by column
 
 
 @dataclass(frozen=True)
-class Score:
+class DesignScore:
     """Summary of the runs of a design.
 
     held: runs in which the object is held, of `runs`.
     ends: the value of each end; NaN if it is not known in a run that holds.
-    excess: by how much the design breaks the limits, by their names; 0 or less: it keeps them.
-    refused: why it was not simulated; empty if it was.
+    excess: excess over each limit, by its name; 0 or less: it is kept.
+    refused: reason for which it was not simulated; empty if it was.
     """
 
     held: int = 0
@@ -48,32 +48,32 @@ class Design:
 
     number: int
     values: Mapping[str, Any]
-    score: Score
+    score: DesignScore
 
 
-def score(rows: Sequence[Row], ends: Sequence[EndConfig], limits: Mapping[str, LimitConfig]) -> Score:
+def score(rows: Sequence[Row], ends: Sequence[EndConfig], limits: Mapping[str, LimitConfig]) -> DesignScore:
     """The score of a design from the measures of its runs; a run that failed has none."""
-    held, of_ends = ends_of(rows, ends)
+    held, end_values = ends_of(rows, ends)
     excess = {GRASP: 1 - len(held) / len(rows)}
     for name, limit in limits.items():
         excess |= _excess(name, limit, numbers_in([row[name] for row in held]))
-    excess |= {f"{end.measure} is known": 1.0 for end, value in zip(ends, of_ends, strict=True) if math.isnan(value)}
-    return Score(len(held), len(rows), of_ends, excess)
+    excess |= {f"{end.measure} is known": 1.0 for end, value in zip(ends, end_values, strict=True) if math.isnan(value)}
+    return DesignScore(len(held), len(rows), end_values, excess)
 
 
 def ends_of(rows: Sequence[Row], ends: Sequence[EndConfig]) -> tuple[list[Row], tuple[float, ...]]:
     """The runs that hold their object, and each end over them; NaN if it is not known in one, or there are none."""
     held = [row for row in rows if row[GRASP] == HELD]
     values = [numbers_in([row[end.measure] for row in held]) for end in ends] if held else []
-    found = (
-        np.mean(each) if end.of == MEAN else np.max(each) if end.towards == LEAST else np.min(each)
-        for end, each in zip(ends, values, strict=True)
+    end_values = (
+        np.mean(row) if end.of == MEAN else np.max(row) if end.towards == LEAST else np.min(row)
+        for end, row in zip(ends, values, strict=True)
     )
-    return held, tuple(map(float, found)) if held else (math.nan,) * len(ends)
+    return held, tuple(map(float, end_values)) if held else (math.nan,) * len(ends)
 
 
 def _excess(name: str, limit: LimitConfig, values: Array) -> dict[str, float]:
-    """By how much the worst run is beyond the limits of a measure, relative to them; unknown: by 1."""
+    """Excess of the worst run over the limits of a measure, relative to them; 1 if unknown."""
     is_known = len(values) > 0 and not np.isnan(values).any()
     bounds = {"least": (limit.least, -1), "most": (limit.most, 1)}
     return {
@@ -84,21 +84,24 @@ def _excess(name: str, limit: LimitConfig, values: Array) -> dict[str, float]:
 
 
 def costs(designs: Sequence[Design], ends: Sequence[EndConfig]) -> Array:
-    """The ends of designs, of which less is better, (K, E); NaN for designs that are not allowed."""
+    """Ends of designs with signs that make less better, (K, E); NaN for designs that are not allowed."""
     signs = np.array([1.0 if end.towards == LEAST else -1.0 for end in ends])
     scores = (design.score for design in designs)
-    rows = [signs * each.ends if each.is_allowed else np.full(len(ends), math.nan) for each in scores]
+    rows = [
+        signs * design_score.ends if design_score.is_allowed else np.full(len(ends), math.nan)
+        for design_score in scores
+    ]
     return np.array(rows).reshape(-1, len(ends))
 
 
 def pareto_front(cost: Array) -> list[int]:
-    """The rows of (K, E) costs that no other dominates, as good in every column and better in one; NaN is none."""
+    """Indices of the rows of (K, E) costs that no other dominates, as good in every column and better in one."""
     others = cost[np.isfinite(cost).all(axis=1)]
     is_dominated = [((others <= row).all(axis=1) & (others < row).any(axis=1)).any() for row in cost]
     return [i for i, row in enumerate(cost) if np.isfinite(row).all() and not is_dominated[i]]
 
 
 def best(cost: Array) -> int | None:
-    """The row that is best in the first column, of equals in the next; None if all are NaN."""
-    known = [i for i in range(len(cost)) if np.isfinite(cost[i]).all()]
-    return min(known, key=lambda i: tuple(cost[i]), default=None)
+    """Index of the row that is best in the first column, among equals in the next; None if all are NaN."""
+    allowed = [i for i in range(len(cost)) if np.isfinite(cost[i]).all()]
+    return min(allowed, key=lambda i: tuple(cost[i]), default=None)

@@ -1,4 +1,4 @@
-"""A design study from its file to its result: the search, and the test of the best design on what it was not given.
+"""Runs a design study: the search, and the test of the best design with new draws and unseen objects.
 
 The best design is compared with the fingers as they are, driven as well as they can be: those fields of the drive that
 the study varies are searched for them too, with as many designs and the same draws.
@@ -21,7 +21,7 @@ from scipy.stats import qmc
 from soft_gripper.errors import InputError
 from soft_gripper.extras.design.measures import OWN
 from soft_gripper.extras.design.mould import least_wall
-from soft_gripper.extras.design.ranking import Design, Row, Score, best, costs, pareto_front, score
+from soft_gripper.extras.design.ranking import Design, DesignScore, Row, best, costs, pareto_front, score
 from soft_gripper.extras.design.search import Designs, searched_designs
 from soft_gripper.extras.design.study_file import DesignStudy, with_shares
 from soft_gripper.registry import Registry
@@ -38,7 +38,7 @@ STAGE, DESIGN, OBJECT, DRAW = "stage", "design", "object", "draw"
 # Number of the design that changes nothing. Those of the search are counted from 1, and those that differ in their
 # drive alone from -1 down.
 SHIPPED = 0
-_DRIVE = ("pressure", "tendons", "control")  # parts of a scenario that say how fingers are driven
+_DRIVE_PARTS = ("pressure", "tendons", "control")  # parts of a scenario that drive fingers
 
 
 SEARCH, TEST = "search", "test"  # stages
@@ -48,30 +48,30 @@ Cases = Mapping[tuple[str, str], Mapping[str, Any]]  # changes of the scenario, 
 
 
 def cases(stage: str, objects: Mapping[str, Mapping[str, Any]], draws: int, seed: int) -> Cases:
-    """The draws with every object; one only, if nothing is random.
+    """Draws with every object; one draw, if nothing is random.
 
     Those of the search are spread by a Latin hypercube, so that few cover the ranges; those of the test are
     independent, so that a proportion has a confidence interval. Neither depends on the other objects.
     """
-    found = {}
+    case_changes = {}
     for name, changes in objects.items():
         count = sum(isinstance(value, Range) for value in changes.values())
         rng = np.random.default_rng([seed, *f"{stage} {name}".encode()])
-        shares = rng.random((draws, count))
+        fractions = rng.random((draws, count))
         if count and stage == SEARCH:
-            shares = qmc.LatinHypercube(count, rng=rng).random(draws)
-        for draw, row in enumerate(shares.tolist() if count else [[]]):
-            found[name, str(draw)] = with_shares(changes, row)
-    return found
+            fractions = qmc.LatinHypercube(count, rng=rng).random(draws)
+        for draw, row in enumerate(fractions.tolist() if count else [[]]):
+            case_changes[name, str(draw)] = with_shares(changes, row)
+    return case_changes
 
 
 @dataclass(frozen=True)
-class Designed:
+class DesignResult:
     """The result of a study.
 
     designs: the scenario as it is, then all that were tried, in order.
     reference: the fingers as they are, with the best drive; the scenario as it is, if nothing of the drive is varied.
-    front: indices of allowed designs than which no other is better in every end.
+    front: indices of the allowed designs on the Pareto front.
     best: index of the best design; None if no design is allowed.
     tests: cells and changes of the scenario of the runs of the test, of the reference and then of the best design.
     """
@@ -90,11 +90,11 @@ def run_design(
     executor: Executor,
     resume: bool = False,
     report: Callable[[bool], Any] = lambda held: None,
-) -> Designed:
+) -> DesignResult:
     """Searches the best design, and tests it beside the reference, with new draws and unseen objects.
 
     Args:
-        study: what varies, and to which ends.
+        study: its variables and ends.
         out: a folder, created if needed; its table gets a row as each run ends.
         executor: makes the runs.
         resume: keep existing rows.
@@ -120,16 +120,18 @@ def run_design(
     tests = runs.tests({design.number: design.values for design in compared})
     runs.finish(runs.changes)
     front = [i + 1 for i in pareto_front(cost)]
-    return Designed(study, [shipped, *tried], reference, front, None if best_index is None else best_index + 1, tests)
+    return DesignResult(
+        study, [shipped, *tried], reference, front, None if best_index is None else best_index + 1, tests
+    )
 
 
 def _drive_axes(study: DesignStudy) -> list[Axis]:
     """Variables of the search that drive the fingers."""
-    return [axis for axis in study.axes if axis.key.partition(".")[0] in _DRIVE]
+    return [axis for axis in study.axes if axis.key.partition(".")[0] in _DRIVE_PARTS]
 
 
 def most_runs(study: DesignStudy) -> int:
-    """The runs of a study of which no design is refused."""
+    """Number of runs of a study if no design is refused."""
     searched, tested = _all_cases(study)
     tried = 1 + study.config.designs * (1 + bool(_drive_axes(study)))
     return tried * len(searched) + 2 * len(tested)
@@ -160,14 +162,16 @@ class _Runs(ScenarioRuns):
         self.begin_runs(self._scenario, resume, "optuna", study=asdict(study.config))
         self.changes: dict[tuple[str, ...], Mapping[str, Any]] = {}
 
-    def scores(self, designs: Designs) -> list[Score]:
+    def scores(self, designs: Designs) -> list[DesignScore]:
         """The scores of designs in the search; those that cannot be moulded are not run."""
         config = self._study.config
         refused = {number: refusal(self._study, values) for number, values in designs.items()}
-        keys = self._run(SEARCH, {n: designs[n] for n, each in refused.items() if each is None}, self._searched)
+        keys = self._run(
+            SEARCH, {n: designs[n] for n, refused_score in refused.items() if refused_score is None}, self._searched
+        )
         return [
-            each or score([self.row(key) for key in keys if key[1] == str(number)], config.ends, config.limits)
-            for number, each in refused.items()
+            refused_score or score([self.row(key) for key in keys if key[1] == str(number)], config.ends, config.limits)
+            for number, refused_score in refused.items()
         ]
 
     def tests(self, designs: Designs) -> list[tuple[Row, Mapping[str, Any]]]:
@@ -203,26 +207,27 @@ def own_measures(study: DesignStudy) -> dict[str, str]:
     return {name: OWN.get(name, name) for name in named if ":" in name or name in OWN}
 
 
-def _check_measures(study: DesignStudy, known: Sequence[str]) -> None:
+def _check_measures(study: DesignStudy, available: Sequence[str]) -> None:
     config = study.config
-    if GRASP not in known:
+    if GRASP not in available:
         expected = "has no free object to hold, or does not record its contact (record.truth)"
         raise InputError(study.file, "scenario", study.scenario, expected)
-    measures = Registry[Any]("measure", dict.fromkeys(known[1:]) | OWN)
+    measures = Registry[Any]("measure", dict.fromkeys(available[1:]) | OWN)
     named = {f"ends[{i}].measure": end.measure for i, end in enumerate(config.ends)}
     for place, name in (named | {f"limits.{name}": name for name in config.limits}).items():
         measures.find(name, place, study.file)
 
 
-def refusal(study: DesignStudy, values: Mapping[str, Any]) -> Score | None:
-    """Why a design is not worth a simulation: its fingers cannot be built, or their walls are too thin."""
+def refusal(study: DesignStudy, values: Mapping[str, Any]) -> DesignScore | None:
+    """Refuses a design before its simulation if its fingers cannot be built or their walls are too thin; else None."""
     try:
         scenario = changed_scenario(study.scenario, {**study.fixed, **values})
         fingers = [mounted.finger for model in scenario.models for mounted in mounted_fingers(model, model.name)]
     except InputError as error:
-        return Score(refused=str(error))
-    wall, least = study.config.wall, min(map(least_wall, fingers), default=inf)
+        return DesignScore(refused=str(error))
+    wall = study.config.wall
+    least = min(map(least_wall, fingers), default=inf)
     if wall is None or least >= wall:
         return None
     reason = f"a wall of {1e3 * least:.2f} mm, below {1e3 * wall:g} mm"
-    return Score(refused=reason, excess={"wall": 1 - least / wall})
+    return DesignScore(refused=reason, excess={"wall": 1 - least / wall})

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 from soft_gripper.errors import InputError
-from soft_gripper.extras.design.ranking import Design, Score
+from soft_gripper.extras.design.ranking import Design, DesignScore
 from soft_gripper.extras.design.study_file import LEAST, DesignConfig
 from soft_gripper.runs.sweep.axes import Axis, Range
 
@@ -19,9 +19,12 @@ Designs = Mapping[int, Mapping[str, Any]]  # values by dotted keys, by the numbe
 
 
 def searched_designs(
-    axes: Sequence[Axis], config: DesignConfig, numbers: Sequence[int], scores: Callable[[Designs], Sequence[Score]]
+    axes: Sequence[Axis],
+    config: DesignConfig,
+    numbers: Sequence[int],
+    scores: Callable[[Designs], Sequence[DesignScore]],
 ) -> Iterator[Design]:
-    """Designs with these numbers in batches, from the scores of those before; none if there are no axes.
+    """Yields designs with these numbers, proposed in batches from the scores before; none without axes.
 
     Raises:
         InputError: if Optuna is not installed.

@@ -1,4 +1,4 @@
-"""Sensitivity: how much of an end each variable explains, over the designs that were tried.
+"""Sensitivity: the fraction of an end that each variable explains, over the designs that were tried.
 
 Ranks of the end are regressed on ranks of the variables, all at once and standardised (SRRC: R. L. Iman and
 W. J. Conover, *The Use of the Rank Transform in Regression*, 1979); ranks take care of monotonic laws that are not
@@ -56,13 +56,14 @@ def sensitivities(end: str, values: Sequence[float], variables: Mapping[str, Seq
         return []
     y = _standard(rankdata(values)[:, None])[:, 0]
     slopes, together = _fit(y, list(columns.values()))
-    found, place = [], 0
+    rows = []
+    begin = 0
     for name, column in columns.items():
         others = [other for key, other in columns.items() if key != name]
-        slope = float(slopes[place]) if np.isfinite(numbers_in(variables[name])).all() else nan
-        found.append(Sensitivity(end, name, slope, max(together - _fit(y, others)[1], 0.0), together, len(y)))
-        place += column.shape[1]
-    return found
+        slope = float(slopes[begin]) if np.isfinite(numbers_in(variables[name])).all() else nan
+        rows.append(Sensitivity(end, name, slope, max(together - _fit(y, others)[1], 0.0), together, len(y)))
+        begin += column.shape[1]
+    return rows
 
 
 def _columns(cells: Sequence[str]) -> Array:

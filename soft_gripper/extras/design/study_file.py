@@ -1,4 +1,4 @@
-"""The schema of a design study, on one page: what varies, what must be held, what is random, and to which ends.
+"""The schema of a design study, on one page: variables, objects, random draws, limits and ends.
 
     scenario: bottle_grasp
     vary:                                            # as after `sweep --vary`
@@ -30,10 +30,10 @@ from soft_gripper.scenario.scenario_file import changed_scenario
 
 LEAST, MOST = TOWARDS = ("least", "most")
 MEAN, WORST = ("mean", "worst")
-_FILES = ("file", "calibration", "bench")  # last names of keys whose value is a file
-_IS_RANGE = re.compile(r"\s*+[-+0-9.eE]{1,400}\s*+\.\.\s*+[-+0-9.eE]{1,400}\s*+%?\s*+")
+_FILE_KEYS = ("file", "calibration", "bench")  # last names of keys whose value is a file
+_RANGE_PATTERN = re.compile(r"\s*+[-+0-9.eE]{1,400}\s*+\.\.\s*+[-+0-9.eE]{1,400}\s*+%?\s*+")
 _RANGE_EXPECTED = "write a range, the lower limit first, such as 0.5..0.9 or -20..20 %"
-_IN_SCENARIO = "as_in_the_scenario"
+_SCENARIO_OBJECT = "as_in_the_scenario"
 
 
 @dataclass
@@ -60,7 +60,7 @@ class LimitConfig:
             yield "least", self.least, f"must be at most {self.most:g}"
 
 
-_MOST_OBJECTS = 1000
+_MAX_OBJECTS = 1000
 
 
 @dataclass
@@ -73,7 +73,8 @@ class DesignConfig:
     # What is searched: "0.1..0.2", "1..4" (whole numbers), "-20..20 %", or a list of choices.
     vary: dict[str, Any] = quantity({}, filled=True)
     # What every design must hold: changes of the scenario, by names of your choice. A range is drawn at random.
-    objects: dict[str, dict[str, Any]] = field(default_factory=lambda: {_IN_SCENARIO: {}})  # 1000 with `unseen` at most
+    # At most 1000 with `unseen`.
+    objects: dict[str, dict[str, Any]] = field(default_factory=lambda: {_SCENARIO_OBJECT: {}})
     unseen: dict[str, dict[str, Any]] = field(default_factory=dict)  # objects for the test alone
     draw: dict[str, Any] = field(default_factory=dict)  # ranges, drawn at random for each run; an object comes on top
     draws: int = quantity(4, least=1, most=1000)  # runs of a design with each object, the same for every design
@@ -95,8 +96,8 @@ class DesignConfig:
                 if not is_name(name):
                     yield part, name, "give names of letters, digits, _ and -, beginning with a letter"
         count = len(self.objects) + len(self.unseen)
-        if count > _MOST_OBJECTS:
-            yield "objects", f"{count} with unseen", f"give at most {_MOST_OBJECTS}: every design runs with each"
+        if count > _MAX_OBJECTS:
+            yield "objects", f"{count} with unseen", f"give at most {_MAX_OBJECTS}: every design runs with each"
         for name in self.unseen:
             if name in self.objects:
                 yield f"unseen.{name}", name, "is an object of the search already"
@@ -104,7 +105,7 @@ class DesignConfig:
 
 @dataclass(frozen=True, eq=False)
 class DesignStudy:
-    """A design study whose parts have been read."""
+    """A design study after its parts have been read."""
 
     file: Path
     config: DesignConfig
@@ -139,12 +140,12 @@ def load_design_study(file: Path) -> DesignStudy:
 
 def _with_ranges(file: Path, place: str, changes: Mapping[str, Any], searched: Mapping[str, Any]) -> dict[str, Any]:
     """Changes with absolute paths, in which a Range replaces its text; nothing may be searched already."""
-    found = _with_paths(file.parent, changes)
-    for key, value in found.items():
+    absolute = _with_paths(file.parent, changes)
+    for key, value in absolute.items():
         require(key not in searched, file, f"{place}.{key}", value, "leave it out: it is searched (vary)")
-        if isinstance(value, str) and _IS_RANGE.fullmatch(value):
-            found[key] = _axis(file, place, key, value)
-    return found
+        if isinstance(value, str) and _RANGE_PATTERN.fullmatch(value):
+            absolute[key] = _axis(file, place, key, value)
+    return absolute
 
 
 def _axis(file: Path, place: str, key: str, value: Any) -> Axis:
@@ -161,7 +162,8 @@ def _axis(file: Path, place: str, key: str, value: Any) -> Axis:
 def _with_paths(folder: Path, changes: Mapping[str, Any]) -> dict[str, Any]:
     """Changes in which the files have absolute paths."""
     return {
-        key: _absolute(folder, value) if key.rpartition(".")[2] in _FILES else value for key, value in changes.items()
+        key: _absolute(folder, value) if key.rpartition(".")[2] in _FILE_KEYS else value
+        for key, value in changes.items()
     }
 
 

@@ -15,16 +15,16 @@ from soft_gripper.arrays import Array
 from soft_gripper.diagrams.arm import Arm
 from soft_gripper.diagrams.scene import arm_joints
 from soft_gripper.diagrams.station_parts import Station
-from soft_gripper.diagrams.wiring.drive import OF, steps_of
+from soft_gripper.diagrams.wiring.drive import PATH_SEPARATOR, steps_of
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.scenario.schema import Scenario
 
 
-class Commands(NamedTuple):
+class CommandSchedule(NamedTuple):
     """Values that hold from a time on; K times, C chambers, n joints of an arm."""
 
     times: Array  # (K,) s; the run ends at the last one
-    pressures: Array  # (K, C) Pa, effective: what the laws of the chambers make of the pressures
+    pressures: Array  # (K, C) Pa, effective: after the laws of the chambers
     arm: Array  # (K, k) rad or m, of the joints that follow no other
 
 
@@ -39,34 +39,38 @@ class ArmActuator(NamedTuple):
 
 def arm_actuators(station: Station) -> list[ArmActuator]:
     """Actuators of the arm, if there is one, in the order of its joints that follow no other."""
-    arm, plant = station.parts.arm, station.plant
+    arm = station.parts.arm
+    plant = station.plant
     if arm is None:
         return []
     actuators = map(plant.get_joint_actuator, plant.GetJointActuatorIndices(arm.model))
-    of_joint: dict[int, JointActuator] = {int(each.joint().index()): each for each in actuators}
+    by_joint: dict[int, JointActuator] = {int(actuator.joint().index()): actuator for actuator in actuators}
     joints = arm_joints(plant, arm.model)
-    driven = [of_joint[int(joints[i].index())] for i in arm.couplings.leads]
+    driven = [by_joint[int(joints[i].index())] for i in arm.couplings.leads]
     gains = [actuator.get_controller_gains() for actuator in driven]
     return [ArmActuator(a.joint(), g.p, g.d, a.effort_limit()) for a, g in zip(driven, gains, strict=True)]
 
 
 def chamber_names(finger: PlantFinger) -> list[str]:
     """The chambers of a finger: `finger`, or `finger::chamber` if it has several."""
-    labels = [f"{finger.name}{OF}{label}" for names in finger.finger.chamber_axis.values() for label in names]
+    labels = [
+        f"{finger.name}{PATH_SEPARATOR}{label}" for names in finger.finger.chamber_axis.values() for label in names
+    ]
     return labels or [finger.name] * finger.finger.pressures
 
 
-def make_commands(station: Station) -> Commands:
-    """The commands of a station."""
-    scenario, arm = station.scenario, station.parts.arm
+def make_commands(station: Station) -> CommandSchedule:
+    """The commands of a station over time."""
+    scenario = station.scenario
+    arm = station.parts.arm
     moves, desired = _motion(station)
     starts = np.arange(scenario.steps) * scenario.step_duration
     end = max(moves[-1], 0.0 if _has_fixed_motion(scenario) else scenario.steps * scenario.step_duration)
     times = np.unique([*starts[starts < end], *moves[moves < end], end])
-    step, sample = (np.searchsorted(each, times + 1e-9, side="right") - 1 for each in (starts, moves))
+    step, sample = (np.searchsorted(begins, times + 1e-9, side="right") - 1 for begins in (starts, moves))
     pressures = np.concatenate([_pressures(scenario, finger)[step] for finger in station.fingers], axis=1)
-    positions = np.zeros((len(moves), 0)) if arm is None else _folded(arm, arm_actuators(station), desired)
-    return Commands(times, pressures, positions[sample])
+    positions = np.zeros((len(moves), 0)) if arm is None else _position_commands(arm, arm_actuators(station), desired)
+    return CommandSchedule(times, pressures, positions[sample])
 
 
 def _has_fixed_motion(scenario: Scenario) -> bool:
@@ -75,7 +79,8 @@ def _has_fixed_motion(scenario: Scenario) -> bool:
 
 def _motion(station: Station) -> tuple[Array, Array]:
     """Times, s, and the desired states of the arm from then on, (K, 2 n)."""
-    arm, task = station.parts.arm, station.task
+    arm = station.parts.arm
+    task = station.task
     if task is not None and _has_fixed_motion(station.scenario):
         samples = list(task.unobserved(station.scenario.duration))
         return np.array([time for time, _ in samples]), np.array([state for _, state in samples])
@@ -83,19 +88,21 @@ def _motion(station: Station) -> tuple[Array, Array]:
     return np.zeros(1), np.array([home])
 
 
-def _folded(arm: Arm, actuators: Sequence[ArmActuator], desired: Array) -> Array:
-    """The positions at which PD controllers without a desired velocity do the same and carry the weight, (K, k)."""
+def _position_commands(arm: Arm, actuators: Sequence[ArmActuator], desired: Array) -> Array:
+    """Desired positions for which PD controllers without desired velocity do the same and carry the weight, (K, k)."""
     positions, velocities = np.split(desired, 2, axis=1)
     leads = arm.couplings.leads
-    stiffness, damping = (np.array([getattr(each, gain) for each in actuators]) for gain in ("stiffness", "damping"))
+    stiffness, damping = (
+        np.array([getattr(actuator, gain) for actuator in actuators]) for gain in ("stiffness", "damping")
+    )
     context = arm.plant.CreateDefaultContext()
     weights = []
     for posture in positions:
         arm.plant.SetPositions(context, posture)
         weights.append(arm.plant.CalcGravityGeneralizedForces(context))
     carried = arm.couplings.carried(np.array(weights))
-    found: Array = positions[:, leads] + (damping * velocities[:, leads] - carried[:, leads]) / stiffness
-    return found
+    commands: Array = positions[:, leads] + (damping * velocities[:, leads] - carried[:, leads]) / stiffness
+    return commands
 
 
 def _pressures(scenario: Scenario, finger: PlantFinger) -> Array:
@@ -109,7 +116,7 @@ def _pressures(scenario: Scenario, finger: PlantFinger) -> Array:
     return finger.finger.effective_pressure(held)
 
 
-def table(names: Sequence[str], commands: Commands) -> str:
+def table(names: Sequence[str], commands: CommandSchedule) -> str:
     """The commands as CSV, in full precision; `names` are those of the chambers and then of the arm's joints."""
     rows = np.column_stack([commands.times, commands.pressures, commands.arm])
     lines = chain([["time [s]", *names]], ([repr(float(value)) for value in row] for row in rows))

@@ -19,17 +19,17 @@ def export_mjcf(scenario: Scenario, out: Path, time_step: float | None = None) -
         InputError: if the scenario cannot be exported, a mesh would be replaced by another one, or the folder cannot be
             written to.
     """
-    found = to_mjcf(scenario, time_step)
+    mjcf = to_mjcf(scenario, time_step)
     files = {
-        "scenario.xml": found.text.encode(),
-        "commands.csv": table(found.actuators, found.commands).encode(),
+        "scenario.xml": mjcf.text.encode(),
+        "commands.csv": table(mjcf.actuators, mjcf.commands).encode(),
         LOADER: Path(__file__).with_name(LOADER).read_bytes(),
-        **{f"meshes/{name}": source.read_bytes() for name, source in found.meshes.items()},
+        **{f"meshes/{name}": source.read_bytes() for name, source in mjcf.meshes.items()},
     }
-    for name in found.meshes:
-        check_file(out / f"meshes/{name}", found.meshes.values())
+    for name in mjcf.meshes:
+        check_file(out / f"meshes/{name}", mjcf.meshes.values())
     for name, content in files.items():
         writable_folder((out / name).parent)
         with atomic_file(out / name) as partial:
             partial.write_bytes(content)
-    return found
+    return mjcf

@@ -38,9 +38,15 @@ from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.diagrams.wiring.drive import chambers_turn
 from soft_gripper.errors import InputError
-from soft_gripper.extras.export.actuation import ArmActuator, Commands, arm_actuators, chamber_names, make_commands
-from soft_gripper.extras.export.mjcf_contact import Surface, contacts
-from soft_gripper.extras.export.reach import Ball, Range, extent, may_touch, reaches
+from soft_gripper.extras.export.actuation import (
+    ArmActuator,
+    CommandSchedule,
+    arm_actuators,
+    chamber_names,
+    make_commands,
+)
+from soft_gripper.extras.export.mjcf_contact import ShapeSurface, contact_settings
+from soft_gripper.extras.export.reach import Ball, ShapeRange, extent, may_touch, reaches
 from soft_gripper.extras.export.tree import (
     axis_of,
     exports_creep,
@@ -63,11 +69,11 @@ from soft_gripper.scenario.schema import Scenario
 # the shortest time constant of a contact. The integrator discrete takes longer steps, and damps motion.
 MAX_DEPTH = 496  # bodies inside each other that MuJoCo reads
 EXPLICIT_STEP = 0.002
-_RIGID = 1e9  # N/m, stiffness from which on a shape is not a skin
-_STIFF = "0.999 0.9999 0.001"  # shares of the force that holds a coupling, of MuJoCo's soft constraints
+_RIGID_STIFFNESS = 1e9  # N/m; a stiffer shape is not a skin
+_COUPLING_IMPEDANCE = "0.999 0.9999 0.001"  # solimp of MuJoCo, of the couplings of joints
 _MIN_GYRATION = 3e-5  # m, radius of gyration that a body has at least
 _MIN_INERTIA = 2e-14  # kg m^2: MuJoCo takes none of 1e-14 or less, which links without a mass have in SDFormat
-_HALF_SPACE = "1 1 0.1"  # m, of a plane as it is drawn; it has no end
+_PLANE_SIZE = "1 1 0.1"  # m, of a plane as it is drawn; it has no end
 
 
 class Mjcf(NamedTuple):
@@ -76,8 +82,8 @@ class Mjcf(NamedTuple):
     text: str
     meshes: Mapping[str, Path]  # files that the text names, by their names in it
     actuators: Sequence[str]  # that are commanded: effective pressures of chambers, Pa; positions of joints of an arm
-    commands: Commands  # of the actuators, over time
-    left_out: Sequence[str]  # what MuJoCo simulates otherwise, or not at all
+    commands: CommandSchedule  # of the actuators, over time
+    left_out: Sequence[str]  # properties that MuJoCo simulates otherwise, or not at all
     pairs: Sequence["Pair"]
 
 
@@ -99,21 +105,21 @@ def to_mjcf(scenario: Scenario, time_step: float | None = None) -> Mjcf:
             raise InputError("export", "models", model.name, "is soft; rigid objects can be exported")
     models = [replace(model, self_contact=False) for model in scenario.models]
     step = time_step or scenario.plant_config.time_step or EXPLICIT_STEP
-    found = station_mjcf(make_station(replace(scenario, models=models, contact="points")), step, step <= EXPLICIT_STEP)
+    mjcf = station_mjcf(make_station(replace(scenario, models=models, contact="points")), step, step <= EXPLICIT_STEP)
     idle = [f"{model.name}: self_contact of its fingers" for model in scenario.models if model.self_contact]
-    return found._replace(left_out=[*found.left_out, *idle])
+    return mjcf._replace(left_out=[*mjcf.left_out, *idle])
 
 
 class Pair(NamedTuple):
-    """Two shapes of a file whose contact is stated for themselves."""
+    """Two shapes of a file with a contact of their own."""
 
     name: str
     models: tuple[str, str]  # to which they belong
-    surfaces: tuple[Surface, Surface]
+    surfaces: tuple[ShapeSurface, ShapeSurface]
 
 
 def station_mjcf(station: Station, time_step: float, is_explicit: bool, listed: Collection[str] = ()) -> Mjcf:
-    """A station of rigid bodies, whose fingers touch at points and not themselves, as MJCF; see `to_mjcf`.
+    """A station of rigid bodies as MJCF; fingers touch other bodies at points, and not themselves; see `to_mjcf`.
 
     Args:
         station: made with contact at points.
@@ -135,9 +141,11 @@ class _Writer:
     """Writes one station."""
 
     def __init__(self, station: Station, step: float, is_explicit: bool, listed: Collection[str]):
-        self._listed, self._pairs = listed, list[Pair]()
+        self._listed = listed
+        self._pairs = list[Pair]()
         self._station, self._scenario, self._plant = station, station.scenario, station.plant
-        self._step, self._is_explicit = step, is_explicit
+        self._step = step
+        self._is_explicit = is_explicit
         self._inspector: SceneGraphInspector = station.parts.scene_graph.model_inspector()
         self._context = self._plant.CreateDefaultContext()
         self._positions = self._plant.GetPositions(self._context)
@@ -152,7 +160,7 @@ class _Writer:
         self._reaches = reaches(self._plant, self._children)
         self._springs = dict(springs(station.fingers))
         self._left_out = [*left_out(station), *self._approximations()]
-        driven = {each.joint.index(): (each.stiffness, each.damping) for each in arm_actuators(station)}
+        driven = {actuator.joint.index(): (actuator.stiffness, actuator.damping) for actuator in arm_actuators(station)}
         self._mobilities = mobilities(self._plant, self._springs | driven, 0.0 if self._is_explicit else step)
 
     def _approximations(self) -> Iterator[str]:
@@ -181,7 +189,8 @@ class _Writer:
         self._add_children(world, self._plant.world_body())
         self._add_contacts(ET.SubElement(self._root, "contact"))
         self._add_couplings(ET.SubElement(self._root, "equality"))
-        tendons, actuators = ET.SubElement(self._root, "tendon"), ET.SubElement(self._root, "actuator")
+        tendons = ET.SubElement(self._root, "tendon")
+        actuators = ET.SubElement(self._root, "actuator")
         for finger in self._station.fingers:
             self._add_chambers(tendons, actuators, finger)
         for actuator in arm_actuators(self._station):
@@ -195,21 +204,21 @@ class _Writer:
         keyframe = ET.SubElement(self._root, "keyframe")
         ET.SubElement(keyframe, "key", name="home", qpos=text(self._qpos), ctrl=text(ctrl))
         ET.indent(self._root)
-        found = ET.tostring(self._root, encoding="unicode") + "\n"
-        return Mjcf(found, self._meshes, self._names, commands, self._left_out, self._pairs)
+        content = ET.tostring(self._root, encoding="unicode") + "\n"
+        return Mjcf(content, self._meshes, self._names, commands, self._left_out, self._pairs)
 
     def _add_children(self, element: ET.Element, parent: RigidBody) -> None:
         for joint in self._children.get(parent.index(), []):
             child = joint.child_body()
             X_PC = pose_at_zero(joint)
-            body = ET.SubElement(element, "body", {"name": _name(child)} | _placed(X_PC))
+            body = ET.SubElement(element, "body", {"name": _name(child)} | _pose_attributes(X_PC))
             self._add_joint(body, joint)
             self._add_inertia(body, child)
             self._add_geoms(body, child)
             if child.index() in self._tips:
                 finger = self._tips[child.index()]
                 X_LT = finger.frames[-1].GetFixedPoseInBodyFrame()
-                ET.SubElement(body, "site", {"name": f"{finger.name} tip"} | _placed(X_LT))
+                ET.SubElement(body, "site", {"name": f"{finger.name} tip"} | _pose_attributes(X_LT))
             self._add_children(body, child)
 
     def _add_joint(self, body: ET.Element, joint: Joint) -> None:
@@ -220,7 +229,8 @@ class _Writer:
             X_WB = self._plant.GetDefaultFloatingBaseBodyPose(joint.child_body())
             self._qpos += [*X_WB.translation(), *X_WB.rotation().ToQuaternion().wxyz()]
             return
-        axis, kind = axis_of(joint), "hinge" if isinstance(joint, RevoluteJoint) else "slide"
+        axis = axis_of(joint)
+        kind = "hinge" if isinstance(joint, RevoluteJoint) else "slide"
         X_CM = joint.frame_on_child().GetFixedPoseInBodyFrame()
         stiffness, damping = self._springs.get(joint.index(), (0.0, joint.default_damping()))
         settings = {"name": scoped_name(joint), "type": kind}
@@ -248,7 +258,7 @@ class _Writer:
                 continue  # nothing can ever touch it
             name = f"{_name(body)} {len(self._geoms)}"
             settings = {"name": name, "group": "3"} | self._shape(self._inspector.GetShape(geometry), name)
-            settings |= _placed(self._inspector.GetPoseInFrame(geometry))
+            settings |= _pose_attributes(self._inspector.GetPoseInFrame(geometry))
             self._geoms[geometry] = ET.SubElement(element, "geom", settings)
 
     def _shape(self, shape: Shape, name: str) -> dict[str, str]:
@@ -263,7 +273,7 @@ class _Writer:
             Ellipsoid: ("ellipsoid", lambda egg: [egg.a(), egg.b(), egg.c()]),
         }
         if isinstance(shape, HalfSpace):
-            return {"type": "plane", "size": _HALF_SPACE}
+            return {"type": "plane", "size": _PLANE_SIZE}
         if type(shape) not in kinds:
             raise InputError("export", "shape", type(shape).__name__, "has no counterpart in MJCF")
         kind, size = kinds[type(shape)]
@@ -282,13 +292,12 @@ class _Writer:
         ET.SubElement(self._assets, "mesh", name=name, file=file, scale=text(shape.scale3()))
 
     def _add_contacts(self, contact: ET.Element) -> None:
-        """Adds to every shape how it touches others, and the pairs that touch otherwise than two shapes say."""
-        elements, bodies = list(self._geoms.values()), [self._body_of(geometry) for geometry in self._geoms]
-        ranges = [self._range(*each) for each in zip(self._geoms, bodies, strict=True)]
-        fixed, is_filtered = (
-            {i for i, each in enumerate(ranges) if each.X_WG is not None},
-            self._inspector.CollisionFiltered,
-        )
+        """Adds contact attributes to every shape, and the pairs that touch otherwise than their shapes state."""
+        elements = list(self._geoms.values())
+        bodies = [self._body_of(geometry) for geometry in self._geoms]
+        ranges = [self._range(*shape) for shape in zip(self._geoms, bodies, strict=True)]
+        fixed = {i for i, shape_range in enumerate(ranges) if shape_range.X_WG is not None}
+        is_filtered = self._inspector.CollisionFiltered
         geometries = list(self._geoms)
         order = sorted(range(len(geometries)), key=lambda i: geometries[i].get_value())  # as in Drake
         candidates = sorted(
@@ -305,30 +314,35 @@ class _Writer:
             [self._plant.GetModelInstanceName(body.model_instance()) for body in bodies],
         )
         listed = {number for number, model in enumerate(models) if model in self._listed}
-        found = contacts(surfaces, candidates, filtered, self._scenario.contact_points, self._step, listed)
-        for element, settings in zip(elements, found.geoms, strict=True):
+        stated = contact_settings(surfaces, candidates, filtered, self._scenario.contact_points, self._step, listed)
+        for element, settings in zip(elements, stated.geoms, strict=True):
             element.attrib.update(settings)
-        for (one, other), settings in found.pairs.items():
+        for (one, other), settings in stated.pairs.items():
             name = f"pair {len(self._pairs)}"
             names = {"name": name, "geom1": elements[one].attrib["name"], "geom2": elements[other].attrib["name"]}
             ET.SubElement(contact, "pair", names | settings)
             self._pairs.append(Pair(name, (models[one], models[other]), (surfaces[one], surfaces[other])))
 
-    def _range(self, geometry: GeometryId, body: RigidBody) -> Range:
+    def _range(self, geometry: GeometryId, body: RigidBody) -> ShapeRange:
         """The range of places of a shape of a body."""
-        shape, X_BG = self._inspector.GetShape(geometry), self._inspector.GetPoseInFrame(geometry)
-        ball, X_WG = self._reaches[body.index()], body.EvalPoseInWorld(self._context) @ X_BG
-        return Range(Ball(ball.center, ball.radius + extent(shape, X_BG)), shape, X_WG if ball.radius == 0 else None)
+        shape = self._inspector.GetShape(geometry)
+        X_BG = self._inspector.GetPoseInFrame(geometry)
+        ball = self._reaches[body.index()]
+        X_WG = body.EvalPoseInWorld(self._context) @ X_BG
+        return ShapeRange(
+            Ball(ball.center, ball.radius + extent(shape, X_BG)), shape, X_WG if ball.radius == 0 else None
+        )
 
-    def _surfaces(self) -> list[Surface]:
+    def _surfaces(self) -> list[ShapeSurface]:
         """The surfaces of all shapes."""
         frictions = [
-            self._property(each, "coulomb_friction", CoulombFriction()).static_friction() for each in self._geoms
+            self._property(geometry, "coulomb_friction", CoulombFriction()).static_friction()
+            for geometry in self._geoms
         ]
-        stiffnesses = [self._property(each, "point_contact_stiffness", np.inf) for each in self._geoms]
-        compliances = [1 / stiffness if stiffness < _RIGID else 0.0 for stiffness in stiffnesses]
+        stiffnesses = [self._property(geometry, "point_contact_stiffness", np.inf) for geometry in self._geoms]
+        compliances = [1 / stiffness if stiffness < _RIGID_STIFFNESS else 0.0 for stiffness in stiffnesses]
         moved = [self._mobilities[self._body_of(geometry).index()] for geometry in self._geoms]
-        return list(map(Surface, frictions, compliances, moved))
+        return list(map(ShapeSurface, frictions, compliances, moved))
 
     def _property(self, geometry: GeometryId, name: str, default: Any) -> Any:
         return self._inspector.GetProximityProperties(geometry).GetPropertyOrDefault("material", name, default)
@@ -342,11 +356,12 @@ class _Writer:
             for mimic in mimics:
                 settings = {"joint1": f"{model}::{mimic.joint}", "joint2": f"{model}::{mimic.leader}"}
                 settings |= {"polycoef": text([mimic.offset, mimic.multiplier, 0, 0, 0])}
-                ET.SubElement(equality, "joint", settings, solref=text([2 * self._step, 1]), solimp=_STIFF)
+                ET.SubElement(equality, "joint", settings, solref=text([2 * self._step, 1]), solimp=_COUPLING_IMPEDANCE)
 
     def _add_chambers(self, tendons: ET.Element, actuators: ET.Element, finger: PlantFinger) -> None:
         """Adds the chambers of a finger, and their actuators."""
-        gains, supply = finger.finger.pressure_gains, self._scenario.pressure
+        gains = finger.finger.pressure_gains
+        supply = self._scenario.pressure
         limits = np.outer([supply.minimum, supply.maximum], np.ones(finger.finger.pressures))
         ranges = finger.finger.effective_pressure(limits).T
         for chamber, (name, limit) in enumerate(zip(chamber_names(finger), ranges, strict=True)):
@@ -362,7 +377,7 @@ class _Writer:
             self._names.append(name)
 
     def _add_creep(self, actuators: ET.Element, finger: PlantFinger) -> None:
-        """Adds the branches of creep: each follows the angle of its joint, which it is given as a command."""
+        """Adds the branches of creep: each follows the angle of its joint, its command."""
         for number, branch in enumerate(finger.finger.creep if exports_creep(finger) else ()):
             for joint, k in zip(finger.joints, finger.finger.stiffness, strict=True):
                 name = scoped_name(joint)
@@ -384,5 +399,5 @@ def _name(body: RigidBody) -> str:
     return str(body.scoped_name())
 
 
-def _placed(X: RigidTransform) -> dict[str, str]:
+def _pose_attributes(X: RigidTransform) -> dict[str, str]:
     return {"pos": text(X.translation()), "quat": text(X.rotation().ToQuaternion().wxyz())}

@@ -1,4 +1,4 @@
-"""How two shapes of an exported scenario touch in MuJoCo: by what each shape says, or as a pair of their own.
+"""Contacts of an exported scenario in MuJoCo: by the attributes of each shape, or as a pair of two shapes.
 
 Bits say which shapes may touch. MuJoCo mixes what two shapes say of their contact: it takes the larger friction, and
 the mean of the time constants, weighted by `solmix`. Drake combines frictions to 2 a b / (a + b), and a contact of two
@@ -30,16 +30,16 @@ from soft_gripper.extras.export.tree import text
 from soft_gripper.truth.contact import combined_friction
 
 IMPEDANCE = 0.95  # d of a contact with a skin
-_RIGID = 0.004  # s, time constant of a contact without one; with MuJoCo's 0.02 s light links sink in
+_RIGID_TIME = 0.004  # s, time constant of a contact without one; with MuJoCo's 0.02 s light links sink in
 # Largest relative differences of stiffness that need no pair: of a skin on a rigid shape, and of two skins, which is
 # reached where the link of one is fixed.
-_ALIKE, _BOTH_SKINS = 0.01, 0.2
-_FIXED_SKIN_MOBILITY = 0.05  # of the usual mobility: what stands for that of a skin that is fixed
-_BITS = 31  # of a mask
-_PATCH = 4e-3  # m, radius over which a link touches, shared by its points; 35 to 90 mm^2 in the shipped grasps
+_RIGID_TOLERANCE, _SKINS_TOLERANCE = 0.01, 0.2
+_FIXED_SKIN_MOBILITY = 0.05  # assumed for a fixed skin, of the usual mobility
+_MASK_BITS = 31  # of a mask
+_PATCH_RADIUS = 4e-3  # m, radius over which a link touches, shared by its points; 35 to 90 mm^2 in the shipped grasps
 
 
-class Surface(NamedTuple):
+class ShapeSurface(NamedTuple):
     """Properties of one of two shapes, on which their contact depends."""
 
     friction: float
@@ -47,17 +47,17 @@ class Surface(NamedTuple):
     mobility: float  # of its body, 1/kg
 
 
-class Touch(NamedTuple):
+class DampedContact(NamedTuple):
     """A contact, critically damped."""
 
     friction: float
     time: float  # constant, s
 
 
-def touch(one: Surface, other: Surface) -> Touch:
-    """The contact of two surfaces as it should be."""
+def touch(one: ShapeSurface, other: ShapeSurface) -> DampedContact:
+    """The contact of two surfaces as in Drake."""
     compliance, mobility = one.compliance + other.compliance, one.mobility + other.mobility
-    return Touch(combined_friction(one.friction, other.friction), _time(compliance, mobility))
+    return DampedContact(combined_friction(one.friction, other.friction), _time(compliance, mobility))
 
 
 class Skin(NamedTuple):
@@ -67,68 +67,68 @@ class Skin(NamedTuple):
     mobility: float  # 1/kg
 
 
-class Said(NamedTuple):
+class StatedContact(NamedTuple):
     """Attributes of a shape that state its contacts."""
 
-    touch: Touch
+    touch: DampedContact
     weight: float  # of its time constant
 
 
-def said(surface: Surface, skin: Skin) -> Said:
+def stated_contact(surface: ShapeSurface, skin: Skin) -> StatedContact:
     """Attributes of a shape where the usual skin touches it."""
     if surface.compliance == 0:
-        return Said(Touch(combined_friction(surface.friction, skin.friction), _RIGID), 0.0)
+        return StatedContact(DampedContact(combined_friction(surface.friction, skin.friction), _RIGID_TIME), 0.0)
     mobility = max(surface.mobility, _FIXED_SKIN_MOBILITY * skin.mobility)
     weight = mobility**0.75 * surface.compliance**0.25
-    return Said(Touch(surface.friction, _time(surface.compliance, mobility)), weight)
+    return StatedContact(DampedContact(surface.friction, _time(surface.compliance, mobility)), weight)
 
 
-def mixed(one: Said, other: Said) -> Touch:
-    """The contact that MuJoCo makes of what two shapes say."""
+def mixed(one: StatedContact, other: StatedContact) -> DampedContact:
+    """The contact that MuJoCo mixes from the attributes of two shapes."""
     share = 0.5 if one.weight == other.weight else one.weight / (one.weight + other.weight)
     time = share * one.touch.time + (1 - share) * other.touch.time
-    return Touch(max(one.touch.friction, other.touch.friction), time)
+    return DampedContact(max(one.touch.friction, other.touch.friction), time)
 
 
-def usual_skin(surfaces: Sequence[Surface]) -> Skin:
+def usual_skin(surfaces: Sequence[ShapeSurface]) -> Skin:
     """The medians of all skins."""
-    skins = [Skin(each.friction, each.mobility) for each in surfaces if each.compliance > 0]
+    skins = [Skin(surface.friction, surface.mobility) for surface in surfaces if surface.compliance > 0]
     return Skin(*np.median(skins, axis=0).tolist()) if skins else Skin(1.0, 0.0)
 
 
-def is_alike(wanted: Touch, found: Touch, tolerance: float) -> bool:
+def is_alike(wanted: DampedContact, actual: DampedContact, tolerance: float) -> bool:
     """Whether two contacts have the same friction, and a stiffness that differs by a fraction of less than this."""
-    is_stiff = abs((wanted.time / found.time) ** 2 - 1) < tolerance
-    return is_stiff and abs(wanted.friction - found.friction) < 1e-9
+    is_stiff = abs((wanted.time / actual.time) ** 2 - 1) < tolerance
+    return is_stiff and abs(wanted.friction - actual.friction) < 1e-9
 
 
 def masks(touching: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """The bits contype and conaffinity of shapes, (G, 2), by which those touch that may, (G, G).
+    """Bits contype and conaffinity of shapes, (G, 2), for the pairs that may touch, (G, G).
 
     Shapes that touch the same others share a bit; shapes for which none is left have none.
     """
     _, group = np.unique(touching, axis=0, return_inverse=True)
-    bits = np.where(group < _BITS, 1 << np.minimum(group, _BITS), 0)
+    bits = np.where(group < _MASK_BITS, 1 << np.minimum(group, _MASK_BITS), 0)
     affinity = np.array([np.bitwise_or.reduce(bits[row], initial=0) for row in touching], dtype=int)
     return np.stack([bits, np.where(bits > 0, affinity, 0)], axis=-1)
 
 
-class Contacts(NamedTuple):
-    """How G shapes touch, as attributes of MJCF."""
+class ContactSettings(NamedTuple):
+    """Contacts of G shapes, as attributes of MJCF."""
 
     geoms: list[dict[str, str]]  # (G,)
     pairs: dict[tuple[int, int], dict[str, str]]  # by the numbers of both shapes
 
 
-def contacts(
-    surfaces: Sequence[Surface],
+def contact_settings(
+    surfaces: Sequence[ShapeSurface],
     candidates: Sequence[tuple[int, int]],
     filtered: Container[tuple[int, int]],
     points: int,
     step: float,
     listed: Container[int] = (),
-) -> Contacts:
-    """How shapes touch.
+) -> ContactSettings:
+    """Attributes of the contacts of shapes.
 
     Args:
         surfaces: of the shapes, (G,).
@@ -141,44 +141,50 @@ def contacts(
     touching = np.zeros((len(surfaces), len(surfaces)), dtype=bool)
     for one, other in candidates:
         touching[one, other] = touching[other, one] = True
-    bits, skin = masks(touching).tolist(), usual_skin(surfaces)
-    shapes, geoms, pairs = [said(surface, skin) for surface in surfaces], [], {}
+    bits = masks(touching).tolist()
+    skin = usual_skin(surfaces)
+    shapes = [stated_contact(surface, skin) for surface in surfaces]
+    geoms = []
+    pairs = {}
     for surface, shape, (contype, conaffinity) in zip(surfaces, shapes, bits, strict=True):
         settings = {"contype": str(contype), "conaffinity": str(conaffinity), "solmix": repr(shape.weight)}
         geoms.append(settings | _attributes(shape.touch, surface.compliance > 0, 1, points))
-    stated = cache(partial(_stated, points=points))  # many shapes are alike
+    stated = cache(partial(_pair_attributes, points=points))  # many shapes are alike
     at_once = {"solreffriction": text([2 * step, 1])}  # the shortest time constant that MuJoCo takes
     for one, other in candidates:
         is_mixed, attributes = stated(surfaces[one], surfaces[other], shapes[one], shapes[other])
         is_alone = (one, other) in filtered or not (bits[one][0] and bits[other][0])
         if not is_mixed or is_alone or one in listed or other in listed:
             pairs[one, other] = attributes | at_once
-    return Contacts(geoms, pairs)
+    return ContactSettings(geoms, pairs)
 
 
-def _stated(one: Surface, other: Surface, *shapes: Said, points: int) -> tuple[bool, dict[str, str]]:
-    """Whether MuJoCo mixes what two shapes say to their contact as it should be, and that as attributes of a pair."""
-    wanted, skins = touch(one, other), (one.compliance > 0) + (other.compliance > 0)
-    is_mixed = is_alike(wanted, mixed(*shapes), _BOTH_SKINS if skins == 2 else _ALIKE)
+def _pair_attributes(
+    one: ShapeSurface, other: ShapeSurface, *shapes: StatedContact, points: int
+) -> tuple[bool, dict[str, str]]:
+    """Whether MuJoCo mixes the attributes of two shapes to their right contact, and this as attributes of a pair."""
+    wanted = touch(one, other)
+    skins = (one.compliance > 0) + (other.compliance > 0)
+    is_mixed = is_alike(wanted, mixed(*shapes), _SKINS_TOLERANCE if skins == 2 else _RIGID_TOLERANCE)
     return is_mixed, _attributes(wanted, skins > 0, 2, points)
 
 
-def friction_of(found: Touch, directions: int, points: int) -> list[float]:
-    """Coefficients of friction of a contact in MuJoCo: sliding in so many directions, turning and rolling.
+def friction_of(contact: DampedContact, directions: int, points: int) -> list[float]:
+    """Coefficients of friction of a contact in MuJoCo: sliding in `directions` directions, turning and rolling.
 
     A contact resists turning as pressure that is even over a patch does.
     """
-    torsion = 2 / 3 * _PATCH / np.sqrt(points) * found.friction
-    return [*[found.friction] * directions, float(torsion), *[1e-4] * directions]
+    torsion = 2 / 3 * _PATCH_RADIUS / np.sqrt(points) * contact.friction
+    return [*[contact.friction] * directions, float(torsion), *[1e-4] * directions]
 
 
-def _attributes(found: Touch, is_skin: bool, directions: int, points: int) -> dict[str, str]:
+def _attributes(contact: DampedContact, is_skin: bool, directions: int, points: int) -> dict[str, str]:
     """A contact as attributes; that of a skin resists turning too."""
-    friction = friction_of(found, directions, points)
-    settings = {"friction": text(friction), "solref": text([found.time, 1]), "condim": "4" if is_skin else "3"}
+    friction = friction_of(contact, directions, points)
+    settings = {"friction": text(friction), "solref": text([contact.time, 1]), "condim": "4" if is_skin else "3"}
     return settings | ({"solimp": text([IMPEDANCE, IMPEDANCE, 1e-3, 0.5, 2])} if is_skin else {})
 
 
 def _time(compliance: float, mobility: float) -> float:
     """Time constant, s."""
-    return float(np.sqrt(compliance / (1 - IMPEDANCE) / mobility)) if compliance > 0 else _RIGID
+    return float(np.sqrt(compliance / (1 - IMPEDANCE) / mobility)) if compliance > 0 else _RIGID_TIME

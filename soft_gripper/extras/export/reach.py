@@ -1,4 +1,4 @@
-"""Which shapes can never touch a fixed one, however the joints of their bodies move."""
+"""Finds shapes that can never touch a fixed one, however the joints of their bodies move."""
 
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
@@ -11,25 +11,28 @@ from pydrake.multibody.tree import BodyIndex, Joint, PrismaticJoint, RevoluteJoi
 
 from soft_gripper.arrays import Array
 
-_MARGIN = 0.01  # m; MuJoCo's limits of joints are soft
+_REACH_MARGIN = 0.01  # m; MuJoCo's limits of joints are soft
 
 
 class Ball(NamedTuple):
-    """Where the origin of a body can be."""
+    """A ball that the origin of a body never leaves."""
 
     center: Array  # (3,) m in the world
     radius: float  # m; infinite for a free body, 0 for one that is fixed
 
 
 def reaches(plant: MultibodyPlant, children: Mapping[BodyIndex, Sequence[Joint]]) -> dict[BodyIndex, Ball]:
-    """Where the origins of all bodies can be; `children` are the joints below each body."""
+    """Balls that the origins of all bodies never leave; `children` are the joints below each body."""
     world = plant.world_body()
-    found, pending, context = {world.index(): Ball(np.zeros(3), 0.0)}, [world], plant.CreateDefaultContext()
+    balls = {world.index(): Ball(np.zeros(3), 0.0)}
+    pending = [world]
+    context = plant.CreateDefaultContext()
     while pending:
         parent = pending.pop()
         for joint in children.get(parent.index(), ()):
-            body, pivot = joint.child_body(), joint.frame_on_parent()
-            center, radius = found[parent.index()]
+            body = joint.child_body()
+            pivot = joint.frame_on_parent()
+            center, radius = balls[parent.index()]
             if plant.IsAnchored(parent):
                 center = pivot.CalcPoseInWorld(context).translation()
             else:
@@ -37,9 +40,9 @@ def reaches(plant: MultibodyPlant, children: Mapping[BodyIndex, Sequence[Joint]]
             radius += _travel(joint) + _length(joint.frame_on_child().GetFixedPoseInBodyFrame())
             if plant.IsAnchored(body):
                 center, radius = body.EvalPoseInWorld(context).translation(), 0.0
-            found[body.index()] = Ball(center, radius)
+            balls[body.index()] = Ball(center, radius)
             pending.append(body)
-    return found
+    return balls
 
 
 def _length(X: RigidTransform) -> float:
@@ -47,7 +50,7 @@ def _length(X: RigidTransform) -> float:
 
 
 def _travel(joint: Joint) -> float:
-    """How far a joint can move the origin of its frame, m."""
+    """Largest travel of the origin of a joint's frame, m."""
     if isinstance(joint, RevoluteJoint | WeldJoint):
         return 0.0
     if isinstance(joint, PrismaticJoint):
@@ -72,7 +75,7 @@ def _radius(shape: Shape) -> float:
     return np.inf
 
 
-class Range(NamedTuple):
+class ShapeRange(NamedTuple):
     """The range of places of a shape."""
 
     ball: Ball  # it stays inside
@@ -80,17 +83,17 @@ class Range(NamedTuple):
     X_WG: RigidTransform | None  # its pose, if it is fixed
 
 
-def may_touch(one: Range, other: Range) -> bool:
-    """Whether two shapes can touch, of which one may be fixed; of two that move it is not known."""
+def may_touch(one: ShapeRange, other: ShapeRange) -> bool:
+    """Whether two shapes can touch; True if both move, as this is unknown."""
     return not (_is_beyond(one, other) or _is_beyond(other, one))
 
 
-def _is_beyond(moving: Range, fixed: Range) -> bool:
+def _is_beyond(moving: ShapeRange, fixed: ShapeRange) -> bool:
     """Whether a shape is always off a fixed shape."""
     if fixed.X_WG is None:
         return False
     center = fixed.X_WG.inverse() @ moving.ball.center
-    return _distance(fixed.shape, center) > moving.ball.radius + _MARGIN
+    return _distance(fixed.shape, center) > moving.ball.radius + _REACH_MARGIN
 
 
 def _distance(shape: Shape, p_GQ: Array) -> float:

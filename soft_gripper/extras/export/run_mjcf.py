@@ -27,22 +27,23 @@ def simulate(folder: Path) -> tuple[list[str], np.ndarray]:
     # Branches of creep follow the angles of their joints.
     creep = [i for i in range(model.nu) if " creep " in model.actuator(i).name]
     crept = model.jnt_qposadr[model.actuator_trnid[creep, 0]]
-    places = [model.actuator(name).id for name in header[1:]]
+    indices = [model.actuator(name).id for name in header[1:]]
     times = np.array([float(row[0]) for row in commands])
     sites = [model.site(i) for i in range(model.nsite)]
     free = [
         model.body(model.jnt_bodyid[i]) for i in range(model.njnt) if model.jnt_type[i] == mujoco.mjtJoint.mjJNT_FREE
     ]
-    names = [f"{each.name} {axis} [m]" for each in (*sites, *free) for axis in "xyz"]
-    substeps, rows = max(1, round(PERIOD / model.opt.timestep)), []
+    names = [f"{frame.name} {axis} [m]" for frame in (*sites, *free) for axis in "xyz"]
+    substeps = max(1, round(PERIOD / model.opt.timestep))
+    rows = []
     while data.time < times[-1] - model.opt.timestep / 2:
         now = commands[int(np.searchsorted(times, data.time + 1e-9, side="right")) - 1]
-        data.ctrl[places] = list(map(float, now[1:]))
+        data.ctrl[indices] = list(map(float, now[1:]))
         data.ctrl[creep] = data.qpos[crept]
         mujoco.mj_step(model, data, substeps)
         mujoco.mj_forward(model, data)
-        found: list[Any] = [data.site_xpos[each.id] for each in sites] + [data.xpos[each.id] for each in free]
-        rows.append(np.concatenate([[data.time], *found]))
+        positions: list[Any] = [data.site_xpos[frame.id] for frame in sites] + [data.xpos[frame.id] for frame in free]
+        rows.append(np.concatenate([[data.time], *positions]))
     return ["time [s]", *names], np.array(rows)
 
 

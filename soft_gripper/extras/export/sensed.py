@@ -31,7 +31,7 @@ class SensedFinger:
 
     joints: tuple[str, ...]  # (D,) as the exported MJCF names them
     sensors: MeasurementModel
-    nominal: MeasurementModel  # what the estimator knows of finger and sensors
+    nominal: MeasurementModel  # finger and sensors as the estimator assumes them
     function: ShapeFunction
     gravity: Array  # (3,) m/s^2 in the world, as the estimator compensates it
     X_WB: Array  # (3, 4) [R | p], its base where a run begins
@@ -46,7 +46,7 @@ class SensedFinger:
         return self.sensors.read(np.asarray(q, dtype=float))
 
     def estimate(self, readings: Array, pressure: Array, X_WB: Array | None = None) -> ShapeEstimate:
-        """The estimated shape, and what else the estimator finds.
+        """Estimates shape and load.
 
         Args:
             readings: of the sensors, (..., R); NaN where there is none.
@@ -56,7 +56,8 @@ class SensedFinger:
         Raises:
             InputError: if there are not R readings or not C chambers.
         """
-        finger, ways = self.nominal.finger, self.nominal.ways
+        finger = self.nominal.finger
+        ways = self.nominal.ways
         _check("readings", readings, self.nominal.readings)
         _check("pressure", pressure, finger.pressures)
         pose = np.broadcast_to(self.X_WB if X_WB is None else X_WB, (*np.shape(readings)[:-1], 3, 4))
@@ -80,25 +81,25 @@ def sensed_fingers(scenario: Scenario) -> dict[str, SensedFinger]:
         InputError: if the scenario cannot be built, or the estimate depends on the past: because a finger creeps
             or the estimator filters or zeroes its sensors; or a finger has tendons.
     """
-    return {finger.name: _sensed(finger, scenario) for finger in make_station(scenario).fingers}
+    return {finger.name: _sensed_finger(finger, scenario) for finger in make_station(scenario).fingers}
 
 
-def _sensed(finger: PlantFinger, scenario: Scenario) -> SensedFinger:
+def _sensed_finger(finger: PlantFinger, scenario: Scenario) -> SensedFinger:
     nominal = read_nominal_model(scenario.nominal).layout(finger.finger, scenario.sensor)
-    known = uncertainty(scenario.estimator, scenario.sensor, nominal.calibrated)
-    function = estimator_function(scenario.estimator.type, nominal, known)
+    assumed = uncertainty(scenario.estimator, scenario.sensor, nominal.calibrated)
+    function = estimator_function(scenario.estimator.type, nominal, assumed)
     if isinstance(function, RecursiveShape):
         expected = "depends on all samples before: choose arcs, spline, gaussian, contact or constant_curvature"
         raise InputError("sensed finger", "estimator.type", scenario.estimator.type, expected)
-    if known.free_pressure > 0:
+    if assumed.free_pressure > 0:
         expected = "zeroes sensors by the samples before: set it to 0"
-        raise InputError("sensed finger", "estimator.uncertainty.free_pressure", known.free_pressure, expected)
+        raise InputError("sensed finger", "estimator.uncertainty.free_pressure", assumed.free_pressure, expected)
     for part, has in (
         ("creep", "creeps, and remembers how it was bent"),
         ("tendons", "has them; give one with chambers"),
     ):
-        if found := getattr(nominal.finger, part):
-            raise InputError("sensed finger", part, len(found), f"finger '{finger.name}' {has}")
+        if entries := getattr(nominal.finger, part):
+            raise InputError("sensed finger", part, len(entries), f"finger '{finger.name}' {has}")
     gravity = compensated_gravity(scenario)
     joints = [scoped_name(joint) for way in nominal.ways for joint in finger.joints_of(way)]
     sensors = sensor_layout(finger.finger, scenario.sensor)

@@ -25,17 +25,18 @@ from soft_gripper.fingers.plant_finger import PlantFinger
 
 def joints_below(plant: MultibodyPlant) -> dict[Any, list[Joint]]:
     """The joints to the children of each body, by its index."""
-    found: dict[Any, list[Joint]] = {}
+    joints: dict[Any, list[Joint]] = {}
     for index in plant.GetJointIndices():
         joint = plant.get_joint(index)
-        found.setdefault(joint.parent_body().index(), []).append(joint)
-    return found
+        joints.setdefault(joint.parent_body().index(), []).append(joint)
+    return joints
 
 
 def tree_depth(plant: MultibodyPlant) -> int:
     """The number of bodies in the longest chain of bodies that hang on each other, without the world."""
     children = joints_below(plant)
-    depth, level = 0, children.get(plant.world_body().index(), [])
+    depth = 0
+    level = children.get(plant.world_body().index(), [])
     while level:
         depth += 1
         level = [child for joint in level for child in children.get(joint.child_body().index(), [])]
@@ -43,21 +44,22 @@ def tree_depth(plant: MultibodyPlant) -> int:
 
 
 def neighbors(plant: MultibodyPlant) -> dict[Any, set[Any]]:
-    """Bodies whose shapes MuJoCo lets touch a body only as a pair, by its index.
+    """Bodies that MuJoCo lets touch a body only by a listed pair, by its index.
 
     They are fixed to the body, or to one that a joint connects with it, unless that is fixed to the world.
     """
     bodies = [plant.get_body(BodyIndex(number)) for number in range(plant.num_bodies())]
     fixed = {body.index(): {other.index() for other in plant.GetBodiesWeldedTo(body)} for body in bodies}
-    found = {index: set(of_body) for index, of_body in fixed.items()}
+    near = {index: set(of_body) for index, of_body in fixed.items()}
     for joint in map(plant.get_joint, plant.GetJointIndices()):
-        parents, children = fixed[joint.parent_body().index()], fixed[joint.child_body().index()]
+        parents = fixed[joint.parent_body().index()]
+        children = fixed[joint.child_body().index()]
         if plant.world_body().index() not in parents:
             for body in parents:
-                found[body] |= children
+                near[body] |= children
             for body in children:
-                found[body] |= parents
-    return found
+                near[body] |= parents
+    return near
 
 
 def springs(fingers: Iterable[PlantFinger]) -> Iterator[tuple[Any, tuple[float, float]]]:
@@ -94,8 +96,9 @@ def left_out(station: Station) -> Iterator[str]:
 
 
 def pose_at_zero(joint: Joint) -> RigidTransform:
-    """The child in the parent where the joint is at zero; a free body where a run begins."""
-    plant, child = joint.GetParentPlant(), joint.child_body()
+    """Pose of the child in the parent with the joint at zero; of a free body, its pose at the begin of a run."""
+    plant = joint.GetParentPlant()
+    child = joint.child_body()
     if child.is_floating_base_body():
         X_WC: RigidTransform = plant.GetDefaultFloatingBaseBodyPose(child)
         return X_WC
@@ -127,7 +130,7 @@ def inertia_of(body: RigidBody) -> RotationalInertia:
 
 
 def mobilities(plant: MultibodyPlant, held: Mapping[Any, tuple[float, float]], step: float) -> dict[Any, float]:
-    """How easily the centre of mass of each body moves, 1/kg, by its index: the mean over all directions.
+    """Mobility of the centre of mass of each body, 1/kg, by its index: the mean over all directions.
 
     With all joints at zero, acceleration per force: a third of the trace of J M^-1 J^T. What springs and dampers take
     from it within a step is approximated joint by joint, by the diagonals of M and M + h D + h^2 K.
@@ -138,14 +141,17 @@ def mobilities(plant: MultibodyPlant, held: Mapping[Any, tuple[float, float]], s
         step: h, s; 0 for mobilities at an instant.
     """
     context = plant.CreateDefaultContext()
-    positions, drag = plant.GetPositions(context), np.zeros(plant.num_velocities())
+    positions = plant.GetPositions(context)
+    drag = np.zeros(plant.num_velocities())
     for joint in map(plant.get_joint, plant.GetJointIndices()):
         if isinstance(joint, RevoluteJoint | PrismaticJoint):
             positions[joint.position_start()] = 0.0
             stiffness, damping = held.get(joint.index(), (0.0, joint.default_damping()))
             drag[joint.velocity_start()] = step * damping + step**2 * stiffness
     plant.SetPositions(context, positions)
-    mass, world, found = plant.CalcMassMatrix(context), plant.world_frame(), {}
+    mass = plant.CalcMassMatrix(context)
+    world = plant.world_frame()
+    mobility = {}
     inertia = np.diag(mass)
     for number in range(plant.num_bodies()):
         body = plant.get_body(BodyIndex(number))
@@ -153,13 +159,13 @@ def mobilities(plant: MultibodyPlant, held: Mapping[Any, tuple[float, float]], s
             context, JacobianWrtVariable.kV, body.body_frame(), body.default_com(), world, world
         )
         mean = float(np.trace(J @ np.linalg.solve(mass, J.T))) / 3 if J.size else 0.0
-        at_once, within_step = (((J**2).sum(axis=0) / each).sum() for each in (inertia, inertia + drag))
-        found[body.index()] = mean * float(within_step / at_once) if mean > 0 else 0.0
-    return found
+        at_once, within_step = (((J**2).sum(axis=0) / inertias).sum() for inertias in (inertia, inertia + drag))
+        mobility[body.index()] = mean * float(within_step / at_once) if mean > 0 else 0.0
+    return mobility
 
 
 def scoped_name(joint: Joint) -> str:
-    """`model::joint`."""
+    """Name of a joint in its scope, `model::joint`."""
     return f"{joint.GetParentPlant().GetModelInstanceName(joint.model_instance())}::{joint.name()}"
 
 

@@ -25,23 +25,23 @@ from scipy.spatial.transform import Rotation
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.view.finger_drawing import (
-    LEAST_FORCE,
     LENGTH,
+    MIN_FORCE,
     drawn_signals,
     estimated_corners,
     force_in_world,
-    in_world,
     link_frames,
+    to_world,
 )
 from soft_gripper.errors import InputError
 from soft_gripper.files.output import atomic_file
 from soft_gripper.truth.poses import TRUE_JOINTS, TRUE_TIP, corners
 
-_SECOND = 10**9  # ns
-_COLORS = {"shape": (0.88, 0.62, 0.0), "true_shape": (0.45, 0.1, 0.5), "force": (0.8, 0.1, 0.1)}
-_THICKNESS = 4e-3  # m, of lines and arrows
-_MOST_NUMBERS = 100  # of a signal in a sample
-_PLOTTED = (  # signals of a finger, a plot of each group
+_NS_PER_S = 10**9  # ns
+_ENTITY_COLORS = {"shape": (0.88, 0.62, 0.0), "true_shape": (0.45, 0.1, 0.5), "force": (0.8, 0.1, 0.1)}
+_LINE_THICKNESS = 4e-3  # m, of lines and arrows
+_MAX_NUMBERS = 100  # of a signal in a sample
+_PLOT_GROUPS = (  # signals of a finger, a plot of each group
     ("strain", "curvature", "orientation"),
     ("pressure", "sampled_pressure", "pressure_command"),
     ("transverse_force", "true_transverse_force"),
@@ -62,17 +62,18 @@ def write_mcap(data: xr.Dataset, path: Path) -> None:
     except ImportError:
         expected = "MCAP files require mcap: pip install 'soft-gripper[ros]'"
         raise InputError(path, "file", path.name, expected) from None
-    stamps = [round(float(t) * _SECOND) for t in data["time"].values]
+    stamps = [round(float(t) * _NS_PER_S) for t in data["time"].values]
     with atomic_file(path) as partial, partial.open("wb") as file:
         writer = Writer(file)
         writer.start(library="soft-gripper")
         writer.add_metadata("run", {str(name): str(value) for name, value in data.attrs.items()})
-        topics, channels = [*_signals(data), *_drawn(data)], dict[str, int]()
+        topics = [*_signal_topics(data), *_drawn_topics(data)]
+        channels = dict[str, int]()
         for i, stamp in enumerate(stamps):  # in the order of time: readers then need one chunk at a time
             for topic, schema, make in topics:
                 if (made := make(i)) is None:
                     continue
-                message = {**_at(stamp, schema), **made}
+                message = {**_header(stamp, schema), **made}
                 if topic not in channels:
                     text = json.dumps(_schema(message, schema)).encode()
                     number = writer.register_schema(schema, "jsonschema", text)
@@ -85,10 +86,10 @@ def write_mcap(data: xr.Dataset, path: Path) -> None:
 
 def layout(data: xr.Dataset) -> dict[str, Any]:
     """A layout of Foxglove: the fingers in space, and plots of their readings, pressures, and contacts."""
-    shown = {topic: {"visible": True} for topic, *_ in _drawn(data)}
+    shown = {topic: {"visible": True} for topic, *_ in _drawn_topics(data)}
     grid = {"layerId": "foxglove.Grid", "instanceId": "grid", "visible": True, "size": 1, "divisions": 20}
     panels: dict[str, Any] = {"3D!space": {"topics": shown, "layers": {"grid": grid}, "followTf": "world"}}
-    for group in _PLOTTED:
+    for group in _PLOT_GROUPS:
         paths = [path for name in _fingers(data) for signal in group for path in _lines(data, f"{name}.{signal}")]
         if paths:
             lines = [{"value": path, "enabled": True, "timestampMethod": "receiveTime"} for path in paths]
@@ -132,54 +133,56 @@ def _fingers(data: xr.Dataset) -> list[str]:
     return [str(name).removesuffix(".X_WB") for name in data.data_vars if str(name).endswith(".X_WB")]
 
 
-def _signals(data: xr.Dataset) -> Iterator[tuple[str, str, Make]]:
+def _signal_topics(data: xr.Dataset) -> Iterator[tuple[str, str, Make]]:
     """Topics of all signals, their schemas, and their messages."""
     for key in data.data_vars:
         name = str(key)
         values = data[name]
-        if values[0].size > _MOST_NUMBERS:
+        if values[0].size > _MAX_NUMBERS:
             continue
         labels = [data[dim].values.tolist() for dim in values.dims[1:]]
         numbers = values.values
 
         def make(i: int, numbers: Array = numbers, labels: list[list[Any]] = labels) -> dict[str, Any]:
-            return {"value": _named(numbers[i].tolist(), labels)}
+            return {"value": _labelled(numbers[i].tolist(), labels)}
 
         yield _topic(name), name, make
 
 
-def _named(values: Any, labels: list[list[Any]]) -> Any:
-    """A number, or what is along an axis, by its labels if these are names."""
+def _labelled(values: Any, labels: list[list[Any]]) -> Any:
+    """A number, or the entries along an axis, by its labels if these are names."""
     if not labels:
         return values if math.isfinite(values) else None
-    parts = [_named(value, labels[1:]) for value in values]
+    parts = [_labelled(value, labels[1:]) for value in values]
     return dict(zip(labels[0], parts, strict=True)) if isinstance(labels[0][0], str) else parts
 
 
-def _drawn(data: xr.Dataset) -> Iterator[tuple[str, str, Make]]:
+def _drawn_topics(data: xr.Dataset) -> Iterator[tuple[str, str, Make]]:
     """Topics that are drawn, their schemas, and their messages."""
     for name in _fingers(data):
         signals = {str(key).removeprefix(f"{name}."): value.values for key, value in data.items()}
         X_WB = signals["X_WB"]
         if drawn_signals(signals):
             in_B = estimated_corners(signals)
-            points, turns = in_world(X_WB, in_B), X_WB[:, :, :3] @ link_frames(in_B)[:, -1]
+            points = to_world(X_WB, in_B)
+            turns = X_WB[:, :, :3] @ link_frames(in_B)[:, -1]
             yield f"/{name}/tip_in_world", "foxglove.PoseInFrame", _pose(points[:, -1], _quaternions(turns))
             yield f"/{name}/shape", "foxglove.SceneUpdate", _scene(name, "shape", points, force_in_world(signals, in_B))
         if {TRUE_JOINTS, TRUE_TIP} <= signals.keys():
-            points = in_world(X_WB, corners(signals[TRUE_JOINTS], signals[TRUE_TIP]))
+            points = to_world(X_WB, corners(signals[TRUE_JOINTS], signals[TRUE_TIP]))
             yield f"/{name}/true_shape", "foxglove.SceneUpdate", _scene(name, "true_shape", points, None)
     for key in data.data_vars:
         if str(key).endswith(".pose") and data[key].shape[1:] == (7,):
-            pose, topic = data[key].values, f"/{str(key).removesuffix('.pose')}/in_world"
+            pose = data[key].values
+            topic = f"/{str(key).removesuffix('.pose')}/in_world"
             yield topic, "foxglove.PoseInFrame", _pose(pose[:, 4:], np.roll(pose[:, :4], -1, axis=1))
 
 
 def _quaternions(R: Array) -> Array:
-    """x, y, z, w of rotations (T, 3, 3), (T, 4); NaN where they are."""
+    """Quaternions x, y, z, w of rotations (T, 3, 3), (T, 4); NaN where these are."""
     xyzw: Array = np.full((len(R), 4), np.nan)
-    known = np.isfinite(R).all(axis=(1, 2))
-    xyzw[known] = Rotation.from_matrix(R[known]).as_quat()
+    is_known = np.isfinite(R).all(axis=(1, 2))
+    xyzw[is_known] = Rotation.from_matrix(R[is_known]).as_quat()
     return xyzw
 
 
@@ -198,8 +201,8 @@ def _scene(name: str, kind: str, points: Array, forces: tuple[Array, Array] | No
             return None
         line = {
             "type": 0,  # a strip
-            "pose": _IDENTITY,
-            "thickness": _THICKNESS,
+            "pose": _IDENTITY_POSE,
+            "thickness": _LINE_THICKNESS,
             "scale_invariant": False,
             "points": [_xyz(p) for p in points[i]],
             "color": _color(kind),
@@ -216,59 +219,60 @@ def _scene(name: str, kind: str, points: Array, forces: tuple[Array, Array] | No
             "lines": [line],
             "arrows": [] if forces is None else _arrow(forces[0][i], forces[1][i]),
         }
-        others = {each: list[Any]() for each in ("cubes", "spheres", "cylinders", "triangles", "texts", "models")}
+        others = {kind: list[Any]() for kind in ("cubes", "spheres", "cylinders", "triangles", "texts", "models")}
         return {"deletions": [], "entities": [entity | others]}
 
     return make
 
 
-_IDENTITY = {"position": {"x": 0, "y": 0, "z": 0}, "orientation": {"x": 0, "y": 0, "z": 0, "w": 1}}
+_IDENTITY_POSE = {"position": {"x": 0, "y": 0, "z": 0}, "orientation": {"x": 0, "y": 0, "z": 0, "w": 1}}
 
 
-def _arrow(at: Array, force: Array) -> list[Any]:
-    """An arrow whose tip is where a force acts; none if it is small or unknown."""
+def _arrow(tip: Array, force: Array) -> list[Any]:
+    """An arrow with its tip where a force acts; none if it is small or unknown."""
     size = float(np.linalg.norm(force))
-    if not size > LEAST_FORCE or not np.isfinite(at).all():
+    if not size > MIN_FORCE or not np.isfinite(tip).all():
         return []
     turn, _ = Rotation.align_vectors([force / size], [[1, 0, 0]])  # an arrow points along x
-    length, head = LENGTH * size, 2 * _THICKNESS
+    length = LENGTH * size
+    head = 2 * _LINE_THICKNESS
     return [
         {
             "pose": {
-                "position": _xyz(at - force / size * (length + head)),
+                "position": _xyz(tip - force / size * (length + head)),
                 "orientation": dict(zip("xyzw", turn.as_quat().tolist(), strict=True)),
             },
             "shaft_length": length,
-            "shaft_diameter": _THICKNESS,
+            "shaft_diameter": _LINE_THICKNESS,
             "head_length": head,
-            "head_diameter": 2 * _THICKNESS,
+            "head_diameter": 2 * _LINE_THICKNESS,
             "color": _color("force"),
         }
     ]
 
 
-def _color(of: str) -> dict[str, float]:
-    return dict(zip("rgba", (*_COLORS[of], 1.0), strict=True))
+def _color(kind: str) -> dict[str, float]:
+    return dict(zip("rgba", (*_ENTITY_COLORS[kind], 1.0), strict=True))
 
 
 def _xyz(p: Array) -> dict[str, float]:
     return dict(zip("xyz", p.tolist(), strict=True))
 
 
-def _at(stamp: int, schema: str) -> dict[str, Any]:
-    time = {"timestamp": {"sec": stamp // _SECOND, "nsec": stamp % _SECOND}}
+def _header(stamp: int, schema: str) -> dict[str, Any]:
+    time = {"timestamp": {"sec": stamp // _NS_PER_S, "nsec": stamp % _NS_PER_S}}
     frame = {"frame_id": "world"} if schema == "foxglove.PoseInFrame" else {}
     return {} if schema == "foxglove.SceneUpdate" else {**time, **frame}
 
 
-_TYPES: Mapping[type, str] = {str: "string", bool: "boolean", int: "integer", float: "number"}
+_JSON_TYPES: Mapping[type, str] = {str: "string", bool: "boolean", int: "integer", float: "number"}
 
 
 def _schema(value: Any, title: str = "") -> dict[str, Any]:
     """The JSON schema of a message, by an example."""
-    of: dict[str, Any] = {"title": title} if title else {}
+    head: dict[str, Any] = {"title": title} if title else {}
     if isinstance(value, dict):
-        return {**of, "type": "object", "properties": {name: _schema(part) for name, part in value.items()}}
+        return {**head, "type": "object", "properties": {name: _schema(part) for name, part in value.items()}}
     if isinstance(value, list):
-        return {**of, "type": "array", "items": _schema(value[0]) if value else {"type": "object"}}
-    return {**of, "type": _TYPES.get(type(value), "number")}
+        return {**head, "type": "array", "items": _schema(value[0]) if value else {"type": "object"}}
+    return {**head, "type": _JSON_TYPES.get(type(value), "number")}

@@ -22,7 +22,7 @@ class TrialsConfig:
 
 @dataclass
 class Varied:
-    """A task of which there are trials."""
+    """A task with settings of its trials."""
 
     trials: TrialsConfig = field(default_factory=TrialsConfig)  # of `soft-gripper study grasp-trials`
 

@@ -1,4 +1,4 @@
-"""A standard shake test: how much load, in any direction, takes an object out of a grasp.
+"""A standard shake test: the load, in any direction, that takes an object out of a grasp.
 
 The scenario runs until the object is held: to its end or, with a task, to the end of the first phase that holds it.
 Then everything but the gripper is taken away from the object, which hangs in the grasp for REST. From this state on, a
@@ -34,7 +34,7 @@ from pydrake.systems.framework import Context
 from soft_gripper.arrays import Array
 from soft_gripper.cached import kept
 from soft_gripper.diagrams.scene import first_body
-from soft_gripper.diagrams.simulation import advance, kept_station, run_to_end, solver_config
+from soft_gripper.diagrams.simulation import advance, cached_station, run_to_end, solver_config
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.errors import InputError
 from soft_gripper.pictures.style import STYLE
@@ -47,16 +47,16 @@ from soft_gripper.truth.contact import TOUCH, patches
 REST = 1.0  # s, in which an object hangs in the grasp before it is loaded
 PERIOD = 0.01  # s, in which the load is constant
 SMOOTH = 5  # periods over which the resisted load is averaged
-MOST = 10.0  # times the sum of the normal forces, to which a force grows; a torque likewise, with their mean lever
-LEAST_LEVER = 5e-3  # m
+MAX_LOAD = 10.0  # of a force, in sums of the normal forces; of a torque, these times their mean lever
+MIN_LEVER = 5e-3  # m
 AXES = ("x", "y", "z")
 SLID, TURNED, LET_GO, NOT_LOST, NOT_HELD = "slid", "turned", "let go", "not lost", "not held"
-_TEXT = Path("scenario.yaml")  # name for the text of a scenario in messages
+_TEXT_NAME = Path("scenario.yaml")  # name for the text of a scenario in messages
 
 
 @dataclass(frozen=True)
 class Shake:
-    """How an object is loaded, and when it counts as lost."""
+    """Speed of a load, and limits beyond which the object counts as lost."""
 
     slid: float = 5e-3  # m along the fingers
     turned: float = math.radians(20)  # relative to the links that touch it
@@ -113,7 +113,7 @@ def grasp_strength(
     shake: Shake | None = None,
     report: Callable[[], Any] = lambda: None,
 ) -> list[StrengthRow]:
-    """The strength of a grasp in twelve directions.
+    """Measures the strength of a grasp in twelve directions.
 
     Args:
         scenario: that grasps an object.
@@ -127,13 +127,13 @@ def grasp_strength(
         SimulationDivergedError: if a simulation diverges.
     """
     held = held_object(scenario, held)
-    text = dump_scenario(until_held(scenario))
+    text = dump_scenario(shortened_scenario(scenario))
     jobs = {load: (text, held, number, shake or Shake()) for number, load in enumerate(LOADS)}
     return list(results(executor, strength_in, jobs, lambda load: report()).values())
 
 
 def held_object(scenario: Scenario, name: str | None) -> str:
-    """The model whose grasp is tested.
+    """Name of the grasped model under test.
 
     Raises:
         InputError: if there is none.
@@ -147,7 +147,7 @@ def held_object(scenario: Scenario, name: str | None) -> str:
     return name or (task.object if task is not None and task.object in free else None) or free[0]
 
 
-def until_held(scenario: Scenario) -> Scenario:
+def shortened_scenario(scenario: Scenario) -> Scenario:
     """The scenario up to the end of the first phase of its task that holds an object; without one, all of it."""
     if scenario.task is None:
         return scenario
@@ -157,15 +157,17 @@ def until_held(scenario: Scenario) -> Scenario:
 
 
 def strength_in(text: str, held: str, number: int, shake: Shake) -> StrengthRow:
-    """The strength in one direction; runs in a worker, which keeps the state from which all directions start."""
-    settled = kept(_kept, (text, held), lambda: Settled.of(parse_scenario(_TEXT, text), held), 1)
-    return settled.loaded(LOADS[number], shake)
+    """The strength in one direction; runs in a worker, which caches the state before all loads."""
+    settled = kept(
+        _settled_grasps, (text, held), lambda: SettledGrasp.from_scenario(parse_scenario(_TEXT_NAME, text), held), 1
+    )
+    return settled.strength(LOADS[number], shake)
 
 
-_kept: "OrderedDict[tuple[str, str], Settled]" = OrderedDict()
+_settled_grasps: "OrderedDict[tuple[str, str], SettledGrasp]" = OrderedDict()
 
 
-class Sample(NamedTuple):
+class LoadSample(NamedTuple):
     """The object under a load."""
 
     resisted: float  # N or N m, by the contacts
@@ -175,29 +177,29 @@ class Sample(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Settled:
-    """An object that hangs in a grasp, from which every load starts."""
+class SettledGrasp:
+    """An object that hangs in a grasp: the state before every load."""
 
     station: Station
     body: RigidBody
     context: Context
 
     @classmethod
-    def of(cls, scenario: Scenario, held: str) -> "Settled":
+    def from_scenario(cls, scenario: Scenario, held: str) -> "SettledGrasp":
         """Runs a scenario, takes everything but the gripper away from the object, and lets it rest."""
-        station = kept_station(scenario)
+        station = cached_station(scenario)
         if held in station.parts.deformables:
             raise InputError(
                 "grasp strength", "--object", held, "is soft; give a rigid object, which a load moves whole"
             )
         body = first_body(station.plant, held)
         context = run_to_end(station).get_context().Clone()
-        _take_supports_away(station, body, context)
-        simulator = _resumed(station, context)
+        _remove_supports(station, body, context)
+        simulator = _resume(station, context)
         advance(simulator, station, context.get_time() + REST)
         return cls(station, body, context.Clone())
 
-    def loaded(self, load: Load, shake: Shake) -> StrengthRow:
+    def strength(self, load: Load, shake: Shake) -> StrengthRow:
         """The strength in one direction."""
         grasp = _HeldBody(self.station, self.body, self.context.Clone(), load, shake)
         unit = "mN m" if load.is_torque else "N"
@@ -208,8 +210,8 @@ class Settled:
         return _row(kind, load.name, unit, samples)
 
 
-def _row(kind: str, direction: str, unit: str, samples: Sequence[Sample]) -> StrengthRow:
-    """The strength from all samples of a load."""
+def _row(kind: str, direction: str, unit: str, samples: Sequence[LoadSample]) -> StrengthRow:
+    """The row of a load, from all its samples."""
     resisted = smoothed(np.array([sample.resisted for sample in samples]))
     moved, turned = (np.array([getattr(sample, name) for sample in samples]) for name in ("moved", "turned"))
     strongest = int(np.argmax(resisted))
@@ -233,8 +235,12 @@ class _HeldBody:
     """An object in a grasp, with a load that grows."""
 
     def __init__(self, station: Station, body: RigidBody, context: Context, load: Load, shake: Shake):
-        self._station, self._body, self._load, self._shake = station, body, load, shake
-        self._plant, self._simulator = station.plant, _resumed(station, context)
+        self._station = station
+        self._body = body
+        self._load = load
+        self._shake = shake
+        self._plant = station.plant
+        self._simulator = _resume(station, context)
         self._context = station.plant.GetMyMutableContextFromRoot(context)
         self._fingers = {
             geometry.get_value(): finger
@@ -255,13 +261,13 @@ class _HeldBody:
         self._poses = [self._pose_in(grip.link) for grip in self.grips]
         self._begin = self._pose_in(self._base)
         arms = [float(np.linalg.norm(center - self._center())) for center in p_WC]
-        self._lever = max(float(np.mean(arms)), LEAST_LEVER) if arms else LEAST_LEVER
+        self._lever = max(float(np.mean(arms)), MIN_LEVER) if arms else MIN_LEVER
 
-    def ramp(self) -> Iterator[Sample]:
+    def ramp(self) -> Iterator[LoadSample]:
         """Samples under a growing load, until the object is lost or the load has reached its limit."""
         begin = self._simulator.get_context().get_time()
         scale = self._normal * (self._lever if self._load.is_torque else 1.0)
-        for count in range(1, round(MOST * self._shake.seconds / PERIOD) + 1):
+        for count in range(1, round(MAX_LOAD * self._shake.seconds / PERIOD) + 1):
             load = scale * count * PERIOD / self._shake.seconds
             self._apply(load)
             advance(self._simulator, self._station, begin + count * PERIOD)
@@ -274,18 +280,19 @@ class _HeldBody:
         force = ExternallyAppliedSpatialForce()
         force.body_index = self._body.index()
         force.p_BoBq_B = self._body.default_com()
-        vector, nothing = load * self._axis, np.zeros(3)
+        vector = load * self._axis
+        nothing = np.zeros(3)
         force.F_Bq_W = SpatialForce(*((vector, nothing) if self._load.is_torque else (nothing, vector)))
         self._plant.get_applied_spatial_force_input_port().FixValue(self._context, Value([force]))
 
-    def _sample(self) -> Sample:
+    def _sample(self) -> LoadSample:
         wrench, centers = self._contact()
         resisted = -float((wrench - self._wrench)[0 if self._load.is_torque else 1] @ self._axis)
         X_PO = self._pose_in(self._base)
         moved = float(np.linalg.norm(X_PO.translation() - self._begin.translation()))
-        return Sample(resisted, moved, _angle(self._begin, X_PO), self._lost(centers))
+        return LoadSample(resisted, moved, _angle(self._begin, X_PO), self._loss(centers))
 
-    def _lost(self, centers: dict[Any, tuple[Array, float]]) -> str:
+    def _loss(self, centers: dict[Any, tuple[Array, float]]) -> str:
         if sum(force for _, force in centers.values()) < TOUCH:
             return LET_GO
         X_WO = self._body.EvalPoseInWorld(self._context)
@@ -297,11 +304,12 @@ class _HeldBody:
     def _contact(self) -> tuple[Array, dict[Any, tuple[Array, float]]]:
         """Torque about the centre of mass and force of all contacts on the object, (2, 3) N m and N in the world.
 
-        And, of every finger that touches it, the centre of pressure, (3,) m, and the normal force, N.
+        Also the centre of pressure, (3,) m, and the normal force, N, of every finger that touches it.
         """
         results: ContactResults = self._plant.get_contact_results_output_port().Eval(self._context)
-        center, wrench = self._center(), np.zeros((2, 3))
-        of_fingers: dict[Any, list[tuple[Array, float]]] = {}
+        center = self._center()
+        wrench = np.zeros((2, 3))
+        finger_patches: dict[Any, list[tuple[Array, float]]] = {}
         for patch in patches(results, self._own):
             sign = 1.0 if patch.geometries[0] in self._own else -1.0
             other = patch.geometries[1 if sign > 0 else 0]
@@ -310,8 +318,8 @@ class _HeldBody:
             if other in self._fingers:
                 normal = patch.normal / np.linalg.norm(patch.normal)
                 pressed = abs(float(patch.force @ normal))
-                of_fingers.setdefault(self._fingers[other], []).append((patch.place, pressed))
-        return wrench, {finger: _mean_center(found) for finger, found in of_fingers.items()}
+                finger_patches.setdefault(self._fingers[other], []).append((patch.place, pressed))
+        return wrench, {finger: _mean_center(finger_centers) for finger, finger_centers in finger_patches.items()}
 
     def _center(self) -> Array:
         p_W: Array = self._body.EvalPoseInWorld(self._context) @ self._body.default_com()
@@ -321,11 +329,11 @@ class _HeldBody:
         return self._body.body_frame().CalcPose(self._context, body.body_frame())
 
 
-def _mean_center(found: Sequence[tuple[Array, float]]) -> tuple[Array, float]:
+def _mean_center(finger_patches: Sequence[tuple[Array, float]]) -> tuple[Array, float]:
     """Centre of pressure and sum of the normal forces of several patches."""
-    total = sum(force for _, force in found)
-    weights = [force / total if total > 0 else 1 / len(found) for _, force in found]
-    return np.sum([weight * place for weight, (place, _) in zip(weights, found, strict=True)], axis=0), total
+    total = sum(force for _, force in finger_patches)
+    weights = [force / total if total > 0 else 1 / len(finger_patches) for _, force in finger_patches]
+    return np.sum([weight * place for weight, (place, _) in zip(weights, finger_patches, strict=True)], axis=0), total
 
 
 def _angle(one: RigidTransform, other: RigidTransform) -> float:
@@ -333,7 +341,7 @@ def _angle(one: RigidTransform, other: RigidTransform) -> float:
     return abs(float((one.rotation().inverse() @ other.rotation()).ToAngleAxis().angle()))
 
 
-def _resumed(station: Station, context: Context) -> Simulator:
+def _resume(station: Station, context: Context) -> Simulator:
     """A simulator that goes on from a context, without the events of a beginning."""
     simulator = Simulator(station.diagram, context)
     ApplySimulatorConfig(solver_config(station.scenario), simulator)
@@ -341,9 +349,10 @@ def _resumed(station: Station, context: Context) -> Simulator:
     return simulator
 
 
-def _take_supports_away(station: Station, body: RigidBody, context: Context) -> None:
-    """Lets an object pass through everything but the fingers and what they are welded to, in one context."""
-    plant, scene_graph = station.plant, station.parts.scene_graph
+def _remove_supports(station: Station, body: RigidBody, context: Context) -> None:
+    """Lets an object pass through everything but the gripper, in one context."""
+    plant = station.plant
+    scene_graph = station.parts.scene_graph
     gripper = {link.index() for finger in station.fingers for link in finger.links}
     for finger in station.fingers:
         if not finger.is_anchored:  # otherwise the table is welded to them too
@@ -352,8 +361,8 @@ def _take_supports_away(station: Station, body: RigidBody, context: Context) -> 
     others: list[GeometryId] = []
     inspector = scene_graph.model_inspector()
     for geometry in inspector.GetAllGeometryIds(Role.kProximity):
-        of = plant.GetBodyFromFrameId(inspector.GetFrameId(geometry))
-        if geometry not in own and of.index() not in gripper:
+        owner = plant.GetBodyFromFrameId(inspector.GetFrameId(geometry))
+        if geometry not in own and owner.index() not in gripper:
             others.append(geometry)
     manager = scene_graph.collision_filter_manager(scene_graph.GetMyMutableContextFromRoot(context))
     manager.Apply(CollisionFilterDeclaration().ExcludeBetween(GeometrySet(list(own)), GeometrySet(others)))
@@ -371,13 +380,14 @@ def strength_figure(rows: Sequence[StrengthRow], title: str) -> Figure:
 
 def _draw(axes: Axes, rows: Sequence[StrengthRow], kind: str) -> None:
     for row in rows:
-        sign, place = (1 if row.direction[0] == "+" else -1), AXES.index(row.direction[1])
+        sign = 1 if row.direction[0] == "+" else -1
+        row_index = AXES.index(row.direction[1])
         color = "#2166ac" if row.ended != NOT_LOST else "#9ecae1"
-        axes.barh(place, sign * row.strength, color=color, height=0.6)
+        axes.barh(row_index, sign * row.strength, color=color, height=0.6)
         text = f"{row.strength:.3g}" if row.ended != NOT_LOST else f"> {row.strength:.3g}"
         axes.annotate(
             text,
-            (sign * row.strength, place),
+            (sign * row.strength, row_index),
             (4 * sign, 0),
             textcoords="offset points",
             ha="left" if sign > 0 else "right",

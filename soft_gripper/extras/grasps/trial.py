@@ -36,7 +36,7 @@ class RandomObject:
 
 
 @dataclass(frozen=True)
-class Variation(RandomObject):
+class TrialVariation(RandomObject):
     """The differences of a trial from its scenario: the object, and its reported minus its true pose."""
 
     error_x_mm: float
@@ -49,36 +49,39 @@ def random_numbers(seed: int, scenario: str, trial: int) -> np.random.Generator:
     return np.random.default_rng([seed, trial, *scenario.encode()])
 
 
-def draw(rng: np.random.Generator, ranges: TrialsConfig) -> Variation:
+def draw(rng: np.random.Generator, ranges: TrialsConfig) -> TrialVariation:
     """A variation with uniformly distributed components."""
     x, y, yaw = rng.uniform(-1.0, 1.0, 3) * (1e3 * ranges.offset, 1e3 * ranges.offset, np.degrees(ranges.yaw))
     spans = (1e3 * np.array(ranges.mass), np.array(ranges.friction), 1 + ranges.size * np.array([-1.0, 1.0]))
     others = tuple(rng.uniform(least, most) for least, most in spans)
-    offset, turn = 1e3 * ranges.offset_error, np.degrees(ranges.yaw_error)
+    offset = 1e3 * ranges.offset_error
+    turn = np.degrees(ranges.yaw_error)
     error = rng.uniform(-1.0, 1.0, 3) * (offset, offset, turn)
-    return Variation(*map(float, (x, y, yaw, *others, *error)))
+    return TrialVariation(*map(float, (x, y, yaw, *others, *error)))
 
 
-def vary(scenario: Scenario, rng: np.random.Generator) -> tuple[Scenario, Variation]:
+def vary(scenario: Scenario, rng: np.random.Generator) -> tuple[Scenario, TrialVariation]:
     """A random variation of a scenario, and the draw; see `varied`. Sensor errors are redrawn as well."""
     _object(scenario)
     variation = draw(rng, cast(Varied, scenario.task).trials)
-    found = varied(scenario, variation)
-    found.sensor.seed = int(rng.integers(2**31))
-    return found, variation
+    variant = varied(scenario, variation)
+    variant.sensor.seed = int(rng.integers(2**31))
+    return variant, variation
 
 
-def varied(scenario: Scenario, variation: Variation) -> Scenario:
-    """The scenario with another object and reported pose. The lowest point keeps its height at start and goal.
+def varied(scenario: Scenario, variation: TrialVariation) -> Scenario:
+    """A scenario with another object and reported pose. The lowest point keeps its height at start and goal.
 
     Raises:
         InputError: if the object of the task is not a bare mesh.
     """
-    found = deepcopy(scenario)
-    model, task = _object(found), found.task
+    variant = deepcopy(scenario)
+    model = _object(variant)
+    task = variant.task
     assert task is not None
-    vertices, growth = read_scene(model_path(model.file)).convex_hull.vertices, (variation.size - 1) * model.mesh.scale
-    begin, goal = (_lifted(X.GetDeterministicValue(), vertices, growth) for X in (model.X_PC, task.X_WGoal))
+    vertices = read_scene(model_path(model.file)).convex_hull.vertices
+    growth = (variation.size - 1) * model.mesh.scale
+    begin, goal = (_keep_height(X.GetDeterministicValue(), vertices, growth) for X in (model.X_PC, task.X_WGoal))
     turn = RotationMatrix.MakeZRotation(np.radians(variation.yaw_deg))
     place = begin.translation() + 1e-3 * np.array([variation.x_mm, variation.y_mm, 0.0])
     model.X_PC, task.X_WGoal = Transform(RigidTransform(turn @ begin.rotation(), place)), Transform(goal)
@@ -86,7 +89,7 @@ def varied(scenario: Scenario, variation: Variation) -> Scenario:
     model.mass, model.friction = 1e-3 * variation.mass_g, variation.friction
     error = (1e-3 * variation.error_x_mm, 1e-3 * variation.error_y_mm, float(np.radians(variation.error_yaw_deg)))
     task.pose_error = PoseErrorConfig(*error)
-    return found
+    return variant
 
 
 def _object(scenario: Scenario) -> ModelConfig:
@@ -99,15 +102,15 @@ def _object(scenario: Scenario) -> ModelConfig:
     raise InputError("grasp trials", "task.object", name, expected)
 
 
-def _lifted(X_WO: RigidTransform, vertices: Array, growth: float) -> RigidTransform:
+def _keep_height(X_WO: RigidTransform, vertices: Array, growth: float) -> RigidTransform:
     """A pose that keeps the lowest point's height when each unit of the vertices (N, 3) has grown by `growth` m."""
     below = float(np.min(vertices @ X_WO.rotation().matrix()[2]))
     return RigidTransform(X_WO.rotation(), X_WO.translation() - [0.0, 0.0, growth * below])
 
 
 @dataclass(frozen=True)
-class Details(Variation):
-    """The random draw of a trial, see Variation, and the final pose of its object; NaN: unknown.
+class Details(TrialVariation):
+    """The random draw of a trial, see TrialVariation, and the final pose of its object; NaN: unknown.
 
     x_mm, y_mm, yaw_deg: true initial pose of the object, relative to that in the scenario.
     reported_...: pose reported to the task, relative to the same; error_...: reported minus true pose.
@@ -144,8 +147,8 @@ class Trial:
         return [[self.scenario, str(self.trial), *cells(part)] for part in parts]
 
     @classmethod
-    def of_rows(cls, rows: Sequence[Sequence[str]]) -> "Trial":
-        """The trial with these cells in each table."""
+    def from_rows(cls, rows: Sequence[Sequence[str]]) -> "Trial":
+        """Reads a trial from its cells in each table."""
         scenario, number, *_ = rows[0]
         result, details, grasp = (row[len(KEYS) :] for row in rows)
         parts = of_cells(result, Judged), of_cells(details, Details), of_cells(grasp, Grasp)

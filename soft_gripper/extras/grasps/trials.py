@@ -40,7 +40,7 @@ from soft_gripper.scenario.scenario_file import changed_scenario, dump_scenario,
 from soft_gripper.scenario.schema import Scenario
 
 GOOD, BAD = "#2166ac", "#b2182b"
-RIM = 1.3  # times a limit: where values far beyond it are drawn
+RIM = 1.3  # position of values far beyond a limit, in limits
 MEASURES = {  # columns of the rows
     "placed_error_mm": "placed error [mm]",
     "placed_angle_deg": "placed angle [degrees]",
@@ -60,8 +60,8 @@ def trials_figure(trials: Sequence[Trial], force_limits: Mapping[str, float | No
         figure = Figure(figsize=(14, 2.7 * len(scenarios)), layout="constrained")
         panels = figure.subplots(len(scenarios), 1 + len(MEASURES), squeeze=False, sharex="col")
         for row, scenario in zip(panels, scenarios, strict=True):
-            found = [trial for trial in trials if trial.scenario == scenario]
-            _draw_places(row[0], found)
+            scenario_trials = [trial for trial in trials if trial.scenario == scenario]
+            _draw_places(row[0], scenario_trials)
             limits = {
                 "placed_error_mm": MAX_PLACED_ERROR,
                 "placed_angle_deg": MAX_PLACED_ANGLE,
@@ -69,7 +69,7 @@ def trials_figure(trials: Sequence[Trial], force_limits: Mapping[str, float | No
                 "peak_force_n": force_limits[scenario] or 0.0,
             }
             for axes, measure in zip(row[1:], MEASURES, strict=True):
-                _draw_measure(axes, found, measure, limits.get(measure, 0.0))
+                _draw_measure(axes, scenario_trials, measure, limits.get(measure, 0.0))
             row[0].set_title(scenario.replace("_", " ").capitalize(), loc="left")
             row[1].set_ylabel("trials, cumulative")
         for axes, label in zip(panels[-1], ("x from the goal [mm]", *MEASURES.values()), strict=True):
@@ -85,7 +85,7 @@ def _draw_places(axes: Axes, trials: Sequence[Trial]) -> None:
     axes.plot(0, 0, "+", color="0.4", ms=10)
     for trial in trials:
         place = np.array([trial.details.placed_x_mm, trial.details.placed_y_mm])
-        axes.plot(*place * min(1.0, RIM * MAX_PLACED_ERROR / max(np.hypot(*place), 1e-9)), **_look(trial))
+        axes.plot(*place * min(1.0, RIM * MAX_PLACED_ERROR / max(np.hypot(*place), 1e-9)), **_marker_style(trial))
     end = 1.1 * RIM * MAX_PLACED_ERROR
     axes.set(xlim=(-end, end), ylim=(-end, end), aspect="equal", ylabel="y [mm]")
 
@@ -95,20 +95,22 @@ def _draw_measure(axes: Axes, trials: Sequence[Trial], measure: str, limit: floa
     rim = RIM * limit if limit > 0 else np.inf
     measured = [trial for trial in trials if not np.isnan(getattr(trial.result, measure))]
     for rank, trial in enumerate(sorted(measured, key=lambda trial: getattr(trial.result, measure)), start=1):
-        axes.plot(min(getattr(trial.result, measure), rim), rank, **_look(trial))
+        axes.plot(min(getattr(trial.result, measure), rim), rank, **_marker_style(trial))
     if limit > 0:
         axes.axvline(limit, color="0.4", ls="--")
     axes.set_ylim(0, len(trials) + 1)
     axes.yaxis.set_major_locator(MaxNLocator(integer=True))
 
 
-def _look(trial: Trial) -> dict[str, Any]:
-    """Draws a dot for a success, a cross for a failure."""
+def _marker_style(trial: Trial) -> dict[str, Any]:
+    """Style of a trial's marker: a dot for a success, a cross for a failure."""
     success = trial.result.success
     return {"marker": "o" if success else "x", "ms": 4, "color": GOOD if success else BAD, "clip_on": False}
 
 
-ABOUT, TABLES, FIGURE = "trials.yaml", ("trials.csv", "trials_details.csv", "trials_grasps.csv"), "trials"
+ABOUT = "trials.yaml"
+TABLES = ("trials.csv", "trials_details.csv", "trials_grasps.csv")
+FIGURE = "trials"
 SCENARIOS = ("pick_and_place_box", "pick_and_place_irregular", "pick_and_place_delicate", "pick_and_place_apple")
 
 
@@ -160,15 +162,15 @@ def run_trials(
     tables = StudyTables(
         out, ABOUT, {table: [*KEYS, *columns(part)] for table, part in zip(TABLES, PARTS, strict=True)}, len(KEYS)
     )
-    of_engine = {} if engine is None else {"engine": engine}
-    changes = {file: of_engine | engine_step_of(file, of_engine, executor) for file in files}
+    engine_change = {} if engine is None else {"engine": engine}
+    changes = {file: engine_change | engine_step_of(file, engine_change, executor) for file in files}
     tables.begin(_about(changes, seed), resume)
     for suffix in (".png", ".svg"):  # figures of fewer trials
         (out / FIGURE).with_suffix(suffix).unlink(missing_ok=True)
-    trials = {key: Trial.of_rows(rows) for key, rows in tables.rows.items()}
+    trials = {key: Trial.from_rows(rows) for key, rows in tables.rows.items()}
 
-    def keep(batch: Batch, found: Sequence[Trial]) -> None:
-        for key, trial in zip(batch, found, strict=True):
+    def keep(batch: Batch, batch_trials: Sequence[Trial]) -> None:
+        for key, trial in zip(batch, batch_trials, strict=True):
             if key not in tables.rows:
                 trials[key] = trial
                 tables.add(*trial.rows)
@@ -177,7 +179,7 @@ def run_trials(
 
     def failed(batch: Batch, cause: str) -> list[Trial]:
         file, _, numbers, _ = jobs[batch]
-        return [_failed(file, seed, each, cause) for each in numbers]
+        return [_failed_trial(file, seed, trial_number, cause) for trial_number in numbers]
 
     def ended(batch: Batch) -> None:
         for key in batch:
@@ -187,11 +189,11 @@ def run_trials(
     names = [Path(file).stem for file in files]
     order = sorted(trials, key=lambda key: (names.index(key[0]), int(key[1])))
     tables.finish(order)
-    found = [trials[key] for key in order]
+    sorted_trials = [trials[key] for key in order]
     tasks = {Path(file).stem: load_scenario(file).task for file in files}
     limits = {name: None if task is None else task.force_limit for name, task in tasks.items()}
-    save_figure(trials_figure(found, limits), out / FIGURE)
-    return found
+    save_figure(trials_figure(sorted_trials, limits), out / FIGURE)
+    return sorted_trials
 
 
 Batch = tuple[tuple[str, str], ...]  # keys of trials that are run together
@@ -201,33 +203,38 @@ Changes = Mapping[str, Any]  # of a scenario, by dotted keys
 def _batches(
     changes: Mapping[str, Changes], number: int, seed: int
 ) -> Iterator[tuple[Batch, tuple[str, int, list[int], Changes]]]:
-    """The trials that are run together, and the arguments of `trials_together`; scenarios take turns."""
-    size = min(runs_at_once(changed_scenario(*each), number) for each in changes.items())
+    """Yields the keys of trials that are run together, and the arguments of `trials_together`; scenarios alternate."""
+    size = min(runs_at_once(changed_scenario(*change), number) for change in changes.items())
     for first in range(0, number, size):
         numbers = list(range(first, min(first + size, number)))
-        for file, of_file in changes.items():
-            yield tuple((Path(file).stem, str(each)) for each in numbers), (file, seed, numbers, of_file)
+        for file, file_changes in changes.items():
+            yield (
+                tuple((Path(file).stem, str(trial_number)) for trial_number in numbers),
+                (file, seed, numbers, file_changes),
+            )
 
 
 def _about(changes: Mapping[str, Changes], seed: int) -> str:
     """A description of the trials."""
-    scenarios = (f"# {Path(file).stem}\n{dump_scenario(changed_scenario(file, of))}" for file, of in changes.items())
+    scenarios = (
+        f"# {Path(file).stem}\n{dump_scenario(changed_scenario(file, change))}" for file, change in changes.items()
+    )
     return "\n".join([f"seed: {seed}", *scenarios])
 
 
 def trials_together(file: str, seed: int, numbers: Sequence[int], changes: Changes) -> list[Trial]:
     """Runs trials of a scenario with changes, which an engine may simulate together; one that fails has its cause."""
     base = changed_scenario(file, changes)
-    scenarios = [_varied(base, file, seed, number) for number in numbers]
-    runs = run_many([each for each in scenarios if isinstance(each, Scenario)], described=False)
-    found = []
-    for number, each in zip(numbers, scenarios, strict=True):
-        run = next(runs) if isinstance(each, Scenario) else each
+    scenarios = [_vary_or_error(base, file, seed, number) for number in numbers]
+    runs = run_many([scenario for scenario in scenarios if isinstance(scenario, Scenario)], described=False)
+    trials = []
+    for number, scenario in zip(numbers, scenarios, strict=True):
+        run = next(runs) if isinstance(scenario, Scenario) else scenario
         if isinstance(run, Exception):
-            found.append(_failed(file, seed, number, describe(run)))
+            trials.append(_failed_trial(file, seed, number, describe(run)))
         else:
-            found.append(judge(file, seed, number, run.station, run.recording))
-    return found
+            trials.append(judge(file, seed, number, run.station, run.recording))
+    return trials
 
 
 def record_trial(
@@ -241,14 +248,14 @@ def record_trial(
     """
     base = changed_scenario(file, {} if engine is None else {"engine": engine})
     base.engine_step = engine_step(base)
-    scenario = _varied(base, file, seed, trial)
+    scenario = _vary_or_error(base, file, seed, trial)
     if isinstance(scenario, Exception):
         raise scenario
     station = make_private_station(scenario)
     return station, run_station(station, progress=progress)
 
 
-def _varied(base: Scenario, file: str, seed: int, trial: int) -> Scenario | InputError:
+def _vary_or_error(base: Scenario, file: str, seed: int, trial: int) -> Scenario | InputError:
     try:
         return vary(base, random_numbers(seed, Path(file).stem, trial))[0]
     except InputError as error:
@@ -270,7 +277,7 @@ def judge(file: str, seed: int, trial: int, station: Station, recording: Recordi
     return Trial(Path(file).stem, trial, judged(station, recording), details, grasp)
 
 
-def _failed(file: str, seed: int, trial: int, cause: str) -> Trial:
+def _failed_trial(file: str, seed: int, trial: int, cause: str) -> Trial:
     """A trial that ended in an error."""
     result = Judged(False, NAN, NAN, False, NAN, NAN, NAN, NAN, NAN, NAN, cause)
     return Trial(Path(file).stem, trial, result, _details(file, seed, trial))

@@ -41,10 +41,10 @@ FAULTS = (HEALTHY, *OF_SENSORS, *OF_FINGER)  # the kinds, in the order of the pr
 
 @dataclass(frozen=True)
 class UsualFaults:
-    """Usual faults, before anything is read: means and standard deviations of their parameters.
+    """Prior of the parameters of faults: means and standard deviations.
 
-    Sizes of the sensors' faults are shares of the full scale: the largest reading of the free finger at the usual load
-    pressure.
+    Sizes of the sensors' faults are fractions of the full scale: the largest reading of the free finger at the usual
+    load pressure.
     """
 
     probability: float = quantity(1e-9, above=0, below=1)  # that something is wrong at all
@@ -64,38 +64,40 @@ class Hypotheses:
     load_pressure: float = 1.5e5  # Pa
 
     @cached_property
-    def _listed(self) -> list[tuple[str, int, int]]:
+    def _entries(self) -> list[tuple[str, int, int]]:
         """Kind, reading and joint of each; -1 for none."""
         of_reading = ("dead", "offset", "loose", "drifting", "saturated")
         sensors = [(kind, i, -1) for i in range(self.layout.readings) for kind in of_reading]
         leak = [("leak", -1, -1)] if self.layout.finger.pressures else []
         segments = self.layout.finger.segments
-        cuts = [("cut", -1, int(joint)) for joint in np.unique(self._places * segments // (2 * self.layout.sections))]
+        cuts = [
+            ("cut", -1, int(joint)) for joint in np.unique(self._half_sections * segments // (2 * self.layout.sections))
+        ]
         return [(HEALTHY, -1, -1), *sensors, *leak, *cuts, ("held", -1, -1)]
 
     @property
-    def _places(self) -> NDArray[np.int_]:
+    def _half_sections(self) -> NDArray[np.int_]:
         return np.arange(2 * self.layout.sections)
 
     def of(self, name: str) -> NDArray[np.int_]:
-        """The numbers of the hypotheses of one sort."""
-        return np.array([i for i, (kind, *_) in enumerate(self._listed) if kind == name], dtype=int)
+        """Indices of the hypotheses of one kind."""
+        return np.array([i for i, (kind, *_) in enumerate(self._entries) if kind == name], dtype=int)
 
     @cached_property
     def kind(self) -> NDArray[np.int_]:
-        """Their kinds, as places in FAULTS, (K,)."""
+        """Indices of the kinds in FAULTS, (K,)."""
         names = {"offset": "slipped", "loose": "slipped"}
-        return np.array([FAULTS.index(names.get(kind, kind)) for kind, *_ in self._listed])
+        return np.array([FAULTS.index(names.get(kind, kind)) for kind, *_ in self._entries])
 
     @cached_property
     def reading(self) -> NDArray[np.int_]:
-        """The readings that they concern, (K,); -1: none."""
-        return np.array([reading for _, reading, _ in self._listed])
+        """Index of the reading that a hypothesis concerns, (K,); -1: none."""
+        return np.array([reading for _, reading, _ in self._entries])
 
     @cached_property
     def joint(self) -> NDArray[np.int_]:
-        """The first joint of what is softer, (K,)."""
-        return np.array([joint for *_, joint in self._listed])
+        """First joint of the softer part, (K,); -1: none."""
+        return np.array([joint for *_, joint in self._entries])
 
     @cached_property
     def log_prior(self) -> Array:
@@ -107,7 +109,7 @@ class Hypotheses:
 
     @cached_property
     def sign(self) -> Array:
-        """The sign that f must have, (K,); 0: any."""
+        """Required sign of f, (K,); 0: any."""
         sign = np.zeros(len(self.kind))
         for name in ("loose", "leak", "cut"):
             sign[self.of(name)] = np.sign(getattr(self.usual, name)[0])
@@ -121,9 +123,10 @@ class Hypotheses:
         return float(np.abs(self.layout.predict(finger.angle(torque))).max())
 
     @cached_property
-    def size(self) -> tuple[Array, Array]:
+    def onset_prior(self) -> tuple[Array, Array]:
         """Mean and standard deviation of f and f' at their onset, (K, 2) each."""
-        usual, scale = self.usual, self.full_scale
+        usual = self.usual
+        scale = self.full_scale
         mean, std = np.zeros((len(self.kind), 2)), np.zeros((len(self.kind), 2))
         for name in ("dead", "saturated"):
             std[self.of(name), 0] = scale
@@ -134,8 +137,8 @@ class Hypotheses:
         return mean, std
 
     @cached_property
-    def by_load(self) -> Array:
-        """B, from the bends of the load to the readings, (R, S)."""
+    def load_response(self) -> Array:
+        """B, matrix from the bends of the load to the readings, (R, S)."""
         sensitivity = self.layout.sensitivity
         by_value = sensitivity[..., None] * np.eye(sensitivity.shape[-1])
         return by_value.reshape(self.layout.readings, -1)

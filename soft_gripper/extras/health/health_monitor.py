@@ -9,12 +9,12 @@ from soft_gripper.errors import InputError
 from soft_gripper.estimators.driving_torque import DRIVING_TORQUE
 from soft_gripper.estimators.plane import in_base
 from soft_gripper.extras.health.faults import FAULTS
-from soft_gripper.extras.health.health_filter import HealthFilter, Known
+from soft_gripper.extras.health.health_filter import FilterMemory, HealthFilter
 from soft_gripper.scenario.schema import EstimatorConfig, SensorConfig
 from soft_gripper.scenario.sensor_presets import uncertainty
 from soft_gripper.sensors.measurement import MeasurementModel
 
-NAMED = 0.95  # probability that something is wrong from which a fault is named, and a sensor dropped
+NAMING_PROBABILITY = 0.95  # of a fault from which it is named, and a sensor dropped
 
 
 def make_monitor(
@@ -52,35 +52,41 @@ class HealthMonitor(ArrayBlock):
         """
         check_monitored(function)
         super().__init__(function.period)
-        layout, start = function.layout, function.begin()
+        layout = function.layout
+        start = function.begin()
         self.function = function
         self.take(layout.quantity, layout.readings)
         self.take(DRIVING_TORQUE, layout.finger.segments)
         self.take("X_WB", 12)
         self.derive("gravity", lambda X_WB: in_base(X_WB, gravity), "X_WB")
         self.remember(
-            "known",
-            lambda before, *sample: function.step(_unflat(before, start), *sample),
+            "memory",
+            lambda before, *sample: function.step(_unflattened(before, start), *sample),
             *(layout.quantity, DRIVING_TORQUE, "gravity"),
-            begin=_flat(start),
-            keep=_flat,
+            begin=_flattened(start),
+            keep=_flattened,
         )
-        self.derive("probabilities", function.probabilities, "known")
-        self.derive("of_readings", function.of_readings, "known")
-        self.put_out("fault_probabilities", lambda found: found, "probabilities", fault=FAULTS)
-        self.put_out("fault", named, "probabilities", meanings=FAULTS)
-        self.put_out("sensor_fault", lambda found: found, "of_readings", unit="1", **layout.axes)
+        self.derive("probabilities", function.probabilities, "memory")
+        self.derive("sensor_probabilities", function.sensor_probabilities, "memory")
+        self.put_out("fault_probabilities", lambda probabilities: probabilities, "probabilities", fault=FAULTS)
+        self.put_out("fault", named_fault, "probabilities", meanings=FAULTS)
+        self.put_out(
+            "sensor_fault", lambda probabilities: probabilities, "sensor_probabilities", unit="1", **layout.axes
+        )
         self.derive(
-            "usable", lambda found, readings: np.where(found < NAMED, readings, np.nan), "of_readings", layout.quantity
+            "usable",
+            lambda probabilities, readings: np.where(probabilities < NAMING_PROBABILITY, readings, np.nan),
+            "sensor_probabilities",
+            layout.quantity,
         )
         name = usable(layout.quantity)
         self.put_out(name, lambda readings: readings, "usable", unit=layout.unit, **layout.axes)
 
 
-def named(probabilities: Array) -> Array:
-    """The fault that is named, as its place in FAULTS, (...): the most probable, once something is surely wrong."""
+def named_fault(probabilities: Array) -> Array:
+    """Index in FAULTS of the named fault, (...): the most probable one, once a fault is nearly certain."""
     most: Array = 1.0 + probabilities[..., 1:].argmax(axis=-1)
-    return np.where(probabilities[..., 0] < 1 - NAMED, most, 0.0)
+    return np.where(probabilities[..., 0] < 1 - NAMING_PROBABILITY, most, 0.0)
 
 
 def check_monitored(function: HealthFilter) -> None:
@@ -91,13 +97,13 @@ def check_monitored(function: HealthFilter) -> None:
         raise InputError("estimator", "health", True, f"{expected} (finger '{layout.finger.name}')")
 
 
-def _flat(known: Known) -> Array:
-    """All parts in a row, (n,)."""
-    return np.concatenate([np.ravel(part) for part in known])
+def _flattened(memory: FilterMemory) -> Array:
+    """All fields of a memory in a row, (n,)."""
+    return np.concatenate([np.ravel(part) for part in memory])
 
 
-def _unflat(numbers: Array, like: Known) -> Known:
-    """The inverse of flattening, with the part sizes of another state of knowledge."""
+def _unflattened(numbers: Array, like: FilterMemory) -> FilterMemory:
+    """The inverse of `_flattened`, with the field sizes of another memory."""
     ends = np.cumsum([np.size(part) for part in like])[:-1]
     parts = zip(np.split(numbers, ends), like, strict=True)
-    return Known._make(part.reshape(np.shape(own)) for part, own in parts)
+    return FilterMemory._make(part.reshape(np.shape(own)) for part, own in parts)

@@ -7,7 +7,7 @@ from soft_gripper.extras.health.faults import FAULTS
 
 
 def named_faults(station: Station, recording: Recording) -> list[str]:
-    """The fault of every finger of which one is named at the end, and since when one is; what was not calibrated."""
+    """Lines on fingers with a fault named at the end, its beginning, and readings far from a calibration."""
     lines = []
     for finger in station.fingers:
         name = f"{finger.name}.fault"

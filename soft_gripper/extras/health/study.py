@@ -1,8 +1,8 @@
-"""How many faults of sensors and fingers are found and named, how soon, and how often one is named without any.
+"""Study of health: faults of sensors and fingers that are found and named, their delays, and false alarms.
 
 Half of the runs have one fault. Every run is simulated by itself, with a scenario, pressures, supply, object place and
 sensor errors of its own, and 12 s long. The monitor is told that the nominal model is exact, as it is; in some of the
-runs it looks again with a nominal stiffness that is wrong, and with a larger uncertainty.
+runs it judges again with a nominal stiffness that is wrong, and with a larger uncertainty.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -23,8 +23,8 @@ from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.estimators.uncertainty import uncertainty_of
 from soft_gripper.extras.health.faults import FAULTS
-from soft_gripper.extras.health.health_filter import LOOK, HealthFilter
-from soft_gripper.extras.health.health_monitor import named
+from soft_gripper.extras.health.health_filter import WINDOW_SAMPLES, HealthFilter
+from soft_gripper.extras.health.health_monitor import named_fault
 from soft_gripper.pictures.style import COLORS, STYLE
 from soft_gripper.runs.scores.readings import ReadAgain, read_again
 from soft_gripper.runs.study import results
@@ -39,7 +39,7 @@ PRESET = "realistic"
 SECTIONS = 4
 KINDS = (*SENSOR_FAULTS, "leak", "cut", "held")  # as they are simulated
 NAMES = {"offset": "slipped", "loose": "slipped"}  # of those that are named otherwise
-# kPa, the range of the pressures of the motions of which one is drawn.
+# Pressure ranges of the motions, kPa; a run draws one.
 MOTIONS = {
     "free_bending": (-30, 150),
     "obstructed_inside": (0, 75),
@@ -49,12 +49,12 @@ MOTIONS = {
 }
 STEPS, STEP = 12, 1.0  # of pressure, s
 ONSET = 2.0, 7.0  # s
-LEAST_EFFECT = 0.01  # of the extension ratio: the largest change of a reading by a fault of a sensor
+MIN_EFFECT = 0.01  # of the extension ratio: the largest change of a reading by a fault of a sensor
 SIZES = {"offset": (0.02, 0.08), "loose": (0.4, 0.9), "drifting": (0.005, 0.02), "saturated": (0.4, 0.75)}
-HELD_AT = 150  # kPa, the highest pressure of a held finger
-LEAKS, SOFTER, CUT_AT = (0.25, 0.6), (2.0, 3.0), (0.25, 0.7)
-_DRAWS = 100
-EVERY = 4  # runs, of which one is also monitored with other beliefs
+HELD_PRESSURE = 150  # kPa, the highest pressure of a held finger
+LEAKS, SOFTENING, CUT_LOCATIONS = (0.25, 0.6), (2.0, 3.0), (0.25, 0.7)
+_MAX_DRAWS = 100
+EVERY = 4  # runs; one of them is also monitored with other beliefs
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ class HealthRun:
 
     @property
     def right(self) -> bool:
-        """Whether what is named in the end is true."""
+        """Whether the fault named at the end is true."""
         return self.found and self.said == NAMES.get(self.fault, self.fault)
 
 
@@ -126,8 +126,11 @@ def moved_scenario(
 def run_health(number: int, kind: str, seed: int, beliefs: Sequence[Belief] = (EXACT,)) -> list[HealthRun]:
     """Simulates a run, and monitors its health with every belief."""
     rng = np.random.default_rng([seed, KINDS.index(kind) if kind in KINDS else len(KINDS), number])
-    motion, onset = str(rng.choice(list(MOTIONS))), float(rng.uniform(*ONSET))
-    overrides, size, finger = [], np.nan, None
+    motion = str(rng.choice(list(MOTIONS)))
+    onset = float(rng.uniform(*ONSET))
+    overrides = []
+    size = np.nan
+    finger = None
     if kind == "leak":
         size = float(rng.uniform(*LEAKS))
         overrides = [f"pressure.leaks.all={size}", f"pressure.leak_time={onset}"]
@@ -136,30 +139,32 @@ def run_health(number: int, kind: str, seed: int, beliefs: Sequence[Belief] = (E
         motion, finger = {"cut": ("free_bending", None), "held": ("obstructed_inside", "left_finger")}[kind]
     with TemporaryDirectory() as folder:
         if kind == "cut":
-            size = float(rng.uniform(*SOFTER))
-            overrides = _cut(rng, Path(folder) / "cut.urdf", size)
-        scenario = moved_scenario(rng, motion, overrides, HELD_AT if kind == "held" else None)
+            size = float(rng.uniform(*SOFTENING))
+            overrides = _write_cut_finger(rng, Path(folder) / "cut.urdf", size)
+        scenario = moved_scenario(rng, motion, overrides, HELD_PRESSURE if kind == "held" else None)
         if kind == "held":
-            _hold(scenario, rng)
+            _add_pegs(scenario, rng)
         station = make_private_station(scenario)
         recording = run_station(station)
         chosen = station.fingers[int(rng.integers(len(station.fingers)))]
         chosen = next((one for one in station.fingers if one.name == finger), chosen)
         again = read_again(station, recording, chosen, SECTIONS)
-    reading, errors = -1, strain_errors(SensorConfig(errors=StrainErrorsConfig(preset=PRESET)))
+    reading = -1
+    errors = strain_errors(SensorConfig(errors=StrainErrorsConfig(preset=PRESET)))
     assert errors is not None
     if kind in SENSOR_FAULTS:
         fault = _sensor_fault(kind, onset, again, rng)
         reading, size, errors = fault.reading, fault.size or np.nan, replace(errors, faults=(fault,))
-    layout, ratios = again.layout, again.layout.response.ratio(again.readings)
+    layout = again.layout
+    ratios = again.layout.response.ratio(again.readings)
     readings = layout.response.reading(disturb(errors, ratios, again.period, rng))
-    found = []
+    runs = []
     for belief in beliefs:
-        times, probabilities = monitored(again, readings, errors, belief)
-        is_named = named(probabilities) > 0
+        times, probabilities = monitor_readings(again, readings, errors, belief)
+        is_named = named_fault(probabilities) > 0
         after = is_named & (times > (onset if kind in KINDS else np.inf))
         is_found = bool(after.any())
-        found.append(
+        runs.append(
             HealthRun(
                 f"{100 * belief.stiffness_error:+.0f} % ({100 * belief.declared:g} %)",
                 *(number, kind if kind in KINDS else "none", motion, chosen.name, reading),
@@ -167,59 +172,63 @@ def run_health(number: int, kind: str, seed: int, beliefs: Sequence[Belief] = (E
                 *(float(times[after][0] - onset) if is_found else np.nan, FAULTS[int(probabilities[-1].argmax())]),
             )
         )
-    return found
+    return runs
 
 
-def monitored(again: ReadAgain, readings: Array, errors: StrainErrors, belief: Belief) -> tuple[Array, Array]:
-    """The ends of the looks at a recorded finger, (L,) s, and the probabilities of FAULTS then, (L, 8)."""
+def monitor_readings(again: ReadAgain, readings: Array, errors: StrainErrors, belief: Belief) -> tuple[Array, Array]:
+    """Ends of the windows of a recorded finger, (L,) s, and the probabilities of FAULTS then, (L, 8)."""
     changes = {"youngs_modulus": f"{100 * belief.stiffness_error:+g} %"}
     finger = changed_finger(again.layout.finger, "nominal", changes)
     assumed = replace(uncertainty_of(errors), bend_per_pressure=belief.declared)
     monitor = HealthFilter(replace(again.layout, finger=finger), assumed, again.period)
-    known, found = monitor.begin(), []
+    memory = monitor.begin()
+    probabilities = []
     for i, sample in enumerate(zip(readings, again.driving(), again.gravity, strict=True), start=1):
-        known = monitor.step(known, *sample)
-        if i % LOOK == 0:
-            found.append(monitor.probabilities(known))
-    return again.period * LOOK * np.arange(1, len(found) + 1), np.array(found)
+        memory = monitor.step(memory, *sample)
+        if i % WINDOW_SAMPLES == 0:
+            probabilities.append(monitor.probabilities(memory))
+    return again.period * WINDOW_SAMPLES * np.arange(1, len(probabilities) + 1), np.array(probabilities)
 
 
 def _sensor_fault(kind: str, onset: float, again: ReadAgain, rng: np.random.Generator) -> SensorFault:
-    """A fault of a random sensor that changes its readings by LEAST_EFFECT or more at some time."""
-    layout, begun = again.layout, round(onset / again.period)
+    """A fault of a random sensor that changes its readings by MIN_EFFECT or more at some time."""
+    layout = again.layout
+    begun = round(onset / again.period)
     strain = layout.response.ratio(again.readings)[begun:] - 1
-    for _ in range(_DRAWS):
+    for _ in range(_MAX_DRAWS):
         reading = int(rng.integers(layout.readings))
-        seen, size = strain[:, reading], float(rng.uniform(*SIZES[kind])) if kind in SIZES else 0.0
+        strains = strain[:, reading]
+        size = float(rng.uniform(*SIZES[kind])) if kind in SIZES else 0.0
         if kind in ("offset", "drifting"):
             size *= float(rng.choice([-1.0, 1.0]))
             return SensorFault(kind, reading, onset, size)
         if kind == "saturated":
-            size *= float(seen.max())
-        effects = {"dead": np.ptp(seen), "loose": size * np.abs(seen).max(), "saturated": seen.max() - size}
-        if effects[kind] >= LEAST_EFFECT:
+            size *= float(strains.max())
+        effects = {"dead": np.ptp(strains), "loose": size * np.abs(strains).max(), "saturated": strains.max() - size}
+        if effects[kind] >= MIN_EFFECT:
             frozen = kind == "dead" and rng.random() < 0.5
             return SensorFault(kind, reading, onset, None if frozen else size)
     raise AssertionError(f"no sensor of this run sees a fault of the kind {kind}")
 
 
-def _cut(rng: np.random.Generator, file: Path, softer: float) -> list[str]:
-    """Writes a finger whose silicone is softer from a place to the tip; the nominal one is that which was built."""
+def _write_cut_finger(rng: np.random.Generator, file: Path, softer: float) -> list[str]:
+    """Writes a finger with softer silicone from a location to the tip; the nominal finger stays as built."""
     shipped = "package://soft_gripper/grippers/finger.urdf"
-    text, at = model_path(shipped).read_text(), round(float(rng.uniform(*CUT_AT)), 3)
+    text = model_path(shipped).read_text()
+    location = round(float(rng.uniform(*CUT_LOCATIONS)), 3)
     begin = text.index("<base")
     base = text[begin : text.index("/>", begin) + 2]
     modulus = base.split('youngs_modulus="')[1].split('"')[0]
     tip = text[text.index("<tip") : text.index("/>", text.index("<tip")) + 2]
     soft = f'youngs_modulus="{float(modulus) / softer:.6g}"'
-    whole = base.replace("<base", f'<section at="{at}"')
+    whole = base.replace("<base", f'<section at="{location}"')
     cut = [text.replace(tip, "\n".join((whole, whole.replace(f'youngs_modulus="{modulus}"', soft), tip)))]
     cut.append(cut[0].replace(tip, tip.replace(f'youngs_modulus="{modulus}"', soft)))
     file.write_text(cut[1])
     return [*(f"models.{i}.file={file}" for i in range(2)), f"nominal.file={shipped}"]
 
 
-def _hold(scenario: Scenario, rng: np.random.Generator) -> None:
+def _add_pegs(scenario: Scenario, rng: np.random.Generator) -> None:
     """Puts pegs at both sides of the left finger: inside near the tip, and outside further up."""
     peg = scenario.models[1]
     for name, x, z in (("peg", -0.0245, rng.uniform(0.093, 0.097)), ("other_peg", -0.0644, rng.uniform(0.135, 0.145))):
@@ -232,22 +241,22 @@ def _hold(scenario: Scenario, rng: np.random.Generator) -> None:
 
 def health_rows(runs: Sequence[HealthRun]) -> list[HealthRow]:
     """The table of runs, for every belief: every fault, all faults, and the runs without."""
-    found = []
+    rows = []
     for belief in dict.fromkeys(run.belief for run in runs):
-        of_belief = [run for run in runs if run.belief == belief]
-        groups = {kind: [run for run in of_belief if run.fault == kind] for kind in KINDS}
-        groups["all"] = [run for run in of_belief if run.fault in KINDS]
-        groups["none"] = [run for run in of_belief if run.fault == "none"]
-        found += [_row(belief, name, group) for name, group in groups.items() if group]
-    return found
+        belief_runs = [run for run in runs if run.belief == belief]
+        groups = {kind: [run for run in belief_runs if run.fault == kind] for kind in KINDS}
+        groups["all"] = [run for run in belief_runs if run.fault in KINDS]
+        groups["none"] = [run for run in belief_runs if run.fault == "none"]
+        rows += [_row(belief, name, group) for name, group in groups.items() if group]
+    return rows
 
 
 def _row(belief: str, name: str, runs: Sequence[HealthRun]) -> HealthRow:
     delays = [run.delay for run in runs if run.found]
     median, most = np.percentile(delays, [50, 90]) if delays else (np.nan, np.nan)
 
-    def percent(of: Callable[[HealthRun], bool]) -> float:
-        return float(100 * np.mean([of(run) for run in runs]))
+    def percent(holds: Callable[[HealthRun], bool]) -> float:
+        return float(100 * np.mean([holds(run) for run in runs]))
 
     shares = (percent(lambda run: run.found), percent(lambda run: run.right)) if name != "none" else (np.nan, np.nan)
     false_alarms = percent(lambda run: run.false_alarm)
@@ -258,8 +267,8 @@ def health_runs(number: int, seed: int, executor: Executor, ended: Callable[[Any
     """`number` runs with a fault, as many of every kind, and `number` without; `ended` is called after each."""
     jobs = [*_jobs(number, KINDS, DECLARED), *_jobs(number, ["none"], DECLARED + BEYOND)]
     calls = {(i, kind): (i, kind, seed, beliefs) for i, kind, beliefs in jobs}
-    found = results(executor, run_health, calls, ended)
-    return [run for runs in found.values() for run in runs]
+    runs_by_call = results(executor, run_health, calls, ended)
+    return [run for runs in runs_by_call.values() for run in runs]
 
 
 def _jobs(number: int, kinds: Sequence[str], others: Sequence[Belief]) -> Iterator[tuple[int, str, Sequence[Belief]]]:
@@ -270,10 +279,10 @@ def _jobs(number: int, kinds: Sequence[str], others: Sequence[Belief]) -> Iterat
 
 
 def health_figure(runs: Sequence[HealthRun]) -> Figure:
-    """Figure of the answers to each fault, and of how long it takes to be found; the model is exact."""
+    """Figure of the answers to each fault, and of its delay; the model is exact."""
     runs = [run for run in runs if run.belief == runs[0].belief]
     truths = (*KINDS, "none")
-    counts = np.array([[_said(runs, truth, name) for name in FAULTS] for truth in truths])
+    counts = np.array([[_answer_count(runs, truth, name) for name in FAULTS] for truth in truths])
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(10, 4.2), layout="constrained")
         left, right = figure.subplots(1, 2, width_ratios=[1.35, 1])
@@ -301,5 +310,5 @@ def health_figure(runs: Sequence[HealthRun]) -> Figure:
     return figure
 
 
-def _said(runs: Sequence[HealthRun], truth: str, name: str) -> int:
+def _answer_count(runs: Sequence[HealthRun], truth: str, name: str) -> int:
     return sum(run.fault == truth and (run.said if run.found or run.false_alarm else "healthy") == name for run in runs)

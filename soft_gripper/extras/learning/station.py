@@ -29,7 +29,7 @@ from pydrake.systems.sensors import RgbdSensor
 from scipy.linalg import expm
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.private_run import keep_what_is_read
+from soft_gripper.diagrams.private_run import remove_unread_blocks
 from soft_gripper.diagrams.scene import arm_joints, first_body
 from soft_gripper.diagrams.station import add_station
 from soft_gripper.diagrams.station_parts import StationParts
@@ -379,7 +379,7 @@ def make_learning_station(
     builder.ExportOutput(observation, "observation")
     if picture:
         builder.ExportOutput(_add_camera(builder, parts), "picture")
-    parts.signals = keep_what_is_read(builder, parts.signals).signals
+    parts.signals = remove_unread_blocks(builder, parts.signals).signals
     diagram = builder.Build()
     parts.check(diagram)
     if handled is None:

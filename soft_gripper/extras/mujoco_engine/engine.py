@@ -19,13 +19,13 @@ from pydrake.systems.framework import Context, Diagram
 from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array
 from soft_gripper.cached import kept
-from soft_gripper.diagrams.own_blocks import own_blocks
+from soft_gripper.diagrams.own_blocks import user_blocks
 from soft_gripper.diagrams.recording import make_recording
 from soft_gripper.diagrams.scene import check_starts_apart, first_body
-from soft_gripper.diagrams.simulation import Run, check_closed, content, has_own_blocks
+from soft_gripper.diagrams.simulation import Run, check_closed, fingerprint, has_own_blocks
 from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.diagrams.station_parts import Station, StationParts
-from soft_gripper.diagrams.task_plan import planned_task
+from soft_gripper.diagrams.task_plan import make_task_machine
 from soft_gripper.errors import InputError
 from soft_gripper.extras.mujoco_engine.equal_blocks import structure
 from soft_gripper.extras.mujoco_engine.library import load_mujoco
@@ -72,7 +72,7 @@ def run_many(scenarios: Sequence[Scenario], described: bool = True) -> Iterator[
         InputError: if MuJoCo is not installed, or too old to step many simulations.
     """
     load_mujoco()
-    content_of = cache(content)  # files do not change while this runs
+    content_of = cache(fingerprint)  # files do not change while this runs
     context_of = cache(Diagram.CreateDefaultContext)
     own: Stations = OrderedDict()
     served = [_serve(scenario, content_of, context_of, own) for scenario in scenarios]
@@ -97,7 +97,7 @@ def suited_step(scenario: Scenario) -> float | None:
         InputError: as `run_many`.
     """
     load_mujoco()
-    served = _serve(scenario, content, Diagram.CreateDefaultContext, OrderedDict())
+    served = _serve(scenario, fingerprint, Diagram.CreateDefaultContext, OrderedDict())
     if isinstance(served, Exception):
         return None
     return _chosen_step([served], _Models([served]))[0]
@@ -159,7 +159,7 @@ def _serve(
 
 def _serves_many(station: Station) -> bool:
     """Whether one station may serve several runs: a block of the user's that is not made of steps may remember one."""
-    return all(isinstance(own.block, ArrayBlock) for own in own_blocks(station))
+    return all(isinstance(block.system, ArrayBlock) for block in user_blocks(station))
 
 
 def _check_begin(station: Station, of: Variation, context: Context) -> None:
@@ -175,7 +175,7 @@ def _plan_anew(parts: StationParts, diagram: Diagram, positions: Array) -> None:
     """
     task, arm, period = parts.scenario.task, parts.arm, parts.scenario.sensor.period
     if task is not None and arm is not None:
-        parts.task = planned_task(task, parts.scenario.models, arm, period)
+        parts.task = make_task_machine(task, parts.scenario.models, arm, period)
         parts.check_task(diagram, positions)
 
 
@@ -227,7 +227,7 @@ def _run_alike(served: Sequence[Served], described: bool) -> Iterator[Run | Exce
         if i in failed:
             yield failed[i]
             continue
-        computed = station.logs.computed(times[: lengths[i]], logs.of(i, lengths[i]))
+        computed = station.logs.make_samples(times[: lengths[i]], logs.of(i, lengths[i]))
         about = station.parts.about | {"engine_step": words} if described else {}
         yield Run(station, make_recording(station.logs.labels, computed, about))
 

@@ -41,7 +41,7 @@ class Logs:
 
         Logs of diagrams of one structure have the same numbers.
         """
-        logged = self._station.logs.logged
+        logged = self._station.logs.port_numbers
         found: dict[int, Any] = {
             logged[i]: np.ascontiguousarray(value[:samples, environment]) for i, value in self._vectors.items()
         }

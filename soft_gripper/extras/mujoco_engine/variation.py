@@ -19,9 +19,9 @@ from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.simulation import built_of, content
+from soft_gripper.diagrams.simulation import build_key, fingerprint
 from soft_gripper.extras.export.mjcf import Mjcf
-from soft_gripper.extras.export.mjcf_contact import Surface, friction_of, touch
+from soft_gripper.extras.export.mjcf_contact import ShapeSurface, friction_of, touch
 from soft_gripper.scenario.schema import (
     ControlConfig,
     EstimatorConfig,
@@ -44,11 +44,11 @@ _ANY = "package://soft_gripper/package.xml"  # in the place of the file of an ob
 Content = Callable[[Path], str | None]
 
 
-def station_key(scenario: Scenario, content_of: Content = content) -> Key | None:
-    """Equal for scenarios that one station serves; None: it serves no other, see `built_of`."""
+def station_key(scenario: Scenario, content_of: Content = fingerprint) -> Key | None:
+    """Equal for scenarios that one station serves; None: it serves no other, see `build_key`."""
     plain = plain_objects(scenario)
     models = [replace(each, X_PC=Transform()) if each.free else each for each in plain.models]
-    return built_of(replace(plain, description="", models=models, task=_without_places(scenario)), content_of)
+    return build_key(replace(plain, description="", models=models, task=_without_places(scenario)), content_of)
 
 
 def plain_objects(scenario: Scenario) -> Scenario:
@@ -60,21 +60,21 @@ def plain_objects(scenario: Scenario) -> Scenario:
     return replace(scenario, models=models)
 
 
-def plant_key(scenario: Scenario, content_of: Content = content) -> Key | None:
+def plant_key(scenario: Scenario, content_of: Content = fingerprint) -> Key | None:
     """Equal for scenarios with equal plants, but for poses of free objects; None: no other has."""
     plain = plain_objects(scenario)
-    models = [replace(each, X_PC=Transform()) if each.free else each for each in plain.models]
+    models = [replace(model, X_PC=Transform()) if model.free else model for model in plain.models]
     parts: dict[str, Any] = {"sensor": SensorConfig(), "estimator": EstimatorConfig(), "pressure": PressureConfig()}
     parts |= {"tendons": TendonConfig(), "control": ControlConfig(), "task": None, "external": [], "success": []}
-    return built_of(replace(plain, description="", models=models, **parts), content_of)
+    return build_key(replace(plain, description="", models=models, **parts), content_of)
 
 
-def blocks_key(scenario: Scenario, content_of: Content = content) -> Key | None:
+def blocks_key(scenario: Scenario, content_of: Content = fingerprint) -> Key | None:
     """Equal for scenarios whose stations have equal blocks, but for the phases of their tasks; None: no other has."""
     models = [ModelConfig(name=model.name, file=_ANY, free=True) if model.free else model for model in scenario.models]
     files = repr([model.file for model in scenario.models if model.free])  # their contents need not be known
     built = replace(scenario, description=files, models=models, task=_without_places(scenario))
-    return built_of(built, content_of)
+    return build_key(built, content_of)
 
 
 def _without_places(scenario: Scenario) -> TaskConfig | None:
@@ -168,11 +168,15 @@ def varied(
 
 
 def _contact(
-    models: tuple[str, str], surfaces: tuple[Surface, Surface], of: Variation, growth: Mapping[str, float], points: int
+    models: tuple[str, str],
+    surfaces: tuple[ShapeSurface, ShapeSurface],
+    of: Variation,
+    growth: Mapping[str, float],
+    points: int,
 ) -> tuple[list[float], float]:
     """Friction and time constant of a pair of shapes of two models that differ."""
     one, other = (
-        Surface(
+        ShapeSurface(
             of.frictions.get(name, surface.friction),
             1 / of.stiffnesses[name] if name in of.stiffnesses else surface.compliance,
             surface.mobility / growth.get(name, 1.0),

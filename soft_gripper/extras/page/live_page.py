@@ -1,4 +1,4 @@
-"""The page of a session: its files, what it shows, and the commands that it accepts."""
+"""The page of a session: its files, its contents, and the commands that it accepts."""
 
 import json
 import math
@@ -17,8 +17,8 @@ from soft_gripper.files.json_text import parse_json
 from soft_gripper.scenario.schema import Scenario
 from soft_gripper.signals import signal_of
 
-_FOLDER = Path(__file__).parent / "files"
-_FILES = {
+_FILES_FOLDER = Path(__file__).parent / "files"
+_PAGE_FILES = {
     "": ("index.html", "text/html; charset=utf-8"),
     "page.js": ("page.js", "text/javascript; charset=utf-8"),
     "controls.js": ("controls.js", "text/javascript; charset=utf-8"),
@@ -38,10 +38,10 @@ class SessionPage:
     def file(self, path: str) -> tuple[str, bytes] | None:
         if path == "about.json":
             return "application/json", json.dumps(self.about).encode()
-        if path not in _FILES:
+        if path not in _PAGE_FILES:
             return None
-        name, kind = _FILES[path]
-        return kind, (_FOLDER / name).read_bytes()
+        name, kind = _PAGE_FILES[path]
+        return kind, (_FILES_FOLDER / name).read_bytes()
 
     def listen(self, listener: Callable[[str], None]) -> None:
         self.feed.listen(listener)
@@ -49,28 +49,28 @@ class SessionPage:
     def take(self, message: str | bytes, listener: Callable[[str], None]) -> None:
         """Takes a command, `{"signals": [NAME, ...]}`, those sent from now on, or `{"seen": NUMBER}` of a message."""
         try:
-            found = parse_json("page", message)
+            command = parse_json("page", message)
         except InputError:
-            found = None
-        match found:
-            case {"signals": [*names]} if all(isinstance(name, str) and name in self.feed.known for name in names):
+            command = None
+        match command:
+            case {"signals": [*names]} if all(isinstance(name, str) and name in self.feed.signals for name in names):
                 self.feed.listen(listener, names)
             case {"seen": int(number), **rest} if not rest:
                 self.feed.see(listener, number)
             case _:
-                self.refused += not self.panel.take(found)
+                self.refused += not self.panel.take(command)
 
     def leave(self, listener: Callable[[str], None]) -> None:
         self.feed.leave(listener)
 
 
-MOST_LINES = 16  # of a signal
-# Shown at first, of those that there are: the force of a contact, estimated if it is, and then others.
-_FORCES = ("transverse_force", "normal_force")
+MAX_LINES = 16  # of a signal
+# Plots at first, if there are such signals: a contact force, estimated if possible, then others.
+_FORCE_SIGNALS = ("transverse_force", "normal_force")
 SHOWN = ("pressure", "tension", "grip.opening", "external_torque", "theta", "strain")
-_SHOWN_AT_FIRST = 3
-_SIGNS = {"ArrowUp": "\N{UPWARDS ARROW}", "ArrowDown": "\N{DOWNWARDS ARROW}", "Comma": ",", "Period": "."}
-_READABLE = {"Pa": (1e-3, "kPa"), "m": (1e3, "mm"), "rad": (180 / math.pi, "deg"), "N m": (1e3, "mN m")}
+_INITIAL_PLOTS = 3
+_KEY_SIGNS = {"ArrowUp": "\N{UPWARDS ARROW}", "ArrowDown": "\N{DOWNWARDS ARROW}", "Comma": ",", "Period": "."}
+_DISPLAY_UNITS = {"Pa": (1e-3, "kPa"), "m": (1e3, "mm"), "rad": (180 / math.pi, "deg"), "N m": (1e3, "mN m")}
 
 
 def page_contents(
@@ -101,32 +101,32 @@ def plots_of(signals: Mapping[str, OutputPort], fingers: Collection[str]) -> dic
         `unit`, `scale` from the port's unit to it, `axes` of the entries, and `signals`, the labels of their entries by
         their names.
     """
-    found: dict[str, dict[str, Any]] = {}
+    plots: dict[str, dict[str, Any]] = {}
     for name, port in signals.items():
         owner, _, own = name.rpartition(".")
-        if port.size() <= MOST_LINES:
-            scale, unit = _readable(signal_of(port).unit)
+        if port.size() <= MAX_LINES:
+            scale, unit = _display_unit(signal_of(port).unit)
             kind = own if owner in fingers else name
             axes = signal_of(port).axes
-            plot = found.setdefault(kind, {"unit": unit, "scale": scale, "axes": " ".join(axes), "signals": {}})
+            plot = plots.setdefault(kind, {"unit": unit, "scale": scale, "axes": " ".join(axes), "signals": {}})
             plot["signals"][name] = [" ".join(map(str, entry)) for entry in product(*axes.values())]
-    return dict(sorted(found.items(), key=lambda item: ("." in item[0], item[0])))
+    return dict(sorted(plots.items(), key=lambda item: ("." in item[0], item[0])))
 
 
 def first_plots(plots: Iterable[str]) -> list[str]:
     """The plots shown by default."""
-    known = set(plots)
-    forces = [name for name in _FORCES if name in known]
-    return [*forces[:1], *(name for name in SHOWN if name in known)][:_SHOWN_AT_FIRST]
+    titles = set(plots)
+    forces = [name for name in _FORCE_SIGNALS if name in titles]
+    return [*forces[:1], *(name for name in SHOWN if name in titles)][:_INITIAL_PLOTS]
 
 
-def _readable(unit: str | tuple[str, ...]) -> tuple[float, str]:
+def _display_unit(unit: str | tuple[str, ...]) -> tuple[float, str]:
     """A display unit and the conversion factor to it; several units are listed."""
     if isinstance(unit, tuple):
         return 1.0, ", ".join(dict.fromkeys(unit))
-    return _READABLE.get(unit, (1.0, unit))
+    return _DISPLAY_UNITS.get(unit, (1.0, unit))
 
 
 def _sign(key: str) -> str:
     """The label of a key."""
-    return _SIGNS.get(key, key.removeprefix("Key"))
+    return _KEY_SIGNS.get(key, key.removeprefix("Key"))

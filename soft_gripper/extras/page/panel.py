@@ -33,7 +33,7 @@ class Button(StrEnum):
     STOP = "stop"
 
 
-_KEYS = {Button.PAUSE: "KeyP", Button.RESET: "KeyX", Button.ZERO: "KeyZ", Button.RECORD: "KeyC", Button.STOP: ""}
+_BUTTON_KEYS = {Button.PAUSE: "KeyP", Button.RESET: "KeyX", Button.ZERO: "KeyZ", Button.RECORD: "KeyC", Button.STOP: ""}
 
 
 class Panel:
@@ -41,14 +41,14 @@ class Panel:
 
     def __init__(self, buttons: Sequence[Button], sliders: Sequence[Slider] = (), together: Sequence[str] = ()):
         """`together` are the names of the sliders that `ALL_FINGERS` moves."""
-        self.buttons = {button: _KEYS[button] for button in buttons}
+        self.buttons = {button: _BUTTON_KEYS[button] for button in buttons}
         self.sliders, self._together = list(sliders), together
         self._by_name = {slider.name: slider for slider in self.sliders}
         self._lock, self._clicked = Lock(), set[Button]()
         self.reset()
 
     def take(self, message: object) -> bool:
-        """Takes `{"slider": NAME, "value": NUMBER}` or `{"button": NAME}`; whether it was valid.
+        """Takes `{"slider": NAME, "value": NUMBER}` or `{"button": NAME}`; returns whether it was valid.
 
         A value that is not a finite number within the range of its slider is rejected, as is anything else.
         """
@@ -76,8 +76,8 @@ class Panel:
         with self._lock:
             return dict(self._values)
 
-    def pressed(self) -> list[Button]:
-        """The buttons clicked since the last call."""
+    def take_clicks(self) -> list[Button]:
+        """Returns and forgets the buttons clicked since the last call."""
         with self._lock:
             clicked, self._clicked = self._clicked, set()
         return [button for button in self.buttons if button in clicked]

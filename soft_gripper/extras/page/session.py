@@ -39,13 +39,13 @@ class Recorder(Protocol):
 
 
 class Driver(ABC):
-    """The interface of what a session drives."""
+    """Interface of a driver of hardware, simulated or real."""
 
     panel = Panel(())
     signals: Mapping[str, OutputPort] = {}  # that can be plotted, by name
     fingers: Collection[str] = ()  # whose signals share plots
     scene = ""  # address of the Meshcat that is shown
-    note = ""  # what has happened since a button was pressed
+    note = ""  # event since the last click of a button
     summary = ""  # line for the terminal, at the end
 
     @property
@@ -58,8 +58,8 @@ class Driver(ABC):
         return
 
     @abstractmethod
-    def turn(self) -> bool:
-        """Goes on for a moment of real time; returns whether a frame is due."""
+    def advance(self) -> bool:
+        """Advances for a moment of real time; returns whether a frame is due."""
 
     def frame(self, wanted: Collection[str]) -> tuple[dict[str, Any], dict[str, Array]]:
         """Draws a frame; returns its status, and the values of signals."""
@@ -78,7 +78,7 @@ class Driver(ABC):
         raise NotImplementedError
 
     def recovers(self) -> bool:
-        """Whether a RuntimeError came from a view that had failed, without which it now goes on."""
+        """Whether a RuntimeError came from a failed view; the driver then goes on without it."""
         return False
 
     @abstractmethod
@@ -103,7 +103,7 @@ class Session:
     @property
     def recordings(self) -> list[Path]:
         """The folders of the recordings that have ended."""
-        return [each.folder for each in self._recorders if not each.is_open and each.folder.exists()]
+        return [recorder.folder for recorder in self._recorders if not recorder.is_open and recorder.folder.exists()]
 
     def run(self, is_over: Callable[[], bool]) -> None:
         """Runs until its user stops it, `is_over`, or nothing will ever happen again.
@@ -128,8 +128,8 @@ class Session:
                 recorder.close()
 
     def step(self) -> None:
-        """Obeys the buttons, goes on for a moment, and shows a frame if one is due."""
-        for button in self.driver.panel.pressed():
+        """Obeys the buttons, advances for a moment, and shows a frame if one is due."""
+        for button in self.driver.panel.take_clicks():
             self.driver.note = self._problem = ""
             self._with_view(partial(self._react, button))
         if not self._is_stopped:
@@ -145,8 +145,8 @@ class Session:
                     raise
 
     def _go_on(self) -> None:
-        if self.driver.turn():
-            status, values = self.driver.frame(self.feed.wanted)
+        if self.driver.advance():
+            status, values = self.driver.frame(self.feed.wanted_signals)
             self.feed.send({**self._status(), **status}, values)
 
     def _react(self, button: Button) -> None:

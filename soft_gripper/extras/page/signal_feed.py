@@ -1,4 +1,4 @@
-"""SignalFeed: messages for all who look at a page."""
+"""SignalFeed: messages for all viewers of a page."""
 
 import json
 import math
@@ -15,8 +15,8 @@ _RETRY_PERIOD = 2.0  # s until another follows, since messages may be lost
 
 
 @dataclass
-class _Reader:
-    """A listener's signals, and what it has not seen yet."""
+class _ListenerState:
+    """A listener's signals, and its unseen messages."""
 
     signals: frozenset[str]
     unseen: deque[tuple[int, float]] = field(default_factory=lambda: deque(maxlen=MAX_UNSEEN))  # numbers, times in s
@@ -27,7 +27,7 @@ class _Reader:
         return len(self.unseen) < MAX_UNSEEN or now - self.unseen[-1][1] >= _RETRY_PERIOD
 
     def late(self, now: float) -> float:
-        """By how much it is behind, s."""
+        """Delay of the listener, s."""
         return max(self.delay, now - self.unseen[0][1] if self.unseen else 0.0)
 
     def see(self, number: int, now: float) -> None:
@@ -41,20 +41,20 @@ class SignalFeed:
     A listener confirms what it has seen. While several messages wait for it, it is sent no others: the next is new.
     """
 
-    def __init__(self, known: Iterable[str], clock: Callable[[], float] = time.monotonic) -> None:
-        """`known` are the names of the signals that can be requested; `clock` gives the time, s."""
-        self.known = frozenset(known)
-        self._readers: dict[Listener, _Reader] = {}
+    def __init__(self, signals: Iterable[str], clock: Callable[[], float] = time.monotonic) -> None:
+        """`signals` are the names of the signals that can be requested; `clock` gives the time, s."""
+        self.signals = frozenset(signals)
+        self._readers: dict[Listener, _ListenerState] = {}
         self._lock, self._clock, self._number = Lock(), clock, 0
 
     def listen(self, listener: Listener, signals: Collection[str] = ()) -> None:
-        """From now on `listener` takes every message, with these signals.
+        """Passes every message from now on to `listener`, with these signals.
 
         Each has its `number`, `status` as it was sent with `late`, how far the listener is behind, s, and `values` of
         the signals requested; what is not a finite number is null.
         """
         with self._lock:
-            self._readers.setdefault(listener, _Reader(frozenset())).signals = frozenset(signals)
+            self._readers.setdefault(listener, _ListenerState(frozenset())).signals = frozenset(signals)
 
     def see(self, listener: Listener, number: int) -> None:
         """Confirms that a listener has seen the messages up to a number."""
@@ -63,19 +63,21 @@ class SignalFeed:
                 self._readers[listener].see(number, self._clock())
 
     def leave(self, listener: Listener) -> None:
-        """Ends what `listen` began."""
+        """Removes a listener."""
         with self._lock:
             self._readers.pop(listener, None)
 
     @property
-    def wanted(self) -> set[str]:
+    def wanted_signals(self) -> set[str]:
         """The signals requested by any listener."""
         with self._lock:
             return {name for reader in self._readers.values() for name in reader.signals}
 
     def send(self, status: Mapping[str, Any], values: Mapping[str, Collection[float]]) -> None:
         """Sends every listener that keeps up the status, and the signals, (size,) each, that it wants."""
-        finite = {name: [v if math.isfinite(v) else None for v in map(float, each)] for name, each in values.items()}
+        finite = {
+            name: [v if math.isfinite(v) else None for v in map(float, entries)] for name, entries in values.items()
+        }
         with self._lock:
             self._number, now = self._number + 1, self._clock()
             for listener, reader in self._readers.items():

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from soft_gripper.extras.paper.claims import Claim
-from soft_gripper.extras.paper.pose_rows import errors_of, of_estimator
+from soft_gripper.extras.paper.pose_rows import errors_of, estimator_rows
 from soft_gripper.runs.scores.poses import PoseRow
 
 BEST = "gaussian"
-ONE_PLACE = ("obstructed_inside", "obstructed_outside", "box_grasp")  # in which a finger touches something in one place
+ONE_PLACE = ("obstructed_inside", "obstructed_outside", "box_grasp")  # with one contact location per finger
 ARCS = "arcs"
 SAME = 0.1  # mm, by which an estimator may be worse than arcs at a step
 POSE, TIP = "pose_error_mm", "tip_error_mm"
@@ -54,7 +54,7 @@ def estimator_claims(rows: Sequence[PoseRow]) -> list[Claim]:
 
 
 def bar_claim(rows: Sequence[PoseRow], bar: Bar, subject: str) -> Claim:
-    """Whether the best estimator keeps a bar in all scenarios of the rows; `subject` begins the text."""
+    """Claim that the best estimator keeps a bar in all scenarios of the rows; `subject` begins the text."""
     mean, worst = zip(*(_errors(rows, bar, column) for column in (POSE, TIP)), strict=True)
     holds = all(m <= bar.mean * twice for m, twice in zip(mean, (1, 2), strict=True))
     if bar.worst is not None:
@@ -65,15 +65,15 @@ def bar_claim(rows: Sequence[PoseRow], bar: Bar, subject: str) -> Claim:
 
 def _errors(rows: Sequence[PoseRow], bar: Bar, column: str) -> tuple[float, float]:
     """The largest mean of any scenario and number of sensors, and the largest of any step, mm; NaN passes through."""
-    best = of_estimator(rows, BEST)
+    best = estimator_rows(rows, BEST)
     names = [name for name in dict.fromkeys(row.scenario for row in best) if name in (bar.scenarios or (name,))]
     errors = [errors_of(best, name, sections, column) for name in names for sections in bar.sections]
     return float(np.max([error.mean() for error in errors])), float(np.max([error.max() for error in errors]))
 
 
 def _none_is_worse(rows: Sequence[PoseRow]) -> Claim:
-    arcs = np.array([row.pose_error_mm for row in of_estimator(rows, ARCS)])
-    others = [of_estimator(rows, name) for name in dict.fromkeys(row.estimator for row in rows) if name != ARCS]
+    arcs = np.array([row.pose_error_mm for row in estimator_rows(rows, ARCS)])
+    others = [estimator_rows(rows, name) for name in dict.fromkeys(row.estimator for row in rows) if name != ARCS]
     beyond = np.array([[row.pose_error_mm for row in other] for other in others]) - arcs
     which, step = np.unravel_index(np.argmax(beyond), beyond.shape)
     worst = others[which][step]

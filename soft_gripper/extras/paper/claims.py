@@ -25,7 +25,7 @@ SECOND_ORDER = 3.5, 4.2  # times, by which arcs of half the length err less; 4 w
 
 @dataclass(frozen=True)
 class Claim:
-    """A claim: what is claimed, by whom, whether it holds here, and our number."""
+    """A claim: its text, its source, whether it holds here, and our number."""
 
     source: str
     text: str
@@ -34,25 +34,25 @@ class Claim:
 
 
 def claims(poses: Sequence[PoseRow], forces: Sequence[ForceRow]) -> list[Claim]:
-    """All claims about the scenarios that the rows speak of."""
+    """All claims about the scenarios in the rows."""
     scenarios = list(dict.fromkeys(row.scenario for row in poses))
     contact = [scenario for scenario in scenarios if scenario != FREE]
-    found: list[Claim] = []
+    all_claims: list[Claim] = []
     if FREE in scenarios:
-        found += _free_bending(poses)
+        all_claims += _free_bending(poses)
     if FREE in scenarios and contact:
-        found.append(_one_is_not_enough(poses, contact))
+        all_claims.append(_one_is_not_enough(poses, contact))
     if contact:
-        found += _contact(poses, contact) + _more_sensors(poses, contact) + _base_torque(forces, contact)
+        all_claims += _contact(poses, contact) + _more_sensors(poses, contact) + _base_torque(forces, contact)
     if any(row.scenario == FREE for row in forces):
-        found.append(_no_false_load(forces))
-    return found
+        all_claims.append(_no_false_load(forces))
+    return all_claims
 
 
-def verdict(found: Sequence[Claim]) -> str:
+def verdict(all_claims: Sequence[Claim]) -> str:
     """The number of failed claims, as text."""
-    failed = sum(not claim.holds for claim in found)
-    return f"{failed} of {len(found)} claims failed" if failed else f"all {len(found)} claims hold"
+    failed = sum(not claim.holds for claim in all_claims)
+    return f"{failed} of {len(all_claims)} claims failed" if failed else f"all {len(all_claims)} claims hold"
 
 
 def _free_bending(rows: Sequence[PoseRow]) -> list[Claim]:

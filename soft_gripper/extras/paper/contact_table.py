@@ -33,7 +33,7 @@ class ContactRow:
 
 @dataclass(frozen=True)
 class ContactSummary:
-    """The most of everything in a scenario, of all its fingers and steps."""
+    """Maxima over all fingers and steps of a scenario."""
 
     scenario: str
     touching_links: int
@@ -41,7 +41,7 @@ class ContactSummary:
     sign_changes: int
 
 
-class OfFinger(Protocol):
+class FingerRow(Protocol):
     """A row of any table that names its finger."""
 
     @property
@@ -50,7 +50,7 @@ class OfFinger(Protocol):
     def finger(self) -> str: ...
 
 
-Row = TypeVar("Row", bound=OfFinger)
+Row = TypeVar("Row", bound=FingerRow)
 
 
 def contact_table(name: str, station: Station, recording: Recording) -> list[ContactRow]:
@@ -64,8 +64,10 @@ def _rows(name: str, station: Station, recording: Recording, finger: PlantFinger
         held_samples(scenario, recording, f"{finger.name}.{signal}").mean(axis=1)
         for signal in ("link_contact_force", "sampled_joint_angles")
     )
-    touching, changes = touches(force), changes_sign(finger.finger, q)
-    lengths, pressures = 1e3 * contact_length(finger.finger, touching), pressure_steps(scenario.pressure, finger.name)
+    touching = touches(force)
+    changes = changes_sign(finger.finger, q)
+    lengths = 1e3 * contact_length(finger.finger, touching)
+    pressures = pressure_steps(scenario.pressure, finger.name)
     for step, pressure in enumerate(pressures / 1e3):
         count = int(touching[step].sum())
         yield ContactRow(name, finger.name, float(pressure), count, float(lengths[step]), int(changes[step]))
@@ -76,13 +78,14 @@ def contact_summary(rows: Sequence[ContactRow]) -> list[ContactSummary]:
     summary = []
     for name in dict.fromkeys(row.scenario for row in rows):
         steps = [row for row in rows if row.scenario == name]
-        links, length = max(row.touching_links for row in steps), max(row.contact_length_mm for row in steps)
+        links = max(row.touching_links for row in steps)
+        length = max(row.contact_length_mm for row in steps)
         summary.append(ContactSummary(name, links, length, max(row.sign_changes for row in steps)))
     return summary
 
 
-def of_touched_fingers(rows: Sequence[Row], contacts: Sequence[ContactRow]) -> list[Row]:
-    """The rows of fingers that touch something at any step; in scenarios where nothing is touched, all rows.
+def touched_finger_rows(rows: Sequence[Row], contacts: Sequence[ContactRow]) -> list[Row]:
+    """Rows of fingers that touch something at any step; in scenarios without contact, all rows.
 
     A finger that stays free beside an obstructed one bends freely, and would halve the errors of contact.
     """

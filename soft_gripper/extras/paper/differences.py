@@ -1,4 +1,4 @@
-"""Where this evaluation differs from the paper's: what each found, and why, in numbers of this evaluation.
+"""Differences of this evaluation from the paper's: both results and the reason, in numbers of this evaluation.
 
 Why the paper's fingertip error in free bending hardly depends on the number of sensors, while here it does.
 
@@ -47,7 +47,8 @@ def tip_errors(
 ) -> TipErrors:
     """Fingertip errors at joint angles (steps, N) rad; `noise` of the extension ratio, root mean square."""
     rng = np.random.default_rng(seed)
-    ds, offsets = finger.segment_length, np.array(finger.sensor_offsets)[:, None, None]
+    ds = finger.segment_length
+    offsets = np.array(finger.sensor_offsets)[:, None, None]
     in_middles = segment_path_lengths(q, ds, offsets)
     tip = forward_kinematics(q, ds).tip
     at_starts, tip_of_starts = chain_with_joints_at_starts(q, ds, offsets)
@@ -72,7 +73,8 @@ def chain_with_joints_at_starts(q: Array, ds: float, offsets: Array) -> tuple[Ar
     headings = q.cumsum(axis=-1)
     before = np.concatenate([np.zeros_like(q[..., :1]), headings[..., :-1]], axis=-1)
     bisectors = np.concatenate([(before + headings) / 2, headings[..., -1:]], axis=-1)
-    links, sides = ds * link_directions(q), rotated(in_plane(offsets, 0.0), bisectors)
+    links = ds * link_directions(q)
+    sides = rotated(in_plane(offsets, 0.0), bisectors)
     return np.abs(links + np.diff(sides, axis=-1)), links.sum(axis=-1)
 
 
@@ -88,8 +90,8 @@ POSE, TIP = "pose_error_mm", "tip_error_mm"
 
 
 @dataclass(frozen=True)
-class Difference:
-    """One subject: what the paper found, what is found here, and the reason."""
+class PaperDifference:
+    """One subject: the paper's result, the result here, and the reason."""
 
     subject: str
     paper: str
@@ -103,8 +105,8 @@ def held_tip_errors(scenario: Scenario, recording: Recording, finger: Finger) ->
     return q.sum(axis=-1), tip_errors(finger, q)
 
 
-def differences(rows: Sequence[PoseRow], free: str, contact: Sequence[str], errors: TipErrors) -> list[Difference]:
-    """All of them.
+def differences(rows: Sequence[PoseRow], free: str, contact: Sequence[str], errors: TipErrors) -> list[PaperDifference]:
+    """All differences of this evaluation from the paper's.
 
     Args:
         rows: of the evaluation.
@@ -115,10 +117,10 @@ def differences(rows: Sequence[PoseRow], free: str, contact: Sequence[str], erro
     return [_fingertip(rows, free, errors), _gains(rows, contact), _flattening(rows, contact)]
 
 
-def _fingertip(rows: Sequence[PoseRow], free: str, errors: TipErrors) -> Difference:
+def _fingertip(rows: Sequence[PoseRow], free: str, errors: TipErrors) -> PaperDifference:
     tip = mean_errors(rows, free, TIP)
     starts = 1e3 * errors.starts.mean(axis=-1)
-    return Difference(
+    return PaperDifference(
         "Fingertip in free bending",
         "The error hardly depends on the number of sensors.",
         f"It falls: {_list(tip)} mm with 1 to {len(tip)} sensors per side.",
@@ -129,10 +131,10 @@ def _fingertip(rows: Sequence[PoseRow], free: str, errors: TipErrors) -> Differe
     )
 
 
-def _gains(rows: Sequence[PoseRow], contact: Sequence[str]) -> Difference:
+def _gains(rows: Sequence[PoseRow], contact: Sequence[str]) -> PaperDifference:
     pose, tip = (largest_gain(rows, contact, 2, 4, error) for error in (POSE, TIP))
     left = np.max([mean_errors(rows, name, POSE)[1] for name in contact])
-    return Difference(
+    return PaperDifference(
         "Gain from two to four sensors, in contact",
         f"{PAPER_POSE_GAIN} mm (pose) and {PAPER_TIP_GAIN} mm (fingertip).",
         f"Up to {pose:.1f} mm (pose) and {tip:.1f} mm (fingertip), at the step that gains most.",
@@ -141,9 +143,9 @@ def _gains(rows: Sequence[PoseRow], contact: Sequence[str]) -> Difference:
     )
 
 
-def _flattening(rows: Sequence[PoseRow], contact: Sequence[str]) -> Difference:
+def _flattening(rows: Sequence[PoseRow], contact: Sequence[str]) -> PaperDifference:
     gains = -np.diff([mean_errors(rows, name, POSE) for name in contact], axis=-1)
-    return Difference(
+    return PaperDifference(
         "Gain of each further sensor, in contact",
         "Four sensors still gain much over two, as above.",
         f"Gains flatten beyond two: up to {_list(gains.max(axis=0))} mm of mean pose error with the second, third and"

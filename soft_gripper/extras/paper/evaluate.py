@@ -14,7 +14,7 @@ from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.extras.paper.bars import estimator_claims
 from soft_gripper.extras.paper.claims import claims
-from soft_gripper.extras.paper.contact_table import ContactRow, of_touched_fingers
+from soft_gripper.extras.paper.contact_table import ContactRow, touched_finger_rows
 from soft_gripper.extras.paper.differences import differences, held_tip_errors
 from soft_gripper.extras.paper.figures import (
     contact_figure,
@@ -24,7 +24,7 @@ from soft_gripper.extras.paper.figures import (
 )
 from soft_gripper.extras.paper.forces import ContactForceRow
 from soft_gripper.extras.paper.page import Evaluation, difference_figure, estimators_figure, write_report
-from soft_gripper.extras.paper.pose_rows import of_estimator
+from soft_gripper.extras.paper.pose_rows import estimator_rows
 from soft_gripper.extras.paper.scenario_run import (
     CONTACT,
     FREE,
@@ -75,7 +75,7 @@ Advance = Callable[[float], Any]
 
 
 def unfinished(out: Path) -> list[str]:
-    """Names in RUNS of which `out` has no complete run."""
+    """Names in RUNS without a complete run in `out`."""
     return [name for name in RUNS if not is_finished(out / name, evaluated_scenario(name))]
 
 
@@ -97,7 +97,7 @@ def run_scenarios(names: Sequence[str], out: Path, executor: Executor, advance: 
 
 
 def files_of_run(name: str) -> dict[str, bytes]:
-    """Runs a scenario or the task; the files that it leaves, by their names."""
+    """Runs a scenario or the task; returns the files that it leaves, by their names."""
     with TemporaryDirectory(prefix="soft-gripper-") as temporary:
         folder = Path(temporary) / "run"
         (run_task if name == TASK else run_scenario)(name, folder)
@@ -118,7 +118,8 @@ def run_task(name: str, folder: Path) -> None:
     with atomic_folder(folder) as partial:
         recording.save(partial / "recording.nc")
         write_csv(partial / "phases.csv", phase_table(station, recording))
-        slips, forces = TaskRun(station, recording).slips, drawn_forces(station, recording)
+        slips = TaskRun(station, recording).slips
+        forces = drawn_forces(station, recording)
         phases_figure(scenario, recording, station.task.phases, slips, forces).savefig(partial / "phases.png")
         if forces is not None:
             write_csv(partial / f"{DRAWN_FORCES}.csv", forces.rows())
@@ -129,11 +130,11 @@ def summarize(out: Path) -> Evaluation:
     """Writes the tables, the figures and the report from the finished runs in `out`."""
     poses, forces = _gather(out, "metrics.csv", PoseRow), _gather(out, "forces.csv", ForceRow)
     contacts = _gather(out, "contact.csv", ContactRow)
-    pressing = of_touched_fingers(_gather(out, "contact_forces.csv", ContactForceRow), contacts)
-    poses, forces = of_touched_fingers(poses, contacts), of_touched_fingers(forces, contacts)
-    found = _evaluate(out, poses, forces, contacts, pressing)
-    write_report(out, SCENARIOS, found, CAPTIONS, out / TASK / "phases.png")
-    return found
+    pressing = touched_finger_rows(_gather(out, "contact_forces.csv", ContactForceRow), contacts)
+    poses, forces = touched_finger_rows(poses, contacts), touched_finger_rows(forces, contacts)
+    evaluation = _evaluate(out, poses, forces, contacts, pressing)
+    write_report(out, SCENARIOS, evaluation, CAPTIONS, out / TASK / "phases.png")
+    return evaluation
 
 
 def _gather(out: Path, file: str, kind: type[Row]) -> list[Row]:
@@ -150,10 +151,10 @@ def _evaluate(
     contacts: list[ContactRow],
     pressing: list[ContactForceRow],
 ) -> Evaluation:
-    """The results from the tables; writes the figures. Those that the paper also has are of `arcs`."""
+    """Derives the results from the tables and writes the figures; those of the paper show `arcs`."""
     runs = {name: (evaluated_scenario(name), Recording.load(out / name / "recording.nc")) for name in SCENARIOS}
     bend, errors = held_tip_errors(*runs[FREE], _finger(*runs[FREE]))
-    arcs, torques = of_estimator(poses, "arcs"), of_estimator(forces, "arcs")
+    arcs, torques = estimator_rows(poses, "arcs"), estimator_rows(forces, "arcs")
     figures = {
         **_scenario_figures(runs, arcs, torques),
         "estimators": estimators_figure(poses, SCENARIOS),

@@ -40,10 +40,10 @@ def contact_figure(rows: Sequence[PoseRow], scenarios: Sequence[str], error: str
         figure = Figure(figsize=(8, 5.6), layout="constrained")
         panels = figure.subplots(2, 2, sharey=True).flat
         for axes, scenario in zip(panels, scenarios, strict=False):
-            of_scenario = [row for row in rows if row.scenario == scenario]
-            _draw_errors(axes, of_scenario, PRESSURE[0], error, above=NOTHING)
+            scenario_rows = [row for row in rows if row.scenario == scenario]
+            _draw_errors(axes, scenario_rows, PRESSURE[0], error, above=NOTHING)
             axes.set(title=scenario.replace("_", " ").capitalize(), xlabel=PRESSURE[1], yscale="log")
-            run_with_pressure(axes, of_scenario)
+            run_with_pressure(axes, scenario_rows)
         figure.axes[0].yaxis.set_major_formatter("{x:g}")
         for axes in figure.axes[::2]:
             axes.set_ylabel(ERRORS[error])
@@ -66,23 +66,23 @@ def _draw_errors(axes: Axes, rows: Sequence[PoseRow], x: str, error: str, above:
         above: no smaller errors are drawn.
     """
     for sections in sorted({row.sections for row in rows}):
-        of_step: dict[float, list[PoseRow]] = {}
+        step_rows: dict[float, list[PoseRow]] = {}
         for row in rows:
             if row.sections == sections:
-                of_step.setdefault(row.pressure_kpa, []).append(row)
+                step_rows.setdefault(row.pressure_kpa, []).append(row)
         along, errors = (
-            np.array([np.mean([getattr(row, column) for row in step]) for _, step in sorted(of_step.items())])
+            np.array([np.mean([getattr(row, column) for row in step]) for _, step in sorted(step_rows.items())])
             for column in (x, error)
         )
         drawn = errors > above
         axes.plot(along[drawn], errors[drawn], **section_style(sections))
 
 
-_UNEQUAL = "#5aa02c"  # color of a second layout of as many sections
+_UNEQUAL_COLOR = "#5aa02c"  # color of a second layout of as many sections
 
 
 def force_figure(rows: Sequence[ForceRow], scenarios: Sequence[str]) -> Figure:
-    """Above, torque along the first finger at the last step, true and estimated; below, the mean error."""
+    """Plots torque along the first finger at the last step, true and estimated; below, the mean error."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(3 * len(scenarios), 5.4), layout="constrained")
         above, below = figure.subplots(2, len(scenarios), sharey="row", squeeze=False)
@@ -120,7 +120,7 @@ def _draw_against_pressure(axes: Axes, rows: Sequence[ForceRow]) -> None:
 
 
 def contact_force_figure(rows: Sequence[ContactForceRow], scenarios: Sequence[str]) -> Figure:
-    """Above, the contact force of the first finger against pressure, below, its place; true, and for every layout."""
+    """Plots force and location of the contact of the first finger against pressure, true, and for every layout."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(3 * len(scenarios), 5.4), layout="constrained")
         above, below = figure.subplots(2, len(scenarios), sharex="col", squeeze=False)
@@ -143,10 +143,10 @@ def _draw_beside_true(axes: Axes, rows: Sequence[ContactForceRow], unit: str) ->
     layouts = dict.fromkeys((row.sections, row.borders) for row in rows)
     numbers = [sections for sections, _ in layouts]
     for i, (sections, borders) in enumerate(layouts):
-        of_layout = [row for row in rows if row.borders == borders]
-        look = section_style(sections) | ({"color": _UNEQUAL, "marker": "v"} if sections in numbers[:i] else {})
-        values = [getattr(row, f"estimated_{unit}") for row in of_layout]
+        layout_rows = [row for row in rows if row.borders == borders]
+        look = section_style(sections) | ({"color": _UNEQUAL_COLOR, "marker": "v"} if sections in numbers[:i] else {})
+        values = [getattr(row, f"estimated_{unit}") for row in layout_rows]
         look |= {"mfc": "none", "label": f"{sections}: {borders} mm"}
-        axes.plot([row.pressure_kpa for row in of_layout], values, **look)
-    truth = [getattr(row, f"true_{unit}") for row in of_layout]
-    axes.plot([row.pressure_kpa for row in of_layout], truth, color="black", lw=2, ls=(0, (2, 1)), label="truth")
+        axes.plot([row.pressure_kpa for row in layout_rows], values, **look)
+    truth = [getattr(row, f"true_{unit}") for row in layout_rows]
+    axes.plot([row.pressure_kpa for row in layout_rows], truth, color="black", lw=2, ls=(0, (2, 1)), label="truth")

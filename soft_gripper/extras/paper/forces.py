@@ -19,12 +19,12 @@ LAYOUTS: tuple[tuple[int, tuple[float, ...] | None], ...] = ((2, None), (2, (1 /
 
 
 def describe_borders(layout: MeasurementModel) -> str:
-    """Where the sections meet, in mm from the base, for tables."""
+    """Borders of the sections, in mm from the base, for tables."""
     return " ".join(f"{1e3 * end:g}" for end in layout.rest_lengths.cumsum()[:-1])
 
 
 ESTIMATOR = "contact"
-_TRUTH = ("true_contact_force", "true_contact_total", "normal_force")
+_TRUE_SIGNALS = ("true_contact_force", "true_contact_total", "normal_force")
 
 
 @dataclass(frozen=True)
@@ -55,20 +55,21 @@ def contact_force_table(
 def _contact_rows(
     name: str, station: Station, recording: Recording, finger: PlantFinger, again: ReadAgain
 ) -> Iterator[ContactForceRow]:
-    scenario, layout = station.scenario, again.layout
+    scenario = station.scenario
+    layout = again.layout
     held = held_rows(scenario, recording)
     contact = again.shape(ESTIMATOR, held.ravel()).contact
     assert contact is not None
     force, s = (part.reshape(held.shape) for part in (contact.force, contact.arc_length))
-    forces = (held_samples(scenario, recording, f"{finger.name}.{signal}") for signal in _TRUTH)
+    forces = (held_samples(scenario, recording, f"{finger.name}.{signal}") for signal in _TRUE_SIGNALS)
     place = held_samples(scenario, recording, f"{finger.name}.true_contact_arc_length")
-    columns = [each.mean(axis=-1) for each in (force, *forces)]
-    columns += [1e3 * _mean_place(each) for each in (s, place)]
+    columns = [samples.mean(axis=-1) for samples in (force, *forces)]
+    columns += [1e3 * _mean_location(samples) for samples in (s, place)]
     for step, *values in zip(held_steps(name, station, finger, ESTIMATOR, layout.sections), *columns, strict=True):
         yield ContactForceRow(*astuple(step), *[describe_borders(layout), *map(float, values)])
 
 
-def _mean_place(place: Array) -> Array:
-    """The mean over the samples of a step, (steps, samples) -> (steps), in which something presses; else NaN."""
+def _mean_location(place: Array) -> Array:
+    """Mean location over the samples of a step with contact, (steps, samples) m -> (steps) m; NaN without contact."""
     presses = np.isfinite(place)
     return np.where(presses, place, 0).sum(axis=-1) / np.where(presses.any(axis=-1), presses.sum(axis=-1), np.nan)

@@ -16,8 +16,8 @@ from matplotlib.figure import Figure
 from soft_gripper.arrays import Array
 from soft_gripper.extras.paper.claims import Claim, verdict
 from soft_gripper.extras.paper.contact_table import ContactRow, contact_summary
-from soft_gripper.extras.paper.differences import Difference, TipErrors
-from soft_gripper.extras.paper.pose_rows import mean_errors, of_estimator
+from soft_gripper.extras.paper.differences import PaperDifference, TipErrors
+from soft_gripper.extras.paper.pose_rows import estimator_rows, mean_errors
 from soft_gripper.files.output import atomic_file
 from soft_gripper.pictures.style import STYLE, estimator_style, section_style
 from soft_gripper.runs.scores.external_torques import ForceRow
@@ -36,12 +36,14 @@ class Evaluation:
     forces: list[ForceRow]
     claims: list[Claim]
     contacts: list[ContactRow] = field(default_factory=list)
-    differences: list[Difference] = field(default_factory=list)
+    differences: list[PaperDifference] = field(default_factory=list)
     phases: list[PhaseRow] = field(default_factory=list)  # of the task
     outcome: str = ""  # of the task, in words
 
 
-def write_report(out: Path, scenarios: Sequence[str], found: Evaluation, figures: dict[str, str], task: Path) -> None:
+def write_report(
+    out: Path, scenarios: Sequence[str], evaluation: Evaluation, figures: dict[str, str], task: Path
+) -> None:
     """Writes `out`/report.html from the tables and from the files of the finished runs in `out`.
 
     Args:
@@ -52,15 +54,15 @@ def write_report(out: Path, scenarios: Sequence[str], found: Evaluation, figures
         task: the picture of the task, a PNG.
     """
     parts = {
-        "verdict": _verdict(found.claims),
-        "claims": "\n".join(map(_claim, found.claims)),
-        "differences": "\n".join(map(_difference, found.differences)),
+        "verdict": _verdict(evaluation.claims),
+        "claims": "\n".join(map(_claim, evaluation.claims)),
+        "differences": "\n".join(map(_difference, evaluation.differences)),
         "scenes": "\n".join(_scene(out / name) for name in scenarios),
-        "errors": "\n".join(_errors(title(name), name, of_estimator(found.poses, "arcs")) for name in scenarios),
-        "estimator_errors": "\n".join(_estimators(name, found.poses) for name in scenarios),
-        "contacts": "\n".join(_contact(*astuple(row)) for row in contact_summary(found.contacts)),
-        "outcome": escape(found.outcome),
-        "phases": "\n".join(map(_phase, found.phases)),
+        "errors": "\n".join(_errors(title(name), name, estimator_rows(evaluation.poses, "arcs")) for name in scenarios),
+        "estimator_errors": "\n".join(_estimators(name, evaluation.poses) for name in scenarios),
+        "contacts": "\n".join(_contact(*astuple(row)) for row in contact_summary(evaluation.contacts)),
+        "outcome": escape(evaluation.outcome),
+        "phases": "\n".join(map(_phase, evaluation.phases)),
         "task": _figure(task, "png", "The path of the box, the gripper at the end of every phase, and the signals."),
         **{name: _figure(out / f"{name}.svg", "svg+xml", caption) for name, caption in figures.items()},
     }
@@ -85,13 +87,14 @@ def _claim(claim: Claim) -> str:
     return f'<tr class="claim">{cells}<td class="text">{escape(claim.number)}</td></tr>'
 
 
-def _difference(row: Difference) -> str:
+def _difference(row: PaperDifference) -> str:
     cells = "".join(f'<td class="text">{escape(text)}</td>' for text in astuple(row))
     return f'<tr class="difference">{cells}</tr>'
 
 
 def _scene(folder: Path) -> str:
-    name, heading = escape(folder.name), escape(title(folder.name))
+    name = escape(folder.name)
+    heading = escape(title(folder.name))
     picture = base64.b64encode((folder / "scene.png").read_bytes()).decode()
     animation = base64.b64encode(gzip.compress((folder / "animation.html").read_bytes(), mtime=0)).decode()
     return (
@@ -112,7 +115,7 @@ def _estimators(scenario: str, poses: Sequence[PoseRow]) -> str:
     names = list(dict.fromkeys(row.estimator for row in poses))
     headings = [f"{title(scenario)}: {names[0]}", *names[1:]]
     rows = zip(headings, names, strict=True)
-    return "\n".join(_errors(heading, scenario, of_estimator(poses, name)) for heading, name in rows)
+    return "\n".join(_errors(heading, scenario, estimator_rows(poses, name)) for heading, name in rows)
 
 
 def _contact(scenario: str, links: int, length: float, sign_changes: int) -> str:
@@ -136,28 +139,31 @@ def _figure(file: Path, kind: str, caption: str) -> str:
 
 
 PAPER = 2.0  # mm, the paper's mean pose error in contact with four sensors
-LEAST, MOST = 1e-3, 10.0  # mm; smaller errors are drawn here
+MIN_ERROR, MAX_ERROR = 1e-3, 10.0  # mm; smaller errors are drawn here
 
 
-AS_ARCS = "constant_curvature"  # whose arcs are the same; its torques differ
+AS_ARCS = "constant_curvature"  # has the same arcs, and other torques
 
 
 def estimators_figure(rows: Sequence[PoseRow], scenarios: Sequence[str]) -> Figure:
     """Mean pose error against the number of sensors: a line per estimator, a panel per scenario, up to five.
 
-    AS_ARCS, whose line would hide another one, has none.
+    AS_ARCS has no line: it would hide another one.
     """
-    names, counts = dict.fromkeys(row.estimator for row in rows), sorted({row.sections for row in rows})
+    names = dict.fromkeys(row.estimator for row in rows)
+    counts = sorted({row.sections for row in rows})
     estimators = [name for name in names if name != AS_ARCS]
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(8, 5.2), layout="constrained")
         panels = figure.subplots(2, 3, sharex=True, sharey=True).flat
         for axes, scenario in zip(panels, scenarios, strict=False):
             for place, name in enumerate(estimators):
-                errors = np.maximum(mean_errors(of_estimator(rows, name), scenario, "pose_error_mm"), LEAST)
+                errors = np.maximum(mean_errors(estimator_rows(rows, name), scenario, "pose_error_mm"), MIN_ERROR)
                 axes.plot(counts, errors, clip_on=False, zorder=3, **estimator_style(place, name))
             axes.axhline(PAPER, color="0.45", lw=1, ls=(0, (4, 3)))
-            axes.set(title=scenario.replace("_", " ").capitalize(), yscale="log", ylim=(LEAST, MOST), xticks=counts)
+            axes.set(
+                title=scenario.replace("_", " ").capitalize(), yscale="log", ylim=(MIN_ERROR, MAX_ERROR), xticks=counts
+            )
             axes.tick_params(labelbottom=True)
         axes = figure.axes[0]
         axes.yaxis.set_major_formatter("{x:g}")

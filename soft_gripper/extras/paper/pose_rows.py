@@ -11,7 +11,7 @@ from soft_gripper.runs.scores.poses import HeldStep, PoseRow
 Row = TypeVar("Row", bound=HeldStep)
 
 
-def of_estimator(rows: Sequence[Row], estimator: str) -> list[Row]:
+def estimator_rows(rows: Sequence[Row], estimator: str) -> list[Row]:
     """The rows of one estimator."""
     return [row for row in rows if row.estimator == estimator]
 

@@ -1,4 +1,4 @@
-"""One scenario of the evaluation: simulated once, and everything that comes out of it, in a folder of its own."""
+"""Runs one scenario of the evaluation, and writes all its results into a folder of its own."""
 
 from pathlib import Path
 
@@ -71,7 +71,7 @@ def is_finished(folder: Path, scenario: Scenario) -> bool:
 
 
 def _require_equal_sections(station: Station) -> None:
-    """Sections of unequal length would make the comparison of their numbers unfair."""
+    """Checks that sections are of equal length, or the comparison of their numbers would be unfair."""
     for finger in station.fingers:
         for sections in SECTIONS:
             if finger.finger.segments % sections:

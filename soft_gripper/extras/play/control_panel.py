@@ -21,15 +21,15 @@ TOOL_KEYS: tuple[Keys, ...] = (("KeyK", "KeyI"), ("KeyL", "KeyJ"), ("KeyU", "Key
 _PRESSURE_STEP = 2.0  # kPa
 _OPENING_STEP = 1.0  # mm
 _TENSION_STEP = 0.1  # N
-_MOST_TENSION, _MOST_PULL = 20.0, 0.05  # N and m, where the scenario has no limit
+_MAX_TENSION, _MAX_PULL = 20.0, 0.05  # N and m, where the scenario has no limit
 _TOOL_STEP = 5.0  # mm
 _YAW_STEP = 3.0  # degrees
-_WIDEST = 1.6  # of the opening of straight fingers
-_JOG_RANGE = 0.6  # how far the tool goes from its start, as a share of the distance from the arm's base to the tool
+_MAX_OPENING_RATIO = 1.6  # of the opening of straight fingers
+_JOG_RANGE = 0.6  # of the tool about its start, as a fraction of its distance from the arm's base
 
 
 @dataclass(frozen=True)
-class Command:
+class SliderCommand:
     """An input port of a station, and the sliders that set it."""
 
     port: str
@@ -37,7 +37,7 @@ class Command:
     value: Callable[[Sequence[float]], Any]  # of the port, from the values of the sliders
 
 
-def commands_of(station: StationParts) -> list[Command]:
+def commands_of(station: StationParts) -> list[SliderCommand]:
     """The commands of a station of an `open_scenario`, in the order in which they are shown."""
     if "grip.set_point" in station.inputs:
         straight = find_gripper(station.fingers, "play").opening(
@@ -49,7 +49,7 @@ def commands_of(station: StationParts) -> list[Command]:
     return grip if station.arm is None else [*grip, _tool_command(station.arm)]
 
 
-def _drive_commands(station: StationParts) -> Iterator[Command]:
+def _drive_commands(station: StationParts) -> Iterator[SliderCommand]:
     """The pressures of the chambers and the commands of the tendons of each finger; the first sliders have keys."""
     keys = chain(FINGER_KEYS, repeat(NO_KEYS))
     supply, tendons = station.scenario.pressure, station.scenario.tendons
@@ -58,13 +58,13 @@ def _drive_commands(station: StationParts) -> Iterator[Command]:
         if finger.finger.pressures:
             names = [" ".join(filter(None, (finger.name, chamber, "[kPa]"))) for chamber in chambers]
             pushing = tuple(pressure_slider(name, supply, next(keys)) for name in names)
-            yield Command(f"{finger.name}.pressure_command", pushing, partial(_scaled, 1e3))
+            yield SliderCommand(f"{finger.name}.pressure_command", pushing, partial(_scaled, 1e3))
         pulling = tuple(
             _tendon_slider(f"{finger.name} {tendon.name}", tendons, next(keys)) for tendon in finger.finger.tendons
         )
         if pulling:
             scale = 1.0 if tendons.command == "tension" else 1e-3
-            yield Command(f"{finger.name}.{tendons.command}_command", pulling, partial(_scaled, scale))
+            yield SliderCommand(f"{finger.name}.{tendons.command}_command", pulling, partial(_scaled, scale))
 
 
 def _scaled(scale: float, values: Sequence[float]) -> list[float]:
@@ -74,8 +74,8 @@ def _scaled(scale: float, values: Sequence[float]) -> list[float]:
 def _tendon_slider(name: str, config: TendonConfig, keys: Keys) -> Slider:
     """A slider over the tensions, or the lengths, that a winch commands."""
     if config.command == "tension":
-        return Slider(f"{name} [N]", 0.0, config.maximum or _MOST_TENSION, _TENSION_STEP, 0.0, keys)
-    return Slider(f"{name} [mm]", 0.0, 1e3 * (config.maximum or _MOST_PULL), _OPENING_STEP, 0.0, keys)
+        return Slider(f"{name} [N]", 0.0, config.maximum or _MAX_TENSION, _TENSION_STEP, 0.0, keys)
+    return Slider(f"{name} [mm]", 0.0, 1e3 * (config.maximum or _MAX_PULL), _OPENING_STEP, 0.0, keys)
 
 
 def pressure_slider(name: str, supply: PressureConfig, keys: Keys) -> Slider:
@@ -84,14 +84,16 @@ def pressure_slider(name: str, supply: PressureConfig, keys: Keys) -> Slider:
     return Slider(name, low, high, _PRESSURE_STEP, min(max(0.0, low), high), keys)
 
 
-def _opening_command(straight: float) -> Command:
-    """`straight` is the opening of straight fingers, m."""
-    slider = Slider("opening [mm]", 0.0, round(1e3 * _WIDEST * straight), _OPENING_STEP, 1e3 * straight, ALL_KEYS)
-    return Command("grip.set_point", (slider,), lambda values: [values[0] / 1e3])
+def _opening_command(straight: float) -> SliderCommand:
+    """Command of the opening; `straight` is that of straight fingers, m."""
+    slider = Slider(
+        "opening [mm]", 0.0, round(1e3 * _MAX_OPENING_RATIO * straight), _OPENING_STEP, 1e3 * straight, ALL_KEYS
+    )
+    return SliderCommand("grip.set_point", (slider,), lambda values: [values[0] / 1e3])
 
 
-def _tool_command(arm: Arm) -> Command:
-    """x, y, z of the tool in the world, and its turn about the vertical from its start."""
+def _tool_command(arm: Arm) -> SliderCommand:
+    """Command of x, y, z of the tool in the world, and of its rotation about the vertical from the start."""
     context = arm.plant.CreateDefaultContext()
     arm.plant.SetPositions(context, arm.home)
     X_WTool = arm.tool.CalcPoseInWorld(context)
@@ -99,11 +101,13 @@ def _tool_command(arm: Arm) -> Command:
     home = X_WTool.translation()
     reach = _JOG_RANGE * float(np.linalg.norm(home - arm.plant.EvalBodyPoseInWorld(context, foot).translation()))
     places = (
-        Slider(f"tool {axis} [mm]", *_whole(1e3 * (at - reach), 1e3 * (at + reach)), _TOOL_STEP, 1e3 * at, keys)
-        for axis, at, keys in zip("xyz", home, TOOL_KEYS, strict=False)
+        Slider(
+            f"tool {axis} [mm]", *_whole(1e3 * (center - reach), 1e3 * (center + reach)), _TOOL_STEP, 1e3 * center, keys
+        )
+        for axis, center, keys in zip("xyz", home, TOOL_KEYS, strict=False)
     )
     yaw = Slider("tool yaw [deg]", -180.0, 180.0, _YAW_STEP, 0.0, TOOL_KEYS[3])
-    return Command(f"{arm.name}.X_WTool", (*places, yaw), lambda values: tool_pose(values, X_WTool.rotation()))
+    return SliderCommand(f"{arm.name}.X_WTool", (*places, yaw), lambda values: tool_pose(values, X_WTool.rotation()))
 
 
 def _whole(low: float, high: float) -> tuple[float, float]:
@@ -118,7 +122,7 @@ def tool_pose(values: Sequence[float], R_WHome: RotationMatrix) -> RigidTransfor
     return RigidTransform(R_WTool, np.array(place) / 1e3)
 
 
-_OF_STATION = (Button.PAUSE, Button.RESET, Button.RECORD, Button.STOP)
+_STATION_BUTTONS = (Button.PAUSE, Button.RESET, Button.RECORD, Button.STOP)
 
 
 class ControlPanel(Panel):
@@ -135,7 +139,7 @@ class ControlPanel(Panel):
         are_alike = len(pressures) > 1 and all(len(sliders) == 1 for sliders in pressures)
         together = [sliders[0].name for sliders in pressures] if are_alike else []
         common = [pressure_slider(ALL_FINGERS, station.scenario.pressure, ALL_KEYS)] if together else []
-        super().__init__(_OF_STATION, common + own, together)
+        super().__init__(_STATION_BUTTONS, common + own, together)
 
     def apply(self, station: Station, context: Context) -> None:
         """Sets the inputs of a station, in its context, to the slider commands."""

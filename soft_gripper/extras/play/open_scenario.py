@@ -6,7 +6,7 @@ from soft_gripper.scenario.schema import Scenario
 
 
 def open_scenario(scenario: Scenario, grip: str | None = None) -> Scenario:
-    """This scene without task, set points and pressure steps.
+    """A scenario without its task, set points and pressure steps.
 
     Args:
         scenario: its models, sensors, estimators, controllers and solver are kept.

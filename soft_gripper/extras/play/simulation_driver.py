@@ -20,8 +20,8 @@ from soft_gripper.extras.play.control_panel import ControlPanel
 from soft_gripper.extras.play.pacer import Pacer
 from soft_gripper.extras.play.station_recorder import StationRecorder, import_writers
 
-_IDLE = 0.1  # s between looks at the buttons while nothing runs
-_MOST_VIEWS = 5  # that may fail; Drake 1.51 keeps the memory of each
+_PAUSE_PERIOD = 0.1  # s between looks at the buttons while nothing runs
+_MAX_VIEWS = 5  # that may fail; Drake 1.51 keeps the memory of each
 
 
 class SimulationDriver(Driver):
@@ -43,10 +43,10 @@ class SimulationDriver(Driver):
         self._is_paused, self._failures = False, 0
         self._recorder: StationRecorder | None = None
 
-    def turn(self) -> bool:
+    def advance(self) -> bool:
         """Simulates a frame, or waits in a pause."""
         if self._is_paused:
-            time.sleep(_IDLE)
+            time.sleep(_PAUSE_PERIOD)
             return True
         context = self._simulator.get_mutable_context()
         if self._recorder is None:
@@ -66,7 +66,7 @@ class SimulationDriver(Driver):
         return True
 
     def frame(self, wanted: Collection[str]) -> tuple[dict[str, Any], dict[str, Array]]:
-        """Values of signals, unless they are as before; Meshcat draws as the station runs."""
+        """Status and changed values of signals; Meshcat draws as the station runs."""
         context, diagram = self._simulator.get_context(), self.station.diagram
         values = {} if self._is_paused else {name: diagram.GetOutputPort(name).Eval(context) for name in wanted}
         return {"time": context.get_time(), "factor": self.pacer.factor, "paused": self._is_paused}, values
@@ -88,7 +88,7 @@ class SimulationDriver(Driver):
         return self._recorder
 
     def recovers(self) -> bool:
-        """Whether Meshcat had failed; now there is a new one, and a station that continues from the same state.
+        """Whether Meshcat had failed; replaces it, and the station continues from the same state.
 
         Raises:
             InputError: if it fails again and again.
@@ -97,8 +97,8 @@ class SimulationDriver(Driver):
             return False
         self._end_recording()
         self._failures += 1
-        if self._failures == _MOST_VIEWS:
-            raise InputError("play", "Meshcat", f"failed {_MOST_VIEWS} times", "stop the client that sends it junk")
+        if self._failures == _MAX_VIEWS:
+            raise InputError("play", "Meshcat", f"failed {_MAX_VIEWS} times", "stop the client that sends it junk")
         before = self._simulator.get_context()
         cut_off(self.scene)
         self._show()
@@ -124,9 +124,9 @@ class SimulationDriver(Driver):
             self._recorder.end()
 
 
-def _set_state(context: Context, of: Context) -> None:
+def _set_state(context: Context, source: Context) -> None:
     """Copies the time and the state of another station; not the parameters, which contain the ids of its geometry."""
-    context.SetTime(of.get_time())
-    context.get_mutable_continuous_state().SetFrom(of.get_continuous_state())
-    context.get_mutable_discrete_state().SetFrom(of.get_discrete_state())
-    context.get_mutable_state().get_mutable_abstract_state().SetFrom(of.get_state().get_abstract_state())
+    context.SetTime(source.get_time())
+    context.get_mutable_continuous_state().SetFrom(source.get_continuous_state())
+    context.get_mutable_discrete_state().SetFrom(source.get_discrete_state())
+    context.get_mutable_state().get_mutable_abstract_state().SetFrom(source.get_state().get_abstract_state())

@@ -15,7 +15,7 @@ from soft_gripper.scenario.scenario_file import dump_scenario
 
 
 def import_writers() -> None:
-    """Imports what writes a recording; xarray defers most of that, half a second, until it is used."""
+    """Imports the writers of recordings; xarray defers most of that, half a second, until use."""
     xr.Dataset({"time": [0.0]}).to_netcdf()
 
 
@@ -27,7 +27,7 @@ class StationRecorder:
     """
 
     def __init__(self, station: Station, meshcat: Meshcat, simulator: Simulator, folder: Path):
-        """Begins: at time 0, which is now. The state of the station stays as it is."""
+        """Begins now, at time 0; the state of the station does not change."""
         self._station, self._meshcat, self._simulator = station, meshcat, simulator
         self.folder, self.is_open, self.report = folder, True, ""
         meshcat.DeleteRecording()
@@ -39,7 +39,7 @@ class StationRecorder:
         simulator.Initialize(InitializeParams(suppress_initialization_events=True))
 
     def end(self) -> None:
-        """Ends it, and writes it."""
+        """Ends the recording and writes its folder."""
         if not self.is_open:
             return
         self.is_open = False
@@ -53,7 +53,7 @@ class StationRecorder:
             self.report = f"written: {self.folder}"
 
     def close(self) -> None:
-        """Ends it."""
+        """Ends the recording."""
         self.end()
 
     def _write(self, folder: Path) -> None:

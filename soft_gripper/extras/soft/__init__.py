@@ -1,1 +1,1 @@
-"""Soft objects: bodies of finite elements that are grasped, and what is known of them in simulation."""
+"""Soft objects: grasped bodies of finite elements, and their ground truth."""

@@ -26,7 +26,7 @@ if TYPE_CHECKING:  # imported when a mesh is read
     import trimesh
 
 _LOGGER = logging.getLogger(__name__)
-_INWARD = 1e-6  # share of the way to the middle of an element
+_INWARD_FRACTION = 1e-6  # of the distance to the middle of an element
 
 
 class SoftKind(DeformableKind):
@@ -63,7 +63,7 @@ class SoftKind(DeformableKind):
             raise InputError("plant_config", "time_step", 0, "must be above 0: soft objects are simulated in steps")
 
     def check_scene(self, config: MultibodyPlantConfig, models: Sequence[ModelConfig], points: int | None) -> None:
-        """Checks what Drake simulates beside soft objects; some of it would fall through them without an error.
+        """Checks the parts of a scenario beside soft objects; some would fall through them without an error.
 
         Raises:
             InputError: for a part of the scenario that does not go with them.
@@ -81,14 +81,14 @@ class SoftKind(DeformableKind):
     def objects(
         self, plant: MultibodyPlant, inspector: SceneGraphInspector, names: Iterable[str]
     ) -> dict[str, SoftBody]:
-        found = {}
+        bodies = {}
         for name in names:
             if body := deformable_body(plant, plant.GetModelInstanceByName(name)):
                 vertices = body.get_default_pose().inverse() @ body.GetPositions(plant.CreateDefaultContext())
                 elements = inspector.GetReferenceMesh(body.geometry_id()).tetrahedra()
                 cells = np.array([[element.vertex(i) for i in range(4)] for element in elements])
-                found[name] = SoftBody(name, body, Tetrahedra(vertices.T, cells))
-        return found
+                bodies[name] = SoftBody(name, body, Tetrahedra(vertices.T, cells))
+        return bodies
 
     def add_view(
         self,
@@ -125,6 +125,7 @@ def _inside(mesh: Tetrahedra) -> Tetrahedra:
 
     Drake draws a point by the element in which it finds it, and may find none for a point on a face.
     """
-    middles, owner = mesh.vertices[mesh.cells].mean(axis=1), np.empty(len(mesh.vertices), dtype=int)
+    middles = mesh.vertices[mesh.cells].mean(axis=1)
+    owner = np.empty(len(mesh.vertices), dtype=int)
     owner[mesh.cells] = np.arange(len(mesh.cells))[:, None]
-    return Tetrahedra(mesh.vertices + _INWARD * (middles[owner] - mesh.vertices), mesh.cells)
+    return Tetrahedra(mesh.vertices + _INWARD_FRACTION * (middles[owner] - mesh.vertices), mesh.cells)

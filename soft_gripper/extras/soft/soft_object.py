@@ -1,4 +1,4 @@
-"""Ground truth of a soft object: its pose, how far it is squeezed, and its largest strain.
+"""Ground truth of a soft object: its pose, its squeeze, and its largest strain.
 
 All follow from the vertices of its finite elements. T samples of V vertices are computed at once, after the run.
 """
@@ -45,14 +45,14 @@ class SoftBody(Deformable):
         return float(self.body.config().mass_density() * self.rest.volumes.sum())
 
     def vertices(self, context: Context) -> Array:
-        found: Array = self.body.GetPositions(context).T
-        return found
+        vertices: Array = self.body.GetPositions(context).T
+        return vertices
 
     def restore(self, context: Context, signals: "xr.Dataset") -> None:
         self.body.SetPositions(context, signals[f"{self.name}.vertices"].values.T)
 
     def check(self, context: Context) -> None:
-        """Drake goes on without an error when an element is inside out."""
+        """Raises an error if an element is inside out, which Drake does not."""
         if not element_volumes(self.rest, self.vertices(context)).min() > 0:  # or NaN
             raise SimulationDivergedError(
                 f"the soft object '{self.name}' was crushed before t = {context.get_time():.4g} s: an element is inside"
@@ -84,8 +84,8 @@ def fitted_pose(rest: Tetrahedra, vertices: Array) -> Array:
 
     weight = np.bincount(rest.cells.ravel(), np.repeat(rest.volumes / 4, 4)) / rest.volumes.sum()
     home, center = weight @ rest.vertices, weight @ vertices
-    spread = np.swapaxes(vertices - center[..., None, :], -1, -2) @ _moments(rest, rest.vertices - home)
-    u, _, v = np.linalg.svd(spread)
+    cross_moments = np.swapaxes(vertices - center[..., None, :], -1, -2) @ _moments(rest, rest.vertices - home)
+    u, _, v = np.linalg.svd(cross_moments)
     u[..., 2] *= np.linalg.det(u @ v)[..., None]  # a rotation, not a reflection
     turn = u @ v
     quaternion = Rotation.from_matrix(turn.reshape(-1, 3, 3)).as_quat(canonical=True, scalar_first=True)
@@ -94,14 +94,16 @@ def fitted_pose(rest: Tetrahedra, vertices: Array) -> Array:
 
 def _moments(rest: Tetrahedra, points: Array) -> Array:
     """The integral over the volume of the points, (V, 3), times the shape function of each vertex, (V, 3)."""
-    of_cells = rest.volumes[:, None, None] / 20 * (points[rest.cells] + points[rest.cells].sum(axis=1, keepdims=True))
+    cell_moments = (
+        rest.volumes[:, None, None] / 20 * (points[rest.cells] + points[rest.cells].sum(axis=1, keepdims=True))
+    )
     moments = np.zeros_like(points)
-    np.add.at(moments, rest.cells, of_cells)
+    np.add.at(moments, rest.cells, cell_moments)
     return moments
 
 
 def squeeze(rest: Tetrahedra, vertices: Array) -> Array:
-    """How far a body is squeezed, (..., V, 3) m -> (...) m.
+    """Squeeze of a body, (..., V, 3) m -> (...) m.
 
     That is the largest decrease of the distance between any two vertices of its surface: between fingers that press on
     opposite sides, it includes the indentations that they make, which depend on the size of the elements.
@@ -109,7 +111,8 @@ def squeeze(rest: Tetrahedra, vertices: Array) -> Array:
     from scipy.spatial.distance import pdist
 
     surface = np.unique(rest.boundary)
-    home, flat = pdist(rest.vertices[surface]), vertices[..., surface, :].reshape(-1, len(surface), 3)
+    home = pdist(rest.vertices[surface])
+    flat = vertices[..., surface, :].reshape(-1, len(surface), 3)
     decrease = np.array([np.max(home - pdist(points)) for points in flat])
     return decrease.reshape(vertices.shape[:-2])
 
@@ -119,7 +122,7 @@ def largest_strain(rest: Tetrahedra, vertices: Array) -> Array:
 
     A principal stretch minus 1, in absolute value.
     """
-    edges, home = (np.diff(each[..., rest.cells, :], axis=-2) for each in (vertices, rest.vertices))
+    edges, home = (np.diff(points[..., rest.cells, :], axis=-2) for points in (vertices, rest.vertices))
     gradient = np.swapaxes(np.linalg.solve(home, edges), -1, -2)  # rows of edges: edges = home @ gradient'
     stretch = np.linalg.svd(gradient, compute_uv=False)
     strain: Array = np.abs(stretch - 1).max(axis=(-1, -2))
@@ -148,7 +151,8 @@ class SoftObject(ArrayBlock):
 
     def __init__(self, soft: SoftBody):
         super().__init__()
-        rest, self._geometry = soft.rest, soft.geometry.get_value()
+        rest = soft.rest
+        self._geometry = soft.geometry.get_value()
         model = Value(GeometryConfigurationVector())
         self._configurations = self.DeclareAbstractInputPort("configurations", model)
         self.show("configuration", self._collect, {self._configurations.ticket()})
@@ -175,6 +179,6 @@ class SoftObject(ArrayBlock):
     def _collect(self, context: Context) -> Array:
         """The vertices, (V, 3) m in the world."""
         configurations = self._configurations.Eval(context)
-        (own,) = (each for each in configurations.ids() if each.get_value() == self._geometry)
-        found: Array = configurations.value(own).reshape(-1, 3)
-        return found
+        (own,) = (identifier for identifier in configurations.ids() if identifier.get_value() == self._geometry)
+        vertices: Array = configurations.value(own).reshape(-1, 3)
+        return vertices

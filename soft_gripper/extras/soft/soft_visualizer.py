@@ -15,8 +15,8 @@ from soft_gripper.extras.soft.soft_object import SoftBody, fitted_pose
 from soft_gripper.extras.soft.tetrahedra import Tetrahedra
 
 SOFT = "/drake/soft"
-LEAST_CHANGE = 1e-4  # m, of a vertex relative to the body, for which its shape is drawn anew
-_GREY = Rgba(0.6, 0.6, 0.6)
+MIN_CHANGE = 1e-4  # m, of a vertex relative to the body, for which its shape is drawn anew
+_DEFAULT_COLOR = Rgba(0.6, 0.6, 0.6)
 
 
 class DrawnBody(NamedTuple):
@@ -28,17 +28,17 @@ class DrawnBody(NamedTuple):
 
 
 def drawn_bodies(plant: MultibodyPlant, scene_graph: SceneGraph, soft: Mapping[str, SoftBody]) -> list[DrawnBody]:
-    """Soft objects, hidden from Drake's visualizer, which records no shapes and, before 1.58, draws only the first."""
-    found = [DrawnBody(name, each.rest, _color(scene_graph, each.geometry)) for name, each in soft.items()]
-    for each in soft.values():
-        scene_graph.RemoveRole(plant.get_source_id(), each.geometry, Role.kIllustration)
-    return found
+    """Soft objects to draw; hides them from Drake's visualizer, which records no shapes and, before 1.58, draws one."""
+    bodies = [DrawnBody(name, body.rest, _color(scene_graph, body.geometry)) for name, body in soft.items()]
+    for body in soft.values():
+        scene_graph.RemoveRole(plant.get_source_id(), body.geometry, Role.kIllustration)
+    return bodies
 
 
 def _color(scene_graph: SceneGraph, geometry: GeometryId) -> Rgba:
     properties = scene_graph.model_inspector().GetIllustrationProperties(geometry)
     if properties is None or not properties.HasProperty("phong", "diffuse"):
-        return _GREY
+        return _DEFAULT_COLOR
     return Rgba(*properties.GetProperty("phong", "diffuse").rgba)  # a copy, which outlives the role
 
 
@@ -55,7 +55,8 @@ class SoftVisualizer(LeafSystem):
 
     def __init__(self, meshcat: Meshcat, bodies: Sequence[DrawnBody], period: float):
         super().__init__()
-        self._meshcat, self._bodies = meshcat, tuple(bodies)
+        self._meshcat = meshcat
+        self._bodies = tuple(bodies)
         self._shapes: dict[str, list[Array]] = {}  # drawn so far, in the frames of the objects
         for body in self._bodies:
             self.DeclareVectorInputPort(f"{body.name}.vertices", body.rest.vertices.size)
@@ -79,7 +80,7 @@ class SoftVisualizer(LeafSystem):
 
     def _draw(self, body: DrawnBody, shape: Array, time: float) -> None:
         shapes = self._shapes[body.name]
-        if shapes and np.abs(shape - shapes[-1]).max() < LEAST_CHANGE:
+        if shapes and np.abs(shape - shapes[-1]).max() < MIN_CHANGE:
             return
         if self._is_recording():
             if shapes:
@@ -87,7 +88,8 @@ class SoftVisualizer(LeafSystem):
             shapes.append(shape)
         else:
             shapes[:] = [shape]
-        path, faces = f"{SOFT}/{body.name}/{len(shapes) - 1}", body.rest.boundary.T
+        path = f"{SOFT}/{body.name}/{len(shapes) - 1}"
+        faces = body.rest.boundary.T
         self._meshcat.SetTriangleMesh(path, shape.T, faces, body.color)
         self._meshcat.SetProperty(path, "visible", time == 0, 0.0)
         self._meshcat.SetProperty(path, "visible", True, time)

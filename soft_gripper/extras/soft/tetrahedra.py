@@ -12,10 +12,10 @@ from soft_gripper.files.document import require
 from soft_gripper.files.text import read_text
 
 SUFFIX = ".vtk"
-MOST = 20_000  # tetrahedra: a run would be hundreds of times slower than real time
-_TETRAHEDRON = "10"  # the type of a cell in VTK
-_FACES = [(1, 2, 3), (0, 3, 2), (0, 1, 3), (0, 2, 1)]  # of a tetrahedron, counterclockwise seen from outside
-_FORMAT = "a legacy VTK file in ASCII with an unstructured grid of tetrahedra"
+MAX_CELLS = 20_000  # tetrahedra; with more, a run would be hundreds of times slower than real time
+_TETRAHEDRON_TYPE = "10"  # the type of a cell in VTK
+_CELL_FACES = [(1, 2, 3), (0, 3, 2), (0, 1, 3), (0, 2, 1)]  # of a tetrahedron, counterclockwise seen from outside
+_FILE_FORMAT = "a legacy VTK file in ASCII with an unstructured grid of tetrahedra"
 
 
 class Tetrahedra(NamedTuple):
@@ -28,13 +28,13 @@ class Tetrahedra(NamedTuple):
     def volumes(self) -> Array:
         """Volumes of the tetrahedra, (M)."""
         corners = self.vertices[self.cells]
-        found: Array = np.linalg.det(corners[:, 1:] - corners[:, :1]) / 6
-        return found
+        volumes: Array = np.linalg.det(corners[:, 1:] - corners[:, :1]) / 6
+        return volumes
 
     @property
     def boundary(self) -> NDArray[np.int_]:
         """The triangles of the surface, (F, 3) numbers of vertices, counterclockwise seen from outside."""
-        faces = np.concatenate([self.cells[:, face] for face in _FACES])
+        faces = np.concatenate([self.cells[:, face] for face in _CELL_FACES])
         _, first, count = np.unique(np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True)
         outer: NDArray[np.int_] = faces[np.sort(first[count == 1])]
         return outer
@@ -50,7 +50,7 @@ class Tetrahedra(NamedTuple):
         head = ("# vtk DataFile Version 3.0", "soft body", "ASCII", "DATASET UNSTRUCTURED_GRID")
         sizes = len(points), len(cells), 5 * len(cells)
         lines = [*head, f"POINTS {sizes[0]} double", *points, f"CELLS {sizes[1]} {sizes[2]}", *cells]
-        return "\n".join([*lines, f"CELL_TYPES {sizes[1]}", *[_TETRAHEDRON] * sizes[1], ""])
+        return "\n".join([*lines, f"CELL_TYPES {sizes[1]}", *[_TETRAHEDRON_TYPE] * sizes[1], ""])
 
 
 def read_tetrahedra(path: Path) -> Tetrahedra:
@@ -61,13 +61,13 @@ def read_tetrahedra(path: Path) -> Tetrahedra:
     """
     words = read_text(path).split()
     try:
-        mesh = _parsed(words)
+        mesh = _parse(words)
     except (ValueError, IndexError):
-        raise InputError(path, "mesh", path.name, f"cannot be read: give {_FORMAT}") from None
-    require(0 < len(mesh.cells) <= MOST, path, "cells", len(mesh.cells), f"give 1 to {MOST} tetrahedra")
+        raise InputError(path, "mesh", path.name, f"cannot be read: give {_FILE_FORMAT}") from None
+    require(0 < len(mesh.cells) <= MAX_CELLS, path, "cells", len(mesh.cells), f"give 1 to {MAX_CELLS} tetrahedra")
     outside = mesh.cells[(mesh.cells < 0) | (mesh.cells >= len(mesh.vertices))]
-    known = f"there are {len(mesh.vertices)} points, numbered from 0"
-    require(not len(outside), path, "cells", int(outside[0]) if len(outside) else None, known)
+    expected = f"there are {len(mesh.vertices)} points, numbered from 0"
+    require(not len(outside), path, "cells", int(outside[0]) if len(outside) else None, expected)
     require(bool(np.isfinite(mesh.vertices).all()), path, "points", "nan", "must be finite numbers")
     volumes = np.abs(mesh.volumes)
     require(
@@ -82,14 +82,14 @@ def oriented(mesh: Tetrahedra) -> Tetrahedra:
     return Tetrahedra(mesh.vertices, cells)
 
 
-def _parsed(words: list[str]) -> Tetrahedra:
-    at = {word: i for i, word in enumerate(words) if word in ("POINTS", "CELLS", "CELL_TYPES", "UNSTRUCTURED_GRID")}
-    if len(at) != 4 or "ASCII" not in words:
+def _parse(words: list[str]) -> Tetrahedra:
+    begins = {word: i for i, word in enumerate(words) if word in ("POINTS", "CELLS", "CELL_TYPES", "UNSTRUCTURED_GRID")}
+    if len(begins) != 4 or "ASCII" not in words:
         raise ValueError
-    points, cells, types = at["POINTS"], at["CELLS"], at["CELL_TYPES"]
+    points, cells, types = begins["POINTS"], begins["CELLS"], begins["CELL_TYPES"]
     vertices, count = int(words[points + 1]), int(words[cells + 1])
     rows = np.array(words[cells + 3 : cells + 3 + 5 * count], dtype=int).reshape(count, 5)
-    if (rows[:, 0] != 4).any() or words[types + 2 : types + 2 + count] != count * [_TETRAHEDRON]:
+    if (rows[:, 0] != 4).any() or words[types + 2 : types + 2 + count] != count * [_TETRAHEDRON_TYPE]:
         raise ValueError
     numbers = np.array(words[points + 3 : points + 3 + 3 * vertices], dtype=float)
     return Tetrahedra(numbers.reshape(vertices, 3), rows[:, 1:])

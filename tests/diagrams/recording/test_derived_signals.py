@@ -9,7 +9,7 @@ from pydrake.systems.primitives import ConstantVectorSource, Gain, Sine
 
 from soft_gripper.array_block import ArrayBlock
 from soft_gripper.diagrams.signal_logs import add_logs
-from soft_gripper.diagrams.signal_sources import Logged, Output, SignalSources
+from soft_gripper.diagrams.signal_sources import DerivedOutput, LoggedPort, SignalSources
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.truth.poses import Difference
 
@@ -38,7 +38,7 @@ def run(name, overrides, duration):
 def test_a_recording_is_what_the_blocks_compute(name):
     found, expected, logs = run(*SCENARIOS[name])
     assert_same(found, expected)
-    assert len(logs.logged) < 0.75 * len(found)
+    assert len(logs.port_numbers) < 0.75 * len(found)
 
 
 @pytest.mark.slow
@@ -72,10 +72,10 @@ def test_what_follows_is_traced_to_what_does_not():
     chain = Chain()
     sources = SignalSources(chain.builder, 0.1)
     found = sources.find(chain.difference.get_output_port())
-    assert isinstance(found, Output)
+    assert isinstance(found, DerivedOutput)
     gain = sources.find(chain.gain.get_output_port())
     assert found.derived.leaves["estimate"] == gain
-    assert isinstance(gain, Logged)
+    assert isinstance(gain, LoggedPort)
     assert sources.ports[gain.number] == chain.gain.get_output_port()
 
 
@@ -83,7 +83,7 @@ def test_what_is_not_connected_yet_is_logged_as_it_is():
     chain = Chain(connects_truth=False)
     port = chain.difference.get_output_port()
     sources = SignalSources(chain.builder, 0.1)
-    assert sources.find(port) == Logged(sources.ports.index(port))
+    assert sources.find(port) == LoggedPort(sources.ports.index(port))
 
 
 def test_of_what_leads_round_in_a_circle_something_is_logged():
@@ -93,7 +93,7 @@ def test_of_what_leads_round_in_a_circle_something_is_logged():
         for port in map(other.get_input_port, range(2)):
             builder.Connect(one.get_output_port(), port)
     logs = add_logs(builder, {"first": first.get_output_port(), "second": second.get_output_port()}, 0.1)
-    assert len(logs.logged) == 1
+    assert len(logs.port_numbers) == 1
 
 
 class TwoWays(ArrayBlock):

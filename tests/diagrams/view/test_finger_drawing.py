@@ -24,10 +24,10 @@ from soft_gripper.diagrams.view.finger_drawing import (
     drawn_signals,
     estimated_contact,
     estimated_corners,
-    in_world,
     link_frames,
     points_on_links,
     pressed_point,
+    to_world,
 )
 from soft_gripper.fingers.finger import Finger
 
@@ -79,7 +79,7 @@ def test_many_samples_are_drawn_as_one() -> None:
         assert contact is not None
         np.testing.assert_allclose([*found.force[i], found.side[i]], [*contact.force, contact.side], atol=1e-12)
         np.testing.assert_allclose(points_on_links(every, s)[0][i], points_on_links(alone, s[i])[0], atol=1e-12)
-        np.testing.assert_allclose(in_world(X_WB, every)[i], alone @ X_WB[i, :, :3].T + X_WB[i, :, 3], atol=1e-12)
+        np.testing.assert_allclose(to_world(X_WB, every)[i], alone @ X_WB[i, :, :3].T + X_WB[i, :, 3], atol=1e-12)
 
 
 def test_points_are_on_their_links() -> None:

@@ -7,7 +7,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
 from soft_gripper.diagrams.station import make_station
-from soft_gripper.diagrams.wiring.composed import Abreast, Composed, add_parts
+from soft_gripper.diagrams.wiring.composed import BatchedBlock, FusedBlock, add_parts
 from soft_gripper.diagrams.wiring.estimation import make_estimation
 from soft_gripper.diagrams.wiring.named_wires import inputs, vector_outputs
 from soft_gripper.diagrams.wiring.sensors import make_sensors
@@ -90,7 +90,7 @@ def test_composed_parts_put_out_what_their_blocks_do(make, keys):
     builder, blocks = added(make, None)
     composer, composed = added(make, keys)
     kinds = sorted(type(system).__name__ for system in composer.GetSystems())
-    assert kinds == (["Abreast"] if len({*keys.values()}) == 1 else ["Abreast", "Composed"])
+    assert kinds == (["BatchedBlock"] if len({*keys.values()}) == 1 else ["BatchedBlock", "FusedBlock"])
     for finger, part in blocks.items():
         assert composed[finger].inputs.keys() == part.inputs.keys()
         for name, port in part.outputs.items():
@@ -103,7 +103,7 @@ def test_composed_parts_put_out_what_their_blocks_do(make, keys):
 
 
 def test_over_a_recording_they_put_out_what_they_do_sample_by_sample(make):
-    one = Composed(make())
+    one = FusedBlock(make())
     values, time = drawn(one), PERIOD * np.arange(SAMPLES)
     builder, parts = added(make, dict.fromkeys(FINGERS, 0))
     (block,) = builder.GetSystems()
@@ -123,6 +123,6 @@ def test_over_a_recording_they_put_out_what_they_do_sample_by_sample(make):
 def test_a_block_of_one_finger_alone_stays_one(make):
     builder, parts = added(make, {"left": 0}, ["left"])
     (block,) = builder.GetSystems()
-    assert isinstance(block, Composed)
-    assert not isinstance(block, Abreast)
+    assert isinstance(block, FusedBlock)
+    assert not isinstance(block, BatchedBlock)
     assert inputs(block).keys() == parts["left"].inputs.keys()

@@ -80,7 +80,7 @@ def test_shape_error_over_a_bad_link(estimator):
         link = Link(messages_of(recording, bench), is_bad, (2.0, 3.0) if is_bad else (np.inf, np.inf))
         driver = live(link, bench, [TIP, STD], found.append)
         while link.sent < recording.data.sizes["time"] - 1:
-            driver.turn()
+            driver.advance()
         known = {int(each["count"]): each for each in found if each["age"] == 0}
         errors[is_bad] = {n: np.linalg.norm(each[TIP][:2] - true[n]) for n, each in known.items()}
         bands[is_bad] = [each[STD][-1] for each in found if each["age"] > 0.5]
@@ -142,7 +142,7 @@ def held_box(seconds, is_bad, seed, silence=(np.inf, np.inf)):
     link = Link(messages(), is_bad, silence)
     driver = live(link, bench, ["grip.opening"], obey)
     while link.now < seconds:
-        driver.turn()
+        driver.advance()
     driver.forces, driver.commands = np.array(forces), np.array(commands)
     return driver
 

@@ -12,7 +12,7 @@ from scale_files import GRAM, write_log
 
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.extras.bench.bench import Bench
-from soft_gripper.extras.bench.bench_driver import understood
+from soft_gripper.extras.bench.bench_driver import parse_reading
 from soft_gripper.extras.bench.messages import MalformedError
 from soft_gripper.extras.bench.plausible import plausible_ranges
 from soft_gripper.extras.hardware.bench_schema import load_bench
@@ -81,7 +81,7 @@ def reading(folder, **changes):
     bench = Bench(scenario, (), [FORCE])
     message = dict.fromkeys("abcd", 1.0) | {"t": 0.0, "p": 0.0, "scale": 30.0, "mm": 80.0} | changes
     described = SimpleNamespace(**{**vars(config), "format": "json", "relative": config.relative})
-    return understood(json.dumps(message).encode(), described, plausible_ranges(bench, config), bench.quantities)
+    return parse_reading(json.dumps(message).encode(), described, plausible_ranges(bench, config), bench.quantities)
 
 
 def test_a_scale_that_is_not_read_costs_no_reading(folder):

@@ -9,7 +9,14 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from soft_gripper.extras.bench.messages import MOST_BYTES, MalformedError, chosen, count_of, decoded, encoded
+from soft_gripper.extras.bench.messages import (
+    MAX_MESSAGE_BYTES,
+    MalformedError,
+    count_of,
+    decoded,
+    encoded,
+    select_numbers,
+)
 from soft_gripper.extras.bench.watch import Watch
 
 FIELDS = ["n", "a", "b"]
@@ -45,7 +52,7 @@ def test_null_is_a_sensor_that_was_not_read():
         (b'{"a": ' + b"9" * 400 + b"}", "json"),
         (b"[" * 50_000, "json"),
         (b'{"a": [[1]]}', "json"),
-        (b" " * (MOST_BYTES + 1), "json"),
+        (b" " * (MAX_MESSAGE_BYTES + 1), "json"),
         (b"\xff\xfe", "json"),
         (b"1,2", "text"),
         (b"1,2,3,4", "text"),
@@ -74,7 +81,7 @@ def test_no_message_does_more_than_be_malformed(message, form):
 
 def test_fields_that_are_missing_and_numbers_that_do_not_count():
     with pytest.raises(MalformedError, match="no field 'c'"):
-        chosen({"a": 1.0}, ["a", "c"])
+        select_numbers({"a": 1.0}, ["a", "c"])
     for value in (-1.0, 0.5, math.nan, math.inf, 2.0**60):
         with pytest.raises(MalformedError):
             count_of(value)

@@ -15,7 +15,7 @@ from waiting import LONG
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.extras.bench.bench import Bench
-from soft_gripper.extras.bench.bench_driver import BenchDriver, Pace, _Spread
+from soft_gripper.extras.bench.bench_driver import BenchDriver, Pace, _RecentChanges
 from soft_gripper.extras.bench.endpoints import Endpoints, LineSource
 from soft_gripper.extras.bench.messages import MalformedError, decoded, encoded
 from soft_gripper.extras.bench.plausible import check_plausible
@@ -158,7 +158,7 @@ def test_silence_widens_bands_and_makes_commands_safe(messages, offline):
     source = Scripted(sent)
     live = made(source, is_live=True, clock=lambda: source.now, safe_command=-100.0)
     while source.now < 2.0:
-        live.driver.turn()
+        live.driver.advance()
     aged = [found for found in live.results if found["age"] > 0 and found["count"] == last]
     ages = np.array([found["age"] for found in aged])
     expected = [0.015, 0.025, 0.035, *(0.04 + 0.01 * np.arange(37))]  # a period apart, but when commands become safe
@@ -179,7 +179,7 @@ def test_silence_widens_bands_and_makes_commands_safe(messages, offline):
 def test_before_the_first_reading_commands_are_safe():
     live = made(lambda timeout: time.sleep(timeout) or [], is_live=True, safe_command=-5.0)
     for _ in range(5):
-        live.driver.turn()
+        live.driver.advance()
     assert all(found[COMMAND] == [-5.0] and found["stale"] for found in live.results)
     assert len(live.results) >= 4
 
@@ -209,7 +209,7 @@ def test_a_machine_that_is_too_slow_stays_close_behind(messages):
     step = live.bench.step
     live.bench.step = lambda measured: (step(measured), source.pass_time())
     while source.arrived < 1000:
-        live.driver.turn()
+        live.driver.advance()
     counts = live.driver.counts
     assert counts.used + counts.lost == 1000
     assert counts.used == pytest.approx(333, abs=30)
@@ -247,7 +247,7 @@ def test_zeroing_removes_offsets(messages, offline):
     live.driver.zero(60.0)  # at rest
     for message in shifted[60:100]:
         live.driver._take(encoded(message, "json"), 0.0)
-    live.driver.zeroed()
+    live.driver.end_zeroing()
     for message in shifted[100:]:
         live.driver._take(encoded(message, "json"), 0.0)
     found = by_count(live.results)
@@ -279,7 +279,7 @@ def test_zeroed_sensors_are_known_as_well_as_at_first(estimator):
     feed(50, 0.02)
     driver.zero(60.0)
     feed(3, 0.02)
-    driver.zeroed()
+    driver.end_zeroing()
     again = feed(2, 0.02)
     np.testing.assert_allclose(again[STD], first[STD], rtol=1e-3)
     np.testing.assert_allclose(again[TIP], first[TIP], atol=2e-4)
@@ -291,7 +291,7 @@ def test_a_sensor_that_is_never_read_is_not_zeroed(messages):
     for message in messages[60:100]:
         silent = by_entry(message) | {"left_finger.strain[3]": None}
         live.driver._take(json.dumps(silent).encode(), 0.0)
-    live.driver.zeroed()
+    live.driver.end_zeroing()
     offsets = live.driver._offsets["left_finger.strain"]
     assert offsets[3] == 0.0
     assert np.isfinite(offsets).all()
@@ -301,7 +301,7 @@ def test_zeroing_without_readings():
     live = made(lambda timeout: [])
     live.driver.zero(60.0)
     with refused("--zero", "no reading"):
-        live.driver.zeroed()
+        live.driver.end_zeroing()
 
 
 def test_lines_of_any_length():
@@ -383,10 +383,10 @@ def test_a_band_widens_by_how_far_its_own_estimate_moved_of_late():
 
     bench.read = read
     stds = {"f.transverse_force_std": np.array([0.4]), "f.contact_force_std": np.array([0.1])}
-    spread = _Spread(bench, list(stds))
+    changes = _RecentChanges(bench, list(stds))
     for _ in range(3):
-        spread.note()
-    wider = spread.widened(stds, 0.1)
+        changes.note()
+    wider = changes.widened(stds, 0.1)
     assert wider["f.transverse_force_std"] == pytest.approx(0.5)
     assert wider["f.contact_force_std"] == pytest.approx(0.1)
 

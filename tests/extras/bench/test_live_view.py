@@ -22,7 +22,7 @@ STRAIN = "left_finger.strain"
 class Seen(SignalFeed):
     """What is sent to a page with these plots."""
 
-    wanted = frozenset({OPENING, STD, STRAIN})
+    wanted_signals = frozenset({OPENING, STD, STRAIN})
 
     def __init__(self):
         super().__init__(())
@@ -81,7 +81,7 @@ def test_it_shows_what_is_read_and_estimated_and_nothing_else(shown):
     assert (status["mode"], status["alarm"], status["note"]) == ("live", False, "")
     assert status["time"] == pytest.approx(0.5, abs=0.06)
     assert status["latency"].startswith("reading to result 0.0 ms")
-    assert set(values) == Seen.wanted
+    assert set(values) == Seen.wanted_signals
     assert values[STRAIN].tolist() in shown.strains
     estimates, readings = status["tables"]
     assert estimates[1] == ["", "left_finger", "right_finger"]
@@ -157,6 +157,6 @@ def test_a_view_that_fails_stops_nothing(shown, monkeypatch):
 
     shown.run(0.2)
     monkeypatch.setattr(live_view, "has_failed", lambda _: True)
-    monkeypatch.setattr(shown.view._drawn, "show", fail)
+    monkeypatch.setattr(shown.view._estimate_scene, "show", fail)
     status, _ = shown.run(0.3)
     assert (status["mode"], status["note"]) == ("live", "the view failed; estimates and commands go on")

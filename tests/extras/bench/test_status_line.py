@@ -57,7 +57,7 @@ def test_readings_that_never_come_near_the_calibration_are_said_once():
     assert counts.disagreeing == ["left"]
     (line,) = said
     assert "readings and drive of left disagree" in line
-    counts.zeroed()
+    counts.restart()
     bench.apart = 0.1
     assert not [*counts.note()]
     assert counts.disagreeing == []

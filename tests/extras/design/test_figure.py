@@ -6,8 +6,8 @@ from csv_rows import csv_rows
 from matplotlib.figure import Figure
 
 from soft_gripper.extras.design.figure import BEST, design_figure
-from soft_gripper.extras.design.ranking import Design, Score
-from soft_gripper.extras.design.run_design import Designed
+from soft_gripper.extras.design.ranking import Design, DesignScore
+from soft_gripper.extras.design.run_design import DesignResult
 from soft_gripper.extras.design.study_file import DesignConfig, DesignStudy, EndConfig
 from soft_gripper.extras.design.study_tables import DESIGNS, SENSITIVITY, TESTS, write_tables
 from soft_gripper.runs.sweep.axes import Range, Values
@@ -20,18 +20,20 @@ def found(ends, allowed=True, designs=12):
     rng = np.random.default_rng(1)
     config = DesignConfig("bottle_grasp", vary={"a": 1}, ends=ends)
     study = DesignStudy("study.yaml", config, "bottle_grasp", {}, AXES, {"bottle": {}}, {"cup": {}})
-    tried = [Design(0, {}, Score(4, 4, tuple(2.0 for _ in ends), {"grasp": 0.0}))]
+    tried = [Design(0, {}, DesignScore(4, 4, tuple(2.0 for _ in ends), {"grasp": 0.0}))]
     for number in range(1, designs + 1):
         values = {AXES[0].key: float(rng.uniform(0.1, 0.2)), AXES[1].key: AXES[1].values[number % 2]}
-        score = Score(4, 4, tuple(rng.random(len(ends)).tolist()), {"grasp": 0.0})
+        score = DesignScore(4, 4, tuple(rng.random(len(ends)).tolist()), {"grasp": 0.0})
         tried.append(
-            Design(number, values, score if allowed else Score(1, 4, tuple(np.nan for _ in ends), {"grasp": 0.75}))
+            Design(
+                number, values, score if allowed else DesignScore(1, 4, tuple(np.nan for _ in ends), {"grasp": 0.75})
+            )
         )
-    tried[3] = Design(3, tried[3].values, Score(refused="a wall of 1.00 mm, below 2 mm", excess={"wall": 0.5}))
+    tried[3] = Design(3, tried[3].values, DesignScore(refused="a wall of 1.00 mm, below 2 mm", excess={"wall": 0.5}))
     row = {"grasp": "held", "force": "1.0", "energy": "2.0"}
     compared = [0, 5] if allowed else [0]
     tested = [(row | {"design": str(i), "object": name}, {}) for i in compared for name in ("bottle", "cup")] * 3
-    return Designed(study, tried, tried[0], [5, 6] if allowed else [], 5 if allowed else None, tested)
+    return DesignResult(study, tried, tried[0], [5, 6] if allowed else [], 5 if allowed else None, tested)
 
 
 @pytest.mark.parametrize("ends", [[FORCE], [FORCE, ENERGY]])

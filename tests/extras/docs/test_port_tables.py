@@ -11,7 +11,7 @@ ROOT = Path(__file__).parents[3]
 SOURCES = [path for path in (ROOT / "soft_gripper").rglob("*.py") if "learning" not in path.parts]
 SOURCES += (ROOT / "diagrams").rglob("*.py")
 WITHOUT_PORTS = {"ArrayBlock", "_OnPaths"}  # what blocks are made from
-WITHOUT_PORTS |= {"Abreast", "Composed"}  # and what has the ports of others
+WITHOUT_PORTS |= {"BatchedBlock", "FusedBlock"}  # and what has the ports of others
 
 
 def classes_of_systems():

@@ -9,7 +9,7 @@ from pydrake.math import RigidTransform
 
 from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.extras.export.mjcf import station_mjcf
-from soft_gripper.extras.export.reach import Ball, Range, may_touch, reaches
+from soft_gripper.extras.export.reach import Ball, ShapeRange, may_touch, reaches
 from soft_gripper.extras.export.tree import joints_below
 from soft_gripper.scenario.scenario_file import changed_scenario
 
@@ -51,13 +51,13 @@ def test_a_hanging_gripper_touches_the_table_only_where_it_can_reach_it():
 
 
 def test_a_shape_is_beyond_a_box_by_its_distance():
-    fixed = Range(Ball(np.zeros(3), 0.0), Box(1.0, 1.0, 0.1), RigidTransform([0.0, 0.0, -0.05]))
-    near, far = (Range(Ball(np.array([0.3, 0.3, 0.2]), radius), Sphere(0.03), None) for radius in (0.20, 0.18))
+    fixed = ShapeRange(Ball(np.zeros(3), 0.0), Box(1.0, 1.0, 0.1), RigidTransform([0.0, 0.0, -0.05]))
+    near, far = (ShapeRange(Ball(np.array([0.3, 0.3, 0.2]), radius), Sphere(0.03), None) for radius in (0.20, 0.18))
     assert may_touch(near, fixed)
     assert may_touch(fixed, near)
     assert not may_touch(far, fixed)
     assert not may_touch(fixed, far)
-    assert may_touch(Range(Ball(np.zeros(3), np.inf), Sphere(0.03), None), fixed)
+    assert may_touch(ShapeRange(Ball(np.zeros(3), np.inf), Sphere(0.03), None), fixed)
     assert may_touch(near, far)
 
 

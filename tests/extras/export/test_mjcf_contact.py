@@ -9,18 +9,28 @@ import pytest
 
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.extras.export.mjcf import to_mjcf
-from soft_gripper.extras.export.mjcf_contact import Said, Skin, Surface, Touch, contacts, masks, mixed, said, touch
+from soft_gripper.extras.export.mjcf_contact import (
+    DampedContact,
+    ShapeSurface,
+    Skin,
+    StatedContact,
+    contact_settings,
+    masks,
+    mixed,
+    stated_contact,
+    touch,
+)
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.truth.contact import combined_friction
 
-SKIN = Surface(0.9, 1e-3, 80.0)
+SKIN = ShapeSurface(0.9, 1e-3, 80.0)
 TIP, ROOT, FIXED = (
     SKIN._replace(mobility=200.0, compliance=2e-3),
     SKIN._replace(mobility=40.0),
     SKIN._replace(mobility=0),
 )
 USUAL = Skin(SKIN.friction, SKIN.mobility)
-BOX, TABLE, PALM = Surface(0.8, 0.0, 20.0), Surface(0.5, 0.0, 0.0), Surface(1.0, 0.0, 0.0)
+BOX, TABLE, PALM = ShapeSurface(0.8, 0.0, 20.0), ShapeSurface(0.5, 0.0, 0.0), ShapeSurface(1.0, 0.0, 0.0)
 
 
 def stiffness(of):
@@ -29,13 +39,13 @@ def stiffness(of):
 
 @pytest.mark.parametrize("pair", list(itertools.combinations_with_replacement([SKIN, TIP, ROOT], 2)))
 def test_two_skins_are_mixed_to_the_stiffness_of_both(pair):
-    found = mixed(*(said(surface, USUAL) for surface in pair))
+    found = mixed(*(stated_contact(surface, USUAL) for surface in pair))
     assert stiffness(found) == pytest.approx(stiffness(touch(*pair)), rel=5e-3)
     assert found.friction == 0.9
 
 
 def test_a_skin_of_a_fixed_link_is_mixed_roughly():
-    found = mixed(said(FIXED, USUAL), said(SKIN, USUAL))
+    found = mixed(stated_contact(FIXED, USUAL), stated_contact(SKIN, USUAL))
     assert stiffness(found) == pytest.approx(stiffness(touch(FIXED, SKIN)), rel=0.2)
 
 
@@ -48,7 +58,7 @@ def test_a_contact_has_the_stiffness_of_its_skin():
 
 def test_mixing_is_that_of_mujoco():
     mujoco = pytest.importorskip("mujoco")
-    one, other = Said(Touch(0.7, 0.01), 3.0), Said(Touch(0.5, 0.02), 1.0)
+    one, other = StatedContact(DampedContact(0.7, 0.01), 3.0), StatedContact(DampedContact(0.5, 0.02), 1.0)
     geoms = "".join(
         f'<body pos="0 0 {z}"><freejoint/><geom size="0.1" friction="{s.touch.friction}" solmix="{s.weight}" '
         f'solref="{s.touch.time} 1"/></body>'
@@ -62,7 +72,7 @@ def test_mixing_is_that_of_mujoco():
 
 def test_only_pairs_that_would_be_mixed_wrong_are_listed():
     surfaces = [SKIN, TIP, BOX, TABLE, PALM]
-    found = contacts(surfaces, list(itertools.combinations(range(5), 2)), set(), 4, 0.01)
+    found = contact_settings(surfaces, list(itertools.combinations(range(5), 2)), set(), 4, 0.01)
     # Skins, and a skin on the palm, whose friction is the larger one, are mixed; so is no pair of rigid shapes here.
     assert set(found.pairs) == {(0, 2), (1, 2), (0, 3), (1, 3), (2, 3), (2, 4), (3, 4)}
     assert found.pairs[0, 2]["condim"] == "4"
@@ -71,7 +81,7 @@ def test_only_pairs_that_would_be_mixed_wrong_are_listed():
 
 
 def test_a_pair_that_mujoco_filters_is_listed():
-    assert set(contacts([SKIN, TIP], [(0, 1)], {(0, 1)}, 4, 0.01).pairs) == {(0, 1)}
+    assert set(contact_settings([SKIN, TIP], [(0, 1)], {(0, 1)}, 4, 0.01).pairs) == {(0, 1)}
 
 
 @pytest.mark.parametrize("step", [0.005, 0.00125])
@@ -81,7 +91,7 @@ def test_what_is_carried_on_a_circle_hardly_slides(step):
     A block lies on a turntable, 0.5 m from its axis.
     """
     mujoco = pytest.importorskip("mujoco")
-    (pair,) = contacts([SKIN, BOX], [(0, 1)], set(), 4, step).pairs.values()
+    (pair,) = contact_settings([SKIN, BOX], [(0, 1)], set(), 4, step).pairs.values()
     attributes = " ".join(f'{name}="{value}"' for name, value in pair.items())
     model = mujoco.MjModel.from_xml_string(f"""<mujoco>
       <option timestep="{step}" integrator="discrete" cone="elliptic" impratio="10" noslip_iterations="10"/>
@@ -104,7 +114,7 @@ def test_masks_and_pairs_together_are_the_candidates(shapes):
     """However many groups of shapes there are: MuJoCo has 31 bits."""
     rng = np.random.default_rng(shapes)
     candidates = [pair for pair in itertools.combinations(range(shapes), 2) if rng.random() < 0.5]
-    found = contacts([SKIN] * shapes, candidates, set(), 4, 0.01)
+    found = contact_settings([SKIN] * shapes, candidates, set(), 4, 0.01)
     bits = [(int(geom["contype"]), int(geom["conaffinity"])) for geom in found.geoms]
     by_mask = {
         (i, k)
@@ -175,7 +185,7 @@ def test_a_rigid_body_hardly_sinks_into_another_by_its_weight():
     """Less than a quarter of a millimetre, in MuJoCo itself, of a body as light as a link."""
     mujoco = pytest.importorskip("mujoco")
     time = touch(BOX, TABLE).time
-    assert said(BOX, USUAL).touch.time == time
+    assert stated_contact(BOX, USUAL).touch.time == time
     model = mujoco.MjModel.from_xml_string(
         f'<mujoco><option timestep="1e-3"/><default><geom solref="{time} 1"/></default><worldbody>'
         '<geom type="plane" size="1 1 1"/><body pos="0 0 0.01"><freejoint/><geom size="0.01" mass="0.005"/></body>'

@@ -190,7 +190,7 @@ def test_hostile_frames(page):
                 session.step()
             used = driver.counts.used
             driver._source._messages = [encoded(dict.fromkeys(FIELDS, 0.001) | {"n": float(used)}, "text").strip()]
-            driver.turn()
+            driver.advance()
             assert driver.counts.used == used + 1, "the session goes on"
         for text in heard:
             json.loads(text)

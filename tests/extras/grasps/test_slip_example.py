@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from slip import IN_DRAKE, creep, in_drake
+from slip import IN_DRAKE, creep, drake_creep
 
 TIME = 0.01 * np.arange(800)  # s
 
@@ -19,4 +19,4 @@ def test_what_stays_behind_has_slipped():
 
 @pytest.mark.slow
 def test_points_creep_more_than_surfaces():
-    assert 0 < in_drake({}) < in_drake(IN_DRAKE["contact at 4 points"])
+    assert 0 < drake_creep({}) < drake_creep(IN_DRAKE["contact at 4 points"])

@@ -15,16 +15,16 @@ from soft_gripper.extras.grasps.strength import (
     LOADS,
     SMOOTH,
     Load,
-    Sample,
-    Settled,
+    LoadSample,
+    SettledGrasp,
     Shake,
     StrengthRow,
     _HeldBody,
     _row,
     held_object,
+    shortened_scenario,
     smoothed,
     strength_figure,
-    until_held,
 )
 from soft_gripper.models import DIRECTORY
 from soft_gripper.scenario.scenario_file import load_scenario, parse_scenario
@@ -57,7 +57,7 @@ plant_config: {{ time_step: 0.005, stiction_tolerance: 1.0e-5 }}
 
 
 @pytest.fixture(scope="module")
-def pads(tmp_path_factory: pytest.TempPathFactory) -> Settled:
+def pads(tmp_path_factory: pytest.TempPathFactory) -> SettledGrasp:
     """Two fingers with one hinge each hold a cylinder that lies across them, and that weighs nothing."""
     folder = tmp_path_factory.mktemp("pads")
     mesh = trimesh.creation.cylinder(RADIUS, 0.03, sections=64)
@@ -67,10 +67,10 @@ def pads(tmp_path_factory: pytest.TempPathFactory) -> Settled:
     soft = gripper.replace("</finger>", f'<contact hydroelastic_modulus="{PAD_MODULUS}"/></finger>')
     (folder / "gripper.urdf").write_text(soft, encoding="utf-8")
     text = PADS.format(folder=folder, friction=PAD_FRICTION, pressure=PRESSURE, height=PAD_HEIGHT)
-    return Settled.of(parse_scenario(folder / "pads.yaml", text), "pad")
+    return SettledGrasp.from_scenario(parse_scenario(folder / "pads.yaml", text), "pad")
 
 
-def pad_force(settled: Settled) -> float:
+def pad_force(settled: SettledGrasp) -> float:
     """Normal force of a finger, N: the torque of the pressure, less that of its spring, over the lever of the pad."""
     plant, finger = settled.station.plant, settled.station.fingers[0]
     context = plant.GetMyContextFromRoot(settled.context)
@@ -82,20 +82,20 @@ def pad_force(settled: Settled) -> float:
 @pytest.mark.slow
 @pytest.mark.parametrize("load", [load for load in LOADS if not load.is_torque and load.axis > 0], ids=str)
 def test_two_opposed_pads_hold_what_the_friction_cone_allows(pads, load):
-    found = pads.loaded(load, Shake())
+    found = pads.strength(load, Shake())
     assert found.ended == "slid"
     assert found.strength == pytest.approx(2 * PAD_FRICTION * pad_force(pads), rel=BAR)
 
 
 @pytest.mark.slow
 def test_the_strength_does_not_depend_on_how_fast_the_load_grows(pads):
-    fast, slow = (pads.loaded(Load(False, 1, 1), Shake(seconds=seconds)).strength for seconds in (1.0, 4.0))
+    fast, slow = (pads.strength(Load(False, 1, 1), Shake(seconds=seconds)).strength for seconds in (1.0, 4.0))
     assert fast == pytest.approx(slow, rel=0.01)
 
 
 @pytest.mark.slow
 def test_every_start_is_the_same(pads):
-    one, again = (pads.loaded(Load(True, 0, 1), Shake()) for _ in range(2))
+    one, again = (pads.strength(Load(True, 0, 1), Shake()) for _ in range(2))
     assert one == again
 
 
@@ -136,12 +136,12 @@ def test_a_wrapped_cylinder_is_held_as_by_a_capstan(tmp_path: Path):
     (tmp_path / "belt.urdf").write_text(BELT)
     (tmp_path / "drum.urdf").write_text(AXLE)
     text = OVER_DRUM.format(folder=tmp_path, height=DRUM + HALF)
-    settled = Settled.of(parse_scenario(tmp_path / "over_drum.yaml", text), "drum")
+    settled = SettledGrasp.from_scenario(parse_scenario(tmp_path / "over_drum.yaml", text), "drum")
     grown = np.exp(BELT_FRICTION * np.pi / 2 * DRUM / (DRUM + HALF))
     weight = 1e3 * 9.81 * TIP * (DRUM + HALF)  # mN m
     shake = Shake(slid=0.01, turned=3.0)
     for sign, expected in ((1, weight * (grown - 1)), (-1, weight * (1 - 1 / grown))):
-        found = settled.loaded(Load(True, 1, sign), shake)
+        found = settled.strength(Load(True, 1, sign), shake)
         assert (found.ended, found.unit) == ("slid", "mN m")
         assert found.strength == pytest.approx(expected, rel=BAR)
 
@@ -153,9 +153,9 @@ def test_means_over_the_last_values():
 
 
 def test_a_task_is_run_until_it_holds_its_object():
-    task = until_held(load_scenario("pick_and_place_box")).task
+    task = shortened_scenario(load_scenario("pick_and_place_box")).task
     assert [phase.name for phase in task.phases] == ["approach", "descend", "close", "lift"]
-    assert len(until_held(load_scenario("bottle_grasp")).task.phases) == 2
+    assert len(shortened_scenario(load_scenario("bottle_grasp")).task.phases) == 2
 
 
 def test_the_object_is_that_of_the_task_or_the_first_free_one():
@@ -190,7 +190,7 @@ def test_twelve_loads_in_order_and_their_figure(monkeypatch):
 def pulled(moved, lost="slid"):
     """Samples of a load that grows to 10 N, which is resisted; `moved` is in m by its share of the largest."""
     shares = np.arange(1, 2001) / 2000
-    return [Sample(10 * share, float(moved(share)), 0.1 * share, lost if share == 1 else "") for share in shares]
+    return [LoadSample(10 * share, float(moved(share)), 0.1 * share, lost if share == 1 else "") for share in shares]
 
 
 def test_the_stiffness_is_that_of_the_first_half_of_the_load():
@@ -225,8 +225,8 @@ def test_an_object_is_lost_once_it_has_turned_in_every_finger_or_slid_on_average
         _poses=[RigidTransform() for _ in grips],
         _pose_in=lambda turned: RigidTransform(RotationMatrix.MakeXRotation(np.radians(turned)), [0, 0, 0]),
     )
-    assert _HeldBody._lost(held, {"finger": (np.zeros(3), 1.0)}) == ended
-    assert _HeldBody._lost(held, {"finger": (np.zeros(3), 0.0)}) == "let go"
+    assert _HeldBody._loss(held, {"finger": (np.zeros(3), 1.0)}) == ended
+    assert _HeldBody._loss(held, {"finger": (np.zeros(3), 0.0)}) == "let go"
 
 
 def test_a_soft_object_is_refused():

@@ -124,7 +124,7 @@ def test_trials_that_were_cut_short_go_on_to_the_same_tables(executor, tmp_path,
 
 
 def test_a_trial_without_a_recording():
-    found = trials._failed("pick_and_place_box", 1, 3, "no arm is so long")
+    found = trials._failed_trial("pick_and_place_box", 1, 3, "no arm is so long")
     assert (found.scenario, found.trial) == ("pick_and_place_box", 3)
     result = found.result
     assert (result.success, result.dropped, result.cause) == (False, False, "no arm is so long")

@@ -9,7 +9,7 @@ from refusals import refused
 
 from soft_gripper.diagrams.task_plan import reported_pose
 from soft_gripper.extras.grasps.adds import TrialsConfig
-from soft_gripper.extras.grasps.trial import Variation, draw, random_numbers, varied, vary
+from soft_gripper.extras.grasps.trial import TrialVariation, draw, random_numbers, varied, vary
 from soft_gripper.models import DIRECTORY
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 from soft_gripper.scenario.schema import Scenario
@@ -70,7 +70,7 @@ def test_a_trial_is_the_same_whatever_is_drawn_before_and_unlike_every_other():
 @pytest.mark.parametrize("size", [0.9, 1.1])
 def test_a_larger_or_smaller_object_stands_as_high_as_before(name, size):
     scenario = load_scenario(name)
-    found = varied(scenario, Variation(20, -10, 30, 25, 0.6, size, *EXACT))
+    found = varied(scenario, TrialVariation(20, -10, 30, 25, 0.6, size, *EXACT))
     np.testing.assert_allclose(lowest_points(found), lowest_points(scenario), atol=1e-12)
     assert lowest_points(found) == pytest.approx((1e-5, 1e-5), abs=2e-5)
     assert object_of(found).mesh.scale == pytest.approx(size * object_of(scenario).mesh.scale)
@@ -78,13 +78,13 @@ def test_a_larger_or_smaller_object_stands_as_high_as_before(name, size):
 
 def test_an_object_that_lies_on_its_side_stays_on_the_table_too():
     scenario = load_scenario("pick_and_place_irregular", ["models.3.X_PC.rotation=!Rpy { deg: [70, 25, 10] }"])
-    found = varied(scenario, Variation(0, 0, 45, 25, 0.6, 0.9, *EXACT))
+    found = varied(scenario, TrialVariation(0, 0, 45, 25, 0.6, 0.9, *EXACT))
     np.testing.assert_allclose(lowest_points(found), lowest_points(scenario), atol=1e-12)
 
 
 def test_the_object_is_shifted_and_turned_about_its_own_vertical():
     scenario = load_scenario("pick_and_place_box")
-    found = varied(scenario, Variation(20, -10, 30, 25, 0.6, 1.0, *EXACT))
+    found = varied(scenario, TrialVariation(20, -10, 30, 25, 0.6, 1.0, *EXACT))
     assert object_of(found).X_PC.translation == pytest.approx([0.47, -0.19, 0.03001])
     rpy = np.degrees(object_of(found).X_PC.GetDeterministicValue().rotation().ToRollPitchYaw().vector())
     assert rpy == pytest.approx([0, 0, 50])
@@ -97,8 +97,8 @@ def test_the_object_is_shifted_and_turned_about_its_own_vertical():
 
 def test_the_object_is_reported_with_an_error_and_stays_where_it_is():
     scenario = load_scenario("pick_and_place_irregular")
-    exact = varied(scenario, Variation(20, -10, 30, 25, 0.6, 0.9, *EXACT))
-    found = varied(scenario, Variation(20, -10, 30, 25, 0.6, 0.9, 2, -1, 3))
+    exact = varied(scenario, TrialVariation(20, -10, 30, 25, 0.6, 0.9, *EXACT))
+    found = varied(scenario, TrialVariation(20, -10, 30, 25, 0.6, 0.9, 2, -1, 3))
     true, reported = object_of(found).X_PC.GetDeterministicValue(), reported_pose(found.task, found.models)
     assert true.IsExactlyEqualTo(object_of(exact).X_PC.GetDeterministicValue())
     assert reported_pose(exact.task, exact.models).IsNearlyEqualTo(true, 1e-12)

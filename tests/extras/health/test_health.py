@@ -15,14 +15,14 @@ from soft_gripper.estimators.gaussian import GaussianShape
 from soft_gripper.estimators.uncertainty import Uncertainty, uncertainty_of
 from soft_gripper.extras.health.faults import FAULTS, Hypotheses
 from soft_gripper.extras.health.health_filter import (
-    _LARGEST_MISFIT,
-    _SUDDEN,
-    LOOK,
+    _JUMP_PROBABILITY,
+    _MAX_MISFIT,
+    WINDOW_SAMPLES,
     HealthFilter,
     _Observation,
-    _updated,
+    _update_states,
 )
-from soft_gripper.extras.health.health_monitor import HealthMonitor, named
+from soft_gripper.extras.health.health_monitor import HealthMonitor, named_fault
 from soft_gripper.fingers.kinematics import gravity_torque, in_space
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.sensors.calibrated_states import CalibratedStates
@@ -58,14 +58,14 @@ def free_angles(finger, pressure):
 
 
 def probabilities(layout, readings, pressure, errors=REALISTIC, share=0.005):
-    """Of FAULTS after every look, (L, 8); `share` is the uncertainty of the bend per pressure."""
+    """Of FAULTS after every window, (L, 8); `share` is the uncertainty of the bend per pressure."""
     assumed = replace(uncertainty_of(errors), bend_per_pressure=share)
     health, found = HealthFilter(layout, assumed, PERIOD), []
-    known = health.begin()
+    memory = health.begin()
     for i, (sample, inside) in enumerate(zip(readings, pressure, strict=True), start=1):
-        known = health.step(known, sample, layout.finger.pressure_torque(inside), in_space(np.array(GRAVITY)))
-        if i % LOOK == 0:
-            found.append(health.probabilities(known))
+        memory = health.step(memory, sample, layout.finger.pressure_torque(inside), in_space(np.array(GRAVITY)))
+        if i % WINDOW_SAMPLES == 0:
+            found.append(health.probabilities(memory))
     return np.array(found)
 
 
@@ -88,7 +88,7 @@ def test_a_healthy_finger_is_not_blamed(layout, errors):
     """Drawn errors of several kinds of sensors, of which some repeat themselves for long."""
     for seed in range(3):
         pressure = pressures(seed)
-        assert not named(probabilities(layout, read(layout, pressure, errors, seed), pressure, errors)).any()
+        assert not named_fault(probabilities(layout, read(layout, pressure, errors, seed), pressure, errors)).any()
 
 
 @pytest.mark.parametrize("softer", [0.9, 1.1])
@@ -97,7 +97,7 @@ def test_a_finger_that_is_not_as_stiff_as_declared_is_not_blamed(layout, softer)
     pressure = pressures(0)
     ratios = layout.response.ratio(layout.read(softer * free_angles(layout.finger, pressure)))
     readings = layout.response.reading(disturb(REALISTIC, ratios, PERIOD, np.random.default_rng(0)))
-    blamed = [named(probabilities(layout, readings, pressure, share=share)).any() for share in (0.05, 0.002)]
+    blamed = [named_fault(probabilities(layout, readings, pressure, share=share)).any() for share in (0.05, 0.002)]
     assert blamed == [False, True]
 
 
@@ -117,8 +117,8 @@ def test_a_finger_that_is_not_as_stiff_as_declared_is_not_blamed(layout, softer)
 def test_a_fault_of_a_sensor_is_named(layout, kind, reading, size, name):
     pressure = pressures(5)
     errors = replace(REALISTIC, faults=(SensorFault(kind, reading, ONSET, size),))
-    found = named(probabilities(layout, read(layout, pressure, errors, 5), pressure))
-    before = round(ONSET / PERIOD) // LOOK
+    found = named_fault(probabilities(layout, read(layout, pressure, errors, 5), pressure))
+    before = round(ONSET / PERIOD) // WINDOW_SAMPLES
     assert not found[:before].any()
     assert FAULTS[int(found[-1])] == name
 
@@ -126,7 +126,7 @@ def test_a_fault_of_a_sensor_is_named(layout, kind, reading, size, name):
 def test_a_leak_is_named(layout):
     pressure = pressures(2)
     reached = np.where(np.arange(len(pressure)) * PERIOD < ONSET, pressure, 0.6 * pressure)
-    found = named(probabilities(layout, read(layout, reached, REALISTIC, 2), pressure))
+    found = named_fault(probabilities(layout, read(layout, reached, REALISTIC, 2), pressure))
     assert FAULTS[int(found[-1])] == "leak"
 
 
@@ -136,7 +136,7 @@ def test_a_softer_part_is_named(layout):
     softer = np.where(np.arange(finger.segments) < finger.segments // 2, 1.0, 2.2)
     ratios = layout.response.ratio(layout.read(softer * free_angles(finger, pressure)))
     readings = layout.response.reading(disturb(REALISTIC, ratios, PERIOD, np.random.default_rng(3)))
-    assert FAULTS[int(named(probabilities(layout, readings, pressure))[-1])] == "cut"
+    assert FAULTS[int(named_fault(probabilities(layout, readings, pressure))[-1])] == "cut"
 
 
 def test_a_finger_whose_drive_leaves_its_calibration_is_not_blamed(layout):
@@ -144,14 +144,14 @@ def test_a_finger_whose_drive_leaves_its_calibration_is_not_blamed(layout):
     inside = np.linspace(0, 60e3, 13)
     drive = np.column_stack([layout.finger.pressure_torque(inside)[:, 0], 0 * inside, 9.81 + 0 * inside])
     states = np.hstack([layout.measured(layout.read(free_angles(layout.finger, inside))), drive])
-    known = FittedStates(states, np.append(np.full(layout.readings, 0.03), [np.std(drive[:, 0]), 9.81, 9.81]))
-    calibrated = CalibratedStates(known, Widths(np.array([1e-3]), 0.03), np.inf, layout.sections)
+    fitted = FittedStates(states, np.append(np.full(layout.readings, 0.03), [np.std(drive[:, 0]), 9.81, 9.81]))
+    calibrated = CalibratedStates(fitted, Widths(np.array([1e-3]), 0.03), np.inf, layout.sections)
     pressure, blamed = pressures(1, steps=4), []
     further = 1 + 0.2 * np.maximum(pressure - 60e3, 0) / 60e3
     ratios = layout.response.ratio(layout.read(further[:, None] * free_angles(layout.finger, pressure)))
     readings = layout.response.reading(disturb(REALISTIC, ratios, PERIOD, np.random.default_rng(1)))
     for states_of in (calibrated, None):
-        blamed.append(named(probabilities(replace(layout, calibrated=states_of), readings, pressure)).any())
+        blamed.append(named_fault(probabilities(replace(layout, calibrated=states_of), readings, pressure)).any())
     assert blamed == [False, True]
 
 
@@ -171,22 +171,22 @@ def test_what_a_look_shows_of_a_cut_is_linearised(layout):
     def readings(load, softer, more=more):
         bends = load + more * driven
         bent = layout.matrix @ (softer * from_cut * (q + np.linalg.pinv(layout.matrix) @ bends))
-        return layout.predict(q) + hypotheses.by_load @ (bends + bent)
+        return layout.predict(q) + hypotheses.load_response @ (bends + bent)
 
-    known = health.begin()
-    known = known._replace(sums=known.sums + np.array([[0], [LOOK], [0], [LOOK]]))
-    look = health._seen(known, q, np.zeros(values), np.zeros(layout.readings))
-    look = look._replace(measured=readings(load, softer))
-    found, step = health._observation(state, look, q, health._beyond_free(q, driving)), 1e-6
-    by_load = [(readings(load + step * e, softer) - look.measured) / step for e in np.eye(values)]
+    memory = health.begin()
+    memory = memory._replace(sums=memory.sums + np.array([[0], [WINDOW_SAMPLES], [0], [WINDOW_SAMPLES]]))
+    window = health._summarize(memory, q, np.zeros(values), np.zeros(layout.readings))
+    window = window._replace(measured=readings(load, softer))
+    found, step = health._observation(state, window, q, health._bend_map(q, driving)), 1e-6
+    by_load = [(readings(load + step * e, softer) - window.measured) / step for e in np.eye(values)]
     np.testing.assert_allclose(found.by_state[0, cut][:, :values], np.transpose(by_load), atol=1e-6)
-    by_size = (readings(load, softer + step) - look.measured) / step
+    by_size = (readings(load, softer + step) - window.measured) / step
     np.testing.assert_allclose(found.by_state[0, cut][:, f], by_size, atol=1e-6)
-    by_more = (readings(load, softer, more + step) - look.measured) / step
+    by_more = (readings(load, softer, more + step) - window.measured) / step
     np.testing.assert_allclose(found.by_state[0, cut][:, g], by_more, atol=1e-6)
     left = found.values[0, cut] - found.by_state[0, cut] @ state[0, cut]
     np.testing.assert_allclose(left, 0, atol=1e-12)
-    expected = health.uncertainty.reading**2 / LOOK + (1e-4 * hypotheses.full_scale) ** 2
+    expected = health.uncertainty.reading**2 / WINDOW_SAMPLES + (1e-4 * hypotheses.full_scale) ** 2
     np.testing.assert_allclose(np.diagonal(found.noise[0]), expected)
 
 
@@ -194,12 +194,12 @@ def test_a_reading_that_is_lost_for_good_is_dead(layout):
     pressure = pressures(1, 4)
     readings = read(layout, pressure, REALISTIC, 1)
     readings[250:, 5] = np.nan
-    assert FAULTS[int(named(probabilities(layout, readings, pressure))[-1])] == "dead"
+    assert FAULTS[int(named_fault(probabilities(layout, readings, pressure))[-1])] == "dead"
 
 
 def test_samples_that_are_lost_now_and_then_are_no_fault(layout):
     errors, pressure = replace(REALISTIC, dropout=0.1), pressures(1, 4)
-    assert not named(probabilities(layout, read(layout, pressure, errors, 1), pressure, errors)).any()
+    assert not named_fault(probabilities(layout, read(layout, pressure, errors, 1), pressure, errors)).any()
 
 
 def test_a_loose_strand_at_the_base_looks_like_a_force_there(layout):
@@ -300,16 +300,16 @@ def test_errors_of_gains_grow_with_the_strain_and_drift_with_time(layout):
 
     def variances(gain, change, drift=0.0):
         health = HealthFilter(layout, Uncertainty(gain=gain, drift=drift), PERIOD)
-        known = health.begin()
-        both = [np.stack([part, part]) for part in known[:2]]
-        return health._predicted(*both, change, 0.1, known.age)[1][0][..., lasting, lasting]
+        memory = health.begin()
+        both = [np.stack([part, part]) for part in memory[:2]]
+        return health._predict(*both, change, 0.1, memory.age)[1][0][..., lasting, lasting]
 
     grown = variances(share, layout.matrix @ q) - variances(0.0, layout.matrix @ q)
     np.testing.assert_allclose(grown, np.broadcast_to((share * moved) ** 2, grown.shape), rtol=1e-3)
     at_rest = np.zeros(values)
     np.testing.assert_array_equal(variances(share, at_rest), variances(0.0, at_rest))
     drifted = variances(0.0, at_rest, drift=1e-3) - variances(0.0, at_rest)
-    np.testing.assert_allclose(drifted, 1e-3**2 * LOOK * PERIOD, rtol=1e-6)
+    np.testing.assert_allclose(drifted, 1e-3**2 * WINDOW_SAMPLES * PERIOD, rtol=1e-6)
 
 
 def of_contact(layout, load, softer=None):
@@ -318,8 +318,8 @@ def of_contact(layout, load, softer=None):
     A cut finger that is `softer` by a share of the compliance bears it too.
     """
     health, values = HealthFilter(layout, Uncertainty(), PERIOD), len(layout.matrix)
-    known, evidence = health.begin(), np.ones(len(health.hypotheses.kind))
-    mean = np.zeros_like(known.mean)
+    memory, evidence = health.begin(), np.ones(len(health.hypotheses.kind))
+    mean = np.zeros_like(memory.mean)
     mean[0, :values] = load
     mean[health.hypotheses.of("held"), :values] = load
     if softer is not None:
@@ -327,9 +327,9 @@ def of_contact(layout, load, softer=None):
             load,
             softer,
         )
-    covariance = 1e-6 * np.eye(mean.shape[1]) + np.zeros_like(known.covariance)
+    covariance = 1e-6 * np.eye(mean.shape[1]) + np.zeros_like(memory.covariance)
     q = layout.finger.angle(layout.finger.pressure_torque(60e3))
-    return health.hypotheses, health._of_contact(mean, covariance, q, evidence) / (LOOK * PERIOD)
+    return health.hypotheses, health._contact_evidence(mean, covariance, q, evidence) / (WINDOW_SAMPLES * PERIOD)
 
 
 def test_the_evidence_of_a_load_is_that_of_one_look_a_second(layout):
@@ -345,7 +345,7 @@ def test_the_evidence_of_a_load_is_that_of_one_look_a_second(layout):
     assert hardly.sum() > 2
     np.testing.assert_allclose(held[by_chance], 0, atol=1e-12)
     assert (held[hardly] > 0).all()
-    assert misfits.max() == pytest.approx(_LARGEST_MISFIT)
+    assert misfits.max() == pytest.approx(_MAX_MISFIT)
 
 
 def test_a_load_may_be_further_from_one_contact_the_more_a_cut_changes(layout):
@@ -359,17 +359,17 @@ def test_a_load_may_be_further_from_one_contact_the_more_a_cut_changes(layout):
 
 
 def test_a_load_that_follows_the_drive_is_likelier_than_one_that_jumps():
-    """The likelihood of a look is that of a normal density with the odds of its load, and the likelier one counts."""
+    """The likelihood of a window is that of a normal density with the odds of its load, and the likelier one counts."""
     rng, states, readings = np.random.default_rng(0), 3, 2
     H, noise, mean = rng.normal(size=(1, 1, readings, states)), np.eye(readings)[None], np.zeros((1, 1, states))
     covariance = np.stack([np.eye(states), 4 * np.eye(states)])[:, None, None]
     chosen = []
     for size in np.linspace(0, 8, 30):
         z = size * np.array([0.8, -0.6])
-        found = _updated(mean, covariance, _Observation(H, z[None, None], noise))
+        found = _update_states(mean, covariance, _Observation(H, z[None, None], noise))
         spreads = [H[0, 0] @ each[0, 0] @ H[0, 0].T + noise[0] for each in covariance]
         densities = [multivariate_normal(np.zeros(readings), spread).logpdf(z) for spread in spreads]
-        logs = np.array(densities) + np.log([1 - _SUDDEN, _SUDDEN])
+        logs = np.array(densities) + np.log([1 - _JUMP_PROBABILITY, _JUMP_PROBABILITY])
         expected = logs.max() + readings / 2 * np.log(2 * np.pi)
         assert found.log_likelihood[0, 0] == pytest.approx(expected)
         chosen += [int(logs.argmax())]
@@ -379,24 +379,24 @@ def test_a_load_that_follows_the_drive_is_likelier_than_one_that_jumps():
         np.testing.assert_allclose(found.covariance[0, 0], after, atol=1e-12)
     assert chosen == sorted(chosen)
     assert set(chosen) == {0, 1}
-    assert _SUDDEN < 0.1  # seldom: not even once a second
+    assert _JUMP_PROBABILITY < 0.1  # seldom: not even once a second
 
 
 def test_a_healthy_finger_is_blamed_less_than_once_a_year(layout):
     """The likelihood ratio since any onset is a martingale, which exceeds 1 / p with a probability of p at most."""
-    looks = 365 * 86400 / (LOOK * PERIOD)
+    windows = 365 * 86400 / (WINDOW_SAMPLES * PERIOD)
     odds = np.exp(Hypotheses(layout).log_prior[1:]).sum()
-    assert looks * odds < 1
+    assert windows * odds < 1
 
 
 def test_a_constant_changes_at_rest_as_little_as_a_working_reading_does(layout):
     """The walk of a dead sensor's reading is that of the reading of a finger whose load and sensors rest."""
     health = HealthFilter(layout, Uncertainty(), PERIOD)
-    known, values = health.begin(), len(layout.matrix)
-    both = [np.stack([part, part]) for part in known[:2]]
-    after = health._predicted(*both, np.zeros(values), 0.0, known.age)[1][0, 0]
-    walk, hypotheses, f = after - known.covariance, health.hypotheses, values + layout.readings
-    B, load, lasting = hypotheses.by_load, slice(0, values), slice(values, f)
+    memory, values = health.begin(), len(layout.matrix)
+    both = [np.stack([part, part]) for part in memory[:2]]
+    after = health._predict(*both, np.zeros(values), 0.0, memory.age)[1][0, 0]
+    walk, hypotheses, f = after - memory.covariance, health.hypotheses, values + layout.readings
+    B, load, lasting = hypotheses.load_response, slice(0, values), slice(values, f)
     working = np.diagonal(B @ walk[0, load, load] @ B.T + walk[0, lasting, lasting])
     for name in ("dead", "saturated"):
         numbers = hypotheses.of(name)
@@ -406,14 +406,14 @@ def test_a_constant_changes_at_rest_as_little_as_a_working_reading_does(layout):
 def test_samples_at_which_a_reading_repeats_itself_or_changes_are_counted(layout):
     """A sample counts where it was read; one at which no reading changes says nothing of repetitions."""
     health = HealthFilter(layout, Uncertainty(reading=2e-3), PERIOD)
-    known, rng = health.begin(), np.random.default_rng(6)
-    readings = np.tile(layout.read(layout.straight), (3 * LOOK, 1))
-    readings[:, 1:] += 1e-3 * rng.standard_normal((3 * LOOK, layout.readings - 1))
+    memory, rng = health.begin(), np.random.default_rng(6)
+    readings = np.tile(layout.read(layout.straight), (3 * WINDOW_SAMPLES, 1))
+    readings[:, 1:] += 1e-3 * rng.standard_normal((3 * WINDOW_SAMPLES, layout.readings - 1))
     readings[::3, 2] = np.nan
     for sample in readings:
-        known = health.step(known, sample, np.zeros(layout.finger.segments), np.zeros(3))
-    repeated, changed = known.counts
-    later = 3 * LOOK - 1  # the first has none before it
+        memory = health.step(memory, sample, np.zeros(layout.finger.segments), np.zeros(3))
+    repeated, changed = memory.counts
+    later = 3 * WINDOW_SAMPLES - 1  # the first has none before it
     np.testing.assert_array_equal(repeated, [later, *[0] * (layout.readings - 1)])
     assert changed[0] == 0
     np.testing.assert_array_equal(changed[3:], later)
@@ -422,10 +422,10 @@ def test_samples_at_which_a_reading_repeats_itself_or_changes_are_counted(layout
 
 def test_a_reading_that_repeats_itself_from_the_first_is_at_fault_after_some_looks_and_not_after_one(layout):
     """Coarse sensors at rest repeat themselves too, and how often this one does is not known yet."""
-    errors, pressure = StrainErrors(noise=2e-3), np.zeros(8 * LOOK)
+    errors, pressure = StrainErrors(noise=2e-3), np.zeros(8 * WINDOW_SAMPLES)
     readings = read(layout, pressure, errors, 1)
     readings[:, 5] = readings[0, 5]
-    found = named(probabilities(layout, readings, pressure, errors))
+    found = named_fault(probabilities(layout, readings, pressure, errors))
     assert found[0] == 0
     assert FAULTS[int(found[-1])] == "dead"
 
@@ -434,13 +434,13 @@ def test_a_reading_that_repeats_itself_from_the_first_is_at_fault_after_some_loo
 @pytest.mark.parametrize("which", [0, 1, 2])  # readings, driving torque, gravity
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")
 def test_inputs_that_are_not_finite_leave_nothing_behind(layout, hostile, which):
-    """A look later every probability is a number again, and the finger is as healthy as before."""
+    """A window later every probability is a number again, and the finger is as healthy as before."""
     health = HealthFilter(layout, replace(uncertainty_of(REALISTIC), bend_per_pressure=0.005), PERIOD)
-    known, still = health.begin(), (layout.read(layout.straight), np.zeros(layout.finger.segments), np.zeros(3))
-    for number in range(4 * LOOK):
+    memory, still = health.begin(), (layout.read(layout.straight), np.zeros(layout.finger.segments), np.zeros(3))
+    for number in range(4 * WINDOW_SAMPLES):
         sample = [part.copy() for part in still]
-        if number == LOOK + 3:
+        if number == WINDOW_SAMPLES + 3:
             sample[which][0] = hostile
-        known = health.step(known, *sample)
-    assert np.isfinite(health.of_readings(known)).all()
-    assert health.probabilities(known)[0] > 0.5
+        memory = health.step(memory, *sample)
+    assert np.isfinite(health.sensor_probabilities(memory)).all()
+    assert health.probabilities(memory)[0] > 0.5

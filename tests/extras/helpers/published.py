@@ -14,10 +14,10 @@ import numpy as np
 from printed_numbers import NUMBER, Numbers, begins_with, cells_of
 
 from soft_gripper.extras.paper.claims import Claim, claims
-from soft_gripper.extras.paper.contact_table import ContactRow, of_touched_fingers
+from soft_gripper.extras.paper.contact_table import ContactRow, touched_finger_rows
 from soft_gripper.extras.paper.evaluate import CONTACT, FREE, SCENARIOS
 from soft_gripper.extras.paper.forces import LAYOUTS, ContactForceRow
-from soft_gripper.extras.paper.pose_rows import of_estimator
+from soft_gripper.extras.paper.pose_rows import estimator_rows
 from soft_gripper.files.row_table import read_csv
 from soft_gripper.runs.scores.external_torques import ForceRow
 from soft_gripper.runs.scores.poses import PoseRow
@@ -41,21 +41,21 @@ class Written:
 
     @cached_property
     def poses(self) -> list[PoseRow]:
-        return of_touched_fingers(read_csv(self.folder / "metrics.csv", PoseRow), self.contacts)
+        return touched_finger_rows(read_csv(self.folder / "metrics.csv", PoseRow), self.contacts)
 
     @cached_property
     def forces(self) -> list[ForceRow]:
-        rows = of_estimator(read_csv(self.folder / "forces.csv", ForceRow), "arcs")
-        return of_touched_fingers(rows, self.contacts)
+        rows = estimator_rows(read_csv(self.folder / "forces.csv", ForceRow), "arcs")
+        return touched_finger_rows(rows, self.contacts)
 
     @cached_property
     def pressing(self) -> list[ContactForceRow]:
-        return of_touched_fingers(read_csv(self.folder / "contact_forces.csv", ContactForceRow), self.contacts)
+        return touched_finger_rows(read_csv(self.folder / "contact_forces.csv", ContactForceRow), self.contacts)
 
     @cached_property
     def claims(self) -> list[Claim]:
         """Those of the paper; the report of the command has all."""
-        found = claims(of_estimator(self.poses, "arcs"), self.forces)
+        found = claims(estimator_rows(self.poses, "arcs"), self.forces)
         return [claim for claim in found if claim.source == "paper"]
 
     def errors(self, scenario: str, sections: int, column: str = POSE, estimator: str = "arcs") -> Numbers:

@@ -10,7 +10,7 @@ from gymnasium.vector import SyncVectorEnv
 
 from gentle_grasp import learn as module
 from gentle_grasp.episodes import Episode, mean, run_episodes, saved_force, share, summary
-from gentle_grasp.learn import FAILURE, LARGEST, cost, learn, load_learned, save_learned, training_seeds
+from gentle_grasp.learn import FAILURE, MAX_FORCE, cost, learn, load_learned, save_learned, training_seeds
 from gentle_grasp.policies import LATEST_LIFT, STEP, GentleGrasp, GentleParameters, HandTuned
 from soft_gripper.extras.learning.config import load_environment
 
@@ -160,7 +160,7 @@ VARIATION = load_environment("soft_grasp").config.variation
 
 
 def needed(seed):
-    return module.needed(seed, VARIATION)
+    return module.holding_difficulty(seed, VARIATION)
 
 
 def formula(environments, policies, seeds):
@@ -189,13 +189,15 @@ def test_the_same_seed_learns_the_same(learned):
 
 def test_how_hard_an_object_is_to_hold_is_known_from_its_seed(one_gripper):
     info = one_gripper.reset(seed=7)[1]
-    assert module.needed(7, one_gripper.environment.config.variation) == pytest.approx(info["mass"] / info["friction"])
+    assert module.holding_difficulty(7, one_gripper.environment.config.variation) == pytest.approx(
+        info["mass"] / info["friction"]
+    )
 
 
 def test_failures_cost_more_than_any_force():
     assert cost([Episode(0, True, 0.5), Episode(1, True, 0.7)]) == pytest.approx(0.6)
-    assert cost([Episode(0, False, 100.0)]) == FAILURE + LARGEST
-    assert cost([Episode(0, False, float("nan"))]) == FAILURE + LARGEST  # one that diverged
+    assert cost([Episode(0, False, 100.0)]) == FAILURE + MAX_FORCE
+    assert cost([Episode(0, False, float("nan"))]) == FAILURE + MAX_FORCE  # one that diverged
 
 
 def test_what_was_learned_is_read_as_it_was_written(learned, tmp_path):

@@ -11,7 +11,7 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource, PassThrough
 from refusals import refused
 
-from soft_gripper.diagrams.private_run import Kept
+from soft_gripper.diagrams.private_run import Pruning
 from soft_gripper.diagrams.simulation import solver_config
 from soft_gripper.extras.learning import station as module
 from soft_gripper.extras.learning.config import ActionConfig, ObservedConfig, load_environment
@@ -152,7 +152,7 @@ def test_forces_are_along_normals_of_any_length_and_not_those_of_a_finger_on_its
 def whole_station(grasp_environment):
     """A station of SoftGrasp-v0 with the true signals, which nothing in it reads."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(module, "keep_what_is_read", lambda builder, signals: Kept(dict(signals), {}))
+        patch.setattr(module, "remove_unread_blocks", lambda builder, signals: Pruning(dict(signals), {}))
         return module.make_learning_station(grasp_environment.config, grasp_environment.scenario)
 
 

@@ -35,7 +35,7 @@ def test_every_signal_is_that_of_the_simulator(name):
     logs, (length,), failed = simulated(station, network)
     assert not failed
     time = np.arange(length) * scenario.sensor.period
-    found = make_recording(station.logs.labels, station.logs.computed(time, logs.of(0, length))).data
+    found = make_recording(station.logs.labels, station.logs.make_samples(time, logs.of(0, length))).data
     expected = simulate(scenario).data
     assert found["time"].values == pytest.approx(expected["time"].values)
     assert set(found) == set(expected)

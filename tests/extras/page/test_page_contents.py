@@ -2,7 +2,7 @@ import math
 
 from pydrake.systems.primitives import PassThrough
 
-from soft_gripper.extras.page.live_page import MOST_LINES, first_plots, plots_of
+from soft_gripper.extras.page.live_page import MAX_LINES, first_plots, plots_of
 from soft_gripper.signals import describe
 
 
@@ -37,7 +37,7 @@ def test_entries_are_named_by_their_axes_and_a_scalar_is_one_line() -> None:
 
 
 def test_what_would_be_a_thicket_is_no_plot() -> None:
-    sizes = {"a.few": MOST_LINES, "a.many": MOST_LINES + 1}
+    sizes = {"a.few": MAX_LINES, "a.many": MAX_LINES + 1}
     assert list(plots_of({name: port(size, "m", joint=range(size)) for name, size in sizes.items()}, [])) == ["a.few"]
 
 

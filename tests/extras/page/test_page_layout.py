@@ -43,7 +43,7 @@ def shown(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Any, Signa
     page = SessionPage(page_contents("play", "box", scenario, panel, SIGNALS, ["left", "right"]), panel, feed)
     with page_server("127.0.0.1", lambda: NO_SCENE, page) as url:
         driver = open_url(url, tmp_path_factory.mktemp("profile"))
-        wait_until(lambda: len(boxes(driver)) == 9 and feed.wanted)
+        wait_until(lambda: len(boxes(driver)) == 9 and feed.wanted_signals)
         yield driver, feed
         driver.quit()
 

@@ -137,11 +137,11 @@ def test_no_token_leaves_in_a_referer_and_no_page_frames_this_one(served: Served
 def test_signals_come_as_they_are_asked_for(served: Served) -> None:
     with served.open() as socket:
         socket.send(json.dumps({"signals": ["a", "b"]}))
-        wait_until(lambda: served.feed.wanted == {"a", "b"})
+        wait_until(lambda: served.feed.wanted_signals == {"a", "b"})
         served.feed.send({"time": 1.0}, {"a": [2.0], "b": [3.0], "c": [4.0]})
         expected = {"number": 1, "status": {"time": 1.0, "late": 0.0}, "values": {"a": [2.0], "b": [3.0]}}
         assert json.loads(socket.recv(timeout=SECOND)) == expected
-    wait_until(lambda: not served.feed.wanted)
+    wait_until(lambda: not served.feed.wanted_signals)
 
 
 def test_commands_go_to_the_panel(served: Served) -> None:
@@ -230,7 +230,7 @@ def test_a_message_that_is_no_command_is_counted(served: Served, message: str | 
         wait_until(lambda: served.live.refused == 1)
         socket.send(json.dumps(STOP))
         wait_until(lambda: served.panel.messages[-1:] == [STOP])
-    assert served.feed.wanted == set()
+    assert served.feed.wanted_signals == set()
     assert capfd.readouterr().err == ""
 
 

@@ -25,7 +25,7 @@ def test_everybody_gets_what_they_asked_for() -> None:
     feed, first, second = SignalFeed(KNOWN), Heard(), Heard()
     feed.listen(first, ["a"])
     feed.listen(second, ["a", "b"])
-    assert feed.wanted == {"a", "b"}
+    assert feed.wanted_signals == {"a", "b"}
     feed.send({"time": 1.0}, {"a": [1.0], "b": [2.0, 3.0]})
     status = {"time": 1.0, "late": 0.0}
     assert first.messages == [{"number": 1, "status": status, "values": {"a": [1.0]}}]
@@ -35,13 +35,13 @@ def test_everybody_gets_what_they_asked_for() -> None:
 def test_a_listener_may_ask_for_others_and_leave() -> None:
     feed, heard = SignalFeed(KNOWN), Heard()
     feed.listen(heard)
-    assert feed.wanted == set()
+    assert feed.wanted_signals == set()
     feed.listen(heard, ["b"])
-    assert feed.wanted == {"b"}
+    assert feed.wanted_signals == {"b"}
     feed.leave(heard)
     feed.leave(heard)
     feed.send({}, {})
-    assert (feed.wanted, heard.messages) == (set(), [])
+    assert (feed.wanted_signals, heard.messages) == (set(), [])
 
 
 def test_what_is_not_known_is_valid_json() -> None:

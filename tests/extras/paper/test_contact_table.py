@@ -14,7 +14,7 @@ from soft_gripper.extras.paper.contact_table import (
     contact_length,
     contact_summary,
     contact_table,
-    of_touched_fingers,
+    touched_finger_rows,
 )
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.scenario.scenario_file import load_scenario
@@ -68,7 +68,7 @@ def test_the_summary_has_the_most_of_every_scenario(rows: list[ContactRow]) -> N
 
 def test_a_finger_that_stays_free_beside_a_touched_one_is_left_out(rows: list[ContactRow]) -> None:
     free = [ContactRow("free", name, 10.0, 0, 0.0, 0) for name in ("left_finger", "right_finger")]
-    kept = of_touched_fingers([*rows, *free], [*rows, *free])
+    kept = touched_finger_rows([*rows, *free], [*rows, *free])
     assert kept == [*rows[:3], *free]
 
 

@@ -34,7 +34,7 @@ from soft_gripper.extras.paper.evaluate import (
     unfinished,
 )
 from soft_gripper.extras.paper.forces import ContactForceRow
-from soft_gripper.extras.paper.pose_rows import of_estimator
+from soft_gripper.extras.paper.pose_rows import estimator_rows
 from soft_gripper.extras.paper.scenario_run import evaluated_scenario, is_finished
 from soft_gripper.files.output import atomic_folder
 from soft_gripper.files.row_table import read_csv, write_csv
@@ -108,7 +108,7 @@ def force_rows(poses: list[PoseRow]) -> list[ForceRow]:
     """Of the arcs, at two joints."""
     return [
         ForceRow(row.scenario, row.finger, "arcs", "as simulated", row.sections, row.pressure_kpa, joint, 0.02, 0.03)
-        for row in of_estimator(poses, "arcs")
+        for row in estimator_rows(poses, "arcs")
         for joint in (0, 1)
     ]
 

@@ -21,7 +21,7 @@ from soft_gripper.extras.paper.claims import Claim
 from soft_gripper.extras.paper.contact_table import ContactRow, contact_summary
 from soft_gripper.extras.paper.evaluate import CAPTIONS, FREE, RUNS, SCENARIOS, TASK
 from soft_gripper.extras.paper.page import Evaluation
-from soft_gripper.extras.paper.pose_rows import of_estimator
+from soft_gripper.extras.paper.pose_rows import estimator_rows
 from soft_gripper.extras.paper.scenario_run import evaluated_scenario
 from soft_gripper.files.output import atomic_folder
 from soft_gripper.files.row_table import read_csv
@@ -61,7 +61,7 @@ class Evaluated(NamedTuple):
         contact = read_csv(self.folder / "contact.csv", ContactRow)
         bent = {(row.scenario, row.finger) for row in contact if row.touching_links or row.scenario == FREE}
         rows = [row for row in read_csv(self.folder / "metrics.csv", PoseRow) if row.sections == sections]
-        return [row.pose_error_mm for row in of_estimator(rows, "arcs") if (row.scenario, row.finger) in bent]
+        return [row.pose_error_mm for row in estimator_rows(rows, "arcs") if (row.scenario, row.finger) in bent]
 
 
 @pytest.fixture(scope="module")

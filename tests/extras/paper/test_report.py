@@ -12,10 +12,10 @@ import pytest
 
 from soft_gripper.extras.paper.claims import Claim
 from soft_gripper.extras.paper.contact_table import ContactRow
-from soft_gripper.extras.paper.differences import Difference, TipErrors
+from soft_gripper.extras.paper.differences import PaperDifference, TipErrors
 from soft_gripper.extras.paper.evaluate import CAPTIONS
 from soft_gripper.extras.paper.page import (
-    LEAST,
+    MIN_ERROR,
     PAPER,
     TEMPLATE,
     Evaluation,
@@ -42,7 +42,7 @@ CONTACTS = [
     ContactRow("box_grasp", "left", 50.0, 2, 15.04, 0),
     ContactRow("box_grasp", "right", 50.0, 1, 10.0, 1),
 ]
-DIFFERENCES = [Difference("Tip", "hardly depends", "falls to 0.13 mm", "joints & sensors")]
+DIFFERENCES = [PaperDifference("Tip", "hardly depends", "falls to 0.13 mm", "joints & sensors")]
 PHASES = [PhaseRow("close", 1.35, 1.113, 55.68, 139.39, 149.98), PhaseRow("lift", 2.0, 1.0, 55.0, -0.04, -9.0)]
 
 
@@ -73,7 +73,7 @@ def test_names_and_descriptions_are_text_and_no_html(tmp_path: Path, monkeypatch
     (tmp_path / "free_bending").rename(tmp_path / name)
     poses = [replace(row, scenario=name, finger=hostile, estimator=hostile) for row in POSES]
     contacts = [replace(row, scenario=name, finger=hostile) for row in CONTACTS]
-    differences = [Difference(hostile, hostile, hostile, hostile)]
+    differences = [PaperDifference(hostile, hostile, hostile, hostile)]
     claims = [Claim(hostile, hostile, False, hostile)]
     phases = [replace(PHASES[0], phase=hostile)]
     found = Evaluation(poses, [], claims, contacts, differences, phases, hostile)
@@ -174,7 +174,7 @@ def test_a_line_an_estimator_and_a_panel_a_scenario() -> None:
 def test_no_error_is_drawn_at_the_least_one() -> None:
     exact = [PoseRow("free_bending", "finger", "arcs", "as simulated", n, 0.0, 0.0, 0.0, 0.0) for n in (1, 2)]
     line = estimators_figure(exact, ["free_bending"]).axes[0].lines[0]
-    assert list(line.get_ydata()) == [LEAST, LEAST]
+    assert list(line.get_ydata()) == [MIN_ERROR, MIN_ERROR]
 
 
 BEND = np.radians([0.0, 30.0, 60.0, 30.0])

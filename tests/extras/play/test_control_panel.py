@@ -56,11 +56,11 @@ def test_reset_moves_all_sliders_back(station: Station, panel: ControlPanel) -> 
 
 
 def test_a_click_counts_once(panel: ControlPanel) -> None:
-    assert panel.pressed() == []
+    assert panel.take_clicks() == []
     assert panel.take({"button": "reset"})
     assert panel.take({"button": "pause"})
-    assert panel.pressed() == [Button.PAUSE, Button.RESET]
-    assert panel.pressed() == []
+    assert panel.take_clicks() == [Button.PAUSE, Button.RESET]
+    assert panel.take_clicks() == []
 
 
 def test_the_ends_of_a_slider_can_be_reached(panel: ControlPanel) -> None:
@@ -89,7 +89,7 @@ def test_what_is_no_command_is_refused(panel: ControlPanel, message: object) -> 
     before = panel.values
     assert not panel.take(message)
     assert panel.values == before
-    assert panel.pressed() == []
+    assert panel.take_clicks() == []
 
 
 def test_a_single_finger_has_no_slider_of_all() -> None:

@@ -44,7 +44,7 @@ class Watched(SignalFeed):
         self._session, self._user = session, user
 
     @property
-    def wanted(self) -> set[str]:
+    def wanted_signals(self) -> set[str]:
         return {PRESSURE}
 
     def send(self, status, values) -> None:
@@ -83,7 +83,7 @@ def shown() -> tuple[Station, Meshcat]:
 def play(shown, tmp_path: Path, monkeypatch) -> Play:
     """Plays until the last of what the user does, by the number of the message after which it is done."""
     station, meshcat = shown
-    monkeypatch.setattr(simulation_driver, "_IDLE", 0.0)
+    monkeypatch.setattr(simulation_driver, "_PAUSE_PERIOD", 0.0)
     monkeypatch.setattr(simulation_driver, "hidden_meshcat", lambda: meshcat)
 
     def play(is_over: Callable[[], bool] = lambda: False, **user: User) -> tuple[Session, list[dict]]:
@@ -250,7 +250,7 @@ def test_reset_begins_again_though_meshcat_fails_before_the_click(attacked) -> N
 
 @pytest.mark.slow
 def test_a_meshcat_that_fails_again_and_again_is_an_end(attacked, monkeypatch) -> None:
-    monkeypatch.setattr(simulation_driver, "_MOST_VIEWS", 1)
+    monkeypatch.setattr(simulation_driver, "_MAX_VIEWS", 1)
     session, send_junk = attacked
     session.feed = Watched(session, {1: record, 3: send_junk, 9: nothing})
     with pytest.raises(InputError) as error:

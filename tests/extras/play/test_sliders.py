@@ -4,7 +4,7 @@ from pydrake.math import RigidTransform, RollPitchYaw
 
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
-from soft_gripper.extras.play.control_panel import NO_KEYS, Command, commands_of, pressure_slider, tool_pose
+from soft_gripper.extras.play.control_panel import NO_KEYS, SliderCommand, commands_of, pressure_slider, tool_pose
 from soft_gripper.extras.play.open_scenario import open_scenario
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.schema import PressureConfig
@@ -20,7 +20,7 @@ def arm() -> Station:
     return make_station(open_scenario(load_scenario("arm_motion")))
 
 
-def at_start(command: Command):
+def at_start(command: SliderCommand):
     return command.value([slider.value for slider in command.sliders])
 
 

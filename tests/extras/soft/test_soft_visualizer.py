@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from soft_gripper.arrays import Array
 from soft_gripper.extras import soft
-from soft_gripper.extras.soft.soft_visualizer import LEAST_CHANGE, SOFT, DrawnBody, SoftVisualizer
+from soft_gripper.extras.soft.soft_visualizer import MIN_CHANGE, SOFT, DrawnBody, SoftVisualizer
 from soft_gripper.extras.soft.tetrahedra import read_tetrahedra
 
 REST = read_tetrahedra(Path(soft.__path__[0]) / "objects" / "soft_block.vtk")
@@ -61,7 +61,7 @@ def test_the_surface_is_drawn_where_the_vertices_are(vertices):
 
 
 def test_a_motion_is_drawn_without_a_new_shape_and_a_deformation_with_one():
-    slightly = REST.vertices * [1 - 0.9 * LEAST_CHANGE / 0.022, 1, 1]
+    slightly = REST.vertices * [1 - 0.9 * MIN_CHANGE / 0.022, 1, 1]
     for shapes, drawn in (([REST.vertices, MOVED, slightly], 1), ([REST.vertices, SQUEEZED], 2)):
         drawing = MeshDrawing(is_recording=False)
         shown(drawing, shapes)

@@ -100,7 +100,7 @@ def test_a_mesh_that_is_not_a_solid_is_refused(tmp_path, old, new, field, value)
 
 
 def test_a_mesh_of_too_many_tetrahedra_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr(tetrahedra, "MOST", 100)
+    monkeypatch.setattr(tetrahedra, "MAX_CELLS", 100)
     path = Path(soft.__path__[0]) / "objects" / "soft_block.vtk"
     with refused("cells", 216):
         read_tetrahedra(path)

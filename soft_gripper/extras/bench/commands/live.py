@@ -34,7 +34,7 @@ from soft_gripper.interrupts import held_back
 from soft_gripper.scenario.scenario_file import files_read
 from soft_gripper.scenario.schema import Scenario
 
-_BUSIEST = 0.8  # of the period: what a reading may cost
+_MAX_LOAD = 0.8  # cost of a reading, as a fraction of the period
 
 
 class _Live(NamedTuple):
@@ -86,7 +86,7 @@ def run(options: argparse.Namespace) -> None:
                 run_on_page(session, "live", options, scenario, is_over, _say)
         finally:
             _sum_up(driver, endpoints.dropped)
-    for line in _followed(live.bench):
+    for line in _change_lines(live.bench):
         _say(line)
     if options.mcap is not None and recording is not None:
         Recording.load(recording).save(options.mcap)
@@ -105,25 +105,27 @@ def _outputs(options: argparse.Namespace) -> tuple[Path | None, Path | None]:
 
 
 def _say_pace(driver: BenchDriver, live: _Live, is_fast: bool) -> None:
-    """Prints what a reading costs here, measured, and whether that can be kept up."""
-    fingers, period = len(live.bench.quantities), live.bench.period
-    name, signals = live.bench.scenario.estimator.type, driver.sent
+    """Prints the measured cost of a reading, and whether the machine can keep the rate."""
+    fingers = len(live.bench.quantities)
+    period = live.bench.period
+    name = live.bench.scenario.estimator.type
+    signals = driver.sent
     cost = live.bench.cost(signals)
     rate = f"a reading every {1e3 * period:g} ms"
     took = f"takes {1e3 * cost.processor:.1f} ms of processor time here"
     _say(f"{fingers} finger{'s' * (fingers != 1)}, {name}: {rate} {took}.")
     if is_fast:
         return
-    if cost.processor > _BUSIEST * period:
+    if cost.processor > _MAX_LOAD * period:
         expected = f"choose a longer sensor.period, another estimator, or fewer signals in `send` than {len(signals)}"
         _say(f"note: this machine cannot keep that rate, and readings will be lost: {expected}")
-    elif cost.elapsed > _BUSIEST * period:
+    elif cost.elapsed > _MAX_LOAD * period:
         waits = f"with other programs running, it takes {1e3 * cost.elapsed:.1f} ms by the clock"
         _say(f"note: {waits}, and readings will be lost, which are counted: stop other programs")
 
 
 def _sum_up(driver: BenchDriver, dropped: int) -> None:
-    """Ends a recording, and prints what the session came to."""
+    """Ends a recording, and prints a summary of the session."""
     if driver.recorder is not None:
         driver.recorder.close()
         _say(f"The last recording is {driver.recorder.report}.")
@@ -146,11 +148,11 @@ def _say(line: str) -> None:
 
 
 def _open_bench(scenario: Scenario, file: Path, endpoints: Endpoints, options: argparse.Namespace) -> _Live:
-    found = load_bench(file)
-    config = replace(found, source=options.source or found.source, sink=options.sink or found.sink)
+    description = load_bench(file)
+    config = replace(description, source=options.source or description.source, sink=options.sink or description.sink)
     config = replace(config, sink_format="json") if options.json_lines else config
     moving = [name for name, finger in config.fingers.items() if finger.base_pose is not None]
-    measured = [f"{name}.measured_{kind}" for name, each in config.fingers.items() for kind in instruments(each)]
+    measured = [f"{name}.measured_{kind}" for name, finger in config.fingers.items() for kind in instruments(finger)]
     bench = Bench(scenario, moving, measured)
     check_inputs(file, config, bench)
     columns = (
@@ -162,7 +164,7 @@ def _open_bench(scenario: Scenario, file: Path, endpoints: Endpoints, options: a
 
 
 def _check_files(scenario: Scenario, file: Path, config: BenchConfig, options: argparse.Namespace) -> None:
-    """Checks that no output replaces what this command reads, nor a file that the command line does not name."""
+    """Checks that no output replaces an input of this command, or a file that the command line does not name."""
     outputs = [options.mcap] if options.mcap is not None else []
     if config.sink is not None and config.sink.startswith("file:"):
         sink = file_path(urlsplit(config.sink))
@@ -176,7 +178,7 @@ def _check_files(scenario: Scenario, file: Path, config: BenchConfig, options: a
 def _sink(
     endpoints: Endpoints, address: str | None, bench: Bench, config: BenchConfig, options: argparse.Namespace
 ) -> Sink:
-    """Where results go; without an address to the page, or to a line for people."""
+    """Opens the sink of results: without an address, the page or a status line."""
     if options.json_lines:
         if address is not None:
             raise InputError("live", "--json", True, f"the description sends the results to {address}: leave one out")
@@ -185,12 +187,12 @@ def _sink(
         return lambda *_: None
     if address is None:
         width = get_terminal_size().columns if sys.stdout.isatty() else None
-        return endpoints.patient(StatusLine(bench, config.pressure_unit, width))
+        return endpoints.queued_sink(StatusLine(bench, config.pressure_unit, width))
     return endpoints.sink(address)
 
 
-def _followed(bench: Bench) -> Iterator[str]:
-    """How far every finger that `recursive` estimates has moved since its calibration."""
+def _change_lines(bench: Bench) -> Iterator[str]:
+    """Drift since calibration of each finger that `recursive` estimates, a line each."""
     for finger in bench.quantities:
         if f"{finger}.bend_change" in bench.signals:
             yield changes_line(finger, lambda name: bench.read([name])[name])
@@ -202,7 +204,7 @@ def check_inputs(file: Path, config: BenchConfig, bench: Bench) -> None:
     Raises:
         InputError: if it does not.
     """
-    found = {
+    sizes = {
         f"{name}.{kind}": len(fields)
         for name, finger in config.fingers.items()
         for kind, fields in (
@@ -211,21 +213,21 @@ def check_inputs(file: Path, config: BenchConfig, bench: Bench) -> None:
             ("X_WB", finger.base_pose or []),
         )
     }
-    found |= {
+    sizes |= {
         bench.quantities[name]: len(finger.readings)
         for name, finger in config.fingers.items()
         if name in bench.quantities
     }
-    found |= {f"{name}.measured_{kind}": 2 for name, each in config.fingers.items() for kind in instruments(each)}
+    sizes |= {f"{name}.measured_{kind}": 2 for name, finger in config.fingers.items() for kind in instruments(finger)}
     unknown = config.fingers.keys() - bench.quantities.keys()
     if unknown:
         raise InputError(file, "fingers", sorted(unknown), f"the scenario has: {', '.join(bench.quantities)}")
     for name, size in bench.inputs.items():
-        given = int(config.opening is not None) if name == "grip.set_point" else found.get(name, 0)
+        given = int(config.opening is not None) if name == "grip.set_point" else sizes.get(name, 0)
         if given != size:
             raise InputError(file, name, f"{given} fields", f"must be {size}")
-    for name, each in config.fingers.items():
-        for kind, instrument in instruments(each).items():
+    for name, finger in config.fingers.items():
+        for kind, instrument in instruments(finger).items():
             place = np.array([np.nan if instrument.place is None else instrument.place])
             check_places(file, f"fingers.{name}.measured_{kind}.place", place, bench.layouts[name].finger.length)
     for field, chosen in (("send", config.send), ("record", config.record)):

@@ -8,7 +8,7 @@ from typing import Any
 from soft_gripper.commands.printing import AGREEMENT, print_agreement
 from soft_gripper.extras.design.figure import design_figure
 from soft_gripper.extras.design.files import design_files, write_design
-from soft_gripper.extras.design.run_design import SHIPPED, TABLE, Designed, most_runs, own_measures, run_design
+from soft_gripper.extras.design.run_design import SHIPPED, TABLE, DesignResult, most_runs, own_measures, run_design
 from soft_gripper.extras.design.study_file import load_design_study
 from soft_gripper.extras.design.study_tables import (
     Table,
@@ -27,7 +27,7 @@ from soft_gripper.runs.executor import open_executor
 from soft_gripper.scenario.scenario_file import changed_scenario, files_read
 
 FIGURE, BEST = "design", "best"
-_SHOWN = 5  # designs of the front
+_SHOWN_DESIGNS = 5  # designs of the front
 
 
 def run(options: argparse.Namespace) -> int:
@@ -42,18 +42,19 @@ def run(options: argparse.Namespace) -> int:
     kept = f"their results are in {options.out / TABLE}; --resume runs the others"
     begin = time.monotonic()
     with options.console.jobs(most_runs(study), "runs", kept) as report, executor as opened:
-        found = run_design(study, options.out, opened, options.resume, lambda held: report())
+        result = run_design(study, options.out, opened, options.resume, lambda held: report())
         own = list(own_measures(study).values())
-        agreed = agreement_with_drake(study.scenario, found.tests, options.check, study.config.seed, opened, own)
+        agreed = agreement_with_drake(study.scenario, result.tests, options.check, study.config.seed, opened, own)
     minutes = (time.monotonic() - begin) / 60
-    files = [options.out / name for name in write_tables(found, options.out)]
-    save_figure(design_figure(found), options.out / FIGURE)
+    files = [options.out / name for name in write_tables(result, options.out)]
+    save_figure(design_figure(result), options.out / FIGURE)
     files += [options.out / f"{FIGURE}{suffix}" for suffix in (".png", ".svg")]
-    if found.best is not None:
-        files += write_design(loaded, found.designs[found.best].values, options.out / BEST)
-    tests, sensitivities = test_rows(found), sensitivity_rows(found)
-    _print(found, minutes, tests)
-    if found.best is not None and sensitivities:
+    if result.best is not None:
+        files += write_design(loaded, result.designs[result.best].values, options.out / BEST)
+    tests = test_rows(result)
+    sensitivities = sensitivity_rows(result)
+    _print(result, minutes, tests)
+    if result.best is not None and sensitivities:
         print_rows(sensitivities, "What matters, among the designs that were tried")
     if agreed:
         print_agreement(agreed, options.console, options.out)
@@ -61,28 +62,29 @@ def run(options: argparse.Namespace) -> int:
     options.console.document["tests"] = tests
     options.console.table("sensitivity", sensitivities)
     options.console.wrote(options.out / TABLE, *files)
-    return 0 if found.best is not None else 1
+    return 0 if result.best is not None else 1
 
 
-def _print(found: Designed, minutes: float, tests: Table) -> None:
-    """The best designs of the front by the first end, and the best one in the test, on draws that are new."""
-    refused = sum(bool(design.score.refused) for design in found.designs)
-    allowed = sum(design.score.is_allowed for design in found.designs[1:])
-    tried = len(found.designs) - 1
+def _print(result: DesignResult, minutes: float, tests: Table) -> None:
+    """Prints the best designs of the front by the first end, and the best one in the test, on new draws."""
+    refused = sum(bool(design.score.refused) for design in result.designs)
+    allowed = sum(design.score.is_allowed for design in result.designs[1:])
+    tried = len(result.designs) - 1
     print(f"{tried} designs in {minutes:.1f} minutes: {refused} refused before a run, {allowed} hold within all limits")
-    if found.best is None:
-        print(f"No design holds within all limits; of the last: {reason(found, tried)}")
+    if result.best is None:
+        print(f"No design holds within all limits; of the last: {reason(result, tried)}")
         return
-    rows, end = design_rows(found), found.study.config.ends[0].measure
-    shown = [SHIPPED, found.best, *(i for i in found.front if i != found.best)][: 1 + _SHOWN]
+    rows = design_rows(result)
+    end = result.study.config.ends[0].measure
+    shown = [SHIPPED, result.best, *(i for i in result.front if i != result.best)][: 1 + _SHOWN_DESIGNS]
     names = [name for name in rows[0] if name not in ("allowed", "front", "reason")]
-    title = f"Pareto front, {len(found.front)} designs; by {end} design {found.best} is best; {SHIPPED} is as it is"
+    title = f"Pareto front, {len(result.front)} designs; by {end} design {result.best} is best; {SHIPPED} is as it is"
     _print_table(short_names(names), [[rows[i][name] for name in names] for i in shown], title)
-    changed = ", ".join(f"{key} = {_short(value)}" for key, value in found.reference.values.items())
+    changed = ", ".join(f"{key} = {_short(value)}" for key, value in result.reference.values.items())
     drive = f"the fingers as they are, at their best drive: {changed}" if changed else "the scenario as it is"
-    title = f"Test, with new draws; the reference, {found.reference.number}, is {drive}"
+    title = f"Test, with new draws; the reference, {result.reference.number}, is {drive}"
     _print_table(list(tests[0]), [list(row.values()) for row in tests], title)
-    for name in found.study.objects:
+    for name in result.study.objects:
         reference, best = (row[end] for row in tests if row["object"] == name)
         print(f"{end} of the best design with {name}: {best / reference:.2f} times that of the reference")
 

@@ -9,7 +9,8 @@ from soft_gripper.scenario.scenario_file import files_read
 
 def run(options: argparse.Namespace) -> None:
     """Runs the command."""
-    scenario, files = options.chosen_scenario, ("scenario.xml", "commands.csv", LOADER)
+    scenario = options.chosen_scenario
+    files = ("scenario.xml", "commands.csv", LOADER)
     lock_folder(options.out, files, files_read(options.scenario, scenario))
     exported = export_mjcf(scenario, options.out, options.time_step)
     for part in exported.left_out:

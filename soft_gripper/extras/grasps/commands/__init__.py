@@ -25,7 +25,7 @@ from soft_gripper.errors import InputError
 
 
 def _check_trials(options: argparse.Namespace) -> None:
-    """Tables distinguish scenarios by their names alone."""
+    """Checks that the names of scenarios differ, by which tables distinguish them."""
     names = Counter(Path(file).stem for file in options.scenario or ())
     for file in options.scenario or ():
         if names[Path(file).stem] > 1:

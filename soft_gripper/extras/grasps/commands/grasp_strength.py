@@ -17,7 +17,8 @@ TABLE, FIGURE = "strength.csv", "strength"
 
 def run(options: argparse.Namespace) -> int:
     """Runs the command; the exit code is 1 if there is no grasp to test."""
-    scenario, name = options.chosen_scenario, Path(options.scenario).stem
+    scenario = options.chosen_scenario
+    name = Path(options.scenario).stem
     held = held_object(scenario, options.object)
     check_closed(station_of(options.scenario, scenario))
     lock_folder(options.out)

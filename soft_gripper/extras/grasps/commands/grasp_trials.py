@@ -24,7 +24,7 @@ from soft_gripper.extras.grasps.trials import (
     trials_together,
 )
 from soft_gripper.files.output import atomic_file, lock_folder, writable_folder
-from soft_gripper.runs.agreement import Agreement, agreement, chosen
+from soft_gripper.runs.agreement import Agreement, agreement, draw_indices
 from soft_gripper.runs.executor import open_executor
 from soft_gripper.runs.study import results
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
@@ -45,7 +45,9 @@ def run(options: argparse.Namespace) -> None:
 
 
 def _run_all(files: Sequence[str], out: Path, options: argparse.Namespace) -> None:
-    number, seed, console = options.trials, options.seed, options.console
+    number = options.trials
+    seed = options.seed
+    console = options.console
     executor = open_executor(options.jobs, options.scheduler)
     kept = f"their results are in {out / TABLES[0]}; --resume runs the others"
     with console.jobs(number * len(files), "trials", kept) as ended, executor as opened:
@@ -54,7 +56,7 @@ def _run_all(files: Sequence[str], out: Path, options: argparse.Namespace) -> No
             resume=options.resume,
             engine=options.engine,
         )
-        agreed = _in_drake(files, trials, seed, options.check, opened)
+        agreed = _compare_with_drake(files, trials, seed, options.check, opened)
     for file in files:
         _print_summary(file, seed, [trial for trial in trials if trial.scenario == Path(file).stem])
     if agreed:
@@ -64,13 +66,15 @@ def _run_all(files: Sequence[str], out: Path, options: argparse.Namespace) -> No
     console.wrote(*(out / file for file in (*TABLES, f"{FIGURE}.png", f"{FIGURE}.svg", *files_of_check)))
 
 
-def _in_drake(
+def _compare_with_drake(
     files: Sequence[str], trials: Sequence[Trial], seed: int, checked: int, executor: Executor
 ) -> list[Agreement]:
-    """How trials in another engine agree with some of them in Drake, if that is asked for."""
-    picked = [trials[i] for i in chosen(len(trials), checked, seed)]
-    file_of = {Path(file).stem: file for file in files}
-    jobs = {i: (file_of[each.scenario], seed, [each.trial], {"engine": DRAKE}) for i, each in enumerate(picked)}
+    """Repeats `checked` trials of another engine in Drake and compares them."""
+    picked = [trials[i] for i in draw_indices(len(trials), checked, seed)]
+    files_by_name = {Path(file).stem: file for file in files}
+    jobs = {
+        i: (files_by_name[trial.scenario], seed, [trial.trial], {"engine": DRAKE}) for i, trial in enumerate(picked)
+    }
     repeated = results(executor, trials_together, jobs)
     return agreement([*map(_cells, picked)], [_cells(repeated[i][0]) for i in jobs])
 
@@ -83,7 +87,9 @@ def _cells(trial: Trial) -> dict[str, str]:
 
 def _run_alone(file: str, options: argparse.Namespace, out: Path) -> None:
     """Runs one trial in this process, and keeps its scenario and recording for inspection."""
-    seed, trial, console = options.seed, options.trial, options.console
+    seed = options.seed
+    trial = options.trial
+    console = options.console
     name = Path(file).stem
     with console.progress(f"{name} {trial}", load_scenario(file).duration) as progress:
         station, recording = record_trial(file, seed, trial, progress, options.engine)
@@ -91,11 +97,11 @@ def _run_alone(file: str, options: argparse.Namespace, out: Path) -> None:
     recording.save(folder / "recording.nc")
     with atomic_file(folder / "scenario.yaml") as partial:
         partial.write_text(dump_scenario(station.scenario, folder), encoding="utf-8")
-    found = judge(file, seed, trial, station, recording)
-    for column, value in (_row(found) | asdict(found.details) | asdict(found.grasp)).items():
-        known = f"{value:.3f}".replace("nan", "-") if isinstance(value, float) else value
-        print(f"{column:<20} {known}")
-    console.document["trials"] = [_row(found)]
+    judged_trial = judge(file, seed, trial, station, recording)
+    for column, value in (_row(judged_trial) | asdict(judged_trial.details) | asdict(judged_trial.grasp)).items():
+        text = f"{value:.3f}".replace("nan", "-") if isinstance(value, float) else value
+        print(f"{column:<20} {text}")
+    console.document["trials"] = [_row(judged_trial)]
     console.wrote(folder / "recording.nc", folder / "scenario.yaml")
     print(f"To watch it: soft-gripper run {folder / 'scenario.yaml'} --meshcat")
 
@@ -114,10 +120,9 @@ def _print_summary(file: str, seed: int, trials: Sequence[Trial]) -> None:
     likely = f"95 % confidence (Wilson): {100 * low:.1f} to {100 * high:.1f} %"
     print(f"\n{trials[0].scenario}: {successes} of {len(rows)} succeeded; {likely}")
     if np.isfinite(placed).any():
-        print(f"  placed error     mean {_over(np.mean, placed):.2f} mm, at most {_over(np.max, placed):.2f} mm")
-        print(
-            f"  placed angle     mean {_over(np.mean, angles):.1f} degrees, at most {_over(np.max, angles):.1f} degrees"
-        )
+        for label, values, form, unit in (("error", placed, ".2f", "mm"), ("angle", angles, ".1f", "degrees")):
+            mean, most = (_statistic(average, values) for average in (np.mean, np.max))
+            print(f"  placed {label}     mean {mean:{form}} {unit}, at most {most:{form}} {unit}")
     for label, column, unit in (
         ("slip", "slip_mm", "mm"),
         ("peak force", "peak_force_n", "N"),
@@ -125,7 +130,7 @@ def _print_summary(file: str, seed: int, trials: Sequence[Trial]) -> None:
         ("detection delay", "detection_delay_ms", "ms"),
         ("size error", "size_error_mm", "mm"),
     ):
-        most = _over(np.max, [getattr(row, column) for row in rows])
+        most = _statistic(np.max, [getattr(row, column) for row in rows])
         if np.isfinite(most):
             print(f"  {label:<16} at most {most:.2f} {unit}")
     for trial in trials:
@@ -134,7 +139,7 @@ def _print_summary(file: str, seed: int, trials: Sequence[Trial]) -> None:
             print(f"    rerun: soft-gripper study grasp-trials --scenario {file} --seed {seed} --trial {trial.trial}")
 
 
-def _over(average: Callable[[Sequence[float]], float], values: Sequence[float]) -> float:
+def _statistic(average: Callable[[Sequence[float]], float], values: Sequence[float]) -> float:
     """A statistic of the measured values; NaN if there are none."""
     measured = [value for value in values if not np.isnan(value)]
     return average(measured) if measured else float("nan")

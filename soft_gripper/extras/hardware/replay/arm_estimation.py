@@ -27,11 +27,11 @@ from pydrake.systems.framework import BasicVector, Context, Diagram, DiagramBuil
 from pydrake.systems.primitives import Adder, ConstantVectorSource, MatrixGain
 
 from soft_gripper.arrays import Array, Planar
-from soft_gripper.diagrams.private_run import keep_what_is_read
+from soft_gripper.diagrams.private_run import remove_unread_blocks
 from soft_gripper.diagrams.recording import Recording, read_logs
 from soft_gripper.diagrams.signal_logs import add_logs
 from soft_gripper.diagrams.wiring.composed import add_part
-from soft_gripper.diagrams.wiring.named_wires import NamedWires, connect_known
+from soft_gripper.diagrams.wiring.named_wires import NamedWires, connect_by_name
 from soft_gripper.estimators.driving_torque import DRIVING_TORQUE, DrivingTorque
 from soft_gripper.estimators.finger_shape import ANGLES
 from soft_gripper.estimators.named_estimators import find_estimator
@@ -286,10 +286,10 @@ def estimate_recording(
     for row, (estimator, count) in estimators.items():
         estimation = ArmEstimation(arm, estimator, count, inputs.bodies, inputs.period)
         part = add_part(builder, row, estimation)
-        connect_known(builder, part.inputs, known, "estimation")
+        connect_by_name(builder, part.inputs, known, "estimation")
         signals |= {f"{row}.{name}": port for name, port in part.outputs.items()}
     logs = add_logs(builder, signals, inputs.period)
-    keep_what_is_read(builder, signals)
+    remove_unread_blocks(builder, signals)
     simulator = Simulator(builder.Build())
     simulator.AdvanceTo((len(inputs.pressures) - 1) * inputs.period)
     return read_logs(logs, simulator.get_context(), about)

@@ -10,7 +10,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.private_run import keep_what_is_read
+from soft_gripper.diagrams.private_run import remove_unread_blocks
 from soft_gripper.diagrams.recording import Recording, read_logs
 from soft_gripper.diagrams.signal_logs import add_logs
 from soft_gripper.diagrams.wiring.estimation import add_estimation
@@ -63,7 +63,7 @@ def estimate_log(log: FingerLog, scenario: Scenario, estimators: Sequence[str]) 
         ports = add_estimation(builder, name, layout, config, scenario.sensor, log.gravity, measured)
         signals |= {f"{name}.{signal}": port for signal, port in ports.items()}
     logs = add_logs(builder, signals, period)
-    keep_what_is_read(builder, signals)
+    remove_unread_blocks(builder, signals)
     simulator = Simulator(builder.Build())
     simulator.AdvanceTo(len(rows) * period)
     # A log sees what was sampled a period before; its first row is that of the initial state.

@@ -10,18 +10,20 @@ from soft_gripper.pictures.style import save_figure
 from soft_gripper.runs.executor import open_executor
 
 TABLE, RUNS, FIGURE = "health.csv", "health_runs.csv", "health"
-_TITLES = ("found [%]", "named right [%]", "false alarms [%]", "median delay [s]", "90 % within [s]")
+_COLUMN_TITLES = ("found [%]", "named right [%]", "false alarms [%]", "median delay [s]", "90 % within [s]")
 
 
 def run(options: argparse.Namespace) -> None:
     """Runs the command."""
-    executor, out, console = open_executor(options.jobs, options.scheduler), lock_folder(options.out), options.console
+    executor = open_executor(options.jobs, options.scheduler)
+    out = lock_folder(options.out)
+    console = options.console
     with console.jobs(2 * options.runs, "runs", "nothing is written until the last run") as ended, executor as opened:
         runs = health_runs(options.runs, options.seed, opened, lambda key: ended())
     rows = health_rows(runs)
     console.table("runs", runs, out / RUNS)
     console.table("health", rows, out / TABLE)
     save_figure(health_figure(runs), out / FIGURE)
-    columns = {"stiffness (declared)": "", "fault": "", "runs": "d", **dict.fromkeys(_TITLES, ".3g")}
+    columns = {"stiffness (declared)": "", "fault": "", "runs": "d", **dict.fromkeys(_COLUMN_TITLES, ".3g")}
     print_table(columns, map(astuple, rows))
     console.wrote(*(out / file for file in (TABLE, RUNS, f"{FIGURE}.png", f"{FIGURE}.svg")))

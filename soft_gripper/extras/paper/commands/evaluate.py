@@ -10,7 +10,7 @@ from soft_gripper.extras.paper.bars import ARCS
 from soft_gripper.extras.paper.commands.printing import print_by_sensors, print_claims
 from soft_gripper.extras.paper.evaluate import RUNS, run_scenarios, summarize, unfinished
 from soft_gripper.extras.paper.page import Evaluation
-from soft_gripper.extras.paper.pose_rows import mean_errors, of_estimator
+from soft_gripper.extras.paper.pose_rows import estimator_rows, mean_errors
 from soft_gripper.extras.paper.scenario_run import SCENARIOS
 from soft_gripper.files.output import lock_folder
 from soft_gripper.runs.executor import open_executor
@@ -49,11 +49,12 @@ def _evaluate(out: Path, resume: bool, executor: Executor, console: Console) -> 
 
 def _print_errors(rows: Sequence[PoseRow]) -> None:
     """Prints mean errors of the arcs by scenario, and of all estimators in each scenario."""
-    arcs, names = of_estimator(rows, ARCS), dict.fromkeys(row.estimator for row in rows)
+    arcs = estimator_rows(rows, ARCS)
+    names = dict.fromkeys(row.estimator for row in rows)
     by_scenario = {scenario: _means(arcs, scenario) for scenario in SCENARIOS}
     print_by_sensors(f"mean errors of {ARCS}", ("pose", "tip"), by_scenario, ".2f")
     for scenario in SCENARIOS:
-        errors = {name: _means(of_estimator(rows, name), scenario) for name in names}
+        errors = {name: _means(estimator_rows(rows, name), scenario) for name in names}
         print_by_sensors(f"{scenario}: mean errors", ("pose", "tip"), errors, ".3f")
 
 

@@ -10,9 +10,10 @@ from trimesh.creation import icosphere
 from soft_gripper.arrays import Array
 from soft_gripper.extras.soft.tetrahedra import Tetrahedra, oriented
 
-BLOCK, CELLS = (0.044, 0.04, 0.06), (3, 3, 4)  # m: as box.sdf
+BLOCK = (0.044, 0.04, 0.06)  # m, as box.sdf
+CELLS = (3, 3, 4)
 TOMATO = (0.046, 0.046, 0.042)  # m: diameters
-FOOT = -0.88  # a tomato is flat below this share of its half height
+FOOT = -0.88  # fraction of its half height below which a tomato is flat
 CORE = 0.6  # size of an inner shell of vertices
 
 
