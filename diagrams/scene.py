@@ -29,7 +29,7 @@ from soft_gripper.diagrams.initial_position import set_initial_position
 from soft_gripper.diagrams.loaded_model import LoadedModel, load_model
 from soft_gripper.diagrams.point_contact import prepare_point_contact
 from soft_gripper.errors import InputError
-from soft_gripper.files.notes import collected
+from soft_gripper.files.notes import collect_notes
 from soft_gripper.fingers.finger_parts import SLIDES
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.library_messages import without_messages
@@ -188,7 +188,7 @@ class Scene(NamedTuple):
     mimics: Mapping[str, Sequence[Mimic]]  # joints that follow others, by the names of their models
 
 
-@collected()  # so that the notes on all its models are few
+@collect_notes()  # so that the notes on all its models are few
 def add_plant(
     builder: DiagramBuilder,
     config: MultibodyPlantConfig,

@@ -20,7 +20,7 @@ from pydrake.systems.framework import Context, Diagram, DiagramBuilder, InputPor
 from pydrake.trajectories import Trajectory
 
 from soft_gripper.arrays import Array
-from soft_gripper.cached import kept
+from soft_gripper.cached import get_or_make
 from soft_gripper.control.arm_motion import (
     ArmLimits,
     LimitError,
@@ -224,7 +224,7 @@ def plan_phases(task: TaskConfig, models: Sequence[ModelConfig], arm: Arm) -> tu
     numbers = (arm.home, arm.config.acceleration, law.matrix, law.offset, [pose.GetAsMatrix34() for pose in poses])
     arrays = (np.array(each).tobytes() for each in numbers)
     key: tuple[bytes | str, ...] = (arm_fingerprint(arm.plant, arm.tool), repr(task.phases), *arrays)
-    return kept(_planned, key, lambda: _planned_by(planner, task.phases, arm.home), _MOST_PLANS)
+    return get_or_make(_planned, key, lambda: _planned_by(planner, task.phases, arm.home), _MOST_PLANS)
 
 
 def _planned_by(planner: "MotionPlanner", configs: Sequence[PhaseConfig], home: Array) -> tuple[Phase, ...]:

@@ -4,12 +4,12 @@ import difflib
 import re
 from collections.abc import Iterable
 
-_LONGEST_VALUE = 200  # characters of a value that a message repeats
-_LONGEST_PART = 800  # of its other parts
+_MAX_VALUE_LENGTH = 200  # characters of a value that a message repeats
+_MAX_PART_LENGTH = 800  # of its other parts
 _MAX_NAME = 100  # characters of names that are compared
 _MAX_SUGGESTIONS = 3
 _MIN_LIKENESS = 0.8  # ratio of difflib; of 'simulation' and 'visualization' it is 0.78
-_MIN_LENGTH = 3  # characters of a part of a name
+_MIN_PART_LENGTH = 3  # characters of a part of a name
 
 
 class InputError(ValueError):
@@ -21,7 +21,7 @@ class InputError(ValueError):
 
     def __str__(self) -> str:
         where, field, expected = (shortened(str(part)) for part in (self.where, self.field, self.expected))
-        return in_one_line(f"{where}: {field} = {_shown(self.value)}: {expected}")
+        return in_one_line(f"{where}: {field} = {_value_text(self.value)}: {expected}")
 
     def inside(self, place: object) -> "InputError":
         """This error, reported from the file or option that contains the mistake."""
@@ -36,7 +36,7 @@ class WorkerDiedError(RuntimeError):
     """The process that made a call died each time; the message names the call."""
 
 
-def meant(name: object, known: Iterable[str]) -> str:
+def suggestion(name: object, known: Iterable[str]) -> str:
     """A hint beside a name that is not known: the nearest of those that are, or all of them."""
     names = list(known)
     return did_you_mean(near_names(name, names)) or f"known: {', '.join(names)}"
@@ -54,7 +54,7 @@ def near_names(name: object, known: Iterable[str]) -> list[str]:
     A part is the beginning of a name, or all but its first word, as in 'max' for 'maximum' or 'step' for 'time_step'.
     """
     wanted, names = str(name).lower(), list(dict.fromkeys(known))
-    is_part = _MIN_LENGTH <= len(wanted) <= _MAX_NAME
+    is_part = _MIN_PART_LENGTH <= len(wanted) <= _MAX_NAME
     longer = re.compile(rf"{re.escape(wanted)}.*|[^\W_]+[\W_]{re.escape(wanted)}")
     parts = [other for other in names if is_part and longer.fullmatch(other[:_MAX_NAME].lower())]
     return list(dict.fromkeys(_spelt_like(wanted, names) + parts))[:_MAX_SUGGESTIONS]
@@ -88,8 +88,8 @@ def described(error: BaseException) -> str:
     """The type of an exception and the first line of its message."""
     if isinstance(error, SystemExit):
         return f"sys.exit({'' if error.code is None else repr(error.code)}) was called"
-    said = first_line(error)
-    return said if said == type(error).__name__ else f"{type(error).__name__}: {said}"
+    message = first_line(error)
+    return message if message == type(error).__name__ else f"{type(error).__name__}: {message}"
 
 
 def in_one_line(text: str) -> str:
@@ -97,14 +97,14 @@ def in_one_line(text: str) -> str:
     return "".join(char if char.isprintable() else repr(char)[1:-1] for char in text)
 
 
-def _shown(value: object) -> str:
+def _value_text(value: object) -> str:
     """A value as a message repeats it."""
     try:
-        return shortened(repr(value), _LONGEST_VALUE)
+        return shortened(repr(value), _MAX_VALUE_LENGTH)
     except ValueError:  # Python's own limit
         return "a number of thousands of digits"
 
 
-def shortened(text: str, longest: int = _LONGEST_PART) -> str:
+def shortened(text: str, longest: int = _MAX_PART_LENGTH) -> str:
     """A text without its middle, if it is long."""
     return text if len(text) <= longest else f"{text[: longest // 2]} ... {text[-longest // 2 :]}"

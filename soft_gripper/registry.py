@@ -17,7 +17,7 @@ from pathlib import Path
 from types import MappingProxyType, ModuleType
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from soft_gripper.errors import InputError, described, is_near, meant
+from soft_gripper.errors import InputError, described, is_near, suggestion
 from soft_gripper.extras import added
 
 if TYPE_CHECKING:  # commands are declared without Drake
@@ -53,7 +53,7 @@ class Registry(dict[str, _T]):
         module, _, function = name.rpartition(":")
         if not module or not function:
             own = '"module:function" of your own'
-            raise InputError(where, field, name, f"{meant(name, self)} (or give {own})" if self else f"give {own}")
+            raise InputError(where, field, name, f"{suggestion(name, self)} (or give {own})" if self else f"give {own}")
         try:
             found: _T = _named(name)
         except (Exception, SystemExit) as error:  # whatever a user's module may raise
@@ -175,7 +175,7 @@ def _named(name: str) -> Any:
 
 def _nearest(name: str, known: Iterable[str]) -> str:
     """A hint for a name that is most likely mistyped."""
-    return f"; {meant(name, known)}" if is_near(name, known) else ""
+    return f"; {suggestion(name, known)}" if is_near(name, known) else ""
 
 
 def _imported(module: str) -> ModuleType:

@@ -18,7 +18,7 @@ from pydrake.trajectories import PiecewisePolynomial
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.wiring.named_wires import Ports
-from soft_gripper.errors import InputError, meant
+from soft_gripper.errors import InputError, suggestion
 from soft_gripper.fingers.creep import CreepTorque, PressureSoftening, Softened, shares
 from soft_gripper.fingers.path_drive import BentChambers, TendonDrive
 from soft_gripper.fingers.plant_finger import PlantFinger
@@ -110,7 +110,7 @@ def _check_leaks(fingers: Sequence[PlantFinger], config: PressureConfig) -> None
     known = [finger.name for finger in fingers if finger.finger.pressures and not _acts_by_shape(finger)]
     for name, share in config.leaks.items():
         if name not in (*known, COMMON):
-            raise InputError("pressure.leaks", name, share, f"no such finger that can leak; {meant(name, known)}")
+            raise InputError("pressure.leaks", name, share, f"no such finger that can leak; {suggestion(name, known)}")
 
 
 def _empty(fingers: Sequence[PlantFinger], of_tendons: str) -> Drive:
@@ -336,7 +336,7 @@ def check_steps(where: str, steps: Steps, commands: Commands) -> None:
     known = [*commands.axes, *paths, COMMON]
     for name, values in steps.items():
         if name not in known:
-            raise InputError(f"{where}.steps", name, values, f"no such finger; {meant(name, known)}")
+            raise InputError(f"{where}.steps", name, values, f"no such finger; {suggestion(name, known)}")
 
 
 def add_steps(builder: DiagramBuilder, where: str, steps: Steps, duration: float, commands: Commands) -> Ports:

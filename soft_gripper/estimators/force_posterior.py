@@ -245,7 +245,7 @@ def contact_posterior(
 
 
 def one_contact_misfit(bends: Array, covariance: Array, cells: Cells, largest: float) -> Array:
-    """Misfit that the best single force leaves of bends, in variances, (...); see `fitted`."""
+    """Violation that the best single force leaves of bends, in variances, (...); see `fitted`."""
     return fitted(bends, covariance, cells, largest).chi_squared.min(axis=-1)
 
 

@@ -13,8 +13,8 @@ from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import gravity_torque
 from soft_gripper.piecewise_linear import PiecewiseLinear, PiecewiseLinearBlock
 
-_REPETITIONS = 30
-_MODULI = ("youngs_modulus", "layer_modulus", "layer_shear_modulus")
+_BALANCE_ITERATIONS = 30
+_MODULUS_FIELDS = ("youngs_modulus", "layer_modulus", "layer_shear_modulus")
 
 
 def free_bending_angles(finger: Finger, pressure: Array) -> Array:
@@ -38,7 +38,7 @@ def resting_angles(finger: Finger, pressure: Array | float, gravity: Planar | co
     bends, remains = relaxed_law(finger).inverse(), 1 - shares(finger).sum()
     yields_more = (remains / (remains - finger.share_taken(pressure)))[..., None]  # of a linear finger: a factor
     q = yields_more * bends(driven)
-    for _ in range(_REPETITIONS):
+    for _ in range(_BALANCE_ITERATIONS):
         q = yields_more * bends(driven + gravity_torque(finger, q, gravity))
     return q
 
@@ -50,7 +50,8 @@ def softened(finger: Finger, ratio: float) -> Finger:
         moments = {name: tuple(m / ratio for m in getattr(law, name)) for name in ("base_moment", "tip_moment")}
         law = replace(law, **moments)
     return finger.with_sections(
-        lambda section: replace(section, **{name: getattr(section, name) / ratio for name in _MODULI}), elastic_law=law
+        lambda section: replace(section, **{name: getattr(section, name) / ratio for name in _MODULUS_FIELDS}),
+        elastic_law=law,
     )
 
 

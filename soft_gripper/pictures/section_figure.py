@@ -57,7 +57,7 @@ def _draw_paths(axes: Axes, section: CrossSection, finger: Finger, place: float)
             axes.add_patch(Rectangle((x - h / 2, y - b / 2), h, b, fc="white", ec="0.3", lw=0.8))
             axes.text(x, y, chamber.name, ha="center", va="center", fontsize=8)
     for tendon in (tendon for tendon in finger.tendons if tendon.at[0] <= place <= tendon.at[-1]):
-        x, y = (1e3 * float(tendon.along(name, place * finger.length, finger.length)) for name in "xy")
+        x, y = (1e3 * float(tendon.value_at(name, place * finger.length, finger.length)) for name in "xy")
         axes.plot(x, y, "x", color="0.2", ms=5, ls="none", label="tendons")
         axes.annotate(tendon.name, (x, y), (0, 4), textcoords="offset points", ha="center", fontsize=8)
 

@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from soft_gripper.extras.paper.claims import Claim
-from soft_gripper.files.row_table import cells, columns, of_cells, write_csv
+from soft_gripper.files.row_table import cells, columns, row_from_cells, write_csv
 from soft_gripper.pictures.style import STYLE, save_figure
 from soft_gripper.runs.study import StudyTables
 from studies.drift.hour import MINUTES, POLICIES, DriftRow, drift_rows
@@ -67,7 +67,7 @@ def run_drift(
     jobs = {part: (part, seed) for part in range(parts)}
     tables.run(executor, drift_rows, jobs, keep, ended=report, keys=keys)
     tables.finish(key for part in jobs for key in keys(part))
-    rows = summary([of_cells(row, DriftRow) for (row,) in tables.rows.values()])
+    rows = summary([row_from_cells(row, DriftRow) for (row,) in tables.rows.values()])
     write_csv(folder / SUMMARY, rows)
     save_figure(drift_figure(rows), folder / FIGURE)
     return rows

@@ -12,7 +12,7 @@ from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.extras.paper.scenario_run import SCENARIOS, SECTIONS
 from soft_gripper.files.output import writable_folder
-from soft_gripper.files.row_table import Row, cells, columns, of_cells
+from soft_gripper.files.row_table import Row, cells, columns, row_from_cells
 from soft_gripper.runs.study import StudyTables
 from soft_gripper.scenario.scenario_file import load_scenario
 from studies.robustness.plants import PLANTS, touched_fingers
@@ -66,7 +66,7 @@ def run_robustness(
 
         tables.run(executor, work, calls, keep, ended=report, keys=keys)
         tables.finish(key for job in calls for key in keys(job))
-        return [of_cells(row, kind) for (row,) in tables.rows.values()]
+        return [row_from_cells(row, kind) for (row,) in tables.rows.values()]
 
     def noise_keys(job: tuple[str, float]) -> Keys:
         each = product(NOMINAL_ERRORS, SECTIONS, estimators)

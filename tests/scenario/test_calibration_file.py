@@ -12,7 +12,7 @@ from soft_gripper.errors import InputError
 from soft_gripper.scenario.calibration_file import (
     CalibrationConfig,
     FingerCalibrationConfig,
-    calibrated,
+    apply_calibration,
     layout_identity,
     load_calibration,
 )
@@ -48,7 +48,7 @@ def test_what_is_written_is_read_again(calibration, tmp_path):
 
 def test_it_changes_what_is_believed(layout, calibration):
     """Softer by the ratio, driven by less pressure than is read, and the response of every sensor."""
-    nominal = calibrated(layout, calibration)
+    nominal = apply_calibration(layout, calibration)
     np.testing.assert_allclose(nominal.finger.stiffness, layout.finger.stiffness / 1.25, rtol=1e-12)
     np.testing.assert_allclose(nominal.finger.pressure_gain, layout.finger.pressure_gain, rtol=1e-12)
     torque = layout.finger.pressure_torque(np.array([49.7e3]))
@@ -59,7 +59,7 @@ def test_it_changes_what_is_believed(layout, calibration):
 
 def test_the_states_of_a_calibration_are_those_that_were_kept(layout, calibration, tmp_path):
     save_calibration(calibration, tmp_path / "file.yaml")
-    states = calibrated(layout, load_calibration(str(tmp_path / "file.yaml"))).calibrated
+    states = apply_calibration(layout, load_calibration(str(tmp_path / "file.yaml"))).calibrated
     assert states is not None
     assert sorted(states.fitted.states[:, 0]) == [0.0, 7.0, 14.0]
     assert (states.widths.growth, states.disagreement, states.noise) == (2e-3, 0.2, 0.05)
@@ -74,7 +74,7 @@ def test_another_finger(layout, calibration, other):
     else:
         layout = replace(layout, **{other: (0.25,) if other == "borders" else 1})
     with pytest.raises(InputError) as caught:
-        calibrated(layout, calibration)
+        apply_calibration(layout, calibration)
     assert caught.value.where == "nominal.calibration"
 
 

@@ -77,7 +77,7 @@ def _motion(station: Station) -> tuple[Array, Array]:
     """Times, s, and the desired states of the arm from then on, (K, 2 n)."""
     arm, task = station.parts.arm, station.task
     if task is not None and _has_fixed_motion(station.scenario):
-        samples = list(task.unobserved(station.scenario.duration))
+        samples = list(task.unobserved_motion(station.scenario.duration))
         return np.array([time for time, _ in samples]), np.array([state for _, state in samples])
     home = [] if arm is None else [*arm.home, *np.zeros(len(arm.home))]
     return np.zeros(1), np.array([home])
@@ -93,7 +93,7 @@ def _folded(arm: Arm, actuators: Sequence[ArmActuator], desired: Array) -> Array
     for posture in positions:
         arm.plant.SetPositions(context, posture)
         weights.append(arm.plant.CalcGravityGeneralizedForces(context))
-    carried = arm.couplings.carried(np.array(weights))
+    carried = arm.couplings.leader_efforts(np.array(weights))
     found: Array = positions[:, leads] + (damping * velocities[:, leads] - carried[:, leads]) / stiffness
     return found
 

@@ -32,7 +32,7 @@ from pydrake.systems.analysis import ApplySimulatorConfig, InitializeParams, Sim
 from pydrake.systems.framework import Context
 
 from soft_gripper.arrays import Array
-from soft_gripper.cached import kept
+from soft_gripper.cached import get_or_make
 from soft_gripper.diagrams.scene import first_body
 from soft_gripper.diagrams.simulation import advance, kept_station, run_to_end, solver_config
 from soft_gripper.diagrams.station_parts import Station
@@ -158,7 +158,7 @@ def until_held(scenario: Scenario) -> Scenario:
 
 def strength_in(text: str, held: str, number: int, shake: Shake) -> StrengthRow:
     """The strength in one direction; runs in a worker, which keeps the state from which all directions start."""
-    settled = kept(_kept, (text, held), lambda: Settled.of(parse_scenario(_TEXT, text), held), 1)
+    settled = get_or_make(_kept, (text, held), lambda: Settled.of(parse_scenario(_TEXT, text), held), 1)
     return settled.loaded(LOADS[number], shake)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from here_executor import HereExecutor
 
-from soft_gripper.commands.parser import parsed
+from soft_gripper.commands.parser import parse_options
 from soft_gripper.estimators.contact import ContactShape
 from soft_gripper.estimators.force_posterior import DETECTED
 from soft_gripper.estimators.uncertainty import Uncertainty
@@ -108,7 +108,7 @@ def test_a_row_counts_what_is_stated(monkeypatch):
 
 
 def test_the_command_writes_a_row_for_each_case(tmp_path, monkeypatch):
-    options = parsed(["model-errors", "--contacts", "2", "--seed", "3"], STUDIES)
+    options = parse_options(["model-errors", "--contacts", "2", "--seed", "3"], STUDIES)
     monkeypatch.setattr(model_errors, "CASES", [FOUR])
     rows = run_model_errors(tmp_path, options.contacts, options.seed, HereExecutor(), lambda job: None)
     assert [row.difference for row in rows] == [*DIFFERENCES]
