@@ -32,7 +32,7 @@ from soft_gripper.errors import InputError
 from soft_gripper.files.notes import collect_notes
 from soft_gripper.fingers.finger_parts import SLIDES
 from soft_gripper.fingers.plant_finger import PlantFinger
-from soft_gripper.library_messages import without_messages
+from soft_gripper.library_messages import drop_messages
 from soft_gripper.model_import.drake_parsing import drake_reads
 from soft_gripper.model_import.imported_model import Mimic
 from soft_gripper.scenario.deformables import Deformable, deformable_body, deformable_kind
@@ -271,7 +271,7 @@ def make_half_space(plant: MultibodyPlant, scene_graph: SceneGraph, config: Mode
     X_WBody = config.X_PC.GetDeterministicValue() @ frame.GetFixedPoseInBodyFrame().inverse()
     name = f"{config.name} half space"
     scene_graph.RemoveRole(source, geometry, Role.kProximity)
-    with without_messages(lambda message: "deformable contact" in message):  # there is none here
+    with drop_messages(lambda message: "deformable contact" in message):  # there is none here
         plant.RegisterCollisionGeometry(plant.world_body(), X_WBody @ X_BodyTop, HalfSpace(), name, properties)
 
 

@@ -45,10 +45,10 @@ _T = TypeVar("_T")
 def get_or_make(store: OrderedDict[_Key, _T], key: _Key, make: Callable[[], _T], most: int) -> _T:
     """Value stored for a key, or else made now; the `most` that were used last stay in the store."""
     try:
-        found = store.pop(key)
+        value = store.pop(key)
     except KeyError:
-        found = make()
-    store[key] = found
+        value = make()
+    store[key] = value
     while len(store) > most:
         store.popitem(last=False)
-    return found
+    return value

@@ -80,7 +80,7 @@ def read_grasp(scenario: Scenario, recording: Recording) -> Grasp:
 
 def contact_areas(finger: PlantFinger, query: QueryObject) -> Array:
     """Area in which each link of a finger touches other bodies, (N + 1) m^2."""
-    areas, link_of = np.zeros(len(finger.links)), TouchedLinks.of(finger).link_of
+    areas, link_of = np.zeros(len(finger.links)), TouchedLinks.from_finger(finger).link_of
     surfaces, _ = query.ComputeContactSurfacesWithFallback(finger.plant.get_contact_surface_representation())
     for surface in surfaces:
         for geometry in (surface.id_M(), surface.id_N()):

@@ -169,7 +169,7 @@ def _read_changes(value: dict[str, Any], paths: Mapping[str, Rule], place: Place
 
 
 def _change_violation(text: Any, rule: Rule) -> str | None:
-    """Sentence on how a change, or the words of a list, would have to be; None if it is valid."""
+    """Violated rule of a change, or of the words of a list, in words; None if valid."""
     if rule.known:
         is_known = isinstance(text, str) and set(text.split()) <= set(rule.choices)
         return None if is_known else f"must be text of the words {', '.join(rule.choices)}"

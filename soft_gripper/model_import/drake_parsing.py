@@ -19,7 +19,7 @@ from soft_gripper.files.document import require
 from soft_gripper.files.notes import LEFT_OUT, READ
 from soft_gripper.files.text import MAX_TEXT_BYTES, check_regular, read_text
 from soft_gripper.files.xml_text import check_counts, joint_end, parse_xml
-from soft_gripper.library_messages import MARK, PREFIX, of_drake, without_messages
+from soft_gripper.library_messages import MARK, PREFIX, drop_messages, original_message
 from soft_gripper.model_import.model_file import ModelFile
 from soft_gripper.model_import.model_numbers import check_numbers
 
@@ -80,13 +80,13 @@ def drake_reads(where: object, field: str, value: object, file: ModelFile | None
     """
 
     def keep(message: str) -> bool:
-        if file is not None and (match := _WARNING_PATTERN.fullmatch(of_drake(message))):
+        if file is not None and (match := _WARNING_PATTERN.fullmatch(original_message(message))):
             outcome = LEFT_OUT if "ignor" in match[1].lower() else READ
             file.note(outcome, _element(message), "", _GEOM_PATTERN.sub("it specifies", " ".join(match[1].split())))
         return file is None
 
     try:
-        with without_messages(lambda message: _HARMLESS_WARNING in message or not keep(message)):
+        with drop_messages(lambda message: _HARMLESS_WARNING in message or not keep(message)):
             yield
     except InputError:
         raise
@@ -94,7 +94,8 @@ def drake_reads(where: object, field: str, value: object, file: ModelFile | None
         if isinstance(error, SystemExit) and not isinstance(error.code, str):
             raise
         element = "" if (name := _element(str(error))) == "it" else f"{name}: "
-        raise InputError(where, field, value, f"Drake cannot read it: {element}{of_drake(first_line(error))}") from None
+        message = original_message(first_line(error))
+        raise InputError(where, field, value, f"Drake cannot read it: {element}{message}") from None
     finally:
         clearcache()
 

@@ -10,7 +10,7 @@ from pydrake.multibody.tree import RevoluteJoint
 
 from soft_gripper.errors import InputError, first_line
 from soft_gripper.files.notes import READ
-from soft_gripper.library_messages import of_drake
+from soft_gripper.library_messages import original_message
 from soft_gripper.model_import.added_model import AddedModel
 from soft_gripper.model_import.forms.mesh import MAX_SIZE
 
@@ -122,5 +122,5 @@ def _box_of(model: AddedModel, inspector: SceneGraphInspector, shape: GeometryId
     except RuntimeError as error:
         mesh = inspector.GetShape(shape).source().description()
         raise InputError(
-            model.file.path, "mesh", mesh, f"Drake cannot read it: {of_drake(first_line(error))}"
+            model.file.path, "mesh", mesh, f"Drake cannot read it: {original_message(first_line(error))}"
         ) from None
