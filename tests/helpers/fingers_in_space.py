@@ -29,11 +29,11 @@ def sensors(finger, name="four_faces_and_diagonal", sections=2):
 
 def by_way(finger, values):
     """Values of the joints along the chain, (..., D), in the order way after way."""
-    return values[..., np.argsort(spatial_chain(finger).places(ways_in_space(finger)))]
+    return values[..., np.argsort(spatial_chain(finger).position_indices(ways_in_space(finger)))]
 
 
 def bent_chain(finger, q):
-    return posture(spatial_chain(finger), q[..., spatial_chain(finger).places(ways_in_space(finger))])
+    return posture(spatial_chain(finger), q[..., spatial_chain(finger).position_indices(ways_in_space(finger))])
 
 
 def driven(finger, pressure, drive=1.0):

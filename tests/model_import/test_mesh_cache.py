@@ -175,5 +175,5 @@ def test_textures_are_not_copied_for_each_smooth_piece(monkeypatch):
     parts = trimesh.util.concatenate([trimesh.creation.box(SIZE).apply_translation([i, 0, 0]) for i in range(20)])
     material = PBRMaterial(baseColorTexture=Image.new("RGB", (4, 4)))
     parts.visual = TextureVisuals(uv=np.zeros((len(parts.vertices), 2)), material=material)
-    mesh_cache._shaded(parts)
+    mesh_cache._shade(parts)
     assert len(copies) < 5

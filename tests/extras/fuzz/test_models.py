@@ -69,7 +69,7 @@ def faults(model: Model, rng: Rng, folder: Path) -> list[str]:
         return [*wrong, f"joints: {sorted(joints)}, not {sorted(names.values())}"]
     coupled = couplings(list(joints), loaded.mimics)
     known = np.array([{names[joint]: value for joint, value in at.items()}[name] for name in joints])
-    if len(known) and np.abs(coupled.kept(known) - known).max() > 1e-9:
+    if len(known) and np.abs(coupled.follow_leaders(known) - known).max() > 1e-9:
         wrong.append("joints do not follow as they should")
     q = plant.GetPositions(context)
     q[[joint.position_start() for joint in joints.values()]] = known
